@@ -1,0 +1,1 @@
+//! Contact surfaces and obstacles; poses the [`ContactProblem`].

@@ -1,0 +1,184 @@
+use rayon::prelude::*;
+
+use crate::Error;
+
+/// A sparse matrix by compressed rows. Column indices ascend in each row and are unique.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Csr {
+    pub rows: usize,
+    pub cols: usize,
+    /// Row `i` occupies `start[i]..start[i + 1]`; `rows + 1` entries.
+    pub start: Vec<usize>,
+    pub column: Vec<u32>,
+    pub value: Vec<f64>,
+}
+
+/// Rows handed to a thread at a time; a product's result does not depend on it.
+const ROWS_PER_TASK: usize = 4096;
+
+impl Csr {
+    /// A matrix without entries.
+    pub fn zero(rows: usize, cols: usize) -> Self {
+        Csr { rows, cols, start: vec![0; rows + 1], column: Vec::new(), value: Vec::new() }
+    }
+
+    /// The matrix with the given entries `(row, column, value)`; equal places are added in the order given.
+    ///
+    /// # Panics
+    /// If an index lies outside the matrix.
+    pub fn from_triplets(rows: usize, cols: usize, entries: &[(usize, usize, f64)]) -> Self {
+        let mut start = vec![0usize; rows + 1];
+        for &(i, j, _) in entries {
+            assert!(i < rows && j < cols, "entry ({i}, {j}) outside a {rows} x {cols} matrix");
+            start[i + 1] += 1;
+        }
+        for i in 0..rows {
+            start[i + 1] += start[i];
+        }
+        let mut place = start.clone();
+        let mut by_row = vec![(0u32, 0.0f64); entries.len()];
+        for &(i, j, v) in entries {
+            by_row[place[i]] = (j as u32, v);
+            place[i] += 1;
+        }
+        let mut matrix = Csr::zero(rows, cols);
+        for i in 0..rows {
+            let row = &mut by_row[start[i]..start[i + 1]];
+            row.sort_by_key(|e| e.0);
+            let first = matrix.column.len();
+            for &(j, v) in row.iter() {
+                if matrix.column.len() > first && matrix.column.last() == Some(&j) {
+                    *matrix.value.last_mut().expect("a value for each column") += v;
+                } else {
+                    matrix.column.push(j);
+                    matrix.value.push(v);
+                }
+            }
+            matrix.start[i + 1] = matrix.column.len();
+        }
+        matrix
+    }
+
+    /// Checks lengths, ascending columns and finite values; `name` is used in the message.
+    pub fn validate(&self, name: &str) -> Result<(), Error> {
+        let bad = |what: String| Err(Error::new(name, what, "give a matrix by compressed rows with ascending columns"));
+        if self.start.len() != self.rows + 1 || self.start[0] != 0 || self.start[self.rows] != self.column.len() {
+            return bad(format!("row pointers do not fit {} rows and {} entries", self.rows, self.column.len()));
+        }
+        if self.column.len() != self.value.len() {
+            return bad(format!("{} columns but {} values", self.column.len(), self.value.len()));
+        }
+        for i in 0..self.rows {
+            if self.start[i] > self.start[i + 1] || self.start[i + 1] > self.column.len() {
+                return bad(format!("row pointers descend at row {i}"));
+            }
+            let (columns, values) = self.row(i);
+            if columns.windows(2).any(|w| w[0] >= w[1]) {
+                return bad(format!("columns of row {i} do not ascend"));
+            }
+            if columns.last().is_some_and(|&j| j as usize >= self.cols) {
+                return bad(format!("row {i} has a column beyond {}", self.cols));
+            }
+            if values.iter().any(|v| !v.is_finite()) {
+                return bad(format!("row {i} holds a value that is not finite"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Columns and values of row `i`.
+    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+        let range = self.start[i]..self.start[i + 1];
+        (&self.column[range.clone()], &self.value[range])
+    }
+
+    fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
+        let (columns, values) = self.row(i);
+        columns.iter().zip(values).map(|(&j, v)| v * x[j as usize]).sum()
+    }
+
+    /// `A x`, of length `rows`. The result does not depend on the number of threads.
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.cols);
+        let mut y = vec![0.0; self.rows];
+        if self.rows <= ROWS_PER_TASK {
+            y.iter_mut().enumerate().for_each(|(i, y)| *y = self.row_dot(i, x));
+        } else {
+            y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
+                y.iter_mut().enumerate().for_each(|(i, y)| *y = self.row_dot(task * ROWS_PER_TASK + i, x));
+            });
+        }
+        y
+    }
+
+    /// `Aᵀ x`, of length `cols`.
+    pub fn transpose_times(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.rows);
+        let mut y = vec![0.0; self.cols];
+        for (i, &xi) in x.iter().enumerate() {
+            if xi != 0.0 {
+                let (columns, values) = self.row(i);
+                columns.iter().zip(values).for_each(|(&j, v)| y[j as usize] += v * xi);
+            }
+        }
+        y
+    }
+
+    /// `Aᵀ`.
+    pub fn transpose(&self) -> Csr {
+        let mut t = Csr::zero(self.cols, self.rows);
+        for &j in &self.column {
+            t.start[j as usize + 1] += 1;
+        }
+        for j in 0..self.cols {
+            t.start[j + 1] += t.start[j];
+        }
+        let mut place = t.start.clone();
+        t.column = vec![0; self.column.len()];
+        t.value = vec![0.0; self.value.len()];
+        for i in 0..self.rows {
+            let (columns, values) = self.row(i);
+            for (&j, &v) in columns.iter().zip(values) {
+                t.column[place[j as usize]] = i as u32;
+                t.value[place[j as usize]] = v;
+                place[j as usize] += 1;
+            }
+        }
+        t
+    }
+
+    /// The entry at `(i, j)`, zero where none is stored.
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
+        let (columns, values) = self.row(i);
+        columns.binary_search(&(j as u32)).map_or(0.0, |k| values[k])
+    }
+
+    /// The diagonal of a square matrix.
+    pub fn diagonal(&self) -> Vec<f64> {
+        (0..self.rows).map(|i| self.entry(i, i)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_places_are_added_and_rows_sorted() {
+        let a = Csr::from_triplets(2, 3, &[(0, 2, 1.0), (0, 0, 2.0), (0, 2, 3.0), (1, 1, 5.0)]);
+        assert_eq!(a.row(0), (&[0u32, 2][..], &[2.0, 4.0][..]));
+        assert_eq!(a.times(&[1.0, 10.0, 100.0]), [402.0, 50.0]);
+        assert_eq!(a.transpose_times(&[1.0, 10.0]), [2.0, 50.0, 4.0]);
+        assert_eq!(a.transpose().transpose(), a);
+        a.validate("a").unwrap();
+    }
+
+    #[test]
+    fn damaged_rows_are_refused() {
+        let mut a = Csr::from_triplets(2, 2, &[(0, 0, 1.0), (1, 1, 1.0)]);
+        a.value[1] = f64::NAN;
+        assert!(a.validate("K").unwrap_err().to_string().contains("row 1"));
+        a.start[1] = 7;
+        assert!(a.validate("K").is_err());
+    }
+}

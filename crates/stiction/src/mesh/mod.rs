@@ -1,0 +1,128 @@
+//! Nodes, cells, boundary faces and named groups. Knows no elements, no physics and no files.
+
+/// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CellKind {
+    /// Linear tetrahedron; positive if node 3 lies on the side of `(1 - 0) x (2 - 0)`.
+    Tet4,
+    /// Trilinear hexahedron: bottom 0 1 2 3 counter-clockwise seen from above, top 4 5 6 7 over it.
+    Hex8,
+}
+
+impl CellKind {
+    /// Nodes of a cell.
+    pub fn nodes(self) -> usize {
+        match self {
+            CellKind::Tet4 => 4,
+            CellKind::Hex8 => 8,
+        }
+    }
+
+    /// Local nodes of each face, counter-clockwise seen from outside the cell.
+    pub fn faces(self) -> &'static [&'static [usize]] {
+        match self {
+            CellKind::Tet4 => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]],
+            CellKind::Hex8 => {
+                &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]]
+            }
+        }
+    }
+
+    /// The name used in messages and case files.
+    pub fn name(self) -> &'static str {
+        match self {
+            CellKind::Tet4 => "tet4",
+            CellKind::Hex8 => "hex8",
+        }
+    }
+}
+
+/// Cells of one kind. The number of a cell in its mesh runs through the blocks in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cells {
+    pub kind: CellKind,
+    /// Node numbers, `kind.nodes()` a cell.
+    pub nodes: Vec<u32>,
+}
+
+impl Cells {
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.nodes.len() / self.kind.nodes()
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Nodes of the `i`-th cell of this block.
+    pub fn cell(&self, i: usize) -> &[u32] {
+        let k = self.kind.nodes();
+        &self.nodes[i * k..(i + 1) * k]
+    }
+}
+
+/// A boundary face: a face of exactly one cell, seen from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Face {
+    /// Nodes counter-clockwise seen from outside; the last is `u32::MAX` for a triangle.
+    corners: [u32; 4],
+    /// Number of the cell in the mesh.
+    pub cell: u32,
+    /// Which of the cell's faces.
+    pub local: u8,
+}
+
+impl Face {
+    /// The face number `local` of cell number `cell` whose nodes are `cell_nodes`.
+    pub fn of_cell(kind: CellKind, cell_nodes: &[u32], cell: u32, local: u8) -> Self {
+        let mut corners = [u32::MAX; 4];
+        for (corner, &i) in corners.iter_mut().zip(kind.faces()[local as usize]) {
+            *corner = cell_nodes[i];
+        }
+        Face { corners, cell, local }
+    }
+
+    /// Its three or four nodes, counter-clockwise seen from outside.
+    pub fn nodes(&self) -> &[u32] {
+        &self.corners[..if self.corners[3] == u32::MAX { 3 } else { 4 }]
+    }
+}
+
+/// A named set of cells, boundary faces or nodes; often only one of the lists is used.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Group {
+    pub name: String,
+    /// Cell numbers, ascending.
+    pub cells: Vec<u32>,
+    /// Indices into [`Mesh::faces`], ascending.
+    pub faces: Vec<u32>,
+    /// Faces of the group that are no boundary faces (their nodes; triangles end in `u32::MAX`).
+    pub interior_faces: Vec<[u32; 4]>,
+    /// Nodes named directly or by points and edges, ascending.
+    pub nodes: Vec<u32>,
+}
+
+/// A valid mesh: every cell has positive volume, every node belongs to a cell, faces are shared by at most two cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Coordinates.
+    pub nodes: Vec<[f64; 3]>,
+    pub cells: Vec<Cells>,
+    /// All boundary faces.
+    pub faces: Vec<Face>,
+    pub groups: Vec<Group>,
+}
+
+impl Mesh {
+    /// Number of cells of all kinds.
+    pub fn cell_count(&self) -> usize {
+        self.cells.iter().map(Cells::len).sum()
+    }
+
+    /// The group called `name`.
+    pub fn group(&self, name: &str) -> Option<&Group> {
+        self.groups.iter().find(|g| g.name == name)
+    }
+}
