@@ -1,5 +1,38 @@
 //! Sparse storage, orderings, Cholesky factors and Krylov methods. Knows no mesh and no contact.
 
+mod cholesky;
 mod csr;
+mod gmres;
+mod kernels;
+mod lanczos;
+mod ordering;
+mod symbolic;
+mod trailing;
 
+pub use cholesky::{Cholesky, Path};
 pub use csr::Csr;
+pub use gmres::{Krylov, gmres};
+pub use lanczos::{Ritz, largest_eigenvalue};
+pub use ordering::{NodeGraph, nested_dissection};
+pub use symbolic::{Plan, last, plan};
+pub use trailing::Trailing;
+
+/// Euclidean norm.
+pub fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// Scalar product.
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(a, b)| a * b).sum()
+}
+
+/// `y += a x`.
+pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
+}
+
+/// Largest magnitude, zero for an empty vector.
+pub fn max_abs(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, v| f64::max(m, v.abs()))
+}

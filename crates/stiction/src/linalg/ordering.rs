@@ -1,0 +1,160 @@
+use super::Csr;
+
+/// The graph of nodes behind a matrix: unknowns of one node are coupled to the same neighbours and are
+/// eliminated together, which makes orderings and symbolic counts about nine times cheaper in elasticity.
+#[derive(Debug, Clone)]
+pub struct NodeGraph {
+    /// Unknowns of node `v` are `unknowns[first[v]..first[v + 1]]`, ascending.
+    pub first: Vec<usize>,
+    pub unknowns: Vec<u32>,
+    /// Neighbours of node `v` (without `v`) are `neighbours[start[v]..start[v + 1]]`, ascending.
+    pub start: Vec<usize>,
+    pub neighbours: Vec<u32>,
+}
+
+impl NodeGraph {
+    /// The graph of the symmetric matrix `k`; `node_of[i]` is the node of unknown `i` (any labels),
+    /// `None` makes every unknown a node of its own.
+    pub fn new(k: &Csr, node_of: Option<&[u32]>) -> Self {
+        let (node, count) = compact_labels(k.rows, node_of);
+        let mut first = vec![0usize; count + 1];
+        node.iter().for_each(|&v| first[v as usize + 1] += 1);
+        (0..count).for_each(|v| first[v + 1] += first[v]);
+        let mut place = first.clone();
+        let mut unknowns = vec![0u32; k.rows];
+        for (i, &v) in node.iter().enumerate() {
+            unknowns[place[v as usize]] = i as u32;
+            place[v as usize] += 1;
+        }
+        let mut seen = vec![u32::MAX; count];
+        let (mut start, mut neighbours) = (vec![0usize], Vec::new());
+        for v in 0..count {
+            seen[v] = v as u32;
+            let begin = neighbours.len();
+            for &i in &unknowns[first[v]..first[v + 1]] {
+                for &j in k.row(i as usize).0 {
+                    let w = node[j as usize];
+                    if seen[w as usize] != v as u32 {
+                        seen[w as usize] = v as u32;
+                        neighbours.push(w);
+                    }
+                }
+            }
+            neighbours[begin..].sort_unstable();
+            start.push(neighbours.len());
+        }
+        NodeGraph { first, unknowns, start, neighbours }
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// Whether there is no node.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Unknowns of node `v`.
+    pub fn unknowns_of(&self, v: usize) -> &[u32] {
+        &self.unknowns[self.first[v]..self.first[v + 1]]
+    }
+
+    /// Neighbours of node `v`.
+    pub fn neighbours_of(&self, v: usize) -> &[u32] {
+        &self.neighbours[self.start[v]..self.start[v + 1]]
+    }
+}
+
+fn compact_labels(n: usize, node_of: Option<&[u32]>) -> (Vec<u32>, usize) {
+    let Some(labels) = node_of else { return ((0..n as u32).collect(), n) };
+    let mut number = vec![u32::MAX; labels.iter().map(|&l| l as usize + 1).max().unwrap_or(0)];
+    let mut count = 0;
+    let node = labels.iter().map(|&l| {
+        let slot = &mut number[l as usize];
+        if *slot == u32::MAX {
+            *slot = count;
+            count += 1;
+        }
+        *slot
+    });
+    (node.collect(), count as usize)
+}
+
+/// Nested dissection by METIS (Karypis & Kumar 1998): `order[k]` is the node eliminated as the `k`-th.
+/// The seed is fixed, so the same graph always gets the same order.
+pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
+    let n = graph.len();
+    if n < 2 || graph.neighbours.is_empty() || graph.neighbours.len() > i32::MAX as usize {
+        return (0..n as u32).collect();
+    }
+    let mut vertices = n as i32;
+    let mut start: Vec<i32> = graph.start.iter().map(|&s| s as i32).collect();
+    let mut neighbours: Vec<i32> = graph.neighbours.iter().map(|&w| w as i32).collect();
+    let mut weights: Vec<i32> = (0..n).map(|v| graph.unknowns_of(v).len() as i32).collect();
+    let mut order = vec![0i32; n];
+    let mut position = vec![0i32; n];
+    let mut options = [-1i32; 64];
+    options[metis_sys::moptions_et_METIS_OPTION_SEED as usize] = 1;
+    options[metis_sys::moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
+    // Two separators are tried at every level: a few per cent less fill for a tenth of the factor time.
+    options[metis_sys::moptions_et_METIS_OPTION_NSEPS as usize] = 2;
+    // SAFETY: the arrays have the lengths METIS documents (n + 1, edges, n, 40 options, n, n), hold valid
+    // zero-based adjacency without loops, and METIS only writes `order` and `position`.
+    let code = unsafe {
+        metis_sys::METIS_NodeND(
+            &mut vertices,
+            start.as_mut_ptr(),
+            neighbours.as_mut_ptr(),
+            weights.as_mut_ptr(),
+            options.as_mut_ptr(),
+            order.as_mut_ptr(),
+            position.as_mut_ptr(),
+        )
+    };
+    if code != metis_sys::rstatus_et_METIS_OK {
+        return (0..n as u32).collect(); // out of memory inside METIS: any order is valid, only slower
+    }
+    order.into_iter().map(|v| v as u32).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five-point Laplacian on an `n x n` grid.
+    pub(crate) fn grid(n: usize) -> Csr {
+        let at = |i: usize, j: usize| i * n + j;
+        let mut entries = Vec::new();
+        for i in 0..n {
+            for j in 0..n {
+                entries.push((at(i, j), at(i, j), 4.0));
+                for (a, b) in [(i + 1, j), (i, j + 1)] {
+                    if a < n && b < n {
+                        entries.push((at(i, j), at(a, b), -1.0));
+                        entries.push((at(a, b), at(i, j), -1.0));
+                    }
+                }
+            }
+        }
+        Csr::from_triplets(n * n, n * n, &entries)
+    }
+
+    #[test]
+    fn nested_dissection_is_a_permutation() {
+        let graph = NodeGraph::new(&grid(20), None);
+        let mut order = nested_dissection(&graph);
+        order.sort_unstable();
+        assert!(order.iter().enumerate().all(|(i, &v)| v as usize == i));
+    }
+
+    #[test]
+    fn unknowns_of_a_node_stay_together() {
+        let labels: Vec<u32> = (0..400).map(|i| 7 + i / 2).collect();
+        let graph = NodeGraph::new(&grid(20), Some(&labels));
+        assert_eq!(graph.len(), 200);
+        assert_eq!(graph.unknowns_of(3), [6, 7]);
+        assert!(graph.neighbours_of(0).contains(&1) && graph.neighbours_of(0).contains(&10));
+    }
+}
