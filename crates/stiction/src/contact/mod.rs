@@ -1,1 +1,9 @@
-//! Contact surfaces and obstacles; poses the [`ContactProblem`].
+//! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
+
+mod obstacle;
+mod pose;
+mod problem;
+
+pub use obstacle::{Obstacle, Side};
+pub use pose::{ContactSurface, SurfaceFacts, SurfaceFriction, pose};
+pub use problem::{ContactProblem, Friction, Pair, Supports};

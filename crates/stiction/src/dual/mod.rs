@@ -1,1 +1,133 @@
-//! dual.
+//! The dual operator `Q = B K⁻¹ Bᵀ`: what a contact force does to the jump. Knows no friction.
+
+mod choice;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use choice::{Choice, DualSettings, Form, choose};
+
+use crate::Error;
+use crate::contact::ContactProblem;
+use crate::linalg::{Cholesky, Csr, Path, Trailing};
+
+/// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
+#[derive(Debug)]
+#[allow(non_snake_case)]
+pub struct Dual {
+    factor: Cholesky,
+    /// The unknowns some row of `B` touches, in the order of the columns of `B_touched`.
+    touched: Vec<u32>,
+    B_touched: Csr,
+    product: Product,
+    /// `1 / |row|²` of `B`; zero for an empty row.
+    row_scale: Vec<f64>,
+    products: AtomicUsize,
+    solves: AtomicUsize,
+}
+
+#[derive(Debug)]
+enum Product {
+    /// The Schur complement of `K` on the touched unknowns as a dense factor: products are two triangular solves.
+    Dense(Trailing),
+    /// Products by sparse solves; the stiffness of the touched unknowns stands in for the Schur complement where an
+    /// approximate inverse is wanted.
+    Solves { path: Path, lumped: Csr },
+}
+
+impl Dual {
+    /// Factorises `K` in the order that was chosen.
+    ///
+    /// # Errors
+    /// If `K` is not positive definite or memory runs out.
+    pub fn new(problem: &ContactProblem, choice: Choice) -> Result<Self, Error> {
+        let Choice { form, graph, plan, touched, .. } = choice;
+        let factor = Cholesky::new(&problem.K, &graph, plan)?;
+        let (touched, product) = match form {
+            Form::Dense => {
+                let trailing = factor.trailing();
+                (trailing.unknowns.clone(), Product::Dense(trailing))
+            }
+            Form::Solves | Form::Auto => {
+                let path = factor.path(&touched);
+                let lumped = problem.K.select_rows(&touched).select_columns(&touched);
+                (touched, Product::Solves { path, lumped })
+            }
+        };
+        let b_touched = problem.B.select_columns(&touched);
+        let row_scale = (0..b_touched.rows).map(|i| b_touched.row(i).1.iter().map(|v| v * v).sum::<f64>());
+        let row_scale = row_scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }).collect();
+        let (products, solves) = Default::default();
+        Ok(Dual { factor, touched, B_touched: b_touched, product, row_scale, products, solves })
+    }
+
+    /// `Q lambda`, length `3m`.
+    pub fn times(&self, lambda: &[f64]) -> Vec<f64> {
+        self.products.fetch_add(1, Ordering::Relaxed);
+        let force = self.B_touched.transpose_times(lambda);
+        let displacement = match &self.product {
+            Product::Dense(trailing) => trailing.solve(&force),
+            Product::Solves { path, .. } => self.factor.solve_on(path, &self.touched, &force),
+        };
+        self.B_touched.times(&displacement)
+    }
+
+    /// An approximation of `Q⁻¹ v`: `D B S Bᵀ D v` with `D = diag(B Bᵀ)⁻¹` and `S` the Schur complement of `K` on the
+    /// touched unknowns (the Dirichlet preconditioner of FETI), or their block of `K` (the lumped one) where `S` is
+    /// not at hand.
+    pub fn approximate_inverse(&self, v: &[f64]) -> Vec<f64> {
+        let scaled: Vec<f64> = v.iter().zip(&self.row_scale).map(|(v, s)| v * s).collect();
+        let jump = self.B_touched.transpose_times(&scaled);
+        let force = match &self.product {
+            Product::Dense(trailing) => trailing.times(&jump),
+            Product::Solves { lumped, .. } => lumped.times(&jump),
+        };
+        let mut result = self.B_touched.times(&force);
+        result.iter_mut().zip(&self.row_scale).for_each(|(r, s)| *r *= s);
+        result
+    }
+
+    /// `K⁻¹ (f - Bᵀ lambda)`, length `n`.
+    pub fn displacement(&self, problem: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        let mut force = problem.B.transpose_times(lambda);
+        force.iter_mut().zip(&problem.f).for_each(|(b, f)| *b = f - *b);
+        self.factor.solve(&force)
+    }
+
+    /// Products with `Q` so far.
+    pub fn products(&self) -> usize {
+        self.products.load(Ordering::Relaxed)
+    }
+
+    /// Solves with the whole of `K` so far.
+    pub fn solves(&self) -> usize {
+        self.solves.load(Ordering::Relaxed)
+    }
+
+    /// Numbers stored for the factor and, if dense, the Schur complement.
+    pub fn stored(&self) -> usize {
+        self.factor.len() + if matches!(self.product, Product::Dense(_)) { self.touched.len().pow(2) } else { 0 }
+    }
+
+    /// An upper bound of the diagonal of the Schur complement, row by row: `(B K Bᵀ)_ii / |row|⁴`; zero for an empty
+    /// row. Force per length.
+    pub fn local_stiffness(problem: &ContactProblem) -> Vec<f64> {
+        let mut dense = vec![0.0; problem.unknowns()];
+        let row_stiffness = |i: usize| {
+            let (columns, values) = problem.B.row(i);
+            let square: f64 = values.iter().map(|v| v * v).sum();
+            columns.iter().zip(values).for_each(|(&j, &v)| dense[j as usize] = v);
+            let energy: f64 = columns
+                .iter()
+                .zip(values)
+                .map(|(&j, &v)| {
+                    let (k, a) = problem.K.row(j as usize);
+                    v * k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
+                })
+                .sum();
+            columns.iter().for_each(|&j| dense[j as usize] = 0.0);
+            if square > 0.0 { energy / square.powi(2) } else { 0.0 }
+        };
+        (0..problem.B.rows).map(row_stiffness).collect()
+    }
+}

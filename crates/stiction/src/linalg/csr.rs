@@ -153,6 +153,40 @@ impl Csr {
         columns.binary_search(&(j as u32)).map_or(0.0, |k| values[k])
     }
 
+    /// Largest magnitude of an entry.
+    pub fn max_abs(&self) -> f64 {
+        super::max_abs(&self.value)
+    }
+
+    /// The same rows with the columns `keep`, renumbered in that order; entries in other columns are left out.
+    pub fn select_columns(&self, keep: &[u32]) -> Csr {
+        let mut number = vec![u32::MAX; self.cols];
+        keep.iter().enumerate().for_each(|(k, &j)| number[j as usize] = k as u32);
+        let mut part = Csr::zero(self.rows, keep.len());
+        for i in 0..self.rows {
+            let (columns, values) = self.row(i);
+            let kept = columns.iter().zip(values).map(|(&j, &v)| (number[j as usize], v));
+            let mut row: Vec<(u32, f64)> = kept.filter(|e| e.0 != u32::MAX).collect();
+            row.sort_unstable_by_key(|e| e.0);
+            part.column.extend(row.iter().map(|e| e.0));
+            part.value.extend(row.iter().map(|e| e.1));
+            part.start[i + 1] = part.column.len();
+        }
+        part
+    }
+
+    /// The given rows, in that order.
+    pub fn select_rows(&self, keep: &[u32]) -> Csr {
+        let mut part = Csr::zero(keep.len(), self.cols);
+        for (k, &i) in keep.iter().enumerate() {
+            let (columns, values) = self.row(i as usize);
+            part.column.extend_from_slice(columns);
+            part.value.extend_from_slice(values);
+            part.start[k + 1] = part.column.len();
+        }
+        part
+    }
+
     /// The diagonal of a square matrix.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.rows).map(|i| self.entry(i, i)).collect()

@@ -1,0 +1,272 @@
+use crate::contact::{ContactProblem, Friction, Supports};
+
+/// How far an answer is from solving its problem; see [`certify`] for the definitions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Certificate {
+    /// `|f - K u - Bᵀ lambda| / |f|`.
+    pub equilibrium: f64,
+    /// Force and moment of loads, reactions and contact; `None` for a problem without supports.
+    pub balance: Option<Balance>,
+    /// `max(N u - gap)+ / max|u|`; at tied points the largest jump.
+    pub penetration: f64,
+    /// `max(-lambda_n)+ / max|lambda_n|`.
+    pub tension: f64,
+    /// `max(|lambda_t| - bound)+ / max bound`.
+    pub cone: f64,
+    /// `max(bound |s| - lambda_t . s) / (max bound * max |s|)`: zero where friction is parallel to the slip and at
+    /// its bound.
+    pub slip_direction: f64,
+    /// Sum of `lambda_n (gap - N u) + bound |s| - lambda_t . s` over the sum of its terms' magnitudes or the elastic
+    /// work `u'Ku`, whichever is larger (without friction on a flat obstacle all terms vanish). De Saxcé & Feng 1998.
+    pub bipotential_gap: f64,
+    /// `|lambda - P(lambda - r w)| / |lambda|`, `P` the projection on the cone of friction (given friction: on the
+    /// half-line and disc), `w` the jump in De Saxcé's form.
+    pub natural_residual: f64,
+    /// For given friction (no Coulomb point): primal less dual energy, a bound of `1/2 |u - u*|²_K`; energy.
+    pub duality_gap: Option<f64>,
+    /// The largest of the measures.
+    pub worst: f64,
+    pub tolerance: f64,
+    /// Whether `worst <= tolerance`.
+    pub passed: bool,
+}
+
+/// Resultants of loads, reactions and contact forces, over the sum of the magnitudes they add up from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    pub force: f64,
+    /// About the centre the rigid motions are taken about.
+    pub moment: f64,
+}
+
+/// Judges `u` (length `n`) and `lambda` (length `3m`) against `tolerance`.
+pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
+    let m = problem.friction.len();
+    let elastic = problem.K.times(u);
+    let contact_force = problem.B.transpose_times(lambda);
+    let imbalance = (0..u.len()).map(|i| problem.f[i] - elastic[i] - contact_force[i]);
+    let work: f64 = u.iter().zip(&elastic).map(|(u, f)| u * f).sum();
+    let jump = problem.B.times(u);
+    let points: Vec<Point> = (0..m).map(|j| Point::new(problem, &jump, lambda, j)).collect();
+    let largest_u = largest(u).max(problem.supports.as_ref().map_or(0.0, |s| largest(&s.displacement)));
+    let largest_bound = points.iter().fold(0.0, |a: f64, p| a.max(p.bound));
+    let largest_slip = points.iter().fold(0.0, |a: f64, p| a.max(p.slip_length()));
+    let largest_normal = largest(&lambda[..m]);
+    let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
+    let (gap, terms) = bipotential(&points);
+    let mut certificate = Certificate {
+        equilibrium: ratio(length(imbalance), length(problem.f.iter().copied())),
+        balance: problem.supports.as_ref().and_then(|s| balance(problem, s, u, lambda)),
+        penetration: ratio(over_points(&Point::violation), largest_u),
+        tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
+        cone: ratio(over_points(&|p| if p.tied { 0.0 } else { p.friction_length() - p.bound }), largest_bound),
+        slip_direction: ratio(over_points(&Point::misdirection), largest_bound * largest_slip),
+        bipotential_gap: ratio(gap, terms.max(work)),
+        natural_residual: natural_residual(problem, &points, lambda),
+        duality_gap: no_coulomb(problem).then_some(gap),
+        worst: 0.0,
+        tolerance,
+        passed: false,
+    };
+    certificate.worst = certificate.measures().iter().fold(0.0, |a, (_, v)| if v.is_nan() || *v > a { *v } else { a });
+    certificate.passed = certificate.worst <= tolerance && u.iter().chain(lambda).all(|x| x.is_finite());
+    certificate
+}
+
+impl Certificate {
+    /// The measures by name, in the order of reports.
+    pub fn measures(&self) -> Vec<(&'static str, f64)> {
+        let mut list = vec![
+            ("equilibrium", self.equilibrium),
+            ("penetration", self.penetration),
+            ("tension", self.tension),
+            ("cone", self.cone),
+            ("slip_direction", self.slip_direction),
+            ("bipotential_gap", self.bipotential_gap),
+            ("natural_residual", self.natural_residual),
+        ];
+        if let Some(balance) = self.balance {
+            list.insert(1, ("force_balance", balance.force));
+            list.insert(2, ("moment_balance", balance.moment));
+        }
+        list
+    }
+}
+
+/// One contact point: forces and kinematics, with slip as in the law (`lambda_t` points along it).
+struct Point {
+    tied: bool,
+    coulomb: Option<f64>,
+    /// `lambda_n`.
+    normal: f64,
+    friction: [f64; 2],
+    /// `gap` and `N u`.
+    gap: f64,
+    approach: f64,
+    slip: [f64; 2],
+    bound: f64,
+}
+
+impl Point {
+    fn new(problem: &ContactProblem, jump: &[f64], lambda: &[f64], j: usize) -> Point {
+        let m = problem.friction.len();
+        let normal = lambda[j];
+        let (coulomb, bound) = match problem.friction[j] {
+            Friction::None | Friction::Bonded => (None, 0.0),
+            Friction::Given { slip_bound } => (None, slip_bound),
+            Friction::Coulomb { coefficient } => (Some(coefficient), coefficient * normal.max(0.0)),
+        };
+        Point {
+            tied: problem.friction[j] == Friction::Bonded,
+            coulomb,
+            normal,
+            friction: [lambda[m + j], lambda[2 * m + j]],
+            gap: problem.gap[j],
+            approach: jump[j],
+            slip: [jump[m + j] - problem.slip_reference[j], jump[2 * m + j] - problem.slip_reference[m + j]],
+            bound,
+        }
+    }
+
+    fn opening(&self) -> f64 {
+        self.gap - self.approach
+    }
+
+    fn slip_length(&self) -> f64 {
+        self.slip[0].hypot(self.slip[1])
+    }
+
+    fn friction_length(&self) -> f64 {
+        self.friction[0].hypot(self.friction[1])
+    }
+
+    fn friction_work(&self) -> f64 {
+        self.friction[0] * self.slip[0] + self.friction[1] * self.slip[1]
+    }
+
+    /// Penetration, or the whole jump of a tied point; length.
+    fn violation(&self) -> f64 {
+        if self.tied { self.opening().abs().max(self.slip_length()) } else { -self.opening() }
+    }
+
+    fn misdirection(&self) -> f64 {
+        if self.tied { 0.0 } else { self.bound * self.slip_length() - self.friction_work() }
+    }
+}
+
+/// The gap of the bipotential and the sum of the magnitudes of its terms; work.
+fn bipotential(points: &[Point]) -> (f64, f64) {
+    let (mut sum, mut terms) = (0.0, 0.0);
+    for p in points.iter().filter(|p| !p.tied) {
+        sum += p.normal * p.opening() + p.misdirection();
+        let dissipated = p.bound * p.slip_length();
+        terms += (p.normal * p.gap).abs() + (p.normal * p.approach).abs() + dissipated + p.friction_work().abs();
+    }
+    (sum.abs(), terms)
+}
+
+fn natural_residual(problem: &ContactProblem, points: &[Point], lambda: &[f64]) -> f64 {
+    let r = mean_stiffness(problem);
+    let mut square = 0.0;
+    for p in points {
+        let w = [p.opening() + p.coulomb.map_or(0.0, |c| c * p.slip_length()), -p.slip[0], -p.slip[1]];
+        if p.tied {
+            square += (r * p.opening()).powi(2) + (r * p.slip_length()).powi(2);
+            continue;
+        }
+        let y = [p.normal - r * w[0], p.friction[0] - r * w[1], p.friction[1] - r * w[2]];
+        let projected = match p.coulomb {
+            Some(coefficient) => onto_cone(coefficient, y),
+            None => {
+                let shrink = p.bound / y[1].hypot(y[2]).max(p.bound).max(f64::MIN_POSITIVE);
+                [y[0].max(0.0), y[1] * shrink, y[2] * shrink]
+            }
+        };
+        square += (p.normal - projected[0]).powi(2);
+        square += (p.friction[0] - projected[1]).powi(2) + (p.friction[1] - projected[2]).powi(2);
+    }
+    ratio(square.sqrt(), length(lambda.iter().copied()))
+}
+
+/// Euclidean projection on `|y_t| <= F y_n`.
+fn onto_cone(coefficient: f64, y: [f64; 3]) -> [f64; 3] {
+    let tangential = y[1].hypot(y[2]);
+    if tangential <= coefficient * y[0] {
+        return y;
+    }
+    if coefficient * tangential <= -y[0] {
+        return [0.0; 3];
+    }
+    let normal = (y[0] + coefficient * tangential) / (1.0 + coefficient * coefficient);
+    let shrink = coefficient * normal / tangential;
+    [normal, y[1] * shrink, y[2] * shrink]
+}
+
+/// Mean of `(B K Bᵀ)_ii / |row_i|⁴` over the rows of `B`: turns a displacement into a force.
+fn mean_stiffness(problem: &ContactProblem) -> f64 {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for i in 0..problem.B.rows {
+        let (columns, values) = problem.B.row(i);
+        let square: f64 = values.iter().map(|b| b * b).sum();
+        if square == 0.0 {
+            continue;
+        }
+        let pairs = columns.iter().zip(values).flat_map(|a| columns.iter().zip(values).map(move |b| (a, b)));
+        let energy: f64 = pairs.map(|((&p, a), (&q, b))| a * b * problem.K.entry(p as usize, q as usize)).sum();
+        sum += energy / (square * square);
+        count += 1;
+    }
+    if count == 0 { 0.0 } else { sum / count as f64 }
+}
+
+/// Virtual work of all external forces, reactions and contact forces on the six rigid motions.
+fn balance(problem: &ContactProblem, supports: &Supports, u: &[f64], lambda: &[f64]) -> Option<Balance> {
+    let free_rigid = problem.near_kernel.as_ref()?;
+    let held = supports.K.times(u);
+    let own = supports.K_own.times(&supports.displacement);
+    let contact_free = problem.B.transpose_times(lambda);
+    let contact_held = supports.B.transpose_times(lambda);
+    let (mut sum, mut magnitude) = ([0.0; 6], [0.0f64; 6]);
+    let mut add = |motion: &[f64; 6], force: f64| {
+        for k in 0..6 {
+            sum[k] += motion[k] * force;
+            magnitude[k] += (motion[k] * force).abs();
+        }
+    };
+    for (i, motion) in free_rigid.iter().enumerate() {
+        add(motion, supports.free_load[i]);
+        add(motion, -contact_free[i]);
+    }
+    for (i, motion) in supports.rigid.iter().enumerate() {
+        // load - contact + reaction, where the reaction is K u - load + contact
+        add(motion, held[i] + own[i]);
+    }
+    let worst = |range: std::ops::Range<usize>| {
+        let scale = magnitude[range.clone()].iter().fold(0.0, |a: f64, &b| a.max(b));
+        ratio(sum[range].iter().fold(0.0, |a: f64, b| a.max(b.abs())), scale)
+    };
+    Some(Balance { force: worst(0..3), moment: worst(3..6) })
+}
+
+fn no_coulomb(problem: &ContactProblem) -> bool {
+    !problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
+}
+
+fn length(x: impl Iterator<Item = f64>) -> f64 {
+    x.map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |a: f64, v| a.max(v.abs()))
+}
+
+/// `value+ / scale`, zero if there is nothing to measure and infinite if there is but no scale for it.
+fn ratio(value: f64, scale: f64) -> f64 {
+    if value.is_nan() || scale.is_nan() {
+        f64::INFINITY
+    } else if value <= 0.0 {
+        0.0
+    } else {
+        value / scale
+    }
+}

@@ -1,0 +1,104 @@
+/// Which side of a curved obstacle the body is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Side {
+    /// The body lies outside: a ball, a shaft.
+    #[default]
+    Outside,
+    /// The body lies inside: a socket, a bore.
+    Inside,
+}
+
+/// A rigid obstacle at rest. Directions need not have unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Obstacle {
+    /// The half space behind the plane through `point`; `normal` points out of the obstacle, towards the body.
+    Plane { point: [f64; 3], normal: [f64; 3] },
+    Sphere { center: [f64; 3], radius: f64, side: Side },
+    /// An infinite circular cylinder around the line through `point` along `axis`.
+    Cylinder { point: [f64; 3], axis: [f64; 3], radius: f64, side: Side },
+}
+
+impl Obstacle {
+    /// The distance of `x` from the obstacle's surface (negative inside the obstacle) and the unit normal there, out
+    /// of the obstacle. `None` where the normal is not defined: at a centre or on an axis.
+    pub fn distance(&self, x: [f64; 3]) -> Option<(f64, [f64; 3])> {
+        let round = |from_axis: [f64; 3], radius: f64, side: Side| {
+            let r = length(from_axis);
+            let normal = unit(from_axis)?;
+            Some(match side {
+                Side::Outside => (r - radius, normal),
+                Side::Inside => (radius - r, normal.map(|c| -c)),
+            })
+        };
+        match *self {
+            Obstacle::Plane { point, normal } => {
+                let n = unit(normal)?;
+                Some((dot(subtract(x, point), n), n))
+            }
+            Obstacle::Sphere { center, radius, side } => round(subtract(x, center), radius, side),
+            Obstacle::Cylinder { point, axis, radius, side } => {
+                let a = unit(axis)?;
+                let d = subtract(x, point);
+                let along = dot(d, a);
+                round(subtract(d, a.map(|c| c * along)), radius, side)
+            }
+        }
+    }
+}
+
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+pub(super) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(super) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
+    let l = length(a);
+    (l > 0.0 && l.is_finite()).then(|| a.map(|c| c / l))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_distances_and_normals_their_gradients() {
+        let obstacles = [
+            Obstacle::Plane { point: [0.0, 1.0, 0.0], normal: [1.0, 2.0, -2.0] },
+            Obstacle::Sphere { center: [1.0, 0.0, -1.0], radius: 0.5, side: Side::Outside },
+            Obstacle::Sphere { center: [1.0, 0.0, -1.0], radius: 5.0, side: Side::Inside },
+            Obstacle::Cylinder { point: [0.0; 3], axis: [0.0, 3.0, 4.0], radius: 0.25, side: Side::Outside },
+            Obstacle::Cylinder { point: [0.0; 3], axis: [0.0, 3.0, 4.0], radius: 9.0, side: Side::Inside },
+        ];
+        let x = [0.7, -0.3, 1.1];
+        for obstacle in obstacles {
+            let (gap, normal) = obstacle.distance(x).unwrap();
+            assert!((length(normal) - 1.0).abs() < 1e-14);
+            for c in 0..3 {
+                let mut moved = x;
+                moved[c] += 1e-6;
+                let slope = (obstacle.distance(moved).unwrap().0 - gap) / 1e-6;
+                assert!((slope - normal[c]).abs() < 1e-5, "{obstacle:?}");
+            }
+            // One step of length `gap` against the normal lands on the surface.
+            let foot = [0, 1, 2].map(|c| x[c] - gap * normal[c]);
+            assert!(obstacle.distance(foot).unwrap().0.abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_centre_has_no_normal() {
+        let sphere = Obstacle::Sphere { center: [1.0; 3], radius: 1.0, side: Side::Inside };
+        assert!(sphere.distance([1.0; 3]).is_none());
+    }
+}

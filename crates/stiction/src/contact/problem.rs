@@ -1,0 +1,184 @@
+use std::ops::Range;
+
+use crate::Error;
+use crate::linalg::Csr;
+
+/// The law of friction at one contact point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// No tangential force.
+    None,
+    /// Given friction (Tresca): `|lambda_t| <= slip_bound`, newton, whether or not the point is in contact.
+    Given { slip_bound: f64 },
+    /// Coulomb friction: `|lambda_t| <= coefficient * lambda_n`.
+    Coulomb { coefficient: f64 },
+    /// Tied: no relative displacement in any direction, tension included.
+    Bonded,
+}
+
+/// Points of one contact pair, for reports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    pub name: String,
+    pub points: Range<usize>,
+}
+
+/// The prescribed part of the body, for reactions and the balance of forces; `p` prescribed displacements.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Supports {
+    /// Rows of the stiffness matrix at the prescribed degrees of freedom, `p x n`.
+    pub K: Csr,
+    /// Their columns among themselves, `p x p`.
+    pub K_own: Csr,
+    /// External forces at the prescribed degrees of freedom, newton, length `p`.
+    pub load: Vec<f64>,
+    /// External forces at the `n` unknowns, without what the prescribed displacements demand.
+    pub free_load: Vec<f64>,
+    /// Prescribed displacements, length `p`.
+    pub displacement: Vec<f64>,
+    /// The jump's share of the prescribed degrees of freedom, `3m x p`.
+    pub B: Csr,
+    /// The six rigid motions at the prescribed degrees of freedom.
+    pub rigid: Vec<[f64; 6]>,
+}
+
+/// Elastic contact with friction as matrices: left of it nobody knows how it will be solved, right of it nobody
+/// knows a mesh. `m` contact points, `n` unknown displacements.
+///
+/// ```text
+/// K u = f - Bᵀ lambda,   B = [N; T1; T2],   lambda = [lambda_n; lambda_t1; lambda_t2]
+/// N u <= gap,  lambda_n >= 0,  lambda_n (gap - N u) = 0
+/// |lambda_t| <= bound,  slip s = T u - slip_reference,  s != 0  =>  lambda_t = bound s / |s|
+/// ```
+/// A row of `B` may be empty: a tangential direction in which the point cannot move. Its multiplier is zero.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct ContactProblem {
+    /// Stiffness, `n x n`, symmetric positive definite, both triangles stored.
+    pub K: Csr,
+    /// Load, newton, length `n`.
+    pub f: Vec<f64>,
+    /// Jump operator, `3m x n`: normal rows, then first, then second tangential ones. Any sparse matrix.
+    pub B: Csr,
+    /// Initial gap along the normal, length, `m`; negative where the bodies overlap.
+    pub gap: Vec<f64>,
+    /// `T u` from which slip is measured (the last load step), length, `2m`.
+    pub slip_reference: Vec<f64>,
+    /// The law at each point, `m`.
+    pub friction: Vec<Friction>,
+    /// The area each point stands for, `m`; only reports use it.
+    pub area: Vec<f64>,
+    /// Consecutive ranges that cover all points.
+    pub pairs: Vec<Pair>,
+    /// The node each unknown belongs to (any labels); unknowns of one node are ordered together.
+    pub node_of: Option<Vec<u32>>,
+    /// Near-kernel of `K`: the six rigid motions from coordinates, one row an unknown.
+    pub near_kernel: Option<Vec<[f64; 6]>>,
+    pub supports: Option<Supports>,
+}
+
+impl ContactProblem {
+    /// A problem from bare matrices: one pair, unit areas, slip measured from zero.
+    #[allow(non_snake_case)]
+    pub fn from_matrices(K: Csr, f: Vec<f64>, B: Csr, gap: Vec<f64>, friction: Vec<Friction>) -> Self {
+        let m = gap.len();
+        ContactProblem {
+            K,
+            f,
+            B,
+            gap,
+            slip_reference: vec![0.0; 2 * m],
+            friction,
+            area: vec![1.0; m],
+            pairs: vec![Pair { name: "contact".into(), points: 0..m }],
+            node_of: None,
+            near_kernel: None,
+            supports: None,
+        }
+    }
+
+    /// Number of contact points `m`.
+    pub fn points(&self) -> usize {
+        self.gap.len()
+    }
+
+    /// Number of unknown displacements `n`.
+    pub fn unknowns(&self) -> usize {
+        self.f.len()
+    }
+
+    /// The three multipliers of point `j`: normal, first and second tangential.
+    pub fn rows(&self, j: usize) -> [usize; 3] {
+        let m = self.points();
+        [j, m + j, 2 * m + j]
+    }
+
+    /// The law's quantities `[gap - N u; slip_reference - T u]`, length `3m`: the opening and minus the slip.
+    pub fn opening(&self, u: &[f64]) -> Vec<f64> {
+        let m = self.points();
+        let jump = self.B.times(u);
+        let offset = self.gap.iter().chain(&self.slip_reference);
+        jump.iter().zip(offset).take(3 * m).map(|(j, o)| o - j).collect()
+    }
+
+    /// Checks every length, index and value once; the solvers trust a problem that passed.
+    pub fn validate(&self) -> Result<(), Error> {
+        let (m, n) = (self.points(), self.unknowns());
+        let remedy = "give K (n x n), f (n), B (3m x n), gap (m), slip_reference (2m), friction (m), area (m)";
+        let lengths = [
+            ("rows of K", self.K.rows, n),
+            ("columns of K", self.K.cols, n),
+            ("rows of B", self.B.rows, 3 * m),
+            ("columns of B", self.B.cols, n),
+            ("slip_reference", self.slip_reference.len(), 2 * m),
+            ("friction", self.friction.len(), m),
+            ("area", self.area.len(), m),
+            ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
+            ("near_kernel", self.near_kernel.as_ref().map_or(n, Vec::len), n),
+        ];
+        if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
+            return Err(Error::new("contact problem", format!("{name}: {found} where {wanted} are needed"), remedy));
+        }
+        self.K.validate("K")?;
+        self.B.validate("B")?;
+        let vectors = [("f", &self.f), ("gap", &self.gap), ("slip_reference", &self.slip_reference)];
+        for (name, v) in vectors {
+            if let Some(i) = v.iter().position(|x| !x.is_finite()) {
+                return Err(Error::new("contact problem", format!("{name}[{i}] is {}", v[i]), "give finite numbers"));
+            }
+        }
+        for (j, law) in self.friction.iter().enumerate() {
+            let (name, value) = match law {
+                Friction::Given { slip_bound } => ("slip bound", *slip_bound),
+                Friction::Coulomb { coefficient } => ("friction coefficient", *coefficient),
+                Friction::None | Friction::Bonded => continue,
+            };
+            if !(value.is_finite() && value >= 0.0) {
+                let what = format!("the {name} of point {j} is {value}");
+                return Err(Error::new("contact problem", what, "friction is a finite number, at least zero"));
+            }
+        }
+        self.validate_stiffness()
+    }
+
+    fn validate_stiffness(&self) -> Result<(), Error> {
+        for i in 0..self.unknowns() {
+            let (columns, values) = self.K.row(i);
+            for (&j, &v) in columns.iter().zip(values) {
+                let j = j as usize;
+                let scale = self.K.entry(i, i).abs().max(self.K.entry(j, j).abs());
+                // Each pair is looked at once; assembly orders may differ in the last bits.
+                if j > i && (v - self.K.entry(j, i)).abs() > 1e-10 * scale {
+                    let what = format!("K is not symmetric at ({i}, {j}): {v} and {}", self.K.entry(j, i));
+                    return Err(Error::new("contact problem", what, "give both triangles of a symmetric matrix"));
+                }
+            }
+            if self.K.entry(i, i) <= 0.0 {
+                let what = format!("K has the diagonal entry {} at unknown {i}", self.K.entry(i, i));
+                return Err(Error::new("contact problem", what, "K must be positive definite"));
+            }
+        }
+        Ok(())
+    }
+}

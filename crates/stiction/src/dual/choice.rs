@@ -1,0 +1,126 @@
+use crate::Error;
+use crate::contact::ContactProblem;
+use crate::linalg::{NodeGraph, Plan, last, nested_dissection, plan};
+
+/// How products with `Q` are formed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// The cheaper by prediction, within memory.
+    #[default]
+    Auto,
+    /// Contact unknowns are eliminated last and their dense Schur complement is kept.
+    Dense,
+    /// Every product is a solve with the sparse factor.
+    Solves,
+}
+
+/// Settings of the direct dual path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DualSettings {
+    pub form: Form,
+    /// Bytes the factor may take; `None` sets no limit.
+    pub memory_limit: Option<u64>,
+}
+
+/// A decided elimination order with its predicted cost.
+#[derive(Debug)]
+pub struct Choice {
+    /// [`Form::Dense`] or [`Form::Solves`].
+    pub form: Form,
+    /// Predicted multiplications and additions of the factorisation.
+    pub flops: f64,
+    /// Predicted memory of factor, matrix copy and dense block, bytes.
+    pub bytes: u64,
+    /// Predicted seconds on one core of 2020 or later; only ratios are meant.
+    pub seconds: f64,
+    pub(super) graph: NodeGraph,
+    pub(super) plan: Plan,
+    pub(super) touched: Vec<u32>,
+}
+
+/// Products a contact solve is expected to need when the two forms are compared.
+const EXPECTED_PRODUCTS: f64 = 80.0;
+/// Dense arithmetic of the factorisation and streaming of the factor in a solve, per second on one core.
+const FLOPS_PER_SECOND: f64 = 2.5e10;
+const BYTES_PER_SECOND: f64 = 8e9;
+
+/// Orders the unknowns, predicts time and memory of both forms and takes the cheaper that fits.
+///
+/// # Errors
+/// If the form asked for, or with [`Form::Auto`] either form, needs more than the memory limit: how much is needed,
+/// how much there is, and what to do.
+pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choice, Error> {
+    let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
+    let order = nested_dissection(&graph);
+    let touched = touched_unknowns(problem);
+    let solves = || candidate(problem, &graph, &order, &touched, Form::Solves);
+    let dense = || candidate(problem, &graph, &order, &touched, Form::Dense);
+    let mut candidates = match settings.form {
+        Form::Dense => vec![dense()],
+        Form::Solves => vec![solves()],
+        // A block this large never pays: its factor alone exceeds the products it saves.
+        Form::Auto if touched.is_empty() || touched.len() > 20_000 => vec![solves()],
+        Form::Auto => vec![dense(), solves()],
+    };
+    candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let limit = settings.memory_limit.unwrap_or(u64::MAX);
+    let least = candidates.iter().map(|c| c.bytes).min().unwrap_or(0);
+    let chosen = candidates.into_iter().find(|c| c.bytes <= limit).ok_or_else(|| too_large(problem, least, limit))?;
+    Ok(Choice { graph, touched, ..chosen })
+}
+
+fn too_large(problem: &ContactProblem, needed: u64, limit: u64) -> Error {
+    let gb = |bytes: u64| bytes as f64 / 1e9;
+    let what = format!(
+        "the Cholesky factor of {} unknowns needs {:.2} GB and {:.2} GB may be used",
+        problem.unknowns(),
+        gb(needed),
+        gb(limit)
+    );
+    // The factor of a 3D mesh grows like n^(4/3).
+    let share = (limit as f64 / needed as f64).powf(0.75);
+    let remedy = format!(
+        "coarsen the mesh to about {:.0} unknowns, raise `memory` under [solver], or use a machine with more memory",
+        problem.unknowns() as f64 * share
+    );
+    Error::new("", what, remedy)
+}
+
+fn touched_unknowns(problem: &ContactProblem) -> Vec<u32> {
+    let mut touched: Vec<u32> = problem.B.column.clone();
+    touched.sort_unstable();
+    touched.dedup();
+    touched
+}
+
+fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched: &[u32], form: Form) -> Choice {
+    let mut is_last = vec![false; graph.len()];
+    if form == Form::Dense {
+        let wanted: Vec<bool> = marks(problem.unknowns(), touched);
+        (0..graph.len()).for_each(|v| is_last[v] = graph.unknowns_of(v).iter().any(|&i| wanted[i as usize]));
+    }
+    let trailing_nodes = is_last.iter().filter(|&&l| l).count();
+    let plan = plan(graph, &last(order, &is_last), trailing_nodes);
+    let per_product = match form {
+        Form::Dense => 8.0 * (plan.trailing as f64).powi(2),
+        Form::Solves | Form::Auto => 16.0 * plan.path_entries(touched),
+    };
+    // Merged supernodes store about a tenth more than the factor has entries.
+    let numbers = 1.1 * plan.entries() + 2.0 * problem.K.value.len() as f64 + (plan.trailing as f64).powi(2);
+    let empty = NodeGraph { first: vec![0], unknowns: vec![], start: vec![0], neighbours: vec![] };
+    Choice {
+        form,
+        flops: plan.flops(),
+        bytes: (8.0 * numbers) as u64,
+        seconds: plan.flops() / FLOPS_PER_SECOND + EXPECTED_PRODUCTS * per_product / BYTES_PER_SECOND,
+        graph: empty,
+        plan,
+        touched: Vec::new(),
+    }
+}
+
+fn marks(n: usize, wanted: &[u32]) -> Vec<bool> {
+    let mut marks = vec![false; n];
+    wanted.iter().for_each(|&i| marks[i as usize] = true);
+    marks
+}

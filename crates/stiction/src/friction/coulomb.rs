@@ -1,0 +1,125 @@
+use super::law::bound;
+use super::newton_system::NewtonSystem;
+use super::solve::Solution;
+use crate::contact::{ContactProblem, Friction};
+use crate::dual::Dual;
+use crate::linalg::{largest_eigenvalue, norm};
+
+/// What can be said about other solutions of a problem with Coulomb friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoulombFacts {
+    /// Estimated spectral radius of the fixed-point map `g -> F lambda_n(g)` at the solution: below one the solution
+    /// is isolated and the fixed point would converge to it.
+    pub contraction: f64,
+    /// The solution is unique if every friction coefficient is below this; `None` if it is not known for this `B`.
+    pub uniqueness_bound: Option<f64>,
+    /// The largest friction coefficient of the problem.
+    pub largest_coefficient: f64,
+    /// Products with `Q` spent.
+    pub products: usize,
+}
+
+impl CoulombFacts {
+    /// Whether uniqueness is proved.
+    pub fn proved_unique(&self) -> bool {
+        self.uniqueness_bound.is_some_and(|b| self.largest_coefficient < b)
+    }
+}
+
+/// Accuracy of the two figures; they are bounds and estimates, not results.
+const ROUGH: f64 = 0.02;
+const POWER_STEPS: usize = 8;
+const INNER_LIMIT: usize = 40;
+
+/// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
+/// and the uniqueness bound `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))`.
+///
+/// The bound follows from the monotonicity of the normal law and of friction in the slip: two solutions `i` with
+/// bounds `g_i` obey `|u_1 - u_2|_K <= |g_1 - g_2| sqrt(lmax(Q_tt))` and
+/// `|lambda_n| <= sqrt(lmax((Q⁻¹)_nn)) |u|_K`, so below it the map contracts. Both eigenvalues enter as upper
+/// estimates (Ritz value plus residual), and `Q⁻¹` by an upper bound of it. `None` where no friction is Coulomb's.
+pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> Option<CoulombFacts> {
+    let coefficient = |law: &Friction| match law {
+        Friction::Coulomb { coefficient } => Some(*coefficient),
+        _ => None,
+    };
+    let largest_coefficient = problem.friction.iter().filter_map(coefficient).reduce(f64::max)?;
+    let before = dual.products();
+    let contraction = contraction(problem, dual, solution);
+    let uniqueness_bound = uniqueness_bound(problem, dual);
+    Some(CoulombFacts { contraction, uniqueness_bound, largest_coefficient, products: dual.products() - before })
+}
+
+fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f64 {
+    let m = problem.points();
+    let stiffness = Dual::local_stiffness(problem);
+    let live: Vec<bool> = stiffness.iter().map(|&k| k > 0.0).collect();
+    let r: Vec<f64> = (0..m).map(|j| 0.1 * problem.rows(j).iter().map(|&i| stiffness[i]).sum::<f64>() / 3.0).collect();
+    let v = problem.opening(&solution.u);
+    let frozen: Vec<Friction> = (problem.friction.iter().enumerate())
+        .map(|(j, &law)| match law {
+            Friction::Coulomb { .. } => Friction::Given { slip_bound: bound(law, solution.lambda[j]) },
+            other => other,
+        })
+        .collect();
+    let mut system = NewtonSystem::new(&frozen, &live, &stiffness, &solution.lambda, &v, &r);
+    let slipping: Vec<usize> = system.slipping().collect();
+    let slope = |j: usize| match problem.friction[j] {
+        Friction::Coulomb { coefficient } => coefficient,
+        _ => 0.0,
+    };
+    let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * solution.lambda[j]).collect();
+    let mut radius = 0.0;
+    for step in 0..POWER_STEPS {
+        let size = norm(&g);
+        if size == 0.0 {
+            break;
+        }
+        g.iter_mut().for_each(|x| *x /= size);
+        system.answer_to(&g);
+        let answer = system.solve(dual, ROUGH, INNER_LIMIT);
+        g = slipping.iter().map(|&j| slope(j) * answer.d[j]).collect();
+        let growth = norm(&g);
+        let settled = step > 0 && (growth - radius).abs() <= 2.0 * ROUGH * growth;
+        radius = growth;
+        if settled {
+            break;
+        }
+    }
+    radius
+}
+
+fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
+    let m = problem.points();
+    if !rows_are_orthogonal(problem) {
+        return None;
+    }
+    let tangential = |x: &[f64]| {
+        let full: Vec<f64> = std::iter::repeat_n(0.0, m).chain(x.iter().copied()).collect();
+        dual.times(&full)[m..].to_vec()
+    };
+    let normal = |x: &[f64]| {
+        let full: Vec<f64> = x.iter().copied().chain(std::iter::repeat_n(0.0, 2 * m)).collect();
+        dual.approximate_inverse(&full)[..m].to_vec()
+    };
+    let q = largest_eigenvalue(2 * m, tangential, ROUGH, 60);
+    let s = largest_eigenvalue(m, normal, ROUGH, 200);
+    let product = (q.value + q.residual) * (s.value + s.residual);
+    (product > 0.0 && product.is_finite()).then(|| 1.0 / product.sqrt())
+}
+
+/// Whether `B Bᵀ` is diagonal; only then is `Dual::approximate_inverse` an upper bound of `Q⁻¹`.
+fn rows_are_orthogonal(problem: &ContactProblem) -> bool {
+    let by_column = problem.B.transpose();
+    let mut products = std::collections::BTreeMap::new();
+    for j in 0..by_column.rows {
+        let (rows, values) = by_column.row(j);
+        for (a, &i) in rows.iter().enumerate() {
+            for (b, &k) in rows.iter().enumerate().skip(a + 1) {
+                *products.entry((i, k)).or_insert(0.0) += values[a] * values[b];
+            }
+        }
+    }
+    let largest = problem.B.max_abs().powi(2);
+    products.values().all(|p: &f64| p.abs() <= 1e-10 * largest)
+}

@@ -1,0 +1,84 @@
+use crate::contact::Friction;
+
+/// Where a point stands with the law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PointState {
+    Open,
+    Stick,
+    Slip,
+}
+
+/// The largest friction at a point whose augmented normal force is `a_n`, newton.
+pub(super) fn bound(friction: Friction, a_n: f64) -> f64 {
+    match friction {
+        Friction::None => 0.0,
+        Friction::Given { slip_bound } => slip_bound,
+        Friction::Coulomb { coefficient } => coefficient * a_n.max(0.0),
+        Friction::Bonded => f64::INFINITY,
+    }
+}
+
+/// The state of one point from its augmented multiplier `a = lambda - r v`, `v = [gap - N u; -slip]`.
+pub(super) fn state(friction: Friction, a: [f64; 3]) -> PointState {
+    match friction {
+        Friction::Bonded => PointState::Stick,
+        _ if a[0] <= 0.0 => PointState::Open,
+        _ if a[1].hypot(a[2]) < bound(friction, a[0]) => PointState::Stick,
+        _ => PointState::Slip,
+    }
+}
+
+/// States of all points; `v = [gap - N u; -slip]`, `r` one positive number a point, force per length. Points in
+/// contact without friction count as slipping.
+pub fn states(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<PointState> {
+    (0..friction.len()).map(|j| state(friction[j], augmented(lambda, v, r, j))).collect()
+}
+
+/// `lambda - r v` at point `j`.
+pub(super) fn augmented(lambda: &[f64], v: &[f64], r: &[f64], j: usize) -> [f64; 3] {
+    let m = r.len();
+    [j, m + j, 2 * m + j].map(|i| lambda[i] - r[j] * v[i])
+}
+
+/// The residual of Alart & Curnier (1991), newton, length `3m`: `lambda` less the projection of `lambda - r v` on
+/// what the law admits, the radius of the friction disc taken from the augmented normal force. Zero exactly at
+/// solutions.
+pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
+    let m = r.len();
+    let mut g = vec![0.0; 3 * m];
+    for j in 0..m {
+        let a = augmented(lambda, v, r, j);
+        let projected = if friction[j] == Friction::Bonded {
+            a
+        } else {
+            let (limit, length) = (bound(friction[j], a[0]), a[1].hypot(a[2]));
+            let shrink = if length > limit { limit / length } else { 1.0 };
+            [a[0].max(0.0), a[1] * shrink, a[2] * shrink]
+        };
+        [j, m + j, 2 * m + j].into_iter().zip(projected).for_each(|(i, p)| g[i] = lambda[i] - p);
+    }
+    g
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_residual_vanishes_exactly_where_the_law_holds() {
+        let coulomb = Friction::Coulomb { coefficient: 0.5 };
+        let holds = |friction, lambda: [f64; 3], v: [f64; 3]| {
+            residual(&[friction], &lambda, &v, &[3.0]).iter().all(|g| g.abs() < 1e-14)
+        };
+        // v = [opening, -slip]: friction points along the slip, against v.
+        assert!(holds(coulomb, [4.0, 2.0, 0.0], [0.0, -7.0, 0.0]), "slip");
+        assert!(!holds(coulomb, [4.0, 2.0, 0.0], [0.0, 7.0, 0.0]), "friction that pushes along");
+        assert!(holds(coulomb, [4.0, 1.0, -1.0], [0.0, 0.0, 0.0]), "stick");
+        assert!(!holds(coulomb, [4.0, 1.9, 1.9], [0.0, 0.0, 0.0]), "outside the cone");
+        assert!(holds(coulomb, [0.0, 0.0, 0.0], [0.3, 5.0, -2.0]), "open");
+        assert!(!holds(coulomb, [0.0, 0.0, 0.0], [-0.3, 0.0, 0.0]), "penetration");
+        assert!(!holds(coulomb, [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]), "tension");
+        assert!(holds(Friction::Given { slip_bound: 2.0 }, [0.0, 0.0, -2.0], [1.0, 0.0, 9.0]), "given, even if open");
+        assert!(holds(Friction::Bonded, [-1.0, 80.0, 0.0], [0.0, 0.0, 0.0]), "tied");
+    }
+}

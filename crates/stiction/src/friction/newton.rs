@@ -1,0 +1,109 @@
+use std::ops::ControlFlow;
+
+use super::law::{residual, states};
+use super::newton_system::NewtonSystem;
+use super::PointState;
+use crate::contact::Friction;
+use crate::dual::Dual;
+use crate::linalg::norm;
+
+/// The point the iteration has reached: multipliers and `v = Q lambda - h = [gap - N u; -slip]`.
+#[derive(Debug, Clone)]
+pub(super) struct Iterate {
+    pub lambda: Vec<f64>,
+    pub v: Vec<f64>,
+}
+
+/// How a run of Newton steps ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Converged,
+    Stalled,
+    Limit,
+    Interrupted,
+}
+
+/// What a run of Newton steps works on.
+pub(super) struct Newton<'a> {
+    pub dual: &'a Dual,
+    pub friction: &'a [Friction],
+    /// False for an empty row of `B`, length `3m`.
+    pub live: &'a [bool],
+    /// Local stiffness of each row, `3m`.
+    pub stiffness: &'a [f64],
+    /// The parameter of the residual, one a point, force per length.
+    pub r: &'a [f64],
+    /// Stop when the residual's norm is at most this share of the multipliers'.
+    pub tolerance: f64,
+}
+
+/// Backtracking ends here: a smaller step means that the direction is no descent.
+const SMALLEST_STEP: f64 = 1.0 / 64.0;
+/// A step may raise the residual as long as it stays below the largest of so many before it.
+const MEMORY: usize = 4;
+/// Steps without a tenth gained on the best residual that count as a stall.
+const PATIENCE: usize = 7;
+/// Products one linear system may take.
+const INNER_LIMIT: usize = 300;
+
+/// Semismooth Newton (Alart & Curnier 1991) with inexact steps and non-monotone backtracking (Grippo, Lampariello &
+/// Lucidi 1986) on the norm of the residual. `steps` counts down to the limit of the whole solve.
+pub(super) fn newton(
+    on: &Newton<'_>,
+    at: &mut Iterate,
+    steps: &mut usize,
+    observe: &mut dyn FnMut(f64, f64, &[PointState]) -> ControlFlow<()>,
+) -> End {
+    let mut recent: Vec<f64> = Vec::new();
+    let (mut best, mut since_best) = (f64::INFINITY, 0);
+    let mut previous: Vec<PointState> = Vec::new();
+    loop {
+        let theta = norm(&residual(on.friction, &at.lambda, &at.v, on.r));
+        let now = states(on.friction, &at.lambda, &at.v, on.r);
+        let scale = norm(&at.lambda);
+        if observe(theta, scale, &now).is_break() {
+            return End::Interrupted;
+        }
+        let target = on.tolerance * scale;
+        if theta <= target {
+            return End::Converged;
+        }
+        if *steps == 0 {
+            return End::Limit;
+        }
+        since_best = if theta < 0.9 * best { 0 } else { since_best + 1 };
+        best = best.min(theta);
+        if since_best > PATIENCE || !theta.is_finite() {
+            return End::Stalled;
+        }
+        *steps -= 1;
+        // While points still change their state the linear model is only as good as that; once they rest, the step
+        // is worth solving to the end.
+        let settled = now == previous;
+        let forcing = if settled { (0.3 * target / theta).clamp(1e-10, 1e-2) } else { 1e-2 };
+        let system = NewtonSystem::new(on.friction, on.live, on.stiffness, &at.lambda, &at.v, on.r);
+        let step = system.solve(on.dual, forcing, INNER_LIMIT);
+        recent.push(theta);
+        let highest = recent.iter().rev().take(MEMORY).fold(0.0, |a: f64, &b| a.max(b));
+        let mut t = 1.0;
+        let next = loop {
+            let trial = Iterate { lambda: along(&at.lambda, t, &step.d), v: along(&at.v, t, &step.qd) };
+            let theta = norm(&residual(on.friction, &trial.lambda, &trial.v, on.r));
+            if theta <= (1.0 - 1e-4 * t) * highest {
+                break Some(trial);
+            }
+            t *= 0.5;
+            if t < SMALLEST_STEP {
+                break None;
+            }
+        };
+        let Some(next) = next else { return End::Stalled };
+        *at = next;
+        previous = now;
+    }
+}
+
+fn along(x: &[f64], t: f64, d: &[f64]) -> Vec<f64> {
+    x.iter().zip(d).map(|(x, d)| x + t * d).collect()
+}
+

@@ -1,0 +1,214 @@
+use super::law::{augmented, bound};
+use crate::contact::Friction;
+use crate::dual::Dual;
+use crate::linalg::{axpy, gmres};
+
+/// One unknown of a Newton step.
+#[derive(Debug, Clone, Copy)]
+enum Unknown {
+    /// The multiplier `i`; its equation is that the jump in row `i` vanishes.
+    Component { i: usize },
+    /// The normal multiplier `i` of a point that slips along `direction`: friction `slope * lambda_n` follows it.
+    SlippingNormal { i: usize, tangents: [usize; 2], direction: [f64; 2], slope: f64 },
+    /// The turn of the friction at a slipping point, across its direction. `softness` is what the curvature of the
+    /// circle adds to `Q`, length per force.
+    Turn { tangents: [usize; 2], across: [f64; 2], softness: f64 },
+}
+
+/// The linear system of one semismooth Newton step, reduced to what is not known beforehand.
+///
+/// With `v = Q lambda - h` and `a = lambda - r v` the step `d` of Alart & Curnier's equations obeys at a point:
+/// open: `d = -lambda`; in contact: `(Q d)_n = -v_n`; stick: `(Q d)_t = -v_t`; slip along `e = a_t / |a_t|` under the
+/// bound `g`: `lambda_t + d_t` has the component `F (lambda_n + d_n)` (or the given bound) along `e`, and across it
+/// `(Q d)_x + (1 - q)/(q r) d_x = -v_x / q` with `q = g / |a_t|`.
+pub(super) struct NewtonSystem {
+    unknowns: Vec<Unknown>,
+    rhs: Vec<f64>,
+    /// The part of the step that is known, length `3m`.
+    known: Vec<f64>,
+    /// Slipping points with their tangential rows and direction.
+    slips: Vec<(usize, [usize; 2], [f64; 2])>,
+    weight: Vec<f64>,
+}
+
+/// A Newton direction with its image, so that no product is needed along it.
+pub(super) struct Step {
+    pub d: Vec<f64>,
+    /// `Q d`.
+    pub qd: Vec<f64>,
+    /// Relative residual the inner iteration reached.
+    pub residual: f64,
+}
+
+impl NewtonSystem {
+    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row.
+    pub fn new(
+        friction: &[Friction],
+        live: &[bool],
+        stiffness: &[f64],
+        lambda: &[f64],
+        v: &[f64],
+        r: &[f64],
+    ) -> NewtonSystem {
+        let m = r.len();
+        let mut system = NewtonSystem {
+            unknowns: Vec::new(),
+            rhs: Vec::new(),
+            known: vec![0.0; 3 * m],
+            slips: Vec::new(),
+            weight: Vec::new(),
+        };
+        for j in 0..m {
+            let rows = [j, m + j, 2 * m + j];
+            if friction[j] == Friction::Bonded {
+                rows.into_iter().filter(|&i| live[i]).for_each(|i| system.component(i, v));
+                continue;
+            }
+            let a = augmented(lambda, v, r, j);
+            let limit = bound(friction[j], a[0]);
+            let tangents = [rows[1], rows[2]];
+            let length = a[1].hypot(a[2]);
+            let in_contact = a[0] > 0.0 && live[j];
+            if !in_contact {
+                system.known[j] = -lambda[j];
+            }
+            if limit <= 0.0 {
+                tangents.into_iter().for_each(|i| system.known[i] = -lambda[i]);
+            } else if length <= limit {
+                tangents.into_iter().filter(|&i| live[i]).for_each(|i| system.component(i, v));
+            } else {
+                let e = [a[1] / length, a[2] / length];
+                system.slips.push((j, tangents, e));
+                let along = lambda[rows[1]] * e[0] + lambda[rows[2]] * e[1];
+                let slope = match friction[j] {
+                    Friction::Coulomb { coefficient } => coefficient,
+                    _ => 0.0,
+                };
+                let target = if slope > 0.0 { slope * lambda[j] } else { limit };
+                tangents.into_iter().zip(e).for_each(|(i, e)| system.known[i] = e * (target - along));
+                if slope > 0.0 {
+                    system.unknowns.push(Unknown::SlippingNormal { i: j, tangents, direction: e, slope });
+                    system.rhs.push(-v[j]);
+                    system.weight.push(1.0);
+                }
+                if live[rows[1]] && live[rows[2]] {
+                    let across = [-e[1], e[0]];
+                    let q = limit / length;
+                    let softness = (1.0 - q) / (q * r[j]);
+                    system.unknowns.push(Unknown::Turn { tangents, across, softness });
+                    system.rhs.push(-(v[rows[1]] * across[0] + v[rows[2]] * across[1]) / q);
+                    let local = 0.5 * (stiffness[rows[1]] + stiffness[rows[2]]);
+                    system.weight.push(1.0 / (1.0 + softness * local).sqrt());
+                }
+                if slope > 0.0 {
+                    continue; // the normal multiplier is among the unknowns already
+                }
+            }
+            if in_contact {
+                system.component(j, v);
+            }
+        }
+        system
+    }
+
+    fn component(&mut self, i: usize, v: &[f64]) {
+        self.unknowns.push(Unknown::Component { i });
+        self.rhs.push(-v[i]);
+        self.weight.push(1.0);
+    }
+
+    /// `d += E y`: what the unknowns `y` contribute to the step.
+    fn expand(&self, y: &[f64], d: &mut [f64]) {
+        for (unknown, &y) in self.unknowns.iter().zip(y) {
+            match *unknown {
+                Unknown::Component { i } => d[i] += y,
+                Unknown::SlippingNormal { i, tangents, direction, slope } => {
+                    d[i] += y;
+                    tangents.into_iter().zip(direction).for_each(|(t, e)| d[t] += slope * e * y);
+                }
+                Unknown::Turn { tangents, across, .. } => {
+                    tangents.into_iter().zip(across).for_each(|(t, x)| d[t] += x * y);
+                }
+            }
+        }
+    }
+
+    /// `Pᵀ w`: the rows of the equations.
+    fn restrict(&self, w: &[f64]) -> Vec<f64> {
+        let row = |unknown: &Unknown| match *unknown {
+            Unknown::Component { i } | Unknown::SlippingNormal { i, .. } => w[i],
+            Unknown::Turn { tangents, across, .. } => w[tangents[0]] * across[0] + w[tangents[1]] * across[1],
+        };
+        self.unknowns.iter().map(row).collect()
+    }
+
+    /// `Pᵀ`'s transpose: as [`Self::expand`] without the friction that follows the normal force.
+    fn expand_rows(&self, y: &[f64], d: &mut [f64]) {
+        for (unknown, &y) in self.unknowns.iter().zip(y) {
+            match *unknown {
+                Unknown::Component { i } | Unknown::SlippingNormal { i, .. } => d[i] += y,
+                Unknown::Turn { tangents, across, .. } => {
+                    tangents.into_iter().zip(across).for_each(|(t, x)| d[t] += x * y);
+                }
+            }
+        }
+    }
+
+    fn soften(&self, y: &[f64], w: &mut [f64]) {
+        for ((unknown, y), w) in self.unknowns.iter().zip(y).zip(w) {
+            if let Unknown::Turn { softness, .. } = unknown {
+                *w += softness * y;
+            }
+        }
+    }
+
+    /// Points that slip.
+    pub fn slipping(&self) -> impl Iterator<Item = usize> + '_ {
+        self.slips.iter().map(|s| s.0)
+    }
+
+    /// The same operator with another right-hand side: the answer of the points to a change `dg` of the bounds of the
+    /// slipping ones (in the order of [`Self::slipping`]).
+    pub fn answer_to(&mut self, dg: &[f64]) {
+        self.rhs.fill(0.0);
+        self.known.fill(0.0);
+        for ((_, tangents, e), dg) in self.slips.iter().zip(dg) {
+            tangents.iter().zip(e).for_each(|(&i, e)| self.known[i] = e * dg);
+        }
+    }
+
+    /// Solves the step to the relative accuracy `tolerance` by GMRES, at most `limit` products.
+    ///
+    /// The preconditioner approximates `(Pᵀ Q P + softness)⁻¹` by `W Pᵀ S P W` with `S ~ Q⁻¹` and the diagonal
+    /// `W = (1 + softness * stiffness)^(-1/2)`, exact in the limits of no and of large softness for a diagonal `Q`.
+    pub fn solve(&self, dual: &Dual, tolerance: f64, limit: usize) -> Step {
+        let size = self.known.len();
+        let mut d = self.known.clone();
+        let mut qd = if d.iter().any(|&x| x != 0.0) { dual.times(&d) } else { vec![0.0; size] };
+        let mut rhs = self.rhs.clone();
+        axpy(-1.0, &self.restrict(&qd), &mut rhs);
+        let mut images = Vec::new();
+        let operator = |y: &[f64]| {
+            let mut full = vec![0.0; size];
+            self.expand(y, &mut full);
+            let image = dual.times(&full);
+            let mut w = self.restrict(&image);
+            self.soften(y, &mut w);
+            images.push(image);
+            w
+        };
+        let preconditioner = |x: &[f64]| {
+            let weigh = |x: &[f64]| -> Vec<f64> { x.iter().zip(&self.weight).map(|(x, w)| x * w).collect() };
+            let mut full = vec![0.0; size];
+            self.expand_rows(&weigh(x), &mut full);
+            weigh(&self.restrict(&dual.approximate_inverse(&full)))
+        };
+        let krylov = gmres(operator, preconditioner, &rhs, tolerance, limit);
+        for ((&c, y), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
+            let scaled: Vec<f64> = y.iter().map(|y| c * y).collect();
+            self.expand(&scaled, &mut d);
+            axpy(c, image, &mut qd);
+        }
+        Step { d, qd, residual: krylov.residual }
+    }
+}

@@ -1,0 +1,311 @@
+use std::ops::ControlFlow;
+
+use super::PointState;
+use super::law::{bound, states};
+use super::newton::{End, Iterate, Newton, newton};
+use crate::certificate::{Certificate, certify};
+use crate::contact::{ContactProblem, Friction};
+use crate::dual::Dual;
+use crate::linalg::axpy;
+use crate::qp::{PointSet, accelerated_gradient};
+
+/// Settings of a solve; the defaults need no tuning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Every entry of the certificate is to be at most this; useful from 1e-3 to about 1e-12.
+    pub tolerance: f64,
+    /// Newton steps.
+    pub max_iterations: usize,
+    /// Multipliers to start from, length `3m`, newton; zero if `None`.
+    pub start: Option<Vec<f64>>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { tolerance: 1e-8, max_iterations: 200, start: None }
+    }
+}
+
+/// How the iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The certificate passes.
+    Solved,
+    MaxIterations,
+    /// No method gains on the residual any more.
+    Stalled,
+    /// The observer asked to stop.
+    Interrupted,
+}
+
+/// What the solver is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Newton's method on the law itself.
+    Newton,
+    /// Accelerated projected gradients with frozen bounds, after a stall.
+    Gradient,
+    /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls.
+    FixedPoint,
+}
+
+/// Told to the observer at every iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    pub phase: Phase,
+    pub iteration: usize,
+    /// Norm of the residual over the norm of the multipliers.
+    pub residual: f64,
+    /// Products with `Q` so far.
+    pub products: usize,
+    pub open: usize,
+    pub stick: usize,
+    pub slip: usize,
+}
+
+/// What the solve cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Newton steps, those of the fixed point included.
+    pub newton_steps: usize,
+    /// Times a stall was answered by gradient steps.
+    pub restarts: usize,
+    /// Outer steps of the fixed point.
+    pub fixed_point_steps: usize,
+    /// Products with `Q`.
+    pub products: usize,
+    /// Solves with the whole of `K`.
+    pub solves: usize,
+}
+
+/// A solution with its certificate.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    pub status: Status,
+    /// Displacements, length `n`.
+    pub u: Vec<f64>,
+    /// Multipliers `[lambda_n; lambda_t1; lambda_t2]`, newton, `3m`; admissible to the last digit.
+    pub lambda: Vec<f64>,
+    pub states: Vec<PointState>,
+    pub certificate: Certificate,
+    pub counts: Counts,
+    pub history: Vec<Progress>,
+}
+
+/// The parameter of the residual over the local stiffness. Near one, cases rich in sticking points cycle; far below,
+/// points leave and enter contact late.
+const PARAMETER: f64 = 0.07;
+/// Gradient steps after a stall.
+const GRADIENT_STEPS: usize = 20;
+/// Stalls answered by gradient steps before the fixed point takes over.
+const RESTARTS: usize = 5;
+
+/// Solves contact with friction: Newton's method on the law itself; after a stall some accelerated gradient steps and
+/// a smaller parameter; after repeated stalls the fixed point on the bounds of friction, whose problems are convex.
+///
+/// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
+/// enough but did not certify is reduced further.
+pub fn solve(
+    problem: &ContactProblem,
+    dual: &Dual,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Solution {
+    let mut solver = Solver::new(problem, dual, settings);
+    // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
+    let mut tolerance = 0.1 * settings.tolerance;
+    loop {
+        let end = solver.ladder(tolerance, observer);
+        let solution = solver.finish(end, settings.tolerance);
+        tolerance *= 0.1;
+        if end != End::Converged || solution.certificate.passed || tolerance < 1e-4 * settings.tolerance {
+            return solution;
+        }
+    }
+}
+
+struct Solver<'a> {
+    problem: &'a ContactProblem,
+    dual: &'a Dual,
+    live: Vec<bool>,
+    stiffness: Vec<f64>,
+    /// `v` at zero multipliers.
+    v0: Vec<f64>,
+    at: Iterate,
+    steps_left: usize,
+    max_steps: usize,
+    counts: Counts,
+    history: Vec<Progress>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(problem: &'a ContactProblem, dual: &'a Dual, settings: &Settings) -> Self {
+        let stiffness = Dual::local_stiffness(problem);
+        let live = stiffness.iter().map(|&k| k > 0.0).collect();
+        let size = 3 * problem.points();
+        let v0 = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
+        let at = match settings.start.as_ref().filter(|s| s.len() == size && s.iter().all(|x| x.is_finite())) {
+            Some(start) => {
+                let mut v = dual.times(start);
+                axpy(1.0, &v0, &mut v);
+                Iterate { lambda: start.clone(), v }
+            }
+            None => Iterate { lambda: vec![0.0; size], v: v0.clone() },
+        };
+        let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
+        let (counts, history) = Default::default();
+        Solver { problem, dual, live, stiffness, v0, at, steps_left, max_steps, counts, history }
+    }
+
+    /// The parameter of the residual at each point.
+    fn parameter(&self, factor: f64) -> Vec<f64> {
+        let m = self.problem.points();
+        let local = |j: usize| {
+            let rows = self.problem.rows(j).map(|i| self.stiffness[i]);
+            let live = rows.iter().filter(|&&k| k > 0.0).count().max(1);
+            rows.iter().sum::<f64>() / live as f64
+        };
+        let fallback = self.stiffness.iter().fold(0.0, |a: f64, &b| a.max(b)).max(f64::MIN_POSITIVE);
+        (0..m).map(|j| factor * PARAMETER * if local(j) > 0.0 { local(j) } else { fallback }).collect()
+    }
+
+    fn ladder(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
+        let laws = self.problem.friction.clone();
+        let mut factor = 1.0;
+        for _ in 0..RESTARTS {
+            let end = self.newton(&laws, Phase::Newton, factor, tolerance, observer);
+            if end != End::Stalled {
+                return end;
+            }
+            self.gradient_steps();
+            factor /= 3.0;
+        }
+        // Fixed point g -> F lambda_n(g); every step ends with an attempt of Newton on the law itself.
+        while self.steps_left > 0 {
+            self.counts.fixed_point_steps += 1;
+            let frozen = self.frozen_laws();
+            let end = self.newton(&frozen, Phase::FixedPoint, 1.0, tolerance.max(1e-6), observer);
+            match end {
+                End::Stalled => self.gradient_steps(),
+                End::Converged => {}
+                End::Limit | End::Interrupted => return end,
+            }
+            let before = self.at.clone();
+            let end = self.newton(&laws, Phase::Newton, 1.0, tolerance, observer);
+            if end != End::Stalled {
+                return end;
+            }
+            self.at = before;
+        }
+        End::Limit
+    }
+
+    fn newton(
+        &mut self,
+        laws: &[Friction],
+        phase: Phase,
+        factor: f64,
+        tolerance: f64,
+        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> End {
+        let r = self.parameter(factor);
+        let on = Newton {
+            dual: self.dual,
+            friction: laws,
+            live: &self.live,
+            stiffness: &self.stiffness,
+            r: &r,
+            tolerance,
+        };
+        let (history, dual) = (&mut self.history, self.dual);
+        let first = self.max_steps - self.steps_left;
+        let mut iteration = first;
+        let mut observe = |theta: f64, scale: f64, states: &[PointState]| {
+            let count = |s| states.iter().filter(|&&x| x == s).count();
+            let progress = Progress {
+                phase,
+                iteration,
+                residual: if scale > 0.0 { theta / scale } else { f64::from(u8::from(theta > 0.0)) },
+                products: dual.products(),
+                open: count(PointState::Open),
+                stick: count(PointState::Stick),
+                slip: count(PointState::Slip),
+            };
+            iteration += 1;
+            history.push(progress);
+            observer(&progress)
+        };
+        newton(&on, &mut self.at, &mut self.steps_left, &mut observe)
+    }
+
+    /// Given friction with the bounds of the present normal forces.
+    fn frozen_laws(&self) -> Vec<Friction> {
+        let freeze = |(j, &law): (usize, &Friction)| match law {
+            Friction::Coulomb { .. } => Friction::Given { slip_bound: bound(law, self.at.lambda[j]) },
+            other => other,
+        };
+        self.problem.friction.iter().enumerate().map(freeze).collect()
+    }
+
+    fn gradient_steps(&mut self) {
+        self.counts.restarts += 1;
+        let sets: Vec<PointSet> = (self.frozen_laws().iter())
+            .map(|law| match *law {
+                Friction::Given { slip_bound } => PointSet::HalfLineAndDisc { radius: slip_bound },
+                Friction::Bonded => PointSet::Free,
+                Friction::None | Friction::Coulomb { .. } => PointSet::HalfLineAndDisc { radius: 0.0 },
+            })
+            .collect();
+        let b: Vec<f64> = self.v0.iter().map(|v| -v).collect();
+        let q_lambda: Vec<f64> = self.at.v.iter().zip(&self.v0).map(|(v, v0)| v - v0).collect();
+        let weight = self.parameter(1.0);
+        let operator = |x: &[f64]| {
+            let masked: Vec<f64> = x.iter().zip(&self.live).map(|(x, &l)| if l { *x } else { 0.0 }).collect();
+            self.dual.times(&masked)
+        };
+        let found = accelerated_gradient(operator, &b, &sets, &weight, &self.at.lambda, &q_lambda, GRADIENT_STEPS);
+        self.at.lambda = found.x;
+        self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
+        self.at.v = found.a_times_x.iter().zip(&self.v0).map(|(q, v0)| q + v0).collect();
+    }
+
+    /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.
+    fn finish(&mut self, end: End, tolerance: f64) -> Solution {
+        let r = self.parameter(1.0);
+        let found = states(&self.problem.friction, &self.at.lambda, &self.at.v, &r);
+        let mut lambda = self.at.lambda.clone();
+        make_admissible(&self.problem.friction, &mut lambda);
+        let u = self.dual.displacement(self.problem, &lambda);
+        self.at = Iterate { v: self.problem.opening(&u), lambda };
+        let certificate = certify(self.problem, &u, &self.at.lambda, tolerance);
+        let status = match end {
+            End::Interrupted => Status::Interrupted,
+            _ if certificate.passed => Status::Solved,
+            End::Limit => Status::MaxIterations,
+            End::Stalled | End::Converged => Status::Stalled,
+        };
+        self.counts.newton_steps = self.max_steps - self.steps_left;
+        self.counts.products = self.dual.products();
+        self.counts.solves = self.dual.solves();
+        let lambda = self.at.lambda.clone();
+        let (counts, history) = (self.counts, self.history.clone());
+        Solution { status, u, lambda, states: found, certificate, counts, history }
+    }
+}
+
+/// Removes what rounding and the tolerance left outside the law's set: tension, and friction beyond its bound.
+fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
+    let m = friction.len();
+    for (j, &law) in friction.iter().enumerate() {
+        if law == Friction::Bonded {
+            continue;
+        }
+        lambda[j] = lambda[j].max(0.0);
+        let (limit, length) = (bound(law, lambda[j]), lambda[m + j].hypot(lambda[2 * m + j]));
+        if length > limit {
+            let shrink = limit / length;
+            lambda[m + j] *= shrink;
+            lambda[2 * m + j] *= shrink;
+        }
+    }
+}
