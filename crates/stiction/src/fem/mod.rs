@@ -1,111 +1,59 @@
 //! Elements, materials and loads: from a mesh to a stiffness matrix and a load vector.
+//!
+//! [`assemble`] poses `K u = f`; [`full_displacement`], [`reactions`] and [`cell_stress`] read its solution;
+//! [`unheld_motions`] says which rigid motions the prescribed displacements leave free.
 
-use std::fmt;
-use std::sync::Arc;
+mod assembly;
+mod dofs;
+pub mod elements;
+mod faces;
+mod field;
+mod incidence;
+mod loads;
+mod material;
+mod model;
+mod recovery;
+mod rigid;
+mod solid;
+#[cfg(test)]
+mod tests;
 
-use crate::linalg::Csr;
+pub use assembly::assemble;
+pub use dofs::dof_map;
+pub use faces::{nodal_areas, nodal_normals};
+pub use field::Field;
+pub use loads::external_forces;
+pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
+pub use model::{DofMap, FeModel, Fix, Load};
+pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
+pub use rigid::{Motion, Unheld, rigid_motions, unheld_motions};
+pub use solid::{Solid, notes};
 
-/// A number, or a function of position and time given as an expression.
-#[derive(Clone)]
-pub enum Field {
-    Constant(f64),
-    /// `f(x, t)`, with the text it was read from for messages.
-    Function {
-        text: String,
-        value: Arc<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
-    },
-}
+/// Vectors of three components.
+mod v3 {
+    pub type V3 = [f64; 3];
 
-impl Field {
-    /// The value at `x` and time `t`.
-    pub fn at(&self, x: [f64; 3], t: f64) -> f64 {
-        match self {
-            Field::Constant(c) => *c,
-            Field::Function { value, .. } => value(x, t),
-        }
+    pub fn add(a: V3, b: V3) -> V3 {
+        [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
     }
-}
 
-impl fmt::Debug for Field {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Field::Constant(c) => write!(f, "{c}"),
-            Field::Function { text, .. } => write!(f, "{text:?}"),
-        }
+    pub fn sub(a: V3, b: V3) -> V3 {
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
     }
-}
 
-/// How the strain of a hexahedron is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Formulation {
-    /// B-bar where Poisson's ratio exceeds 0.45, full integration elsewhere.
-    #[default]
-    Auto,
-    /// 2 x 2 x 2 Gauss points.
-    Full,
-    /// Mean dilatation (Hughes 1980): the volumetric strain is averaged over the cell, which avoids locking.
-    BBar,
-}
+    pub fn scale(s: f64, a: V3) -> V3 {
+        [s * a[0], s * a[1], s * a[2]]
+    }
 
-/// Isotropic linear elasticity.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Material {
-    pub name: String,
-    /// Young's modulus, stress.
-    pub young: f64,
-    /// Poisson's ratio, in (-1, 0.5).
-    pub poisson: f64,
-    /// Mass per volume; zero if gravity does not act on it.
-    pub density: f64,
-    pub formulation: Formulation,
-}
+    pub fn dot(a: V3, b: V3) -> f64 {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
 
-/// A load on boundary faces (indices into `Mesh::faces`) or cells.
-#[derive(Debug, Clone)]
-pub enum Load {
-    /// Force per area, as a vector.
-    Traction { faces: Vec<u32>, value: [Field; 3] },
-    /// Force per area against the outward normal.
-    Pressure { faces: Vec<u32>, value: Field },
-    /// A total force, spread evenly over the area of the faces; expressions see the time only.
-    Force { faces: Vec<u32>, total: [Field; 3] },
-    /// An acceleration acting on the mass of the cells.
-    Gravity { cells: Vec<u32>, acceleration: [Field; 3] },
-}
+    pub fn cross(a: V3, b: V3) -> V3 {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
 
-/// Prescribed displacement components of nodes.
-#[derive(Debug, Clone)]
-pub struct Fix {
-    pub nodes: Vec<u32>,
-    /// `None` leaves the component free.
-    pub value: [Option<Field>; 3],
-}
-
-/// Which components of displacement are unknown. Component `c` of node `i` is degree of freedom `3 i + c`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DofMap {
-    /// For each degree of freedom its number among the unknowns, or `u32::MAX` where it is prescribed.
-    pub unknown: Vec<u32>,
-    /// Degrees of freedom that are unknown, ascending; its length is `n`.
-    pub free: Vec<u32>,
-    /// Degrees of freedom that are prescribed, ascending; its length is `p`.
-    pub prescribed: Vec<u32>,
-    /// Prescribed displacements, length `p`.
-    pub value: Vec<f64>,
-}
-
-/// The elastic body without contact: `K u = f` for the unknown displacements.
-#[derive(Debug, Clone)]
-pub struct FeModel {
-    pub dofs: DofMap,
-    /// `K`, `n x n`, symmetric, both triangles stored; every 3x3 block of two neighbouring nodes is stored in full.
-    pub stiffness: Csr,
-    /// Forces on the unknowns less what the prescribed displacements demand, length `n`, newton.
-    pub load: Vec<f64>,
-    /// Rows of the prescribed degrees of freedom: `p x n`.
-    pub support_stiffness: Csr,
-    /// `p x p`.
-    pub support_support: Csr,
-    /// External forces applied at prescribed degrees of freedom, length `p`.
-    pub support_load: Vec<f64>,
+    pub fn norm(a: V3) -> f64 {
+        dot(a, a).sqrt()
+    }
 }

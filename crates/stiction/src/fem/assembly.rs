@@ -1,0 +1,222 @@
+use rayon::prelude::*;
+
+use super::elements::{Element, Hex8, Law, Tet4, corners, folded};
+use super::incidence::{Incidence, NodeRange};
+use super::solid::CellList;
+use super::v3::V3;
+use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
+use crate::Error;
+use crate::linalg::Csr;
+use crate::mesh::CellKind;
+
+/// Poses `K u = f` at time `t`: stiffness, loads and prescribed displacements, split into unknown and prescribed.
+///
+/// Threads own ranges of node rows and add the cells in ascending order, so the result is the same to the bit for
+/// any number of threads, and `K` is symmetric to the bit. An error where mesh, materials, loads or prescribed
+/// displacements cannot be used; a body left floating is none, see [`unheld_motions`](super::unheld_motions).
+pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<FeModel, Error> {
+    solid.validate()?;
+    let cells = solid.cells();
+    let incidence = Incidence::new(solid.mesh)?;
+    let dofs = dof_map(solid.mesh, fixes, t)?;
+    let force = external_forces(solid, loads, t)?;
+    let ranges = NodeRange::all(&incidence, &cells);
+    let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
+
+    let mut model = with_pattern(dofs, &ranges);
+    let FeModel { dofs, stiffness, load, support_stiffness, support_support, support_load } = &mut model;
+    *load = dofs.free.iter().map(|&dof| force[dof as usize]).collect();
+    *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
+
+    let number = number_in_its_set(dofs);
+    let free_rows = rows_of_ranges(&dofs.free, &ranges);
+    let support_rows = rows_of_ranges(&dofs.prescribed, &ranges);
+    let rows = split_rows(stiffness, &free_rows)
+        .into_iter()
+        .zip(split_rows(support_stiffness, &support_rows))
+        .zip(split_rows(support_support, &support_rows))
+        .zip(split(load, &free_rows));
+    ranges
+        .par_iter()
+        .zip(rows.collect::<Vec<_>>())
+        .map(|(range, (((free_free, support_free), support_support), load))| {
+            let blocks = assemble_range(solid, &laws, &incidence, &cells, range)?;
+            Rows { dofs, number: &number, free_free, support_free, support_support, load }.store(range, &blocks);
+            Ok(())
+        })
+        .collect::<Vec<Result<(), Error>>>()
+        .into_iter()
+        .collect::<Result<(), Error>>()?;
+    Ok(model)
+}
+
+/// The blocks of the rows of `range`, in the order of its neighbours.
+fn assemble_range(
+    solid: &Solid,
+    laws: &[Law],
+    incidence: &Incidence,
+    cells: &CellList,
+    range: &NodeRange,
+) -> Result<Vec<[V3; 3]>, Error> {
+    let mut blocks = vec![[[0.0; 3]; 3]; range.blocks()];
+    for cell in range.cells(incidence, cells) {
+        let cell = cell as usize;
+        let (kind, nodes) = cells.get(cell);
+        let law = laws[solid.material_of_cell[cell] as usize];
+        let added = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(solid.mesh, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks)),
+            CellKind::Hex8 => Hex8::new(&corners(solid.mesh, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks)),
+        };
+        added.ok_or_else(|| folded(solid, cell, kind, nodes))?;
+    }
+    Ok(blocks)
+}
+
+/// Adds the rows of one cell that belong to the range.
+fn add<const N: usize, const Q: usize>(
+    element: &Element<N, Q>,
+    law: Law,
+    nodes: &[u32],
+    range: &NodeRange,
+    blocks: &mut [[V3; 3]],
+) {
+    for (i, &node) in nodes.iter().enumerate() {
+        if !range.nodes.contains(&(node as usize)) {
+            continue;
+        }
+        let neighbours = range.neighbours(node as usize);
+        let row = &mut blocks[range.row(node as usize)];
+        for (&other, from) in nodes.iter().zip(&element.row(i, law)) {
+            let to = &mut row[neighbours.partition_point(|&j| j < other)];
+            for a in 0..3 {
+                for b in 0..3 {
+                    to[a][b] += from[a][b];
+                }
+            }
+        }
+    }
+}
+
+/// The rows of a range of nodes in the matrices of the model; filled from the first row on.
+struct Rows<'a> {
+    dofs: &'a DofMap,
+    /// For each degree of freedom its number among the unknown or among the prescribed.
+    number: &'a [u32],
+    free_free: Entries<'a>,
+    support_free: Entries<'a>,
+    support_support: Entries<'a>,
+    load: &'a mut [f64],
+}
+
+impl Rows<'_> {
+    fn store(&mut self, range: &NodeRange, blocks: &[[V3; 3]]) {
+        let mut free_row = 0;
+        for i in range.nodes.clone() {
+            let row = || range.neighbours(i).iter().zip(&blocks[range.row(i)]);
+            for a in 0..3 {
+                let free = self.is_free(3 * i + a);
+                for (&j, block) in row() {
+                    for (b, &value) in block[a].iter().enumerate() {
+                        let dof = 3 * j as usize + b;
+                        let column = self.number[dof];
+                        match (free, self.is_free(dof)) {
+                            (true, true) => self.free_free.push(column, value),
+                            (true, false) => self.load[free_row] -= value * self.dofs.value[column as usize],
+                            (false, true) => self.support_free.push(column, value),
+                            (false, false) => self.support_support.push(column, value),
+                        }
+                    }
+                }
+                free_row += free as usize;
+            }
+        }
+    }
+
+    fn is_free(&self, dof: usize) -> bool {
+        self.dofs.unknown[dof] != u32::MAX
+    }
+}
+
+/// Consecutive entries of a matrix, written in order.
+struct Entries<'a> {
+    column: &'a mut [u32],
+    value: &'a mut [f64],
+    filled: usize,
+}
+
+impl Entries<'_> {
+    fn push(&mut self, column: u32, value: f64) {
+        self.column[self.filled] = column;
+        self.value[self.filled] = value;
+        self.filled += 1;
+    }
+}
+
+/// The model with its row pointers; columns and values are still zero.
+fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
+    let (n, p) = (dofs.free.len(), dofs.prescribed.len());
+    let mut model = FeModel {
+        stiffness: Csr::zero(n, n),
+        load: Vec::new(),
+        support_stiffness: Csr::zero(p, n),
+        support_support: Csr::zero(p, p),
+        support_load: Vec::new(),
+        dofs,
+    };
+    let unknown = &model.dofs.unknown;
+    let free_of_node: Vec<u8> =
+        unknown.chunks_exact(3).map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8).collect();
+    let (mut free_row, mut support_row) = (0, 0);
+    for (range, i) in ranges.iter().flat_map(|range| range.nodes.clone().map(move |i| (range, i))) {
+        let neighbours = range.neighbours(i);
+        let free: usize = neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum();
+        for _ in 0..free_of_node[i] {
+            model.stiffness.start[free_row + 1] = model.stiffness.start[free_row] + free;
+            free_row += 1;
+        }
+        for _ in free_of_node[i]..3 {
+            let start = &mut model.support_stiffness.start;
+            start[support_row + 1] = start[support_row] + free;
+            let start = &mut model.support_support.start;
+            start[support_row + 1] = start[support_row] + 3 * neighbours.len() - free;
+            support_row += 1;
+        }
+    }
+    for matrix in [&mut model.stiffness, &mut model.support_stiffness, &mut model.support_support] {
+        let entries = matrix.start[matrix.rows];
+        matrix.column = vec![0; entries];
+        matrix.value = vec![0.0; entries];
+    }
+    model
+}
+
+/// For each degree of freedom its number among the unknown, or among the prescribed where it is prescribed.
+fn number_in_its_set(dofs: &DofMap) -> Vec<u32> {
+    let mut number = dofs.unknown.clone();
+    dofs.prescribed.iter().enumerate().for_each(|(k, &dof)| number[dof as usize] = k as u32);
+    number
+}
+
+/// For each range the first row after its rows, where `dofs` (ascending) are the rows.
+fn rows_of_ranges(dofs: &[u32], ranges: &[NodeRange]) -> Vec<usize> {
+    ranges.iter().map(|range| dofs.partition_point(|&dof| (dof as usize) < 3 * range.nodes.end)).collect()
+}
+
+/// The entries of `matrix`, cut after the rows `ends`.
+fn split_rows<'a>(matrix: &'a mut Csr, ends: &[usize]) -> Vec<Entries<'a>> {
+    let ends: Vec<usize> = ends.iter().map(|&row| matrix.start[row]).collect();
+    let columns = split(&mut matrix.column, &ends).into_iter();
+    columns.zip(split(&mut matrix.value, &ends)).map(|(column, value)| Entries { column, value, filled: 0 }).collect()
+}
+
+/// `whole`, cut at the ascending positions `ends`.
+fn split<'a, T>(mut whole: &'a mut [T], ends: &[usize]) -> Vec<&'a mut [T]> {
+    let mut start = 0;
+    let mut parts = Vec::with_capacity(ends.len());
+    for &end in ends {
+        let (part, rest) = whole.split_at_mut(end - start);
+        parts.push(part);
+        (whole, start) = (rest, end);
+    }
+    parts
+}

@@ -1,0 +1,54 @@
+use super::field::point;
+use super::{DofMap, Fix};
+use crate::Error;
+use crate::mesh::Mesh;
+
+/// Two prescriptions of one component agree if they differ by no more than this part of the larger.
+const SAME_VALUE: f64 = 1e-12;
+
+/// Which displacement components `fixes` prescribe at time `t`, and their values.
+///
+/// An error where a node is prescribed two different values, where a value is not finite, or where a node is not
+/// of the mesh.
+pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
+    let mut prescribed: Vec<Option<f64>> = vec![None; 3 * mesh.nodes.len()];
+    for (number, fix) in fixes.iter().enumerate() {
+        prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
+    }
+    let mut dofs = DofMap { unknown: Vec::new(), free: Vec::new(), prescribed: Vec::new(), value: Vec::new() };
+    for (dof, value) in prescribed.into_iter().enumerate() {
+        if let Some(value) = value {
+            dofs.unknown.push(u32::MAX);
+            dofs.prescribed.push(dof as u32);
+            dofs.value.push(value);
+        } else {
+            dofs.unknown.push(dofs.free.len() as u32);
+            dofs.free.push(dof as u32);
+        }
+    }
+    Ok(dofs)
+}
+
+fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [Option<f64>]) -> Result<(), Error> {
+    for &node in &fix.nodes {
+        let Some(&x) = mesh.nodes.get(node as usize) else {
+            let what = format!("node {node} does not exist, the mesh has {}", mesh.nodes.len());
+            return Err(Error::new("", what, "name nodes of the mesh"));
+        };
+        for (c, field) in fix.value.iter().enumerate() {
+            let Some(field) = field else { continue };
+            let value = field.finite_at(x, t)?;
+            let entry = &mut prescribed[3 * node as usize + c];
+            let first = *entry.get_or_insert(value);
+            if (first - value).abs() > SAME_VALUE * first.abs().max(value.abs()) {
+                let axis = ["x", "y", "z"][c];
+                return Err(Error::new(
+                    format!("node {node} at {}", point(x)),
+                    format!("its displacement along {axis} is prescribed twice: {first} and {value}"),
+                    "keep one of the two, or let them agree where they meet",
+                ));
+            }
+        }
+    }
+    Ok(())
+}

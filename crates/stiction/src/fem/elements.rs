@@ -1,0 +1,234 @@
+//! The linear tetrahedron and the trilinear hexahedron: shape functions, quadrature and stiffness.
+
+use super::v3::{V3, add, cross, dot, scale, sub};
+use super::{Material, Solid};
+use crate::Error;
+use crate::mesh::{CellKind, Mesh};
+
+/// Gradients of the `N` shape functions of a cell at its `Q` integration points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Element<const N: usize, const Q: usize> {
+    /// Volume each point stands for, > 0.
+    pub weight: [f64; Q],
+    /// `gradient[q][i]`: gradient of the shape function of node `i` at point `q`, 1/length.
+    pub gradient: [[V3; N]; Q],
+}
+
+/// Linear tetrahedron: constant gradients, one point.
+pub type Tet4 = Element<4, 1>;
+/// Trilinear hexahedron: 2 x 2 x 2 Gauss points.
+pub type Hex8 = Element<8, 8>;
+
+/// The constants of isotropic elasticity as the elements use them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Law {
+    /// Lamé's first parameter, stress.
+    pub lambda: f64,
+    /// Shear modulus, stress, > 0.
+    pub mu: f64,
+    /// Whether hexahedra average the dilatation over the cell (B-bar).
+    pub mean_dilatation: bool,
+}
+
+impl Law {
+    /// The constants of `material`.
+    pub fn new(material: &Material) -> Self {
+        let (lambda, mu) = material.lame();
+        Law { lambda, mu, mean_dilatation: material.averages_dilatation() }
+    }
+}
+
+/// Corners of the reference hexahedron `[-1, 1]^3` in the order of VTK.
+const CORNERS: [V3; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// `1 / sqrt(3)`: the Gauss points of two.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// Derivatives of the trilinear shape functions at each Gauss point.
+const HEX_DERIVATIVES: [[V3; 8]; 8] = hex_derivatives();
+
+const fn hex_derivatives() -> [[V3; 8]; 8] {
+    let mut table = [[[0.0; 3]; 8]; 8];
+    let mut q = 0;
+    while q < 8 {
+        let mut i = 0;
+        while i < 8 {
+            let [a, b, c] = CORNERS[i];
+            let x = 1.0 + a * GAUSS * CORNERS[q][0];
+            let y = 1.0 + b * GAUSS * CORNERS[q][1];
+            let z = 1.0 + c * GAUSS * CORNERS[q][2];
+            table[q][i] = [0.125 * a * y * z, 0.125 * b * x * z, 0.125 * c * x * y];
+            i += 1;
+        }
+        q += 1;
+    }
+    table
+}
+
+impl Tet4 {
+    /// The tetrahedron on the corners `x`; `None` unless its volume is positive.
+    pub fn new(x: &[V3; 4]) -> Option<Self> {
+        let e = [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])];
+        let normal = [cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])];
+        let det = dot(e[0], normal[0]);
+        if !(det > 0.0 && det.is_finite()) {
+            return None;
+        }
+        let [g1, g2, g3] = normal.map(|n| scale(1.0 / det, n));
+        let g0 = scale(-1.0, add(add(g1, g2), g3));
+        Some(Element { weight: [det / 6.0], gradient: [[g0, g1, g2, g3]] })
+    }
+}
+
+impl Hex8 {
+    /// The hexahedron on the corners `x`; `None` unless its mapping has positive volume at every Gauss point.
+    pub fn new(x: &[V3; 8]) -> Option<Self> {
+        let mut element = Element { weight: [0.0; 8], gradient: [[[0.0; 3]; 8]; 8] };
+        for (q, derivatives) in HEX_DERIVATIVES.iter().enumerate() {
+            let mut column = [[0.0; 3]; 3]; // ∂x/∂ξ, ∂x/∂η, ∂x/∂ζ
+            for (d, x) in derivatives.iter().zip(x) {
+                for (column, d) in column.iter_mut().zip(d) {
+                    *column = add(*column, scale(*d, *x));
+                }
+            }
+            let normal = [cross(column[1], column[2]), cross(column[2], column[0]), cross(column[0], column[1])];
+            let det = dot(column[0], normal[0]);
+            if !(det > 0.0 && det.is_finite()) {
+                return None;
+            }
+            let inverse = normal.map(|n| scale(1.0 / det, n));
+            element.weight[q] = det;
+            for (g, d) in element.gradient[q].iter_mut().zip(derivatives) {
+                *g = add(add(scale(d[0], inverse[0]), scale(d[1], inverse[1])), scale(d[2], inverse[2]));
+            }
+        }
+        Some(element)
+    }
+}
+
+impl<const N: usize, const Q: usize> Element<N, Q> {
+    /// Volume of the cell.
+    pub fn volume(&self) -> f64 {
+        self.weight.iter().sum()
+    }
+
+    /// Integrals of the gradients over the cell, area.
+    pub fn integrated_gradient(&self) -> [V3; N] {
+        let mut sum = [[0.0; 3]; N];
+        for (w, gradient) in self.weight.iter().zip(&self.gradient) {
+            for (s, g) in sum.iter_mut().zip(gradient) {
+                *s = add(*s, scale(*w, *g));
+            }
+        }
+        sum
+    }
+
+    /// The 3 x 3 blocks `K_i0 .. K_i(N-1)` of the stiffness matrix, force per length.
+    ///
+    /// With `G = ∫ ∇N_i ⊗ ∇N_j` the block is `λ G + μ Gᵀ + μ tr(G) I`. B-bar (Hughes 1980, "Generalization of
+    /// selective integration procedures") keeps the deviatoric part, `-2μ/3` in the place of `λ`, and adds the
+    /// bulk modulus times the mean dilatation.
+    pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
+        // One point is its own mean.
+        let bbar = law.mean_dilatation && Q > 1;
+        let lambda = if bbar { -2.0 / 3.0 * law.mu } else { law.lambda };
+        let mut row = [[[0.0; 3]; 3]; N];
+        for (j, block) in row.iter_mut().enumerate() {
+            let mut gram = [[0.0; 3]; 3];
+            for (w, gradient) in self.weight.iter().zip(&self.gradient) {
+                // The weight multiplies the product, so that K_ij and K_jiᵀ are equal to the bit.
+                for a in 0..3 {
+                    for b in 0..3 {
+                        gram[a][b] += w * (gradient[i][a] * gradient[j][b]);
+                    }
+                }
+            }
+            let trace = law.mu * (gram[0][0] + gram[1][1] + gram[2][2]);
+            for a in 0..3 {
+                for b in 0..3 {
+                    block[a][b] = lambda * gram[a][b] + law.mu * gram[b][a];
+                }
+                block[a][a] += trace;
+            }
+        }
+        if bbar {
+            let mean = self.integrated_gradient();
+            let bulk = (law.lambda + 2.0 / 3.0 * law.mu) / self.volume();
+            for (block, g) in row.iter_mut().zip(&mean) {
+                for a in 0..3 {
+                    for b in 0..3 {
+                        block[a][b] += bulk * (mean[i][a] * g[b]);
+                    }
+                }
+            }
+        }
+        row
+    }
+}
+
+/// Coordinates of the nodes of a cell.
+pub fn corners<const N: usize>(mesh: &Mesh, nodes: &[u32]) -> [V3; N] {
+    std::array::from_fn(|i| mesh.nodes[nodes[i] as usize])
+}
+
+/// A point of a volume quadrature.
+#[derive(Debug, Clone, Copy)]
+pub struct VolumePoint {
+    /// Values of the shape functions; those beyond the nodes of the cell are zero.
+    pub shape: [f64; 8],
+    pub position: V3,
+    /// Volume the point stands for.
+    pub weight: f64,
+}
+
+/// Quadrature over a cell, exact for polynomials of degree 2 (tetrahedron, 4 points) and of degree 3 in each
+/// direction of the reference cell (hexahedron, 2 x 2 x 2 points). `None` if the cell is folded.
+pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<VolumePoint>> {
+    let (shapes, weights) = match kind {
+        CellKind::Tet4 => {
+            let near = (5.0 + 3.0 * 5f64.sqrt()) / 20.0;
+            let far = (5.0 - 5f64.sqrt()) / 20.0;
+            let volume = Tet4::new(&corners(mesh, nodes))?.volume();
+            let shape = |q: usize| std::array::from_fn(|i| if i > 3 { 0.0 } else { [far, near][(i == q) as usize] });
+            ((0..4).map(shape).collect::<Vec<[f64; 8]>>(), vec![volume / 4.0; 4])
+        }
+        CellKind::Hex8 => {
+            let weight = Hex8::new(&corners(mesh, nodes))?.weight;
+            let shape = |q: usize| {
+                std::array::from_fn(|i| {
+                    (0..3).map(|a| 0.5 * (1.0 + GAUSS * CORNERS[i][a] * CORNERS[q][a])).product::<f64>()
+                })
+            };
+            ((0..8).map(shape).collect(), weight.to_vec())
+        }
+    };
+    let position = |shape: &[f64; 8]| {
+        nodes.iter().zip(shape).fold([0.0; 3], |x, (&i, &s)| add(x, scale(s, mesh.nodes[i as usize])))
+    };
+    Some(
+        shapes
+            .into_iter()
+            .zip(weights)
+            .map(|(shape, weight)| VolumePoint { position: position(&shape), shape, weight })
+            .collect(),
+    )
+}
+
+/// The error for a cell whose mapping has no positive volume at an integration point.
+pub(super) fn folded(solid: &Solid, cell: usize, kind: CellKind, nodes: &[u32]) -> Error {
+    let first = solid.mesh.nodes[nodes[0] as usize];
+    Error::new(
+        format!("cell {cell}, a {} with a corner at {}", kind.name(), super::field::point(first)),
+        "the cell is folded or flat: its volume is not positive at an integration point",
+        "repair the mesh there",
+    )
+}

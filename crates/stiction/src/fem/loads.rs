@@ -1,0 +1,121 @@
+use rayon::prelude::*;
+
+use super::elements::{folded, volume_points};
+use super::faces::{FacePoint, face_corners, face_points};
+use super::v3::{V3, add, norm, scale};
+use super::{Field, Load, Solid};
+use crate::Error;
+use crate::mesh::Mesh;
+
+/// Cells whose weight one task integrates.
+const CELLS_PER_TASK: usize = 4096;
+
+/// Consistent nodal forces of all loads at time `t`: `f_i = ∫ N_i (force per area or volume)`, newton, one entry per
+/// degree of freedom (`3 i + c`). They sum to the integral of the load. Each face and cell counts once for each time
+/// it is listed.
+///
+/// The quadrature is exact for tractions of degree 4 on triangles and plane parallelograms (degree 5 in their sum),
+/// and for accelerations of degree 1 on tetrahedra.
+pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>, Error> {
+    let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
+    for (number, load) in loads.iter().enumerate() {
+        let added = match load {
+            Load::Traction { faces, value } => {
+                on_faces(solid.mesh, faces, &mut force, |p| Ok(scale(norm(p.area), vector(value, p.position, t)?)))
+            }
+            Load::Pressure { faces, value } => {
+                on_faces(solid.mesh, faces, &mut force, |p| Ok(scale(-value.finite_at(p.position, t)?, p.area)))
+            }
+            Load::Force { faces, total } => total_force(solid.mesh, faces, total, t, &mut force),
+            Load::Gravity { cells, acceleration } => gravity(solid, cells, acceleration, t, &mut force),
+        };
+        added.map_err(|e| e.at(&format!("load {}", number + 1)))?;
+    }
+    Ok(force)
+}
+
+fn vector(value: &[Field; 3], x: V3, t: f64) -> Result<V3, Error> {
+    Ok([value[0].finite_at(x, t)?, value[1].finite_at(x, t)?, value[2].finite_at(x, t)?])
+}
+
+/// Adds the shape functions times `force`, which gives the force a quadrature point stands for.
+fn on_faces(
+    mesh: &Mesh,
+    faces: &[u32],
+    nodal: &mut [f64],
+    force: impl Fn(&FacePoint) -> Result<V3, Error>,
+) -> Result<(), Error> {
+    if faces.is_empty() {
+        return Err(Error::new("", "the load acts on no boundary face", "name a group that has boundary faces"));
+    }
+    if let Some(face) = faces.iter().find(|&&face| face as usize >= mesh.faces.len()) {
+        let what = format!("boundary face {face} does not exist, the mesh has {}", mesh.faces.len());
+        return Err(Error::new("", what, "name boundary faces of the mesh"));
+    }
+    for &face in faces {
+        for point in face_points(&face_corners(mesh, face)) {
+            let force = force(&point)?;
+            for (&node, &shape) in mesh.faces[face as usize].nodes().iter().zip(&point.shape) {
+                add_to_node(nodal, node, scale(shape, force));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
+    // There is no one place to evaluate a total at: an expression that reads it gives NaN and is refused.
+    let total = vector(total, [f64::NAN; 3], t).map_err(|mut e| {
+        e.remedy = "a total force is a finite number or an expression in the time t only".into();
+        e
+    })?;
+    let mut share = vec![0.0; nodal.len()];
+    on_faces(mesh, faces, &mut share, |p| Ok([norm(p.area), 0.0, 0.0]))?;
+    let area: f64 = share.iter().sum();
+    if !(area > 0.0) {
+        return Err(Error::new("", "the faces that carry the total force have no area", "choose other faces"));
+    }
+    let traction = scale(1.0 / area, total);
+    on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), traction)))
+}
+
+fn gravity(solid: &Solid, cells: &[u32], acceleration: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
+    let count = solid.mesh.cell_count();
+    if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= count) {
+        let what = format!("cell {cell} does not exist, the mesh has {count}");
+        return Err(Error::new("", what, "name cells of the mesh"));
+    }
+    let density = |cell: u32| solid.materials[solid.material_of_cell[cell as usize] as usize].density;
+    if !cells.iter().any(|&cell| density(cell) > 0.0) {
+        let remedy = "give the material a density, mass per volume";
+        return Err(Error::new("", "gravity acts on cells without mass", remedy));
+    }
+    let list = solid.cells();
+    let of_cell = |&cell: &u32| -> Result<[V3; 8], Error> {
+        let mut force = [[0.0; 3]; 8];
+        let (kind, nodes) = list.get(cell as usize);
+        if density(cell) > 0.0 {
+            let points =
+                volume_points(kind, solid.mesh, nodes).ok_or_else(|| folded(solid, cell as usize, kind, nodes))?;
+            for point in points {
+                let weight = scale(density(cell) * point.weight, vector(acceleration, point.position, t)?);
+                force.iter_mut().zip(point.shape).for_each(|(f, shape)| *f = add(*f, scale(shape, weight)));
+            }
+        }
+        Ok(force)
+    };
+    // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
+    for chunk in cells.chunks(CELLS_PER_TASK * 64) {
+        let forces: Vec<Result<[V3; 8], Error>> = chunk.par_iter().with_min_len(CELLS_PER_TASK).map(of_cell).collect();
+        for (&cell, forces) in chunk.iter().zip(forces) {
+            let nodes = list.get(cell as usize).1;
+            nodes.iter().zip(forces?).for_each(|(&node, force)| add_to_node(nodal, node, force));
+        }
+    }
+    Ok(())
+}
+
+fn add_to_node(nodal: &mut [f64], node: u32, force: V3) {
+    let first = 3 * node as usize;
+    nodal[first..first + 3].iter_mut().zip(force).for_each(|(sum, f)| *sum += f);
+}

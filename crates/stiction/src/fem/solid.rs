@@ -1,0 +1,98 @@
+use super::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
+use crate::Error;
+use crate::mesh::{CellKind, Cells, Mesh};
+
+/// A mesh and what it is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Solid<'a> {
+    pub mesh: &'a Mesh,
+    pub materials: &'a [Material],
+    /// Index into `materials` for each cell of the mesh.
+    pub material_of_cell: &'a [u32],
+}
+
+impl<'a> Solid<'a> {
+    /// Checks the materials, that each cell has one, and that the cells name nodes of the mesh.
+    pub fn validate(&self) -> Result<(), Error> {
+        let cells = self.mesh.cell_count();
+        if cells == 0 {
+            return Err(Error::new("mesh", "there is no cell", "give a mesh of tetrahedra or hexahedra"));
+        }
+        if self.mesh.nodes.len() >= (u32::MAX / 3) as usize {
+            let what = format!("{} nodes are more than can be numbered", self.mesh.nodes.len());
+            return Err(Error::new("mesh", what, "stay below 1.4e9 nodes"));
+        }
+        if self.material_of_cell.len() != cells {
+            let what = format!("{} cells but materials for {}", cells, self.material_of_cell.len());
+            return Err(Error::new("materials", what, "give each cell one material"));
+        }
+        if let Some(cell) = self.material_of_cell.iter().position(|&m| m as usize >= self.materials.len()) {
+            return Err(Error::new(format!("cell {cell}"), "the cell has no material", "give each cell a material"));
+        }
+        for block in &self.mesh.cells {
+            if block.nodes.iter().any(|&i| i as usize >= self.mesh.nodes.len()) {
+                let what = format!("a {} names a node beyond {}", block.kind.name(), self.mesh.nodes.len());
+                return Err(Error::new("mesh", what, "number nodes from zero"));
+            }
+        }
+        self.materials.iter().try_for_each(Material::validate)
+    }
+
+    /// Cells by number.
+    pub(super) fn cells(&self) -> CellList<'a> {
+        let mut first = 0;
+        let blocks = self.mesh.cells.iter().map(|block| {
+            first += block.len();
+            (first, block)
+        });
+        CellList { blocks: blocks.collect() }
+    }
+}
+
+/// Kind and nodes of a cell by its number, which runs through the blocks of the mesh.
+pub(super) struct CellList<'a> {
+    /// Each block with the number of the first cell after it.
+    blocks: Vec<(usize, &'a Cells)>,
+}
+
+impl<'a> CellList<'a> {
+    /// Kind and nodes of cell number `cell`.
+    pub fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
+        let (end, block) = self.blocks[self.blocks.partition_point(|&(end, _)| end <= cell)];
+        (block.kind, block.cell(cell + block.len() - end))
+    }
+}
+
+/// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
+/// linear tetrahedra lock. Materials no cell uses are not mentioned.
+pub fn notes(solid: &Solid) -> Vec<String> {
+    let mut used = vec![[false; 2]; solid.materials.len()]; // by tetrahedra, by hexahedra
+    let kinds = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
+    for (kind, &m) in kinds.zip(solid.material_of_cell) {
+        if let Some(used) = used.get_mut(m as usize) {
+            used[(kind == CellKind::Hex8) as usize] = true;
+        }
+    }
+    let mut notes = Vec::new();
+    for (material, [tets, hexes]) in solid.materials.iter().zip(used) {
+        let (name, nu) = (&material.name, material.poisson);
+        if tets && nu > NEARLY_INCOMPRESSIBLE {
+            notes.push(format!(
+                "material \"{name}\": linear tetrahedra lock at Poisson's ratio {nu}, displacements come out too \
+                 small; use hexahedra"
+            ));
+        }
+        if hexes && material.formulation == Formulation::Auto && material.averages_dilatation() {
+            notes.push(format!(
+                "material \"{name}\": hexahedra average the dilatation over the cell (B-bar) because Poisson's \
+                 ratio {nu} exceeds {NEARLY_INCOMPRESSIBLE}"
+            ));
+        }
+        if hexes && material.formulation == Formulation::Full && nu > NEARLY_INCOMPRESSIBLE {
+            notes.push(format!(
+                "material \"{name}\": fully integrated hexahedra lock at Poisson's ratio {nu}; use B-bar"
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,92 @@
+//! The split into unknown and prescribed, threads, and the messages for prescriptions that cannot be used.
+
+use super::*;
+
+fn clamp(nodes: Vec<u32>, value: f64) -> Fix {
+    Fix { nodes, value: [Some(Field::Constant(value)), Some(Field::Constant(value)), None] }
+}
+
+#[test]
+fn the_split_matrices_are_the_parts_of_the_free_body() {
+    for kind in KINDS {
+        let mesh = brick(kind, [3, 2, 2], [3.0, 1.0, 1.0]);
+        let material = material(2.0, 0.3);
+        let total = [1.0, 2.0, 3.0].map(Field::Constant);
+        let load = Load::Force { faces: (0..mesh.faces.len() as u32).collect(), total };
+        let whole = model_of(&mesh, &material, std::slice::from_ref(&load), &[]).unwrap();
+        let fix = clamp(nodes_where(&mesh, |x| x[0] == 0.0), 0.25);
+        let part = model_of(&mesh, &material, &[load], &[fix]).unwrap();
+        assert_eq!(part.dofs.free.len() + part.dofs.prescribed.len(), whole.stiffness.rows);
+
+        let same = |found: &Csr, rows: &[u32], columns: &[u32]| {
+            found.validate("part").unwrap();
+            assert_eq!((found.rows, found.cols), (rows.len(), columns.len()));
+            for (i, &row) in rows.iter().enumerate() {
+                for (j, &column) in columns.iter().enumerate() {
+                    assert_eq!(found.entry(i, j), whole.stiffness.entry(row as usize, column as usize));
+                }
+            }
+        };
+        let (free, prescribed) = (&part.dofs.free, &part.dofs.prescribed);
+        same(&part.stiffness, free, free);
+        same(&part.support_stiffness, prescribed, free);
+        same(&part.support_support, prescribed, prescribed);
+
+        let demanded = part.support_stiffness.transpose_times(&part.dofs.value);
+        for ((&dof, load), demanded) in free.iter().zip(&part.load).zip(demanded) {
+            assert!((load - (whole.load[dof as usize] - demanded)).abs() < 1e-13);
+        }
+        assert!(prescribed.iter().zip(&part.support_load).all(|(&dof, &load)| load == whole.load[dof as usize]));
+    }
+}
+
+#[test]
+fn the_result_is_the_same_to_the_bit_for_any_number_of_threads() {
+    for kind in KINDS {
+        let mut mesh = brick(kind, [30, 16, 14], [3.0, 1.0, 1.0]); // several ranges of nodes
+        distort(&mut mesh, 0.01);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let cells = (0..mesh.cell_count() as u32).collect();
+            let load = Load::Gravity { cells, acceleration: [0, 1, 2].map(|c| function(move |x| x[c].sin())) };
+            let fix = clamp(nodes_where(&mesh, |x| x[0] == 0.0), 0.1);
+            pool.install(|| model_of(&mesh, &material(2.0, 0.47), &[load], &[fix]).unwrap())
+        };
+        let (one, two) = (run(1), run(2));
+        assert!(one.stiffness.start.len() == two.stiffness.start.len() && one.stiffness == two.stiffness);
+        assert!(one.load == two.load && one.support_load == two.support_load);
+        assert!(one.support_stiffness == two.support_stiffness && one.support_support == two.support_support);
+        assert!(one.stiffness == one.stiffness.transpose());
+    }
+}
+
+#[test]
+fn two_different_prescriptions_of_one_component_are_refused() {
+    let mesh = brick(CellKind::Tet4, [1, 1, 1], [1.0; 3]);
+    let pose = |second| model_of(&mesh, &material(1.0, 0.3), &[], &[clamp(vec![0, 1], 1.0), clamp(vec![1], second)]);
+    assert_eq!(pose(1.0 + 1e-15).unwrap().dofs.prescribed.len(), 4);
+    let error = pose(1.5).unwrap_err().to_string();
+    assert!(error.contains("(1, 0, 0)") && error.contains("1 and 1.5") && error.contains("fix 2"), "{error}");
+}
+
+#[test]
+fn problems_that_cannot_be_posed_say_why() {
+    let mesh = brick(CellKind::Tet4, [1, 1, 1], [1.0; 3]);
+    let steel = material(1.0, 0.3);
+    let error = |mesh: &Mesh, fixes: &[Fix]| model_of(mesh, &steel, &[], fixes).unwrap_err().to_string();
+    let nan = Field::Function { text: "0/0".into(), value: Arc::new(|_, _| f64::NAN) };
+    let fix = Fix { nodes: vec![7], value: [None, None, Some(nan)] };
+    let found = error(&mesh, &[fix]);
+    assert!(found.contains("\"0/0\" is NaN at (1, 1, 1)"), "{found}");
+    assert!(error(&mesh, &[clamp(vec![8], 0.0)]).contains("node 8 does not exist"));
+
+    let empty = Mesh { cells: vec![], ..mesh.clone() };
+    assert!(error(&empty, &[]).contains("no cell"));
+    let mut lonely = mesh.clone();
+    lonely.nodes.push([9.0, 0.0, 0.0]);
+    assert!(error(&lonely, &[]).contains("(9, 0, 0)"));
+    let solid = Solid { mesh: &mesh, materials: &[], material_of_cell: &[0; 5] };
+    assert!(assemble(&solid, &[], &[], 0.0).unwrap_err().to_string().contains("no material"));
+    let solid = Solid { mesh: &mesh, materials: &[], material_of_cell: &[] };
+    assert!(assemble(&solid, &[], &[], 0.0).is_err());
+}

@@ -1,0 +1,61 @@
+//! Order of convergence by a manufactured solution.
+
+use super::*;
+use crate::fem::elements::volume_points;
+use std::f64::consts::PI;
+
+const YOUNG: f64 = 2.5;
+const POISSON: f64 = 0.25; // lambda = mu = 1
+
+/// A displacement and the acceleration that keeps unit density in equilibrium: `-div σ(u)` with `λ = μ = 1`, which
+/// is `-Δu - 2 ∇ div u`. With `u = (s, 0, 0)`, `s = sin πx sin πy cos πz`, it is `3π² s` and twice the second
+/// derivatives of `s` along `x` with each coordinate.
+fn displacement(x: [f64; 3]) -> [f64; 3] {
+    [(PI * x[0]).sin() * (PI * x[1]).sin() * (PI * x[2]).cos(), 0.0, 0.0]
+}
+
+fn acceleration(x: [f64; 3]) -> [f64; 3] {
+    let [(s0, c0), (s1, c1), (s2, c2)] = x.map(|x| (PI * x).sin_cos());
+    let pi2 = PI * PI;
+    [5.0 * pi2 * s0 * s1 * c2, -2.0 * pi2 * c0 * c1 * c2, 2.0 * pi2 * c0 * s1 * s2]
+}
+
+/// `‖u - u_h‖` in L2, integrated by the rule of the elements.
+fn error(mesh: &Mesh, u: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    let kind = mesh.cells[0].kind;
+    for nodes in mesh.cells[0].nodes.chunks_exact(kind.nodes()) {
+        for point in volume_points(kind, mesh, nodes).unwrap() {
+            let exact = displacement(point.position);
+            for (c, exact) in exact.into_iter().enumerate() {
+                let found: f64 = nodes.iter().zip(point.shape).map(|(&i, s)| s * u[3 * i as usize + c]).sum();
+                sum += point.weight * (exact - found).powi(2);
+            }
+        }
+    }
+    sum.sqrt()
+}
+
+#[test]
+fn the_displacement_converges_with_the_square_of_the_mesh_width() {
+    for (kind, formulation) in
+        [(CellKind::Tet4, Formulation::Full), (CellKind::Hex8, Formulation::Full), (CellKind::Hex8, Formulation::BBar)]
+    {
+        let material = Material { formulation, ..material(YOUNG, POISSON) };
+        let errors = [4, 8, 16].map(|cells| {
+            let mesh = brick(kind, [cells; 3], [1.0; 3]);
+            let value = [0, 1, 2].map(|c| Some(function(move |x| displacement(x)[c])));
+            let acceleration = [0, 1, 2].map(|c| function(move |x| acceleration(x)[c]));
+            let all = (0..mesh.cell_count() as u32).collect();
+            let u = solve(
+                &mesh,
+                &material,
+                &[Load::Gravity { cells: all, acceleration }],
+                &[Fix { nodes: boundary_nodes(&mesh), value }],
+            );
+            error(&mesh, &u)
+        });
+        let order = (errors[1] / errors[2]).log2();
+        assert!((1.8..2.3).contains(&order), "{kind:?} {formulation:?}: {errors:?}, order {order}");
+    }
+}
