@@ -19,7 +19,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     raw.cells.retain(|block| !block.nodes.is_empty());
     let mut notes = Vec::new();
     let raw_groups = std::mem::take(&mut raw.groups);
-    let kept = drop_orphans(&mut raw, &mut notes);
+    let former = drop_orphans(&mut raw, &mut notes);
     check::shapes(&raw)?;
 
     let table = FaceTable::new(&raw);
@@ -29,15 +29,30 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     note_coincident(&raw, &faces, &mut notes);
     note_unjoined(&raw, &table, &faces, &mut notes);
 
-    let match_group = |g| groups::group(&raw, g, &kept, &table, &seen.boundary, &mut notes);
+    let match_group = |g| groups::group(g, &former, &table, &seen.boundary, &mut notes);
     let groups = raw_groups.into_iter().map(match_group).collect();
     drop(table);
     let cells = raw.cells.into_iter().map(|block| Cells { kind: block.kind, nodes: block.nodes }).collect();
     Ok((Mesh { nodes: raw.nodes, cells, faces, groups }, MeshNotes(notes)))
 }
 
-/// Removes the nodes of no cell; gives each former node its new number, or `u32::MAX`.
-fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Vec<u32> {
+/// The nodes as they were before those of no cell were dropped.
+pub(super) struct Former {
+    /// The new number of each, or `u32::MAX` if it was dropped.
+    pub kept: Vec<u32>,
+    /// Their numbers in the file; empty if counted from 1.
+    ids: Vec<u64>,
+}
+
+impl Former {
+    /// The number in the file of former node `i`.
+    pub fn id(&self, i: usize) -> u64 {
+        self.ids.get(i).copied().unwrap_or(i as u64 + 1)
+    }
+}
+
+/// Removes the nodes of no cell.
+fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
     let mut kept = vec![u32::MAX; raw.nodes.len()];
     for (_, cell) in raw.cell_iter() {
         cell.iter().for_each(|&n| kept[n as usize] = 0);
@@ -46,17 +61,21 @@ fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Vec<u32> {
     for (number, slot) in kept.iter_mut().filter(|k| **k == 0).enumerate() {
         *slot = number as u32;
     }
+    let mut former = Former { kept, ids: Vec::new() };
     if orphans.is_empty() {
-        return kept;
+        former.ids.clone_from(&raw.node_ids);
+        return former;
     }
-    let first = orphans.iter().take(SHOWN).map(|&i| raw.node_id(i)).collect();
+    former.ids = std::mem::take(&mut raw.node_ids);
+    let first = orphans.iter().take(SHOWN).map(|&i| former.id(i)).collect();
     notes.push(MeshNote::OrphanNodes { count: orphans.len(), first });
-    raw.node_ids = (0..kept.len()).filter(|&i| kept[i] != u32::MAX).map(|i| raw.node_id(i)).collect();
-    raw.nodes = (0..kept.len()).filter(|&i| kept[i] != u32::MAX).map(|i| raw.nodes[i]).collect();
+    let remain = || (0..former.kept.len()).filter(|&i| former.kept[i] != u32::MAX);
+    raw.node_ids = remain().map(|i| former.id(i)).collect();
+    raw.nodes = remain().map(|i| raw.nodes[i]).collect();
     for node in raw.cells.iter_mut().flat_map(|block| &mut block.nodes) {
-        *node = kept[*node as usize];
+        *node = former.kept[*node as usize];
     }
-    kept
+    former
 }
 
 /// Notes nodes of the boundary that lie at the same place without being joined.
@@ -90,3 +109,7 @@ fn note_unjoined(raw: &RawMesh, table: &FaceTable, faces: &[Face], notes: &mut V
         notes.push(MeshNote::UnjoinedFaces { count: unjoined.len(), first });
     }
 }
+
+#[cfg(test)]
+#[path = "build_tests.rs"]
+mod tests;

@@ -1,19 +1,19 @@
 //! Groups of a file matched to the cells and faces of the mesh.
 
+use super::build::Former;
 use super::face_table::{FaceTable, sorted};
 use super::notes::SHOWN;
-use super::{Group, MeshNote, RawGroup, RawMesh};
+use super::{Group, MeshNote, RawGroup};
 
-/// The group in the numbers of the mesh. `kept` gives each raw node its new number or `u32::MAX`; `boundary` are
-/// the numbers in `table` of the mesh's faces, ascending.
+/// The group in the numbers of the mesh; `boundary` are the numbers in `table` of the mesh's faces, ascending.
 pub(super) fn group(
-    raw: &RawMesh,
     group: RawGroup,
-    kept: &[u32],
+    former: &Former,
     table: &FaceTable,
     boundary: &[u32],
     notes: &mut Vec<MeshNote>,
 ) -> Group {
+    let kept = &former.kept;
     let mut out = Group { name: group.name, cells: group.cells, ..Group::default() };
     let mut between = 0;
     let mut loose = 0;
@@ -49,7 +49,7 @@ pub(super) fn group(
         notes.push(MeshNote::LooseFaces { group: name(), count: loose });
     }
     if !lost.is_empty() {
-        let first = lost.iter().take(SHOWN).map(|&n| raw.node_id(n as usize)).collect();
+        let first = lost.iter().take(SHOWN).map(|&n| former.id(n as usize)).collect();
         notes.push(MeshNote::GroupNodesDropped { group: name(), count: lost.len(), first });
     }
     if out.cells.is_empty() && out.faces.is_empty() && out.interior_faces.is_empty() && out.nodes.is_empty() {

@@ -25,7 +25,7 @@ pub enum MeshNote {
     CoincidentNodes { pairs: usize, distance: f64, first: [u64; 2] },
     /// Faces of hexahedra that lie on triangles of tetrahedra without being joined to them, and the first hexahedra.
     UnjoinedFaces { count: usize, first: Vec<u64> },
-    /// Elements the reader had no use for: `what`, how many.
+    /// Elements of lower dimension that a file holds outside any group: `what` in the singular, how many.
     Skipped { what: String, count: usize },
 }
 
@@ -63,7 +63,7 @@ impl fmt::Display for MeshNote {
                 let faces = many(*count, "face");
                 write!(f, "{faces} of hexahedra touch tetrahedra without being joined: {}", list(first, *count))
             }
-            MeshNote::Skipped { what, count } => write!(f, "{} not used", many(*count, what)),
+            MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),
         }
     }
 }
