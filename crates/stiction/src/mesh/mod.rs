@@ -1,4 +1,28 @@
 //! Nodes, cells, boundary faces and named groups. Knows no elements, no physics and no files.
+//!
+//! A [`Mesh`] is made by [`block()`], or from what a file says by [`build`], which finds the boundary and refuses
+//! cells that no computation could use. [`info`] tells what is in it.
+
+pub mod block;
+mod build;
+mod check;
+mod components;
+mod face_table;
+mod geometry;
+mod groups;
+mod info;
+mod notes;
+mod quality;
+mod query;
+mod raw;
+
+pub use block::{Block, BlockElement, block};
+pub use build::build;
+pub use components::bodies;
+pub use info::{CellInfo, GroupInfo, MeshInfo, info};
+pub use notes::{MeshNote, MeshNotes};
+pub use quality::quality;
+pub use raw::{RawCells, RawGroup, RawMesh};
 
 /// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

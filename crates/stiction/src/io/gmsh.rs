@@ -1,0 +1,156 @@
+//! Reader of Gmsh meshes: MSH 2.2 and 4.1, ASCII and binary of either byte order.
+//!
+//! Format: <https://gmsh.info/doc/texinfo/gmsh.html#Gmsh-file-formats>. Physical groups become named groups: volumes
+//! give cells, surfaces faces, curves and points nodes. A group without a name is called by its number. Volumes in
+//! no physical group are cells all the same.
+
+mod assemble;
+mod contents;
+mod cursor;
+mod foreign;
+mod types;
+mod version2;
+mod version4;
+
+use std::path::Path;
+
+use crate::Error;
+use crate::mesh::{Mesh, MeshNotes};
+use contents::Contents;
+use cursor::{Cursor, Encoding};
+
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0.
+///
+/// Errors name the file, the line (ASCII) or byte (binary) or element, what is wrong there, and the remedy.
+pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| {
+        Error::new(name.as_str(), format!("the mesh file cannot be read ({e})"), "check its path and permissions")
+    })?;
+    parse(&bytes, &name, scale)
+}
+
+/// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
+///
+/// Never panics and never allocates more than a fixed multiple of the length of `bytes`.
+pub fn parse(bytes: &[u8], source_name: &str, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let mesh = || {
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(Error::new("", format!("the scale {scale} is not a positive number"), "1e-3 turns mm into m"));
+        }
+        foreign::refuse(bytes, source_name)?;
+        assemble::assemble(sections(bytes)?, scale)
+    };
+    mesh().map_err(|e| e.at(source_name))
+}
+
+/// Reads all sections in whatever order they come.
+fn sections(bytes: &[u8]) -> Result<Contents, Error> {
+    let mut at = Cursor::new(bytes);
+    let mut contents = Contents::default();
+    let mut version = None;
+    let mut seen: Vec<&[u8]> = Vec::new();
+    while at.skip_space() {
+        let start = at.pos;
+        let name = at.line();
+        at.section = std::str::from_utf8(name).unwrap_or("");
+        if name.first() != Some(&b'$') || at.section.is_empty() {
+            return Err(at.fail_at(
+                start,
+                "a section was expected to begin here, with $ and its name",
+                cursor::DAMAGED,
+            ));
+        }
+        if seen.contains(&name) && ["$MeshFormat", "$Nodes", "$Elements", "$Entities"].contains(&at.section) {
+            return Err(at.fail_at(start, format!("a second section {}", at.section), cursor::DAMAGED));
+        }
+        match (at.section, version) {
+            ("$MeshFormat", _) => version = Some(mesh_format(&mut at)?),
+            ("$PhysicalNames", _) => physical_names(&mut at, &mut contents)?,
+            ("$Nodes", Some(2)) => version2::nodes(&mut at, &mut contents)?,
+            ("$Nodes", Some(_)) => version4::nodes(&mut at, &mut contents)?,
+            ("$Elements", Some(2)) => version2::elements(&mut at, &mut contents)?,
+            ("$Elements", Some(_)) => version4::elements(&mut at, &mut contents)?,
+            ("$Entities", Some(4)) => version4::entities(&mut at, &mut contents)?,
+            ("$Nodes" | "$Elements" | "$Entities", None) => {
+                return Err(at.fail_at(start, format!("{} comes before $MeshFormat", at.section), cursor::DAMAGED));
+            }
+            ("$PartitionedEntities", _) => {
+                return Err(at.fail_at(start, "the mesh is partitioned", "save it without partitions"));
+            }
+            _ => {
+                at.skip_section()?;
+                continue; // unknown sections may come as often as they like
+            }
+        }
+        at.expect_end()?;
+        seen.push(name);
+    }
+    for needed in ["$MeshFormat", "$Nodes", "$Elements"] {
+        if !seen.contains(&needed.as_bytes()) {
+            return Err(at.fail(format!("there is no section {needed}"), cursor::DAMAGED));
+        }
+    }
+    Ok(contents)
+}
+
+/// `version file-type data-size`, and in binary files a 1 that shows the byte order. Gives 2 or 4.
+fn mesh_format(at: &mut Cursor) -> Result<u8, Error> {
+    let start = at.pos;
+    let line = String::from_utf8_lossy(at.line()).into_owned();
+    let words: Vec<&str> = line.split_ascii_whitespace().collect();
+    let [version, file_type, data_size, ..] = words[..] else {
+        return Err(at.fail_at(start, format!("\"{line}\" is not version, file type and data size"), cursor::DAMAGED));
+    };
+    let major = match version.parse::<f64>() {
+        Ok(2.2) => 2,
+        Ok(4.1) => 4,
+        _ => {
+            let remedy = "save it as MSH 4.1 or 2.2, with gmsh -format msh41 or Mesh.MshFileVersion = 4.1";
+            return Err(at.fail_at(start, format!("MSH version {version} cannot be read"), remedy));
+        }
+    };
+    if file_type == "0" {
+        return Ok(major);
+    }
+    let size = match data_size {
+        "4" if major == 4 => 4,
+        "8" => 8,
+        _ => {
+            return Err(at.fail_at(start, format!("a data size of {data_size} bytes cannot be read"), "save it again"));
+        }
+    };
+    let start = at.pos;
+    let big = match at.take(4)? {
+        [1, 0, 0, 0] => false,
+        [0, 0, 0, 1] => true,
+        _ => return Err(at.fail_at(start, "the number that shows the byte order is not 1", cursor::DAMAGED)),
+    };
+    at.encoding = Encoding::Binary { big, size };
+    Ok(major)
+}
+
+/// A count, and lines `dimension tag "name"`; text also in binary files.
+fn physical_names(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error> {
+    let count = at.text_integer("the number of names")?;
+    for _ in 0..count {
+        let dimension = at.text_integer("a dimension")?;
+        let tag = at.text_integer("the number of a physical group")?;
+        let start = at.pos;
+        let line = String::from_utf8_lossy(at.line());
+        let line = line.trim();
+        let name = line.strip_prefix('"').and_then(|l| l.strip_suffix('"')).unwrap_or(line);
+        if name.is_empty() || !(0..=3).contains(&dimension) {
+            return Err(at.fail_at(
+                start,
+                "a physical name is a dimension from 0 to 3, a number and a name",
+                cursor::DAMAGED,
+            ));
+        }
+        contents.names.push((dimension as u8, tag, name.to_string()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,198 @@
+//! From the numbers of a file to a mesh.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::contents::{Contents, Physical, Run};
+use super::types::{Role, element_type};
+use crate::Error;
+use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
+
+/// Resolves node tags, collects cells and groups and builds the mesh.
+pub(super) fn assemble(mut contents: Contents, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    refuse_unusable(&contents)?;
+    let element_nodes = resolve(&mut contents)?;
+    let (groups, group_of) = groups(&contents);
+    let mut raw = RawMesh { groups, ..RawMesh::default() };
+    let mut notes = shared_names(&contents);
+    collect(&contents, &element_nodes, &group_of, &mut raw, &mut notes);
+    raw.nodes = std::mem::take(&mut contents.nodes);
+    raw.nodes.iter_mut().flatten().for_each(|x| *x *= scale);
+    raw.node_ids = std::mem::take(&mut contents.node_tags);
+    drop((contents, element_nodes)); // the build needs memory of its own
+    let (mesh, built) = build(raw)?;
+    notes.extend(built.0);
+    Ok((mesh, MeshNotes(notes)))
+}
+
+/// An error if there are elements of other types than this program computes with, or no cells.
+fn refuse_unusable(contents: &Contents) -> Result<(), Error> {
+    let refused = contents.refused.iter().filter_map(|(&number, count)| Some((element_type(number)?, count)));
+    // the type of highest dimension tells best what is wrong
+    if let Some((kind, _)) = refused.clone().max_by_key(|(kind, _)| kind.dimension) {
+        let list: Vec<String> = refused.map(|(kind, count)| format!("{count} x {}", kind.name)).collect();
+        let remedy = if let Role::Refused(remedy) = kind.role { remedy } else { "" };
+        return Err(Error::new("", format!("elements that cannot be used: {}", list.join(", ")), remedy));
+    }
+    if contents.runs.iter().any(|run| run.kind.dimension == 3) {
+        return Ok(());
+    }
+    let what = format!("no volume cells among its {} elements", contents.element_tags.len());
+    let remedy = "mesh the volume (gmsh -3) and put it into a physical group, or save all elements (Mesh.SaveAll = 1)";
+    Err(Error::new("", what, remedy))
+}
+
+/// The nodes of all elements as indices instead of tags.
+fn resolve(contents: &mut Contents) -> Result<Vec<u32>, Error> {
+    let tags = &contents.node_tags;
+    let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", super::cursor::DAMAGED);
+    let highest = tags.iter().copied().max().unwrap_or(0);
+    let index: Box<dyn Fn(u64) -> Option<u32>> = if highest <= 4 * tags.len() as u64 + 1000 {
+        // numbers without large gaps, as nearly always
+        let mut table = vec![u32::MAX; highest as usize + 1];
+        for (i, &tag) in tags.iter().enumerate() {
+            if std::mem::replace(&mut table[tag as usize], i as u32) != u32::MAX {
+                return Err(twice(tag));
+            }
+        }
+        Box::new(move |tag| table.get(tag as usize).copied().filter(|&i| i != u32::MAX))
+    } else {
+        let mut table: Vec<(u64, u32)> = tags.iter().enumerate().map(|(i, &tag)| (tag, i as u32)).collect();
+        table.sort_unstable();
+        if let Some(w) = table.windows(2).find(|w| w[0].0 == w[1].0) {
+            return Err(twice(w[0].0));
+        }
+        Box::new(move |tag| table.binary_search_by_key(&tag, |e| e.0).ok().map(|at| table[at].1))
+    };
+    let element_nodes = std::mem::take(&mut contents.element_nodes);
+    let mut resolved = Vec::with_capacity(element_nodes.len());
+    for run in &contents.runs {
+        let k = run.kind.nodes;
+        for (i, &tag) in element_nodes[run.first_node..][..run.count * k].iter().enumerate() {
+            let Some(node) = index(tag) else {
+                let place = format!("element {}", contents.element_tags[run.first + i / k]);
+                let what = format!("it names node {tag}, which the file does not hold");
+                return Err(Error::new(place, what, super::cursor::DAMAGED));
+            };
+            resolved.push(node);
+        }
+    }
+    Ok(resolved)
+}
+
+/// Empty groups, those with a name first, and which of them each physical group fills. Equal names share a group.
+fn groups(contents: &Contents) -> (Vec<RawGroup>, HashMap<Physical, usize>) {
+    let mut groups: Vec<RawGroup> = Vec::new();
+    let mut by_name = HashMap::new();
+    let mut group_of = HashMap::new();
+    let mut add = |physical: Physical, name: &str| {
+        group_of.entry(physical).or_insert_with(|| {
+            *by_name.entry(name.to_string()).or_insert_with(|| {
+                groups.push(RawGroup { name: name.to_string(), ..RawGroup::default() });
+                groups.len() - 1
+            })
+        });
+    };
+    for (dimension, tag, name) in &contents.names {
+        add((*dimension, tag.abs()), name);
+    }
+    let used: BTreeSet<Physical> = contents.runs.iter().flat_map(|run| contents.physicals(run)).collect();
+    for physical in used {
+        add(physical, &physical.1.to_string());
+    }
+    (groups, group_of)
+}
+
+/// Notes on names, or numbers without a name, that stand for things of several dimensions.
+fn shared_names(contents: &Contents) -> Vec<MeshNote> {
+    let named: HashMap<Physical, &str> =
+        contents.names.iter().map(|(d, tag, name)| ((*d, tag.abs()), name.as_str())).collect();
+    let used: BTreeSet<Physical> = contents.runs.iter().flat_map(|run| contents.physicals(run)).collect();
+    let mut names: Vec<(String, u8)> =
+        used.iter().map(|p| (named.get(p).map_or_else(|| p.1.to_string(), |n| n.to_string()), p.0)).collect();
+    names.sort_unstable();
+    names.dedup();
+    let shared = names.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1);
+    shared.map(|same| MeshNote::SharedName { group: same[0].0.clone() }).collect()
+}
+
+/// Distributes the elements to cells and groups.
+fn collect(
+    contents: &Contents,
+    element_nodes: &[u32],
+    group_of: &HashMap<Physical, usize>,
+    raw: &mut RawMesh,
+    notes: &mut Vec<MeshNote>,
+) {
+    for kind in [CellKind::Tet4, CellKind::Hex8] {
+        let mut cells = RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
+        let before: usize = raw.cells.iter().map(|block| block.ids.len()).sum();
+        let runs: Vec<&Run> = contents.runs.iter().filter(|run| run.kind.role == Role::Cell(kind)).collect();
+        let mut copies = Copies::new(&runs);
+        for run in runs {
+            let targets: Vec<usize> = contents.physicals(run).iter().filter_map(|p| group_of.get(p)).copied().collect();
+            for (i, nodes) in nodes_of(run, element_nodes).enumerate() {
+                let number = copies.find_or_insert(run, nodes, before + cells.ids.len());
+                if number == before + cells.ids.len() {
+                    cells.nodes.extend(nodes);
+                    cells.ids.push(contents.element_tags[run.first + i]);
+                }
+                targets.iter().for_each(|&g| raw.groups[g].cells.push(number as u32));
+            }
+        }
+        raw.cells.push(cells);
+    }
+    let mut skipped = [0; 3];
+    for run in contents.runs.iter().filter(|run| run.kind.dimension < 3) {
+        let targets: Vec<usize> = contents.physicals(run).iter().filter_map(|p| group_of.get(p)).copied().collect();
+        if targets.is_empty() {
+            skipped[run.kind.dimension as usize] += run.count;
+        }
+        for g in targets {
+            match run.kind.role {
+                Role::Face => raw.groups[g].faces.extend(nodes_of(run, element_nodes).map(corners)),
+                _ => nodes_of(run, element_nodes).for_each(|nodes| raw.groups[g].nodes.extend(nodes)),
+            }
+        }
+    }
+    for (what, count) in ["point element", "curve element", "surface element"].into_iter().zip(skipped) {
+        if count > 0 {
+            notes.push(MeshNote::Skipped { what: what.into(), count });
+        }
+    }
+}
+
+/// The nodes of each element of a run.
+fn nodes_of<'a>(run: &Run, element_nodes: &'a [u32]) -> impl Iterator<Item = &'a [u32]> {
+    element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
+}
+
+fn corners(nodes: &[u32]) -> [u32; 4] {
+    [nodes[0], nodes[1], nodes[2], nodes.get(3).copied().unwrap_or(u32::MAX)]
+}
+
+/// MSH 2.2 repeats a cell under a new number for each further physical group of its volume.
+#[derive(Default)]
+struct Copies {
+    /// Volumes in several physical groups.
+    entities: BTreeSet<i64>,
+    /// Their cells: number, and the physical group it came with.
+    cells: HashMap<Vec<u32>, (usize, i64)>,
+}
+
+impl Copies {
+    fn new(runs: &[&Run]) -> Self {
+        let mut first: HashMap<i64, i64> = HashMap::new();
+        let several = |run: &&&Run| *first.entry(run.entity).or_insert(run.physical) != run.physical;
+        Copies { entities: runs.iter().filter(several).map(|run| run.entity).collect(), cells: HashMap::new() }
+    }
+
+    /// The number of an equal cell of another physical group, or `next` if the cell is new. An equal cell of the
+    /// same group is not merged: the file says twice what it should say once.
+    fn find_or_insert(&mut self, run: &Run, nodes: &[u32], next: usize) -> usize {
+        if !self.entities.contains(&run.entity) {
+            return next;
+        }
+        let (number, physical) = *self.cells.entry(nodes.to_vec()).or_insert((next, run.physical));
+        if physical == run.physical { next } else { number }
+    }
+}

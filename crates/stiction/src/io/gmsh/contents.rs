@@ -1,0 +1,75 @@
+//! What both versions of the format say, in the numbers of the file.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::types::{ElementType, Role};
+
+/// A physical group: dimension and number.
+pub(super) type Physical = (u8, i64);
+
+/// The contents of a file. Nodes are called by their tags until everything has been read.
+#[derive(Default)]
+pub(super) struct Contents {
+    /// Dimension, number and name of physical groups in the order of the file.
+    pub names: Vec<(u8, i64, String)>,
+    /// Physical groups of the entity with that dimension and tag (4.1).
+    pub entities: HashMap<(u8, i64), Vec<i64>>,
+    pub node_tags: Vec<u64>,
+    /// Coordinates, not yet scaled.
+    pub nodes: Vec<[f64; 3]>,
+    pub runs: Vec<Run>,
+    pub element_tags: Vec<u64>,
+    pub element_nodes: Vec<u64>,
+    /// Numbers of elements that cannot be used, by type.
+    pub refused: BTreeMap<i64, usize>,
+}
+
+/// Consecutive elements that have everything in common but their nodes.
+#[derive(Clone)]
+pub(super) struct Run {
+    pub kind: ElementType,
+    pub entity: i64,
+    /// The physical group, 0 for none (2.2 only; in 4.1 the entity knows).
+    pub physical: i64,
+    /// Elements: `element_tags[first..first + count]`.
+    pub first: usize,
+    pub count: usize,
+    /// Where its nodes begin in `element_nodes`.
+    pub first_node: usize,
+}
+
+impl Contents {
+    /// Makes room for elements of one kind: the run that the next tags and nodes belong to.
+    pub fn run(&mut self, kind: ElementType, entity: i64, physical: i64) -> &mut Run {
+        let fits = |r: &Run| r.kind == kind && r.entity == entity && r.physical == physical;
+        if !self.runs.last().is_some_and(fits) {
+            let (first, first_node) = (self.element_tags.len(), self.element_nodes.len());
+            self.runs.push(Run { kind, entity, physical, first, count: 0, first_node });
+        }
+        let last = self.runs.len() - 1;
+        &mut self.runs[last]
+    }
+
+    /// Notes elements that cannot be used; whether they can.
+    pub fn usable(&mut self, kind: ElementType, count: usize) -> bool {
+        let usable = !matches!(kind.role, Role::Refused(_));
+        if !usable && count > 0 {
+            *self.refused.entry(kind.number).or_default() += count;
+        }
+        usable
+    }
+
+    /// The physical groups of a run.
+    pub fn physicals(&self, run: &Run) -> Vec<Physical> {
+        let dimension = run.kind.dimension;
+        // a minus sign means that the group sees the entity from its other side
+        let mut tags: Vec<i64> = match self.entities.get(&(dimension, run.entity)) {
+            Some(tags) => tags.iter().map(|t| t.abs()).collect(),
+            None => vec![run.physical.abs()],
+        };
+        tags.retain(|&t| t != 0);
+        tags.sort_unstable();
+        tags.dedup();
+        tags.into_iter().map(|t| (dimension, t)).collect()
+    }
+}

@@ -1,0 +1,213 @@
+//! A place in the bytes of a file, and the numbers that follow it.
+
+use crate::Error;
+
+/// The remedy for whatever a writer would not have written.
+pub(super) const DAMAGED: &str = "the file is damaged or incomplete; write it again";
+
+/// How numbers outside text sections are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    /// Big-endian or not; bytes of a `size_t`, 4 or 8.
+    Binary {
+        big: bool,
+        size: usize,
+    },
+}
+
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    pub pos: usize,
+    pub encoding: Encoding,
+    /// The section being read, `$Nodes`, for messages and for its end.
+    pub section: &'a str,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        let pos = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 }; // a byte order mark of UTF-8
+        Cursor { bytes, pos, encoding: Encoding::Text, section: "" }
+    }
+
+    pub fn binary(&self) -> bool {
+        self.encoding != Encoding::Text
+    }
+
+    /// An error here.
+    pub fn fail(&self, what: impl Into<String>, remedy: &str) -> Error {
+        self.fail_at(self.pos, what, remedy)
+    }
+
+    /// An error at byte `pos`, named by its line unless the file is binary.
+    pub fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
+        let before = &self.bytes[..pos.min(self.bytes.len())];
+        let place = match self.encoding {
+            Encoding::Text => format!("line {}", 1 + before.iter().filter(|&&b| b == b'\n').count()),
+            Encoding::Binary { .. } => format!("byte {pos}"),
+        };
+        Error::new(place, what, remedy)
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.pos..]
+    }
+
+    /// Moves to the next byte that is no white space; whether there is one.
+    pub fn skip_space(&mut self) -> bool {
+        match self.rest().iter().position(|b| !b.is_ascii_whitespace()) {
+            Some(n) => self.pos += n,
+            None => self.pos = self.bytes.len(),
+        }
+        self.pos < self.bytes.len()
+    }
+
+    /// The rest of the line without surrounding white space; moves behind its end.
+    pub fn line(&mut self) -> &'a [u8] {
+        let rest = self.rest();
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.pos += (end + 1).min(rest.len());
+        rest[..end].trim_ascii()
+    }
+
+    /// The next `n` bytes.
+    pub fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
+        match self.rest().split_at_checked(n) {
+            Some((taken, _)) => {
+                self.pos += n;
+                Ok(taken)
+            }
+            None => Err(self.fail_at(self.bytes.len(), format!("the file ends within {}", self.section), DAMAGED)),
+        }
+    }
+
+    /// The next `N` bytes, lowest first.
+    fn little<const N: usize>(&mut self, big: bool) -> Result<[u8; N], Error> {
+        let mut out = [0; N];
+        out.copy_from_slice(self.take(N)?);
+        if big {
+            out.reverse();
+        }
+        Ok(out)
+    }
+
+    /// The next word of text.
+    fn word(&mut self, what: &str) -> Result<&'a [u8], Error> {
+        if !self.skip_space() {
+            return Err(self.fail(format!("the file ends within {} before {what}", self.section), DAMAGED));
+        }
+        let rest = self.rest();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.pos += end;
+        Ok(&rest[..end])
+    }
+
+    fn not_a_number(&self, word: &[u8], what: &str) -> Error {
+        let shown = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
+        self.fail_at(self.pos - word.len(), format!("\"{shown}\" stands where {what} was expected"), DAMAGED)
+    }
+
+    /// A whole number written as text.
+    pub fn text_integer(&mut self, what: &str) -> Result<i64, Error> {
+        let word = self.word(what)?;
+        let (negative, digits) = match word {
+            [b'-', digits @ ..] => (true, digits),
+            [b'+', digits @ ..] => (false, digits),
+            digits => (false, digits),
+        };
+        let mut value: i64 = 0;
+        // 18 digits fit into 63 bits
+        if digits.is_empty() || digits.len() > 18 {
+            return Err(self.not_a_number(word, what));
+        }
+        for digit in digits {
+            if !digit.is_ascii_digit() {
+                return Err(self.not_a_number(word, what));
+            }
+            value = 10 * value + i64::from(digit - b'0');
+        }
+        Ok(if negative { -value } else { value })
+    }
+
+    /// An `int`: four bytes in binary files.
+    pub fn integer(&mut self, what: &str) -> Result<i64, Error> {
+        match self.encoding {
+            Encoding::Text => self.text_integer(what),
+            Encoding::Binary { big, .. } => Ok(i64::from(i32::from_le_bytes(self.little(big)?))),
+        }
+    }
+
+    /// A number >= 0 of type `int`.
+    pub fn natural(&mut self, what: &str) -> Result<u64, Error> {
+        let value = self.integer(what)?;
+        u64::try_from(value).map_err(|_| self.fail(format!("{value} stands where {what} was expected"), DAMAGED))
+    }
+
+    /// A `size_t`.
+    pub fn size(&mut self, what: &str) -> Result<u64, Error> {
+        match self.encoding {
+            Encoding::Text => self.natural(what),
+            Encoding::Binary { big, size: 4 } => Ok(u64::from(u32::from_le_bytes(self.little(big)?))),
+            Encoding::Binary { big, .. } => Ok(u64::from_le_bytes(self.little(big)?)),
+        }
+    }
+
+    /// Bytes of a `size_t`, or of the shortest text that could stand for one.
+    pub fn size_bytes(&self) -> usize {
+        match self.encoding {
+            Encoding::Text => 2,
+            Encoding::Binary { size, .. } => size,
+        }
+    }
+
+    /// A floating point number; may be infinite or NaN.
+    pub fn float(&mut self, what: &str) -> Result<f64, Error> {
+        match self.encoding {
+            Encoding::Text => {
+                let word = self.word(what)?;
+                let value = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
+                value.ok_or_else(|| self.not_a_number(word, what))
+            }
+            Encoding::Binary { big, .. } => Ok(f64::from_le_bytes(self.little(big)?)),
+        }
+    }
+
+    /// `count` records of at least `bytes` bytes follow: an error if the file is too short for them.
+    pub fn room(&self, count: u64, what: &str, bytes: usize) -> Result<usize, Error> {
+        // the last number of a text may end with the file, without the space after it
+        let left = self.rest().len() + 1;
+        match usize::try_from(count).ok().filter(|&n| n.checked_mul(bytes).is_some_and(|need| need <= left)) {
+            Some(n) => Ok(n),
+            None => Err(self.fail(format!("{count} {what} are announced, but only {left} bytes follow"), DAMAGED)),
+        }
+    }
+
+    /// Moves behind the `$End` line of the section.
+    pub fn expect_end(&mut self) -> Result<(), Error> {
+        self.skip_space();
+        let start = self.pos;
+        let line = self.line();
+        if line.strip_prefix(b"$End").is_some_and(|name| name == self.section[1..].as_bytes()) {
+            return Ok(());
+        }
+        let what = format!("{} does not end here, with $End{}", self.section, &self.section[1..]);
+        Err(self.fail_at(start, what, DAMAGED))
+    }
+
+    /// Moves behind the `$End` line of a section of unknown contents.
+    pub fn skip_section(&mut self) -> Result<(), Error> {
+        let start = self.pos;
+        let end = format!("$End{}", &self.section[1..]);
+        loop {
+            let Some(n) = self.rest().iter().position(|&b| b == b'$') else {
+                return Err(self.fail_at(start, format!("{} has no {end}", self.section), DAMAGED));
+            };
+            self.pos += n;
+            if self.rest().starts_with(end.as_bytes()) {
+                self.line();
+                return Ok(());
+            }
+            self.pos += 1;
+        }
+    }
+}

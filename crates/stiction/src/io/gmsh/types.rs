@@ -1,0 +1,71 @@
+//! The element types of Gmsh.
+
+use crate::mesh::CellKind;
+
+/// What this program makes of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Cell(CellKind),
+    Face,
+    /// A point or a line: its nodes.
+    Nodes,
+    /// Cannot be used; the remedy.
+    Refused(&'static str),
+}
+
+/// An element type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ElementType {
+    pub number: i64,
+    pub name: &'static str,
+    pub dimension: u8,
+    pub nodes: usize,
+    pub role: Role,
+}
+
+const ORDER: &str = "this version computes with linear elements: mesh with order 1 (Mesh.ElementOrder = 1)";
+const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
+
+/// The element type with that number in the format's table.
+pub(super) fn element_type(number: i64) -> Option<ElementType> {
+    let refused = Role::Refused(ORDER);
+    let (name, dimension, nodes, role) = match number {
+        1 => ("2-node line", 1, 2, Role::Nodes),
+        2 => ("3-node triangle", 2, 3, Role::Face),
+        3 => ("4-node quadrilateral", 2, 4, Role::Face),
+        4 => ("4-node tetrahedron", 3, 4, Role::Cell(CellKind::Tet4)),
+        5 => ("8-node hexahedron", 3, 8, Role::Cell(CellKind::Hex8)),
+        6 => ("6-node prism", 3, 6, Role::Refused(SHAPE)),
+        7 => ("5-node pyramid", 3, 5, Role::Refused(SHAPE)),
+        8 => ("3-node line", 1, 3, refused),
+        9 => ("6-node triangle", 2, 6, refused),
+        10 => ("9-node quadrilateral", 2, 9, refused),
+        11 => ("10-node tetrahedron", 3, 10, refused),
+        12 => ("27-node hexahedron", 3, 27, refused),
+        13 => ("18-node prism", 3, 18, Role::Refused(SHAPE)),
+        14 => ("14-node pyramid", 3, 14, Role::Refused(SHAPE)),
+        15 => ("point", 0, 1, Role::Nodes),
+        16 => ("8-node quadrilateral", 2, 8, refused),
+        17 => ("20-node hexahedron", 3, 20, refused),
+        18 => ("15-node prism", 3, 15, Role::Refused(SHAPE)),
+        19 => ("13-node pyramid", 3, 13, Role::Refused(SHAPE)),
+        20 => ("9-node triangle", 2, 9, refused),
+        21 => ("10-node triangle", 2, 10, refused),
+        22 => ("12-node triangle", 2, 12, refused),
+        23 => ("15-node triangle", 2, 15, refused),
+        24 => ("15-node incomplete triangle", 2, 15, refused),
+        25 => ("21-node triangle", 2, 21, refused),
+        26 => ("4-node line", 1, 4, refused),
+        27 => ("5-node line", 1, 5, refused),
+        28 => ("6-node line", 1, 6, refused),
+        29 => ("20-node tetrahedron", 3, 20, refused),
+        30 => ("35-node tetrahedron", 3, 35, refused),
+        31 => ("56-node tetrahedron", 3, 56, refused),
+        36 => ("16-node quadrilateral", 2, 16, refused),
+        37 => ("25-node quadrilateral", 2, 25, refused),
+        92 => ("64-node hexahedron", 3, 64, refused),
+        93 => ("125-node hexahedron", 3, 125, refused),
+        _ => return None,
+    };
+    Some(ElementType { number, name, dimension, nodes, role })
+}

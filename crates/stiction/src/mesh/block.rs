@@ -1,0 +1,171 @@
+//! Rectangular blocks, for problems that need no mesher.
+
+use super::{CellKind, Mesh, RawCells, RawGroup, RawMesh, build};
+use crate::Error;
+
+/// A box divided into cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Edge lengths, > 0.
+    pub size: [f64; 3],
+    /// Cells along each axis, >= 1.
+    pub cells: [usize; 3],
+    /// The corner with the lowest coordinates.
+    pub origin: [f64; 3],
+    /// Length of the last cell over that of the first along each axis, > 0, in geometric progression; 1 is uniform.
+    pub grading: [f64; 3],
+    pub element: BlockElement,
+}
+
+/// What each cell of a block is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BlockElement {
+    /// Five tetrahedra, alternating so that neighbours conform. At parity 0 the cell at the origin has its central
+    /// tetrahedron on the corners 100 010 001 111, at parity 1 on 000 110 101 011.
+    Tet4Five {
+        /// 0 or 1.
+        parity: u8,
+    },
+    /// Six tetrahedra around the diagonal from the lowest to the highest corner of every cell (Kuhn 1960).
+    Tet4Six,
+    Hex8,
+}
+
+// Corner numbers of a cell: 1 for x, 2 for y, 4 for z.
+const FIVE_EVEN: [[usize; 4]; 5] = [[1, 2, 4, 7], [0, 1, 2, 4], [3, 2, 1, 7], [5, 1, 4, 7], [6, 4, 2, 7]];
+const FIVE_ODD: [[usize; 4]; 5] = [[0, 5, 3, 6], [1, 3, 0, 5], [2, 0, 3, 6], [4, 5, 0, 6], [7, 3, 5, 6]];
+const SIX: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 6, 4, 7]];
+const HEX: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+
+/// The mesh of a block: nodes numbered with x fastest, then y, then z; groups `x-min` `x-max` `y-min` `y-max`
+/// `z-min` `z-max` of faces and `body` of all cells.
+///
+/// Without grading the nodes lie exactly at `origin + size * i / n`.
+pub fn block(block: &Block) -> Result<Mesh, Error> {
+    validate(block)?;
+    let axes = [axis(block, 0)?, axis(block, 1)?, axis(block, 2)?];
+    let mut nodes = Vec::with_capacity(axes.iter().map(Vec::len).product());
+    for &z in &axes[2] {
+        for &y in &axes[1] {
+            nodes.extend(axes[0].iter().map(|&x| [x, y, z]));
+        }
+    }
+    let cells = cells(block);
+    let count = cells.nodes.len() / cells.kind.nodes();
+    let body = RawGroup { name: "body".into(), cells: (0..count as u32).collect(), ..RawGroup::default() };
+    let raw = RawMesh { nodes, cells: vec![cells], groups: vec![body], ..RawMesh::default() };
+    let (mut mesh, _) = build(raw).map_err(|e| e.at("block"))?;
+    let sides = sides(block, &mesh);
+    mesh.groups.splice(0..0, sides);
+    Ok(mesh)
+}
+
+fn validate(block: &Block) -> Result<(), Error> {
+    let fail = |what: String, remedy: &str| Err(Error::new("block", what, remedy));
+    for c in 0..3 {
+        let name = ["x", "y", "z"][c];
+        if !(block.size[c].is_finite() && block.size[c] > 0.0) {
+            return fail(format!("its size along {name} is {}", block.size[c]), "sizes are positive lengths");
+        }
+        if !(block.grading[c].is_finite() && block.grading[c] > 0.0) {
+            return fail(
+                format!("its grading along {name} is {}", block.grading[c]),
+                "gradings are positive; 1 is uniform",
+            );
+        }
+        if !block.origin[c].is_finite() {
+            return fail(format!("the {name} coordinate of its origin is {}", block.origin[c]), "give a finite number");
+        }
+        if block.cells[c] == 0 {
+            return fail(format!("it has no cells along {name}"), "give at least one");
+        }
+    }
+    if let BlockElement::Tet4Five { parity: 2.. } = block.element {
+        return fail("its parity is neither 0 nor 1".into(), "choose one of them");
+    }
+    // six tetrahedra with four nodes each must be numbered by u32, as must the nodes
+    let points = block.cells.iter().try_fold(1usize, |n, &c| n.checked_mul(c.checked_add(1)?));
+    let room = (u32::MAX / 36) as usize;
+    if points.is_none_or(|n| n > room) {
+        let [x, y, z] = block.cells;
+        return fail(format!("{x} x {y} x {z} cells are too many"), &format!("a block has at most {room} nodes"));
+    }
+    Ok(())
+}
+
+/// Node coordinates along an axis.
+fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
+    let n = block.cells[c];
+    let (origin, size) = (block.origin[c], block.size[c]);
+    // logarithm of the ratio of neighbouring cells: lengths 1, q, q², ... sum up to (qⁱ - 1) / (q - 1)
+    let log_q = if n > 1 { block.grading[c].ln() / (n - 1) as f64 } else { 0.0 };
+    let at = |i: usize| {
+        if log_q == 0.0 {
+            origin + size * i as f64 / n as f64
+        } else {
+            origin + size * ((i as f64 * log_q).exp_m1() / (n as f64 * log_q).exp_m1())
+        }
+    };
+    let axis: Vec<f64> = (0..=n).map(at).collect();
+    if axis.windows(2).all(|w| w[0] < w[1]) && axis[n].is_finite() {
+        return Ok(axis);
+    }
+    let name = ["x", "y", "z"][c];
+    let what = format!("along {name} neighbouring nodes fall onto one another");
+    Err(Error::new("block", what, "use fewer cells, a milder grading, or an origin nearer to the block"))
+}
+
+/// All cells, numbered with x fastest; those of one grid cell follow one another.
+fn cells(block: &Block) -> RawCells {
+    let [nx, ny, nz] = block.cells;
+    let (tets, kind): (_, CellKind) = match block.element {
+        BlockElement::Tet4Five { .. } => (5, CellKind::Tet4),
+        BlockElement::Tet4Six => (6, CellKind::Tet4),
+        BlockElement::Hex8 => (1, CellKind::Hex8),
+    };
+    let mut nodes = Vec::with_capacity(nx * ny * nz * tets * kind.nodes());
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                let corner = |b: usize| {
+                    let (x, y, z) = (i + (b & 1), j + (b >> 1 & 1), k + (b >> 2));
+                    (x + (nx + 1) * (y + (ny + 1) * z)) as u32
+                };
+                match block.element {
+                    BlockElement::Tet4Five { parity } if (i + j + k + parity as usize).is_multiple_of(2) => {
+                        nodes.extend(FIVE_EVEN.as_flattened().iter().map(|&b| corner(b)));
+                    }
+                    BlockElement::Tet4Five { .. } => nodes.extend(FIVE_ODD.as_flattened().iter().map(|&b| corner(b))),
+                    BlockElement::Tet4Six => nodes.extend(SIX.as_flattened().iter().map(|&b| corner(b))),
+                    BlockElement::Hex8 => nodes.extend(HEX.iter().map(|&b| corner(b))),
+                }
+            }
+        }
+    }
+    RawCells { kind, nodes, ids: Vec::new() }
+}
+
+/// The six groups of faces: a boundary face lies on the side its nodes' grid numbers agree on.
+fn sides(block: &Block, mesh: &Mesh) -> Vec<super::Group> {
+    let n = block.cells;
+    let grid = |node: u32| {
+        let node = node as usize;
+        [node % (n[0] + 1), node / (n[0] + 1) % (n[1] + 1), node / ((n[0] + 1) * (n[1] + 1))]
+    };
+    let names = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
+    let mut groups = names.map(|name| super::Group { name: name.into(), ..super::Group::default() });
+    for (number, face) in mesh.faces.iter().enumerate() {
+        for c in 0..3 {
+            for (side, end) in [0, n[c]].into_iter().enumerate() {
+                if face.nodes().iter().all(|&node| grid(node)[c] == end) {
+                    groups[2 * c + side].faces.push(number as u32);
+                }
+            }
+        }
+    }
+    groups.into()
+}
+
+#[cfg(test)]
+#[path = "block_tests.rs"]
+mod tests;

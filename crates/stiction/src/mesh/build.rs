@@ -1,0 +1,115 @@
+//! From what a file says to a valid mesh.
+
+use super::face_table::FaceTable;
+use super::geometry::norm;
+use super::notes::SHOWN;
+use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, check, groups};
+use crate::Error;
+
+/// Boundary nodes closer than this fraction of the mesh's diagonal are reported as coincident.
+const COINCIDENT: f64 = 1e-9;
+
+/// Checks a mesh, finds its boundary and matches its groups to it.
+///
+/// Faces and outward normals follow from the cells alone. Nodes of no cell are dropped, the others keep their order.
+/// Errors name cells that are inverted, flat, collapsed, given twice, or overlap their neighbours, and coordinates
+/// that are not finite, by their numbers in the file. The result does not depend on the number of threads.
+pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
+    check::numbers(&raw)?;
+    raw.cells.retain(|block| !block.nodes.is_empty());
+    let mut notes = Vec::new();
+    let raw_groups = std::mem::take(&mut raw.groups);
+    let former = drop_orphans(&mut raw, &mut notes);
+    check::shapes(&raw)?;
+
+    let table = FaceTable::new(&raw);
+    let seen = table.encounters();
+    check::neighbours(&raw, &seen)?;
+    let faces: Vec<Face> = seen.boundary.iter().map(|&face| table.face(face)).collect();
+    note_coincident(&raw, &faces, &mut notes);
+    note_unjoined(&raw, &table, &faces, &mut notes);
+
+    let match_group = |g| groups::group(g, &former, &table, &seen.boundary, &mut notes);
+    let groups = raw_groups.into_iter().map(match_group).collect();
+    drop(table);
+    let cells = raw.cells.into_iter().map(|block| Cells { kind: block.kind, nodes: block.nodes }).collect();
+    Ok((Mesh { nodes: raw.nodes, cells, faces, groups }, MeshNotes(notes)))
+}
+
+/// The nodes as they were before those of no cell were dropped.
+pub(super) struct Former {
+    /// The new number of each, or `u32::MAX` if it was dropped.
+    pub kept: Vec<u32>,
+    /// Their numbers in the file; empty if counted from 1.
+    ids: Vec<u64>,
+}
+
+impl Former {
+    /// The number in the file of former node `i`.
+    pub fn id(&self, i: usize) -> u64 {
+        self.ids.get(i).copied().unwrap_or(i as u64 + 1)
+    }
+}
+
+/// Removes the nodes of no cell.
+fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
+    let mut kept = vec![u32::MAX; raw.nodes.len()];
+    for (_, cell) in raw.cell_iter() {
+        cell.iter().for_each(|&n| kept[n as usize] = 0);
+    }
+    let orphans: Vec<usize> = (0..kept.len()).filter(|&i| kept[i] != 0).collect();
+    for (number, slot) in kept.iter_mut().filter(|k| **k == 0).enumerate() {
+        *slot = number as u32;
+    }
+    let mut former = Former { kept, ids: Vec::new() };
+    if orphans.is_empty() {
+        former.ids.clone_from(&raw.node_ids);
+        return former;
+    }
+    former.ids = std::mem::take(&mut raw.node_ids);
+    let first = orphans.iter().take(SHOWN).map(|&i| former.id(i)).collect();
+    notes.push(MeshNote::OrphanNodes { count: orphans.len(), first });
+    let remain = || (0..former.kept.len()).filter(|&i| former.kept[i] != u32::MAX);
+    raw.node_ids = remain().map(|i| former.id(i)).collect();
+    raw.nodes = remain().map(|i| raw.nodes[i]).collect();
+    for node in raw.cells.iter_mut().flat_map(|block| &mut block.nodes) {
+        *node = former.kept[*node as usize];
+    }
+    former
+}
+
+/// Notes nodes of the boundary that lie at the same place without being joined.
+fn note_coincident(raw: &RawMesh, faces: &[Face], notes: &mut Vec<MeshNote>) {
+    let mut on_boundary: Vec<u32> = faces.iter().flat_map(Face::nodes).copied().collect();
+    on_boundary.sort_unstable();
+    on_boundary.dedup();
+    let at = |c: usize| on_boundary.iter().map(move |&n| raw.nodes[n as usize][c]);
+    let extent = [0, 1, 2].map(|c| at(c).fold(f64::NEG_INFINITY, f64::max) - at(c).fold(f64::INFINITY, f64::min));
+    let distance = COINCIDENT * norm(extent);
+    if let (pairs, Some(first)) = check::coincident(&raw.nodes, &on_boundary, distance) {
+        let first = first.map(|n| raw.node_id(n as usize));
+        notes.push(MeshNote::CoincidentNodes { pairs, distance, first });
+    }
+}
+
+/// Notes quadrilaterals whose corners also carry triangles: both are boundary though they touch.
+fn note_unjoined(raw: &RawMesh, table: &FaceTable, faces: &[Face], notes: &mut Vec<MeshNote>) {
+    if raw.cells.iter().all(|block| block.kind != CellKind::Tet4) {
+        return;
+    }
+    let touches = |f: &&Face| match *f.nodes() {
+        [a, b, c, d] => [[a, b, c], [b, c, d], [c, d, a], [d, a, b]]
+            .iter()
+            .any(|t| !table.find([t[0], t[1], t[2], u32::MAX]).is_empty()),
+        _ => false,
+    };
+    let unjoined: Vec<&Face> = faces.iter().filter(touches).collect();
+    if !unjoined.is_empty() {
+        let first = unjoined.iter().take(SHOWN).map(|f| raw.cell_id(f.cell as usize)).collect();
+        notes.push(MeshNote::UnjoinedFaces { count: unjoined.len(), first });
+    }
+}
+
+#[cfg(test)]
+#[path = "build_tests.rs"]
+mod tests;

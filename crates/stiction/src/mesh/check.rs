@@ -1,0 +1,142 @@
+//! What makes a mesh unusable.
+
+use rayon::prelude::*;
+
+use super::face_table::{Encounters, MAX_CELLS};
+use super::geometry::Vec3;
+use super::notes::{SHOWN, list, many};
+use super::quality::validity;
+use super::{CellKind, RawMesh};
+use crate::Error;
+
+/// A cell is flat if its quality, a ratio of volumes, is not above this: the round-off of coordinates
+/// that are a thousand times longer than the cell.
+const FLAT: f64 = 1e-12;
+
+/// Node and cell numbers are in range, coordinates finite, and each cell has as many distinct nodes as its kind.
+pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
+    let (nodes, cells) = (raw.nodes.len(), raw.cell_count());
+    if cells == 0 {
+        return Err(Error::new("", "the mesh has no cells", "mesh the volume with tetrahedra or hexahedra"));
+    }
+    if nodes >= u32::MAX as usize || cells > MAX_CELLS {
+        let what = format!("{nodes} nodes and {cells} cells are more than a mesh can number");
+        return Err(Error::new("", what, format!("at most {} nodes and {MAX_CELLS} cells", u32::MAX - 1)));
+    }
+    let outside = |n: &u32| *n as usize >= nodes;
+    cells_without(raw, "broken node list", "every node a cell names must be in the file", |kind, cell| {
+        cell.len() == kind.nodes() && !cell.iter().any(outside)
+    })?;
+    cells_without(raw, "repeated node", "split or remove collapsed cells", |_, cell| {
+        cell.iter().enumerate().all(|(i, node)| !cell[..i].contains(node))
+    })?;
+    for group in &raw.groups {
+        let face = |f: &[u32; 4]| f[..3].iter().any(outside) || f[3] != u32::MAX && outside(&f[3]);
+        let cell = |c: &u32| *c as usize >= cells;
+        if group.nodes.iter().any(outside) || group.faces.iter().any(face) || group.cells.iter().any(cell) {
+            let place = format!("group \"{}\"", group.name);
+            return Err(Error::new(place, "it refers to a node or cell that does not exist", "write the file again"));
+        }
+    }
+    let bad: Vec<usize> = (0..nodes).filter(|&i| !raw.nodes[i].iter().all(|c| c.is_finite())).collect();
+    let Some(&first) = bad.first() else { return Ok(()) };
+    let shown: Vec<u64> = bad.iter().take(SHOWN).map(|&i| raw.node_id(i)).collect();
+    let what = format!(
+        "{} with a coordinate that is not a finite number: {}",
+        many(bad.len(), "node"),
+        list(&shown, bad.len())
+    );
+    Err(Error::new(format!("node {}", raw.node_id(first)), what, "write the file again"))
+}
+
+/// Every cell has positive volume, at every point where a stiffness matrix may look.
+pub(super) fn shapes(raw: &RawMesh) -> Result<(), Error> {
+    let mut inverted = Vec::new();
+    let mut flat = Vec::new();
+    let mut offset = 0;
+    for block in &raw.cells {
+        let bad: Vec<(usize, f64)> = block
+            .nodes
+            .par_chunks_exact(block.kind.nodes())
+            .enumerate()
+            .map(|(i, cell)| (offset + i, validity(&raw.nodes, block.kind, cell)))
+            .filter(|&(_, quality)| quality.is_nan() || quality <= FLAT)
+            .collect();
+        for (cell, quality) in bad {
+            if quality < -FLAT { inverted.push(cell) } else { flat.push(cell) }
+        }
+        offset += block.nodes.len() / block.kind.nodes();
+    }
+    let remedy = if inverted.len() == raw.cell_count() {
+        "all cells are mirrored: is the node order that of Gmsh and VTK, and the mesh not reflected?"
+    } else {
+        "repair these cells in the mesher, for instance by a finer or smoothed mesh there"
+    };
+    cells_error(raw, &inverted, "inside out (somewhere the Jacobian is negative)", remedy)?;
+    cells_error(raw, &flat, "without volume (flat to round-off)", remedy)
+}
+
+/// Cells meet face to face, two at a face.
+pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> {
+    let cells = |list: &[u32]| -> Vec<usize> { list.iter().map(|&c| c as usize).collect() };
+    let remedy = "remove the copies; does the file hold the same volume twice?";
+    cells_error(raw, &cells(&seen.twins), "given more than once", remedy)?;
+    let remedy = "a face belongs to one cell or to two; remove overlapping volumes";
+    cells_error(raw, &cells(&seen.crowded), "at a face that more than two cells share", remedy)?;
+    let mut folded = cells(seen.folded.as_flattened());
+    folded.sort_unstable();
+    folded.dedup();
+    let remedy = "neighbours overlap or the mesh is folded there; mesh it again";
+    cells_error(raw, &folded, "on the same side of a face they share with a neighbour", remedy)
+}
+
+/// An error naming the cells that do not satisfy `good`.
+fn cells_without(
+    raw: &RawMesh,
+    what: &str,
+    remedy: &str,
+    good: impl Fn(CellKind, &[u32]) -> bool,
+) -> Result<(), Error> {
+    let cells = raw.cell_iter().enumerate();
+    let bad: Vec<usize> = cells.filter(|(_, (kind, cell))| !good(*kind, cell)).map(|(i, _)| i).collect();
+    cells_error(raw, &bad, &format!("with a {what}"), remedy)
+}
+
+/// An error naming these cells, unless there are none.
+fn cells_error(raw: &RawMesh, bad: &[usize], what: &str, remedy: &str) -> Result<(), Error> {
+    let Some(&first) = bad.first() else { return Ok(()) };
+    let shown: Vec<u64> = bad.iter().take(SHOWN).map(|&i| raw.cell_id(i)).collect();
+    let what = format!("{} {what}: {}", many(bad.len(), "cell"), list(&shown, bad.len()));
+    Err(Error::new(format!("element {}", raw.cell_id(first)), what, remedy))
+}
+
+/// Pairs of the given nodes closer than `distance` and the first of them.
+pub(super) fn coincident(nodes: &[Vec3], which: &[u32], distance: f64) -> (usize, Option<[u32; 2]>) {
+    // boxes of four distances: a ball of radius `distance` around a node reaches into few of them
+    let place = |x: Vec3| x.map(|c| (c / (4.0 * distance)).floor() as i64);
+    let mut boxed: Vec<([i64; 3], u32)> = which.iter().map(|&n| (place(nodes[n as usize]), n)).collect();
+    boxed.par_sort_unstable();
+    let near = |&n: &u32| -> (usize, Option<[u32; 2]>) {
+        let x = nodes[n as usize];
+        let [low, high] = [-distance, distance].map(|d| place(x.map(|c| c + d)));
+        let mut pairs = 0;
+        let mut first = None;
+        for i in low[0]..=high[0] {
+            for j in low[1]..=high[1] {
+                for k in low[2]..=high[2] {
+                    let from = boxed.partition_point(|(b, _)| *b < [i, j, k]);
+                    let inside = boxed[from..].iter().take_while(|(b, _)| *b == [i, j, k]);
+                    for &(_, other) in inside.filter(|(_, other)| *other > n) {
+                        if (0..3).map(|c| (x[c] - nodes[other as usize][c]).powi(2)).sum::<f64>() < distance * distance
+                        {
+                            pairs += 1;
+                            first = first.or(Some([n, other]));
+                        }
+                    }
+                }
+            }
+        }
+        (pairs, first)
+    };
+    which.par_iter().map(near).reduce(|| (0, None), |a, b| (a.0 + b.0, a.1.or(b.1)))
+}

@@ -1,0 +1,175 @@
+//! All faces of all cells, each findable by its nodes.
+
+use super::{CellKind, Face, RawMesh};
+
+/// Room for the faces of a cell: face number = `STRIDE * cell + local`.
+const STRIDE: u32 = 6;
+
+/// Largest number of cells whose faces can be numbered.
+pub(super) const MAX_CELLS: usize = (u32::MAX / STRIDE) as usize;
+
+/// The faces of all cells, sorted by their nodes: `faces[starts[i]..starts[i + 1]]` have the lowest node `i`.
+///
+/// Keys are read from the cells whenever they are needed, which costs less memory than keeping them.
+pub(super) struct FaceTable<'a> {
+    blocks: Vec<(CellKind, &'a [u32])>,
+    starts: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+/// How the cells meet.
+#[derive(Default)]
+pub(super) struct Encounters {
+    /// Face numbers of exactly one cell, ascending.
+    pub boundary: Vec<u32>,
+    /// Cells at a face that three or more share.
+    pub crowded: Vec<u32>,
+    /// Pairs of cells on the same side of a face they share.
+    pub folded: Vec<[u32; 2]>,
+    /// Cells that have the same nodes as another.
+    pub twins: Vec<u32>,
+}
+
+impl<'a> FaceTable<'a> {
+    /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range.
+    pub fn new(raw: &'a RawMesh) -> Self {
+        let blocks = raw.cells.iter().map(|b| (b.kind, b.nodes.as_slice())).collect();
+        let mut table = FaceTable { blocks, starts: vec![0; raw.nodes.len() + 1], faces: Vec::new() };
+        let mut starts = std::mem::take(&mut table.starts);
+        table.each_face(|_, lowest| starts[lowest as usize + 1] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut faces = vec![0; starts[raw.nodes.len()] as usize];
+        let mut next = starts.clone();
+        table.each_face(|face, lowest| {
+            faces[next[lowest as usize] as usize] = face;
+            next[lowest as usize] += 1;
+        });
+        let mut keyed = Vec::new();
+        for range in starts.windows(2) {
+            let bucket = &mut faces[range[0] as usize..range[1] as usize];
+            keyed.clear();
+            keyed.extend(bucket.iter().map(|&face| (table.key(face), face)));
+            keyed.sort_unstable();
+            for (slot, (_, face)) in bucket.iter_mut().zip(&keyed) {
+                *slot = *face;
+            }
+        }
+        FaceTable { starts, faces, ..table }
+    }
+
+    /// Calls `visit(face, lowest node)` for all faces, ascending.
+    fn each_face(&self, mut visit: impl FnMut(u32, u32)) {
+        let mut cell = 0;
+        for (kind, nodes) in &self.blocks {
+            for corners in nodes.chunks_exact(kind.nodes()) {
+                for (local, face) in kind.faces().iter().enumerate() {
+                    let lowest = face.iter().map(|&i| corners[i]).min().unwrap_or(0);
+                    visit(STRIDE * cell + local as u32, lowest);
+                }
+                cell += 1;
+            }
+        }
+    }
+
+    /// Kind and nodes of a cell.
+    fn cell(&self, cell: u32) -> (CellKind, &'a [u32]) {
+        let mut local = cell as usize;
+        for (kind, nodes) in &self.blocks {
+            let count = nodes.len() / kind.nodes();
+            if local < count {
+                return (*kind, &nodes[local * kind.nodes()..][..kind.nodes()]);
+            }
+            local -= count;
+        }
+        unreachable!("the table numbers only faces of its own cells")
+    }
+
+    /// The face with that number.
+    pub fn face(&self, face: u32) -> Face {
+        let (kind, nodes) = self.cell(face / STRIDE);
+        Face::of_cell(kind, nodes, face / STRIDE, (face % STRIDE) as u8)
+    }
+
+    fn key(&self, face: u32) -> [u32; 4] {
+        sorted(self.face(face).corners)
+    }
+
+    /// Numbers of the faces with these nodes in any order, ascending; triangles end in `u32::MAX`.
+    pub fn find(&self, corners: [u32; 4]) -> &[u32] {
+        let key = sorted(corners);
+        let lowest = key[0] as usize;
+        let bucket = &self.faces[self.starts[lowest] as usize..self.starts[lowest + 1] as usize];
+        let from = bucket.partition_point(|&face| self.key(face) < key);
+        let count = bucket[from..].iter().take_while(|&&face| self.key(face) == key).count();
+        &bucket[from..from + count]
+    }
+
+    /// Walks once over all faces and sees which cells they belong to.
+    pub fn encounters(&self) -> Encounters {
+        let mut seen = Encounters::default();
+        let mut rest = self.faces.as_slice();
+        while let [first, tail @ ..] = rest {
+            let key = self.key(*first);
+            let count = 1 + tail.iter().take_while(|&&face| self.key(face) == key).count();
+            match rest[..count] {
+                [face] => seen.boundary.push(face),
+                [a, b] => self.meet(a, b, &mut seen),
+                ref more => self.crowd(more, &mut seen),
+            }
+            rest = &rest[count..];
+        }
+        seen.boundary.sort_unstable();
+        for list in [&mut seen.crowded, &mut seen.twins] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        seen.folded.sort_unstable();
+        seen
+    }
+
+    /// Two cells share a face: seen from outside, each must see the nodes turn the other way.
+    fn meet(&self, a: u32, b: u32, seen: &mut Encounters) {
+        let (front, back) = (self.face(a), self.face(b));
+        let (x, y) = (front.nodes(), back.nodes());
+        let n = x.len();
+        let shift = y.iter().position(|&node| node == x[0]).unwrap_or(0);
+        if (0..n).all(|i| x[i] == y[(shift + n - i) % n]) {
+            return;
+        }
+        let cells = [a / STRIDE, b / STRIDE];
+        if self.cell_key(cells[0]) == self.cell_key(cells[1]) {
+            seen.twins.extend(cells);
+        } else {
+            seen.folded.push(cells);
+        }
+    }
+
+    /// Three or more cells share a face.
+    fn crowd(&self, faces: &[u32], seen: &mut Encounters) {
+        let mut keys: Vec<_> = faces.iter().map(|&f| (self.cell_key(f / STRIDE), f / STRIDE)).collect();
+        keys.sort_unstable();
+        let twins = keys.windows(2).filter(|w| w[0].0 == w[1].0).flat_map(|w| [w[0].1, w[1].1]);
+        let before = seen.twins.len();
+        seen.twins.extend(twins);
+        if seen.twins.len() == before {
+            seen.crowded.extend(faces.iter().map(|f| f / STRIDE));
+        }
+    }
+
+    fn cell_key(&self, cell: u32) -> Vec<u32> {
+        let mut nodes = self.cell(cell).1.to_vec();
+        nodes.sort_unstable();
+        nodes
+    }
+}
+
+/// Four numbers in ascending order.
+pub(super) fn sorted([a, b, c, d]: [u32; 4]) -> [u32; 4] {
+    let (a, b) = (a.min(b), a.max(b));
+    let (c, d) = (c.min(d), c.max(d));
+    let (low, b_or_c) = (a.min(c), a.max(c));
+    let (high, c_or_b) = (b.max(d), b.min(d));
+    [low, b_or_c.min(c_or_b), b_or_c.max(c_or_b), high]
+}

@@ -1,0 +1,59 @@
+//! Groups of a file matched to the cells and faces of the mesh.
+
+use super::build::Former;
+use super::face_table::{FaceTable, sorted};
+use super::notes::SHOWN;
+use super::{Group, MeshNote, RawGroup};
+
+/// The group in the numbers of the mesh; `boundary` are the numbers in `table` of the mesh's faces, ascending.
+pub(super) fn group(
+    group: RawGroup,
+    former: &Former,
+    table: &FaceTable,
+    boundary: &[u32],
+    notes: &mut Vec<MeshNote>,
+) -> Group {
+    let kept = &former.kept;
+    let mut out = Group { name: group.name, cells: group.cells, ..Group::default() };
+    let mut between = 0;
+    let mut loose = 0;
+    for face in group.faces {
+        let corners = face.map(|n| if n == u32::MAX { n } else { kept[n as usize] });
+        // a node of no cell: the face cannot be expressed in nodes of the mesh
+        if corners[..3].contains(&u32::MAX) || (corners[3] == u32::MAX) != (face[3] == u32::MAX) {
+            loose += 1;
+            continue;
+        }
+        match *table.find(corners) {
+            [only] => out.faces.extend(boundary.binary_search(&only).ok().map(|i| i as u32)),
+            ref owners => {
+                out.interior_faces.push(corners);
+                *if owners.is_empty() { &mut loose } else { &mut between } += 1;
+            }
+        }
+    }
+    let lost: Vec<u32> = group.nodes.iter().copied().filter(|&n| kept[n as usize] == u32::MAX).collect();
+    out.nodes = group.nodes.iter().map(|&n| kept[n as usize]).filter(|&n| n != u32::MAX).collect();
+    for list in [&mut out.cells, &mut out.faces, &mut out.nodes] {
+        list.sort_unstable();
+        list.dedup();
+    }
+    out.interior_faces.sort_unstable_by_key(|f| (sorted(*f), *f));
+    out.interior_faces.dedup_by_key(|f| sorted(*f));
+
+    let name = || out.name.clone();
+    if between > 0 {
+        notes.push(MeshNote::InteriorFaces { group: name(), count: between });
+    }
+    if loose > 0 {
+        notes.push(MeshNote::LooseFaces { group: name(), count: loose });
+    }
+    if !lost.is_empty() {
+        let first = lost.iter().take(SHOWN).map(|&n| former.id(n as usize)).collect();
+        notes.push(MeshNote::GroupNodesDropped { group: name(), count: lost.len(), first });
+    }
+    if out.cells.is_empty() && out.faces.is_empty() && out.interior_faces.is_empty() && out.nodes.is_empty() {
+        notes.push(MeshNote::EmptyGroup { group: name() });
+    }
+    out
+}

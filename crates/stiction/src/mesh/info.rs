@@ -1,0 +1,175 @@
+//! What is in a mesh.
+
+use std::fmt;
+
+use super::geometry::norm;
+use super::{CellKind, Mesh, bodies, quality};
+
+/// A summary of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshInfo {
+    pub nodes: usize,
+    /// One entry for each kind of cell.
+    pub cells: Vec<CellInfo>,
+    /// Lowest and highest coordinates.
+    pub bounding_box: [[f64; 3]; 2],
+    pub volume: f64,
+    /// Number of boundary faces.
+    pub faces: usize,
+    /// Area of the boundary.
+    pub area: f64,
+    /// Number of connected bodies.
+    pub bodies: usize,
+    /// Edges of a single boundary face; none in a mesh whose cells meet face to face.
+    pub open_edges: usize,
+    /// Edges where more than two boundary faces meet: the body touches itself along a line.
+    pub non_manifold_edges: usize,
+    pub groups: Vec<GroupInfo>,
+}
+
+/// Cells of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellInfo {
+    pub kind: CellKind,
+    pub count: usize,
+    /// Least and mean of [`quality`], in (0, 1].
+    pub min_quality: f64,
+    pub mean_quality: f64,
+    /// Number of the cell with the least quality.
+    pub worst: usize,
+}
+
+/// A named group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupInfo {
+    pub name: String,
+    pub cells: usize,
+    pub faces: usize,
+    pub interior_faces: usize,
+    /// All nodes of the group, also those of its cells and faces.
+    pub nodes: usize,
+    /// Volume of its cells.
+    pub volume: f64,
+    /// Area of its boundary faces.
+    pub area: f64,
+}
+
+/// Counts, sizes, quality and groups of a mesh.
+pub fn info(mesh: &Mesh) -> MeshInfo {
+    let [open_edges, non_manifold_edges] = edges(mesh);
+    MeshInfo {
+        nodes: mesh.nodes.len(),
+        cells: cells(mesh),
+        bounding_box: mesh.bounding_box(),
+        volume: mesh.volume(),
+        faces: mesh.faces.len(),
+        area: (0..mesh.faces.len()).map(|f| mesh.face_area(f)).sum(),
+        bodies: bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1),
+        open_edges,
+        non_manifold_edges,
+        groups: mesh.groups.iter().map(|g| group(mesh, g)).collect(),
+    }
+}
+
+fn cells(mesh: &Mesh) -> Vec<CellInfo> {
+    let mut infos: Vec<CellInfo> = Vec::new();
+    for (number, (kind, nodes)) in mesh.cell_iter().enumerate() {
+        let q = quality(&mesh.nodes, kind, nodes);
+        let at = infos.iter().position(|info| info.kind == kind).unwrap_or_else(|| {
+            infos.push(CellInfo { kind, count: 0, min_quality: f64::INFINITY, mean_quality: 0.0, worst: number });
+            infos.len() - 1
+        });
+        let info = &mut infos[at];
+        info.count += 1;
+        info.mean_quality += q; // a sum until all are counted
+        if q < info.min_quality {
+            (info.min_quality, info.worst) = (q, number);
+        }
+    }
+    infos.iter_mut().for_each(|info| info.mean_quality /= info.count as f64);
+    infos
+}
+
+fn group(mesh: &Mesh, group: &super::Group) -> GroupInfo {
+    GroupInfo {
+        name: group.name.clone(),
+        cells: group.cells.len(),
+        faces: group.faces.len(),
+        interior_faces: group.interior_faces.len(),
+        nodes: mesh.group_nodes(group).len(),
+        volume: group.cells.iter().map(|&c| mesh.cell_volume(c as usize)).sum(),
+        area: group.faces.iter().map(|&f| mesh.face_area(f as usize)).sum(),
+    }
+}
+
+/// Numbers of boundary edges with one face, and with more than two.
+fn edges(mesh: &Mesh) -> [usize; 2] {
+    let mut edges = Vec::with_capacity(4 * mesh.faces.len());
+    for face in &mesh.faces {
+        let nodes = face.nodes();
+        for (i, &a) in nodes.iter().enumerate() {
+            let b = nodes[(i + 1) % nodes.len()];
+            edges.push([a.min(b), a.max(b)]);
+        }
+    }
+    edges.sort_unstable();
+    let runs = edges.chunk_by(|a, b| a == b);
+    runs.fold([0, 0], |[open, many], run| [open + usize::from(run.len() == 1), many + usize::from(run.len() > 2)])
+}
+
+impl fmt::Display for MeshInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.bounding_box;
+        let size = [0, 1, 2].map(|c| high[c] - low[c]);
+        writeln!(f, "nodes       {}", self.nodes)?;
+        for cells in &self.cells {
+            let (min, mean) = (cells.min_quality, cells.mean_quality);
+            let (kind, count) = (cells.kind.name(), cells.count);
+            writeln!(
+                f,
+                "cells       {count} {kind}, quality {min:.3} at worst (cell {}), {mean:.3} on average",
+                cells.worst
+            )?;
+        }
+        let triple = |x: [f64; 3]| format!("{} {} {}", short(x[0]), short(x[1]), short(x[2]));
+        writeln!(f, "box         from {} to {}", triple(low), triple(high))?;
+        writeln!(f, "size        {} (diagonal {})", triple(size), short(norm(size)))?;
+        writeln!(f, "volume      {}", short(self.volume))?;
+        writeln!(f, "boundary    {} faces, area {}", self.faces, short(self.area))?;
+        writeln!(f, "edges       {} open, {} with more than two faces", self.open_edges, self.non_manifold_edges)?;
+        writeln!(f, "bodies      {}", self.bodies)?;
+        if self.groups.is_empty() {
+            return writeln!(f, "groups      none");
+        }
+        let width = self.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).max(5);
+        writeln!(
+            f,
+            "\n{:width$} {:>9} {:>9} {:>9} {:>9} {:>12} {:>12}",
+            "group", "cells", "faces", "interior", "nodes", "volume", "area"
+        )?;
+        for g in &self.groups {
+            writeln!(
+                f,
+                "{:width$} {:>9} {:>9} {:>9} {:>9} {:>12} {:>12}",
+                g.name,
+                g.cells,
+                g.faces,
+                g.interior_faces,
+                g.nodes,
+                short(g.volume),
+                short(g.area)
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Six digits, without an exponent where none is needed.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
+        let digits = if x == 0.0 { 0 } else { (5 - x.abs().log10().floor() as i32).max(0) as usize };
+        let text = format!("{x:.digits$}");
+        return if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text };
+    }
+    format!("{x:.5e}")
+}

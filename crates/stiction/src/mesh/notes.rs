@@ -1,0 +1,86 @@
+//! What a user should know about a mesh that can be used nevertheless.
+
+use std::fmt;
+
+/// Remarks made while a mesh was built, in the order of the build.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeshNotes(pub Vec<MeshNote>);
+
+/// One remark; its `Display` is a sentence without a full stop. Numbers of nodes and elements are those of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshNote {
+    /// Nodes of no cell, which were dropped, and the first of them.
+    OrphanNodes { count: usize, first: Vec<u64> },
+    /// A group in which nothing is left.
+    EmptyGroup { group: String },
+    /// Nodes of a group that belong to no cell and were left out.
+    GroupNodesDropped { group: String, count: usize, first: Vec<u64> },
+    /// Faces of a group that are the face of no cell; left out where a node belongs to no cell.
+    LooseFaces { group: String, count: usize },
+    /// Faces of a group that lie between two cells.
+    InteriorFaces { group: String, count: usize },
+    /// One name for things of several dimensions, which form one group.
+    SharedName { group: String },
+    /// Pairs of boundary nodes closer than `distance` (length) that are not the same node, and the first pair.
+    CoincidentNodes { pairs: usize, distance: f64, first: [u64; 2] },
+    /// Faces of hexahedra that lie on triangles of tetrahedra without being joined to them, and the first hexahedra.
+    UnjoinedFaces { count: usize, first: Vec<u64> },
+    /// Elements of lower dimension that a file holds outside any group: `what` in the singular, how many.
+    Skipped { what: String, count: usize },
+}
+
+impl fmt::Display for MeshNotes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|note| writeln!(f, "{note}"))
+    }
+}
+
+impl fmt::Display for MeshNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MeshNote::OrphanNodes { count, first } => {
+                write!(f, "{} dropped: no cell uses {}", many(*count, "node"), list(first, *count))
+            }
+            MeshNote::EmptyGroup { group } => write!(f, "group \"{group}\" is empty"),
+            MeshNote::GroupNodesDropped { group, count, first } => {
+                let nodes = many(*count, "node");
+                write!(f, "group \"{group}\" lost {nodes} that no cell uses: {}", list(first, *count))
+            }
+            MeshNote::LooseFaces { group, count } => {
+                write!(f, "group \"{group}\" has {} that no cell owns", many(*count, "face"))
+            }
+            MeshNote::InteriorFaces { group, count } => {
+                write!(f, "group \"{group}\" has {} between two cells, not on the boundary", many(*count, "face"))
+            }
+            MeshNote::SharedName { group } => {
+                write!(f, "\"{group}\" names sets of several dimensions, which form one group")
+            }
+            MeshNote::CoincidentNodes { pairs, distance, first: [a, b] } => {
+                let pairs = many(*pairs, "pair");
+                write!(f, "{pairs} of boundary nodes closer than {distance:.1e} are not joined, first {a} and {b}")
+            }
+            MeshNote::UnjoinedFaces { count, first } => {
+                let faces = many(*count, "face");
+                write!(f, "{faces} of hexahedra touch tetrahedra without being joined: {}", list(first, *count))
+            }
+            MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),
+        }
+    }
+}
+
+/// How many of the numbers of a list are shown.
+pub(super) const SHOWN: usize = 5;
+
+/// "1 node", "2 nodes".
+pub(super) fn many(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// "3, 7, 9 and 12 more".
+pub(super) fn list(first: &[u64], count: usize) -> String {
+    let shown: Vec<String> = first.iter().take(SHOWN).map(u64::to_string).collect();
+    match count.saturating_sub(shown.len()) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}

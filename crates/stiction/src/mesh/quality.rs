@@ -1,0 +1,70 @@
+//! How well shaped a cell is.
+
+use super::CellKind;
+use super::geometry::{GAUSS, HEX_CORNERS, Vec3, corners, det, dot, hex_jacobian, norm, sub};
+
+/// Quality of a cell: 1 at best, 0 where flat, negative where inverted, NaN where all its nodes coincide.
+///
+/// Tetrahedron: `6 sqrt(2) V / l³` with the root mean square `l` of its six edges, 1 for the regular one
+/// (Parthasarathy, Graichen, Hathaway 1994, measure gamma). Hexahedron: the scaled Jacobian, the least
+/// determinant of the three unit edge vectors at the eight corners, 1 for a box (Knupp 2000, without the centre).
+pub fn quality(nodes: &[[f64; 3]], kind: CellKind, cell: &[u32]) -> f64 {
+    match kind {
+        CellKind::Tet4 => tet_quality(&corners(nodes, cell)),
+        CellKind::Hex8 => least(&corners(nodes, cell), &[1.0]),
+    }
+}
+
+/// The least scaled Jacobian a computation meets: as [`quality`], for hexahedra also at the 2 x 2 x 2 Gauss points.
+pub(super) fn validity(nodes: &[Vec3], kind: CellKind, cell: &[u32]) -> f64 {
+    match kind {
+        CellKind::Tet4 => tet_quality(&corners(nodes, cell)),
+        CellKind::Hex8 => least(&corners(nodes, cell), &[1.0, GAUSS]),
+    }
+}
+
+fn tet_quality(x: &[Vec3; 4]) -> f64 {
+    let [a, b, c] = [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])];
+    let edges = [a, b, c, sub(x[2], x[1]), sub(x[3], x[2]), sub(x[1], x[3])];
+    let rms = (edges.iter().map(|&e| dot(e, e)).sum::<f64>() / 6.0).sqrt();
+    std::f64::consts::SQRT_2 * det(a, b, c) / (rms * rms * rms)
+}
+
+/// Least scaled Jacobian over the corners of the reference cube shrunk by each of `shrink`; NaN wins.
+fn least(x: &[Vec3; 8], shrink: &[f64]) -> f64 {
+    let mut least = f64::INFINITY;
+    for s in shrink {
+        for corner in &HEX_CORNERS {
+            let [a, b, c] = hex_jacobian(x, corner.map(|v| v * s));
+            let scaled = det(a, b, c) / (norm(a) * norm(b) * norm(c));
+            if scaled.is_nan() || scaled < least {
+                least = scaled;
+            }
+            if least.is_nan() {
+                return least;
+            }
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_regular_tetrahedron_and_the_cube_are_perfect() {
+        let tet = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
+        assert!((quality(&tet, CellKind::Tet4, &[0, 1, 2, 3]).abs() - 1.0).abs() < 1e-15);
+        let hex: Vec<u32> = (0..8).collect();
+        assert!((quality(&HEX_CORNERS, CellKind::Hex8, &hex) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_sheared_cube_has_the_sine_of_its_angle() {
+        // edges (1,0,0), (1,1,0), (0,0,1): the determinant of the unit vectors is sin 45°
+        let sheared = HEX_CORNERS.map(|[x, y, z]| [x + y, y, z]);
+        let hex: Vec<u32> = (0..8).collect();
+        assert!((quality(&sheared, CellKind::Hex8, &hex) - 0.5f64.sqrt()).abs() < 1e-15);
+    }
+}

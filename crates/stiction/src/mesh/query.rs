@@ -1,0 +1,90 @@
+//! Questions other modules ask of a mesh.
+
+use super::geometry::{cell_volume, norm, vector_area};
+use super::{CellKind, Group, Mesh};
+
+impl Mesh {
+    /// Kind and nodes of cell number `i < cell_count()`.
+    pub fn cell(&self, i: usize) -> (CellKind, &[u32]) {
+        let mut local = i;
+        for block in &self.cells {
+            if local < block.len() {
+                return (block.kind, block.cell(local));
+            }
+            local -= block.len();
+        }
+        panic!("cell {i} of {}", self.cell_count())
+    }
+
+    /// Kind and nodes of all cells in the order of their numbers.
+    pub fn cell_iter(&self) -> impl Iterator<Item = (CellKind, &[u32])> {
+        self.cells.iter().flat_map(|block| block.nodes.chunks_exact(block.kind.nodes()).map(move |c| (block.kind, c)))
+    }
+
+    /// Integral of the outward unit normal over boundary face number `face`; area.
+    pub fn face_vector_area(&self, face: usize) -> [f64; 3] {
+        vector_area(&self.nodes, self.faces[face].nodes())
+    }
+
+    /// Area of boundary face number `face`; of a warped quadrilateral the area it shows to its mean normal.
+    pub fn face_area(&self, face: usize) -> f64 {
+        norm(self.face_vector_area(face))
+    }
+
+    /// Outward unit normal of boundary face number `face`, the mean one of a warped quadrilateral.
+    pub fn face_normal(&self, face: usize) -> [f64; 3] {
+        let area = self.face_vector_area(face);
+        let length = norm(area);
+        area.map(|c| c / length)
+    }
+
+    /// Volume of cell number `i`, positive.
+    pub fn cell_volume(&self, i: usize) -> f64 {
+        let (kind, nodes) = self.cell(i);
+        cell_volume(&self.nodes, kind, nodes)
+    }
+
+    /// Volume of all cells.
+    pub fn volume(&self) -> f64 {
+        self.cell_iter().map(|(kind, nodes)| cell_volume(&self.nodes, kind, nodes)).sum()
+    }
+
+    /// Lowest and highest coordinates; infinite and reversed for a mesh without nodes.
+    pub fn bounding_box(&self) -> [[f64; 3]; 2] {
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for x in &self.nodes {
+            for c in 0..3 {
+                bounds[0][c] = bounds[0][c].min(x[c]);
+                bounds[1][c] = bounds[1][c].max(x[c]);
+            }
+        }
+        bounds
+    }
+
+    /// Nodes of the boundary faces numbered `faces`, ascending, each once.
+    pub fn face_nodes(&self, faces: &[u32]) -> Vec<u32> {
+        ascending(faces.iter().flat_map(|&f| self.faces[f as usize].nodes()).copied())
+    }
+
+    /// Nodes of the cells numbered `cells`, ascending, each once.
+    pub fn cell_nodes(&self, cells: &[u32]) -> Vec<u32> {
+        ascending(cells.iter().flat_map(|&c| self.cell(c as usize).1).copied())
+    }
+
+    /// Nodes of everything in a group: its cells, its faces on the boundary or not, and its nodes; ascending, each once.
+    pub fn group_nodes(&self, group: &Group) -> Vec<u32> {
+        let interior = group.interior_faces.iter().flatten().copied().filter(|&n| n != u32::MAX);
+        let mut nodes = ascending(interior.chain(group.nodes.iter().copied()));
+        nodes.extend(self.face_nodes(&group.faces));
+        nodes.extend(self.cell_nodes(&group.cells));
+        ascending(nodes)
+    }
+}
+
+/// The numbers in ascending order, each once.
+fn ascending(numbers: impl IntoIterator<Item = u32>) -> Vec<u32> {
+    let mut numbers: Vec<u32> = numbers.into_iter().collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}

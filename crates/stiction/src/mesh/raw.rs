@@ -1,0 +1,66 @@
+//! What a file says, before anybody believed it.
+
+use super::CellKind;
+
+/// Nodes, cells and groups as a reader found them; [`super::build`] checks them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RawMesh {
+    /// Coordinates.
+    pub nodes: Vec<[f64; 3]>,
+    /// Numbers of the nodes in the file, for messages; empty if they are counted from 1.
+    pub node_ids: Vec<u64>,
+    pub cells: Vec<RawCells>,
+    pub groups: Vec<RawGroup>,
+}
+
+/// Cells of one kind. The number of a cell runs through the blocks in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawCells {
+    pub kind: CellKind,
+    /// Indices into [`RawMesh::nodes`], `kind.nodes()` a cell.
+    pub nodes: Vec<u32>,
+    /// Numbers of the cells in the file, for messages; empty if they are counted from 1 through all blocks.
+    pub ids: Vec<u64>,
+}
+
+/// A named set as the file lists it: any order, repetitions allowed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RawGroup {
+    pub name: String,
+    /// Cell numbers.
+    pub cells: Vec<u32>,
+    /// Nodes of faces, starting anywhere and turning either way; triangles end in `u32::MAX`.
+    pub faces: Vec<[u32; 4]>,
+    /// Indices into [`RawMesh::nodes`].
+    pub nodes: Vec<u32>,
+}
+
+impl RawMesh {
+    /// Number of cells of all kinds, counting a broken last one.
+    pub(super) fn cell_count(&self) -> usize {
+        self.cells.iter().map(|block| block.nodes.len().div_ceil(block.kind.nodes())).sum()
+    }
+
+    /// The number of node `i` in the file.
+    pub(super) fn node_id(&self, i: usize) -> u64 {
+        self.node_ids.get(i).copied().unwrap_or(i as u64 + 1)
+    }
+
+    /// The number of cell `i` in the file.
+    pub(super) fn cell_id(&self, i: usize) -> u64 {
+        let mut local = i;
+        for block in &self.cells {
+            let count = block.nodes.len().div_ceil(block.kind.nodes());
+            if local < count {
+                return block.ids.get(local).copied().unwrap_or(i as u64 + 1);
+            }
+            local -= count;
+        }
+        i as u64 + 1
+    }
+
+    /// All cells with their numbers.
+    pub(super) fn cell_iter(&self) -> impl Iterator<Item = (CellKind, &[u32])> {
+        self.cells.iter().flat_map(|block| block.nodes.chunks(block.kind.nodes()).map(move |c| (block.kind, c)))
+    }
+}
