@@ -72,7 +72,7 @@ fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &m
     let mut share = vec![0.0; nodal.len()];
     on_faces(mesh, faces, &mut share, |p| Ok([norm(p.area), 0.0, 0.0]))?;
     let area: f64 = share.iter().sum();
-    if !(area > 0.0) {
+    if area.is_nan() || area <= 0.0 {
         return Err(Error::new("", "the faces that carry the total force have no area", "choose other faces"));
     }
     let traction = scale(1.0 / area, total);

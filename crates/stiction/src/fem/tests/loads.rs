@@ -83,7 +83,7 @@ fn nodal_areas_sum_to_the_area_and_normals_point_outwards() {
         let corner = nodal_normals(&mesh, &all)[0].1;
         assert!(corner.iter().all(|c| *c < 0.0) && (v3::norm(corner) - 1.0).abs() < 1e-14);
     }
-    // Both sides of a plate one cell wide and thick without thickness in between: the normals cancel.
+    // One face seen from both sides, as on a plate without thickness: the normals cancel.
     let mut plate = brick(CellKind::Hex8, [1, 1, 1], [1.0; 3]);
     plate.faces[1] = Face::of_cell(CellKind::Hex8, &[0, 1, 2, 3, 0, 1, 2, 3].map(|i| plate.cells[0].nodes[i]), 0, 1);
     let normals = nodal_normals(&plate, &[0, 1]);

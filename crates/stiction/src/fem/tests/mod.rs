@@ -8,6 +8,8 @@ mod rigid;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use faer::linalg::solvers::Solve;
+
 use super::*;
 use crate::linalg::Csr;
 use crate::mesh::{CellKind, Cells, Face, Mesh};
@@ -120,32 +122,16 @@ fn model_of(mesh: &Mesh, material: &Material, loads: &[Load], fixes: &[Fix]) -> 
 /// The full displacement under `loads` and `fixes`.
 fn solve(mesh: &Mesh, material: &Material, loads: &[Load], fixes: &[Fix]) -> Vec<f64> {
     let model = model_of(mesh, material, loads, fixes).unwrap();
-    full_displacement(&model, &conjugate_gradients(&model.stiffness, &model.load))
+    full_displacement(&model, &solve_spd(&model.stiffness, &model.load))
 }
 
-/// `A x = b` to a relative residual of 1e-12, preconditioned by the diagonal.
-fn conjugate_gradients(a: &Csr, b: &[f64]) -> Vec<f64> {
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    let diagonal = a.diagonal();
-    let precondition = |r: &[f64]| r.iter().zip(&diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
-    let (mut x, mut r) = (vec![0.0; b.len()], b.to_vec());
-    let mut z = precondition(&r);
-    let mut p = z.clone();
-    let mut rz = dot(&r, &z);
-    for _ in 0..20_000 {
-        if dot(&r, &r) <= 1e-24 * dot(b, b) {
-            return x;
-        }
-        let ap = a.times(&p);
-        let step = rz / dot(&p, &ap);
-        x.iter_mut().zip(&p).for_each(|(x, p)| *x += step * p);
-        r.iter_mut().zip(&ap).for_each(|(r, ap)| *r -= step * ap);
-        z = precondition(&r);
-        let next = dot(&r, &z);
-        p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + next / rz * *p);
-        rz = next;
-    }
-    panic!("no convergence");
+/// `A x = b` by faer's sparse Cholesky factorisation.
+fn solve_spd(a: &Csr, b: &[f64]) -> Vec<f64> {
+    let rows = (0..a.rows).flat_map(|i| a.row(i).0.iter().zip(a.row(i).1).map(move |(&j, &v)| (i, j as usize, v)));
+    let entries: Vec<_> = rows.map(|(i, j, v)| faer::sparse::Triplet::new(i, j, v)).collect();
+    let a = faer::sparse::SparseColMat::<usize, f64>::try_new_from_triplets(a.rows, a.cols, &entries).unwrap();
+    let x = a.sp_cholesky(faer::Side::Lower).unwrap().solve(faer::Col::from_fn(b.len(), |i| b[i]));
+    (0..b.len()).map(|i| x[i]).collect()
 }
 
 const KINDS: [CellKind; 2] = [CellKind::Tet4, CellKind::Hex8];
