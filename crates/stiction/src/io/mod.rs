@@ -1,1 +1,7 @@
 //! io.
+
+mod replace;
+
+pub mod npz;
+pub mod plot;
+pub mod vtu;
