@@ -33,7 +33,8 @@ pub(super) const STATUS: [(&str, Rgb); 3] =
 
 /// `a` at `t = 0`, `b` at `t = 1`.
 pub(super) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
-    std::array::from_fn(|c| (f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c]))).round() as u8)
+    // Rounded by hand: this runs for every sub-pixel, and the conversion cuts off.
+    std::array::from_fn(|c| (f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])) + 0.5) as u8)
 }
 
 /// What gives each vertex its colour.

@@ -1,7 +1,12 @@
 //! Triangles and lines with depth: of all that covers a sub-pixel, the nearest is seen.
 
+use std::ops::Range;
+
 use super::canvas::{Canvas, FINE};
 use super::color::{Rgb, mix};
+
+/// A weight may be this much below zero: it closes the seam between neighbours that rounding would leave.
+const SLACK: f64 = 1e-9;
 
 /// The picture with the depth of what it shows. Points are `[x, y, depth]` in pixels, larger depth nearer.
 pub(super) struct Raster<'a> {
@@ -40,14 +45,18 @@ impl<'a> Raster<'a> {
             if low <= high { low as usize..high as usize + 1 } else { 0..0 }
         };
         let columns = span(0, width);
+        // The weights of b and c at (x, y) are `at_a + x along + ...`: constant slopes along a row.
+        let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
         for y in span(1, height) {
-            for x in columns.clone() {
-                let (px, py) = (x as f64, y as f64);
-                let wb = ((px - a[0]) * (c[1] - a[1]) - (py - a[1]) * (c[0] - a[0])) / area;
-                let wc = ((b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0])) / area;
+            let down = y as f64 - a[1];
+            let starts = [
+                (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) / area,
+                (a[0] * (b[1] - a[1]) + down * (b[0] - a[0])) / area,
+            ];
+            for x in within(columns.clone(), starts, slopes) {
+                let [wb, wc] = [0, 1].map(|k| starts[k] + slopes[k] * x as f64);
                 let wa = 1.0 - wb - wc;
-                // The slack closes the seam between neighbours that rounding would leave.
-                if wa.min(wb).min(wc) < -1e-9 {
+                if wa.min(wb).min(wc) < -SLACK {
                     continue;
                 }
                 let depth = (wa * a[2] + wb * b[2] + wc * c[2]) as f32;
@@ -88,6 +97,21 @@ impl<'a> Raster<'a> {
             }
         }
     }
+}
+
+/// The part of a row in which no weight is negative, and a sub-pixel more at both ends: it only spares work.
+fn within(columns: Range<usize>, starts: [f64; 2], slopes: [f64; 2]) -> Range<usize> {
+    let third = (1.0 - starts[0] - starts[1], -slopes[0] - slopes[1]);
+    let (mut low, mut high) = (columns.start as f64, columns.end as f64);
+    for (start, slope) in [(starts[0], slopes[0]), (starts[1], slopes[1]), third] {
+        let root = -start / slope;
+        if slope > 0.0 {
+            low = low.max(root - 1.0);
+        } else if slope < 0.0 {
+            high = high.min(root + 2.0);
+        }
+    }
+    if low < high { low as usize..high as usize } else { 0..0 }
 }
 
 #[cfg(test)]
