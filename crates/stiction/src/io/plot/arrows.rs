@@ -30,7 +30,9 @@ impl Arrows {
         let mut chosen: BTreeMap<(i64, i64), (f64, usize)> = BTreeMap::new();
         for (i, &p) in points.iter().enumerate() {
             let [x, y, _] = camera.project(p);
-            if !front[i] || !(norm(vectors[i]) > 0.03 * self.largest) || !x.is_finite() || !y.is_finite() {
+            // Comparisons with NaN are false: missing vectors are left out.
+            let long = norm(vectors[i]) > 0.03 * self.largest;
+            if !(long && front[i] && x.is_finite() && y.is_finite()) {
                 continue;
             }
             let cell = ((x / SPACING).floor(), (y / SPACING).floor());
@@ -68,7 +70,7 @@ fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
     const LONGER: f64 = 2.6 * WIDER;
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
-    if !(length > 1.0) {
+    if length.is_nan() || length <= 1.0 {
         return;
     }
     let (ex, ey, head) = (dx / length, dy / length, (0.6 * length).min(10.0));

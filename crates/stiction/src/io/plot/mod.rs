@@ -8,6 +8,7 @@ mod convergence;
 mod decor;
 mod deformed;
 mod edges;
+mod plane;
 mod raster;
 mod scene;
 mod surface;

@@ -45,7 +45,7 @@ impl<'a> Raster<'a> {
             if low <= high { low as usize..high as usize + 1 } else { 0..0 }
         };
         let columns = span(0, width);
-        // The weights of b and c at (x, y) are `at_a + x along + ...`: constant slopes along a row.
+        // The weights of b and c are linear: their slopes along a row are the same for all rows.
         let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
         for y in span(1, height) {
             let down = y as f64 - a[1];

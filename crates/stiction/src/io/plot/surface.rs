@@ -4,13 +4,14 @@ use std::path::Path;
 
 use super::arrows::{self, Arrows};
 use super::camera::{Area, Camera, Vec3, add, area_vector, dot, norm, unit};
-use super::canvas::{Align, Canvas};
+use super::canvas::Canvas;
 use super::color::{INK, Paint, range_of};
-use super::decor::{self, BODY, SMALL, with_unit};
-use super::edges::edges;
+use super::decor;
+use super::edges::{Edge, edges};
+use super::plane::{self, Plane};
 use super::raster::Raster;
 use super::scene::{self, Surface};
-use super::ticks::{number, ticks};
+use super::ticks::number;
 use crate::Error;
 
 /// What colours a map.
@@ -126,7 +127,7 @@ fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canva
     let mut canvas = Canvas::new(1400, (area.bottom + 100.0) as usize);
     let camera = Camera::fit(plane.axes, used, inner);
     paint_surface(&mut canvas, &camera, surface, paint, false);
-    axes(&mut canvas, &camera, &plane, extent, map.length_label);
+    plane::axes(&mut canvas, &camera, &plane, extent, map.length_label);
     finish(&mut canvas, &camera, map, paint, area.bottom, &plane.note);
     canvas
 }
@@ -146,7 +147,7 @@ fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: 
     let edges = edges(surface.points, surface.faces);
     let mut raster = Raster::new(canvas);
     scene::draw(&mut raster, camera, surface, &edges, paint, lit);
-    let border = |e: &&super::edges::Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
+    let border = |e: &&Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
     let border: Vec<[u32; 2]> = edges.iter().filter(border).map(|e| e.nodes).collect();
     scene::outline(&mut raster, camera, surface.points, &border, 1.0, INK);
     if surface.faces.is_empty() {
@@ -164,18 +165,17 @@ fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, 
         arrows.draw(canvas, camera, map.points, vectors.values, &front);
         arrows.reference(canvas, [key.left, end + 40.0], vectors.label, vectors.unit_label);
     }
-    let subtitle = match (map.values, note) {
-        (MapValues::Scalar(values), _) => {
+    let summary = match map.values {
+        MapValues::Scalar(values) => {
             let [low, high] = extremes(values);
-            let range = format!("{} to {} {}", number(low), number(high), map.unit_label);
-            [range.trim_end(), note].into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join("  ·  ")
+            format!("{} to {} {}", number(low), number(high), map.unit_label)
         }
-        (MapValues::Status(status), _) => {
+        MapValues::Status(status) => {
             let count = |s: u8| status.iter().filter(|&&x| x == s).count();
-            let counts = format!("{} open, {} stick, {} slip", count(0), count(1), count(2));
-            [counts.as_str(), note].into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join("  ·  ")
+            format!("{} open, {} stick, {} slip", count(0), count(1), count(2))
         }
     };
+    let subtitle = if note.is_empty() { summary } else { format!("{}  ·  {note}", summary.trim_end()) };
     decor::heading(canvas, map.title, &subtitle);
 }
 
@@ -183,73 +183,4 @@ fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, 
 fn extremes(values: &[f64]) -> [f64; 2] {
     let finite = values.iter().copied().filter(|v| v.is_finite());
     finite.fold([f64::NAN; 2], |[low, high], v| [low.min(v), high.max(v)])
-}
-
-/// The plane of a flat map.
-struct Plane {
-    /// To the right, up, towards the observer.
-    axes: [Vec3; 3],
-    names: [&'static str; 2],
-    /// A map of x, y and z keeps their values; on an oblique plane lengths count from the surface's corner.
-    absolute: bool,
-    note: String,
-}
-
-impl Plane {
-    fn along(normal: Vec3) -> Plane {
-        /// Cosine of 10 degrees: within that the map is easier to read in the axes of the model.
-        const ALIGNED: f64 = 0.985;
-        const X: Vec3 = [1.0, 0.0, 0.0];
-        const Y: Vec3 = [0.0, 1.0, 0.0];
-        const Z: Vec3 = [0.0, 0.0, 1.0];
-        let aligned = [(Z, X, Y, ["x", "y"]), (Y, X, Z, ["x", "z"]), (X, Y, Z, ["y", "z"])];
-        for (along, right, up, names) in aligned {
-            if dot(normal, along).abs() >= ALIGNED {
-                let axes = [right, up, super::camera::cross(right, up)];
-                return Plane { axes, names, absolute: true, note: String::new() };
-            }
-        }
-        let [a, b, c] = normal.map(|x| number((x * 100.0).round() / 100.0));
-        let note = format!("seen along the normal ({a}, {b}, {c})");
-        Plane { axes: Camera::upright(normal), names: ["s", "t"], absolute: false, note }
-    }
-
-    /// Least and largest coordinates along both axes, length.
-    fn bounds(&self, points: &[Vec3]) -> [[f64; 2]; 2] {
-        let turned = points.iter().map(|&p| self.axes.map(|e| dot(e, p)));
-        let [low, high] = super::camera::bounds(turned).unwrap_or([[0.0; 3]; 2]);
-        [[low[0], high[0]], [low[1], high[1]]]
-    }
-}
-
-/// A frame around the surface with marks in units of length.
-fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: [[f64; 2]; 2], unit_label: &str) {
-    const AROUND: f64 = 10.0;
-    let [left, right] = extent[0].map(|v| camera.place(0, v));
-    let [bottom, top] = extent[1].map(|v| camera.place(1, v));
-    let (left, right, top, bottom) = (left - AROUND, right + AROUND, top - AROUND, bottom + AROUND);
-    canvas.frame([left, top], [right, bottom], 1.0, INK);
-    let lengths = [right - left, bottom - top];
-    for axis in 0..2 {
-        let zero = if plane.absolute { 0.0 } else { extent[axis][0] };
-        let [low, high] = extent[axis].map(|v| v - zero);
-        let ticks = ticks(low, high, (lengths[axis] / [110.0, 80.0][axis]).clamp(2.0, 9.0) as usize);
-        let label = with_unit(plane.names[axis], ticks.exponent, unit_label);
-        for (value, text) in ticks.marks {
-            let at = camera.place(axis, value + zero);
-            if axis == 0 {
-                canvas.line([at, bottom], [at, bottom + 8.0], 1.0, INK);
-                canvas.text(&text, [at, bottom + 24.0], SMALL, INK, Align::Center);
-            } else {
-                canvas.line([left - 8.0, at], [left, at], 1.0, INK);
-                canvas.text(&text, [left - 14.0, at], SMALL, INK, Align::Right);
-            }
-        }
-        let (at, align) = if axis == 0 {
-            ([0.5 * (left + right), bottom + 58.0], Align::Center)
-        } else {
-            ([left, top - 20.0], Align::Left)
-        };
-        canvas.text(&label, at, BODY, INK, align);
-    }
 }
