@@ -134,14 +134,14 @@ impl Canvas {
         let row = self.width * FINE * 3;
         let mut pixels = Vec::with_capacity(self.width * self.height * 3);
         for rows in self.fine.chunks_exact(row * FINE) {
-            for x in 0..self.width {
-                for c in 0..3 {
-                    let at = |i: usize, j: usize| u32::from(rows[i * row + (x * FINE + j) * 3 + c]);
-                    let sum: u32 = (0..FINE).flat_map(|i| (0..FINE).map(move |j| at(i, j))).sum();
-                    let parts = (FINE * FINE) as u32;
-                    pixels.push(((sum + parts / 2) / parts) as u8);
+            let mut sums = vec![0u32; self.width * 3];
+            for line in rows.chunks_exact(row) {
+                for (sums, wide) in sums.as_chunks_mut::<3>().0.iter_mut().zip(line.chunks_exact(3 * FINE)) {
+                    wide.as_chunks::<3>().0.iter().for_each(|p| (0..3).for_each(|c| sums[c] += u32::from(p[c])));
                 }
             }
+            let parts = (FINE * FINE) as u32;
+            pixels.extend(sums.into_iter().map(|sum| ((sum + parts / 2) / parts) as u8));
         }
         pixels
     }

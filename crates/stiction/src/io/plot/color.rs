@@ -47,17 +47,34 @@ pub(super) enum Paint<'a> {
 }
 
 impl Paint<'_> {
-    /// The colour at the weights `w` (of sum 1) between four vertices, of which some may be the same.
-    pub(super) fn at(&self, nodes: [usize; 4], w: [f64; 4]) -> Rgb {
+    /// What colours a face of four vertices, of which some may be the same.
+    pub(super) fn patch(&self, nodes: [usize; 4]) -> Patch {
         match self {
-            Paint::Scalar { values, range: [low, high] } => {
-                let value: f64 = (0..4).map(|k| w[k] * values[nodes[k]]).sum();
-                if value.is_finite() { viridis((value - low) / (high - low)) } else { MISSING }
-            }
+            Paint::Scalar { values, range: [low, high] } => Patch::Scalar(nodes.map(|n| {
+                // An infinite value has no colour either, and must not become that of the end of the map.
+                if values[n].is_finite() { (values[n] - low) / (high - low) } else { f64::NAN }
+            })),
             Paint::Status(status) => {
-                let nearest = (0..4).max_by(|&a, &b| w[a].total_cmp(&w[b])).unwrap_or(0);
-                STATUS.get(usize::from(status[nodes[nearest]])).map_or(MISSING, |s| s.1)
+                Patch::Status(nodes.map(|n| STATUS.get(usize::from(status[n])).map_or(MISSING, |s| s.1)))
             }
+        }
+    }
+}
+
+/// The colours of a face.
+#[derive(Clone, Copy)]
+pub(super) enum Patch {
+    /// Places on the map, in 0..1.
+    Scalar([f64; 4]),
+    Status([Rgb; 4]),
+}
+
+impl Patch {
+    /// The colour at the weights `w` (of sum 1) between the four vertices.
+    pub(super) fn at(&self, w: [f64; 4]) -> Rgb {
+        match self {
+            Patch::Scalar(t) => viridis(w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]),
+            Patch::Status(colors) => colors[(1..4).fold(0, |best, k| if w[k] > w[best] { k } else { best })],
         }
     }
 }

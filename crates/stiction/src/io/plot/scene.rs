@@ -2,7 +2,7 @@
 
 use super::camera::{Camera, Vec3, add, area_vector, dot, norm, unit};
 use super::canvas::{Canvas, FINE};
-use super::color::{INK, Paint, Rgb, mix};
+use super::color::{INK, Paint, Rgb};
 use super::edges::Edge;
 use super::raster::Raster;
 use crate::Error;
@@ -50,28 +50,15 @@ pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges
     let at: Vec<Vec3> = surface.points.iter().map(|&p| camera.project(p)).collect();
     let [right, up, toward] = camera.axes;
     let lamp = unit(add(add(toward, 0.6, up), -0.35, right));
-    for face in surface.faces {
-        let normal = unit(area_vector(surface.points, face));
-        // A face seen from behind is lit from behind.
-        let facing = if dot(normal, toward) < 0.0 { -1.0 } else { 1.0 };
-        let light = if lit { 0.72 + 0.28 * (facing * dot(normal, lamp)).max(0.0) } else { 1.0 };
-        let shade = |color: Rgb| mix([0, 0, 0], color, light);
-        if let &[a, b, c, d] = *face {
-            // Four triangles around the centre: two would favour one diagonal, which shows in steep gradients.
-            let nodes = [a, b, c, d].map(|n| n as usize);
-            let center = std::array::from_fn(|k| 0.25 * nodes.iter().map(|&n| at[n][k]).sum::<f64>());
-            for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
-                raster.triangle([at[nodes[i]], at[nodes[j]], center], |w| {
-                    let mut weights = [0.25 * w[2]; 4];
-                    weights[i] += w[0];
-                    weights[j] += w[1];
-                    shade(paint.at(nodes, weights))
-                });
-            }
-        } else {
-            for k in 1..face.len() - 1 {
-                let [a, b, c] = [face[0], face[k], face[k + 1]].map(|n| n as usize);
-                raster.triangle([at[a], at[b], at[c]], |w| shade(paint.at([a, b, c, a], [w[0], w[1], w[2], 0.0])));
+    let normals: Vec<Vec3> = surface.faces.iter().map(|f| unit(area_vector(surface.points, f))).collect();
+    // What faces the observer comes first: the rest is mostly hidden by it, and what is hidden costs no colour.
+    for front in [true, false] {
+        for (face, &normal) in surface.faces.iter().zip(&normals) {
+            if (dot(normal, toward) >= 0.0) == front {
+                // A face seen from behind is lit from behind.
+                let facing = if front { 1.0 } else { -1.0 };
+                let light = if lit { 0.72 + 0.28 * (facing * dot(normal, lamp)).max(0.0) } else { 1.0 };
+                draw_face(raster, &at, face, paint, light);
             }
         }
     }
@@ -87,12 +74,38 @@ pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges
     }
 }
 
+/// Draws a face with its points `at` in the picture; `light` in 0..1.
+fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light: f64) {
+    let part = (256.0 * light) as u32;
+    let shade = |color: Rgb| color.map(|c| ((u32::from(c) * part) >> 8) as u8);
+    if let &[a, b, c, d] = face {
+        // Four triangles around the centre: two would favour one diagonal, which shows in steep gradients.
+        let nodes = [a, b, c, d].map(|n| n as usize);
+        let patch = paint.patch(nodes);
+        let center = std::array::from_fn(|k| 0.25 * nodes.iter().map(|&n| at[n][k]).sum::<f64>());
+        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+            raster.triangle([at[nodes[i]], at[nodes[j]], center], |w| {
+                let mut weights = [0.25 * w[2]; 4];
+                weights[i] += w[0];
+                weights[j] += w[1];
+                shade(patch.at(weights))
+            });
+        }
+    } else {
+        for k in 1..face.len() - 1 {
+            let [a, b, c] = [face[0], face[k], face[k + 1]].map(|n| n as usize);
+            let patch = paint.patch([a, b, c, a]);
+            raster.triangle([at[a], at[b], at[c]], |w| shade(patch.at([w[0], w[1], w[2], 0.0])));
+        }
+    }
+}
+
 /// Draws the points as discs; for surfaces known by their points only.
 pub(super) fn dots(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint) {
     for (i, &p) in surface.points.iter().enumerate() {
         let [x, y, _] = camera.project(p);
         canvas.disc([x, y], 4.5, INK);
-        canvas.disc([x, y], 4.0, paint.at([i; 4], [1.0, 0.0, 0.0, 0.0]));
+        canvas.disc([x, y], 4.0, paint.patch([i; 4]).at([1.0, 0.0, 0.0, 0.0]));
     }
 }
 
