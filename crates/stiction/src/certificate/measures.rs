@@ -225,7 +225,6 @@ fn balance(problem: &ContactProblem, supports: &Supports, u: &[f64], lambda: &[f
     let held = supports.K.times(u);
     let own = supports.K_own.times(&supports.displacement);
     let contact_free = problem.B.transpose_times(lambda);
-    let contact_held = supports.B.transpose_times(lambda);
     let (mut sum, mut magnitude) = ([0.0; 6], [0.0f64; 6]);
     let mut add = |motion: &[f64; 6], force: f64| {
         for k in 0..6 {

@@ -1,3 +1,8 @@
-//! io.
+//! Case files, mesh readers and result writers: the only module that opens files.
+
+mod replace;
 
 pub mod gmsh;
+pub mod npz;
+pub mod plot;
+pub mod vtu;

@@ -1,0 +1,296 @@
+//! Named arrays in one file (`.npz`), as `numpy.load` reads them.
+//!
+//! Reading trusts nothing: a damaged file is an error, and no number in it makes us reserve more than its size.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+
+use npyz::WriterBuilder;
+use npyz::npz::{NpzArchive, NpzWriter};
+use npyz::zip::CompressionMethod;
+use npyz::zip::write::FileOptions;
+
+use super::replace::replace;
+use crate::Error;
+
+/// Numbers of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    F64(Vec<f64>),
+    I64(Vec<i64>),
+    U32(Vec<u32>),
+    U8(Vec<u8>),
+}
+
+/// An array with its shape, the last axis running fastest; a scalar has the shape `[]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    pub shape: Vec<usize>,
+    pub data: Data,
+}
+
+impl Array {
+    /// A list of numbers.
+    pub fn f64(values: &[f64]) -> Self {
+        Array { shape: vec![values.len()], data: Data::F64(values.to_vec()) }
+    }
+
+    /// A list of vectors, shape `[n, 3]`.
+    pub fn vectors(values: &[[f64; 3]]) -> Self {
+        Array { shape: vec![values.len(), 3], data: Data::F64(values.as_flattened().to_vec()) }
+    }
+
+    /// A list of node numbers or the like.
+    pub fn u32(values: &[u32]) -> Self {
+        Array { shape: vec![values.len()], data: Data::U32(values.to_vec()) }
+    }
+
+    /// A list of counts or positions.
+    pub fn usize(values: &[usize]) -> Self {
+        Array { shape: vec![values.len()], data: Data::I64(values.iter().map(|&v| v as i64).collect()) }
+    }
+
+    /// One number.
+    pub fn scalar(value: f64) -> Self {
+        Array { shape: Vec::new(), data: Data::F64(vec![value]) }
+    }
+
+    /// One count.
+    pub fn count(value: usize) -> Self {
+        Array { shape: Vec::new(), data: Data::I64(vec![value as i64]) }
+    }
+
+    /// A short text as its bytes in UTF-8.
+    pub fn text(text: &str) -> Self {
+        Array { shape: vec![text.len()], data: Data::U8(text.as_bytes().to_vec()) }
+    }
+
+    fn len(&self) -> usize {
+        match &self.data {
+            Data::F64(v) => v.len(),
+            Data::I64(v) => v.len(),
+            Data::U32(v) => v.len(),
+            Data::U8(v) => v.len(),
+        }
+    }
+
+    fn kind(&self) -> &'static str {
+        match &self.data {
+            Data::F64(_) => "float64",
+            Data::I64(_) => "int64",
+            Data::U32(_) => "uint32",
+            Data::U8(_) => "uint8",
+        }
+    }
+}
+
+/// Writes the arrays, stored without compression. Equal arrays make equal files.
+pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
+    for (i, (name, array)) in arrays.iter().enumerate() {
+        let place = || path.display().to_string();
+        if array.shape.iter().try_fold(1usize, |n, &k| n.checked_mul(k)) != Some(array.len()) {
+            let what = format!("array \"{name}\" has {} numbers but the shape {:?}", array.len(), array.shape);
+            return Err(Error::new(place(), what, "give a shape whose product is the number of numbers"));
+        }
+        if arrays[..i].iter().any(|(other, _)| other == name) {
+            return Err(Error::new(place(), format!("two arrays are called \"{name}\""), "rename one of them"));
+        }
+    }
+    replace(path, |file| {
+        let mut archive = NpzWriter::new(file);
+        for (name, array) in arrays {
+            // Entries of 4 GiB and more need the wider fields of the format.
+            let large = array.len() >= (1 << 32) / 8 - 64;
+            let options = FileOptions::default().compression_method(CompressionMethod::Stored).large_file(large);
+            let options = options.last_modified_time(npyz::zip::DateTime::default());
+            let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
+            match &array.data {
+                Data::F64(v) => put(&mut archive, name, options, &shape, v)?,
+                Data::I64(v) => put(&mut archive, name, options, &shape, v)?,
+                Data::U32(v) => put(&mut archive, name, options, &shape, v)?,
+                Data::U8(v) => put(&mut archive, name, options, &shape, v)?,
+            }
+        }
+        archive.zip_writer().finish()?;
+        Ok(())
+    })
+}
+
+fn put<T: npyz::AutoSerialize + Copy>(
+    archive: &mut NpzWriter<&mut io::BufWriter<File>>,
+    name: &str,
+    options: FileOptions,
+    shape: &[u64],
+    values: &[T],
+) -> io::Result<()> {
+    let mut writer = archive.array(name, options)?.default_dtype().shape(shape).begin_nd()?;
+    writer.extend(values.iter().copied())?;
+    writer.finish()
+}
+
+/// Reads all arrays of a file written by [`write`] or by `numpy.savez`.
+pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
+    let place = path.display().to_string();
+    let fail = |what: String, remedy: &str| Error::new(place.clone(), what, remedy);
+    let unreadable = |e: io::Error| fail(format!("cannot read this file ({e})"), "check its name and permissions");
+    let damaged = |what: String| fail(what, "the file is damaged or incomplete; write it again");
+    let size = fs::metadata(path).map_err(unreadable)?.len();
+    let file = File::open(path).map_err(unreadable)?;
+    let mut archive = NpzArchive::new(BufReader::new(file)).map_err(|e| damaged(format!("not an npz file ({e})")))?;
+    let zip = archive.zip_archive();
+    let mut arrays = BTreeMap::new();
+    for i in 0..zip.len() {
+        let mut entry = zip.by_index(i).map_err(|e| damaged(format!("entry {i} cannot be read ({e})")))?;
+        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_string) else { continue };
+        if entry.compression() != CompressionMethod::Stored {
+            let what = format!("array \"{name}\" is compressed");
+            return Err(fail(what, "write it without compression (numpy.savez)"));
+        }
+        if entry.size() > size {
+            return Err(damaged(format!("array \"{name}\" claims {} bytes in a file of {size}", entry.size())));
+        }
+        let mut bytes = Vec::with_capacity(entry.size() as usize);
+        entry.read_to_end(&mut bytes).map_err(|e| damaged(format!("array \"{name}\" cannot be read ({e})")))?;
+        let array = parse(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
+        arrays.insert(name, array);
+    }
+    Ok(arrays)
+}
+
+/// An array from the bytes of a `.npy` file: magic, version, length of the header, header, numbers.
+///
+/// Format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The header is read here and not
+/// by a reader of Python literals, whose recursion a hostile file can drive to the end of the stack.
+fn parse(bytes: &[u8]) -> Result<Array, String> {
+    let short = || "it ends within its header".to_string();
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err("it is not in the npy format".to_string());
+    }
+    let (length, rest) = match bytes.get(6..).ok_or_else(short)? {
+        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
+        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
+        _ => return Err(short()),
+    };
+    let (header, numbers) = rest.split_at_checked(length).ok_or_else(short)?;
+    let header = str::from_utf8(header).map_err(|_| "its header is not text".to_string())?;
+    let value =
+        |key: &str| -> Option<&str> { header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start()) };
+    let no = |key: &str| format!("its header gives no {key}");
+    let kind = value("descr").and_then(|v| v.strip_prefix('\'')?.split('\'').next()).ok_or_else(|| no("descr"))?;
+    let shape = value("shape").and_then(|v| v.strip_prefix('(')?.split_once(')')).ok_or_else(|| no("shape"))?.0;
+    let shape: Vec<usize> = shape
+        .split(',')
+        .map(str::trim)
+        .filter(|n| !n.is_empty())
+        .map(|n| n.parse().map_err(|_| format!("its shape ({shape}) is not a list of lengths")))
+        .collect::<Result<_, _>>()?;
+    if value("fortran_order").is_none_or(|v| v.starts_with("True")) && shape.len() > 1 {
+        return Err("its first axis runs fastest; store it in C order".to_string());
+    }
+    let width = match kind {
+        "<f8" | "<i8" => 8,
+        "<u4" => 4,
+        "|u1" => 1,
+        _ => return Err(format!("its numbers are of kind {kind}, not one of <f8 <i8 <u4 |u1")),
+    };
+    if shape.iter().try_fold(width, |n: usize, &k| n.checked_mul(k)) != Some(numbers.len()) {
+        return Err(format!("its shape ({shape:?}) does not fit its {} bytes", numbers.len()));
+    }
+    let data = match kind {
+        "<f8" => Data::F64(numbers.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
+        "<i8" => Data::I64(numbers.as_chunks().0.iter().map(|b| i64::from_le_bytes(*b)).collect()),
+        "<u4" => Data::U32(numbers.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect()),
+        _ => Data::U8(numbers.to_vec()),
+    };
+    Ok(Array { shape, data })
+}
+
+/// The array called `name`.
+pub fn get<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a Array, Error> {
+    arrays.get(name).ok_or_else(|| {
+        let present = arrays.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let present =
+            if present.is_empty() { "the file has no arrays".to_string() } else { format!("it has {present}") };
+        Error::new("", format!("there is no array \"{name}\""), present)
+    })
+}
+
+fn wrong(name: &str, array: &Array, wanted: &str) -> Error {
+    let what = format!("array \"{name}\" holds {} of shape {:?}", array.kind(), array.shape);
+    Error::new("", what, format!("{wanted} expected"))
+}
+
+/// A list of `float64`, of length `len` if given.
+pub fn f64s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<&'a [f64], Error> {
+    let array = get(arrays, name)?;
+    match &array.data {
+        Data::F64(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => Ok(v),
+        _ => Err(wrong(name, array, &list("float64", len))),
+    }
+}
+
+/// A list of vectors: `float64` of shape `[n, 3]`.
+pub fn vectors<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a [[f64; 3]], Error> {
+    let array = get(arrays, name)?;
+    match &array.data {
+        Data::F64(v) if matches!(array.shape[..], [_, 3]) => Ok(v.as_chunks().0),
+        _ => Err(wrong(name, array, "float64 of shape [n, 3]")),
+    }
+}
+
+/// A list of `uint32`, of length `len` if given.
+pub fn u32s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<&'a [u32], Error> {
+    let array = get(arrays, name)?;
+    match &array.data {
+        Data::U32(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => Ok(v),
+        _ => Err(wrong(name, array, &list("uint32", len))),
+    }
+}
+
+/// A list of counts, stored as `int64`, none negative; of length `len` if given.
+pub fn usizes(arrays: &BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<Vec<usize>, Error> {
+    let array = get(arrays, name)?;
+    let counts = match &array.data {
+        Data::I64(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => {
+            v.iter().map(|&n| usize::try_from(n).ok()).collect()
+        }
+        _ => None,
+    };
+    counts.ok_or_else(|| wrong(name, array, &(list("int64", len) + ", none negative,")))
+}
+
+/// One number.
+pub fn scalar(arrays: &BTreeMap<String, Array>, name: &str) -> Result<f64, Error> {
+    let array = get(arrays, name)?;
+    match &array.data {
+        Data::F64(v) if v.len() == 1 => Ok(v[0]),
+        _ => Err(wrong(name, array, "one float64")),
+    }
+}
+
+/// One count.
+pub fn count(arrays: &BTreeMap<String, Array>, name: &str) -> Result<usize, Error> {
+    let array = get(arrays, name)?;
+    let count = match &array.data {
+        Data::I64(v) if v.len() == 1 => usize::try_from(v[0]).ok(),
+        _ => None,
+    };
+    count.ok_or_else(|| wrong(name, array, "one int64 that is not negative"))
+}
+
+/// A text.
+pub fn text<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a str, Error> {
+    let array = get(arrays, name)?;
+    let text = if let Data::U8(v) = &array.data { str::from_utf8(v).ok() } else { None };
+    text.ok_or_else(|| wrong(name, array, "uint8 that spell a text in UTF-8"))
+}
+
+fn list(kind: &str, len: Option<usize>) -> String {
+    len.map_or(format!("a list of {kind}"), |n| format!("a list of {n} {kind}"))
+}
+
+#[cfg(test)]
+#[path = "npz_tests.rs"]
+mod tests;

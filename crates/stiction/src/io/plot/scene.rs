@@ -1,0 +1,126 @@
+//! A coloured surface in the picture.
+
+use super::camera::{Camera, Vec3, add, area_vector, dot, norm, unit};
+use super::canvas::{Canvas, FINE};
+use super::color::{INK, Paint, Rgb};
+use super::edges::Edge;
+use super::raster::Raster;
+use crate::Error;
+
+/// A surface as it is drawn: faces of three or more nodes.
+#[derive(Clone, Copy)]
+pub(super) struct Surface<'a> {
+    pub points: &'a [Vec3],
+    pub faces: &'a [&'a [u32]],
+}
+
+impl Surface<'_> {
+    /// Checks that faces are faces and have their points.
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        for (i, face) in self.faces.iter().enumerate() {
+            if face.len() < 3 {
+                return Err(Error::new(
+                    format!("face {i}"),
+                    format!("it has {} nodes", face.len()),
+                    "give at least three",
+                ));
+            }
+            if let Some(node) = face.iter().find(|&&n| n as usize >= self.points.len()) {
+                let what = format!("it has node {node}, but there are {} points", self.points.len());
+                return Err(Error::new(format!("face {i}"), what, "number nodes from zero"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The points that the faces use; all points if there are no faces.
+    pub(super) fn used(&self) -> Vec<u32> {
+        if self.faces.is_empty() {
+            return (0..self.points.len() as u32).collect();
+        }
+        let mut used = vec![false; self.points.len()];
+        self.faces.iter().for_each(|f| f.iter().for_each(|&n| used[n as usize] = true));
+        (0..used.len() as u32).filter(|&i| used[i as usize]).collect()
+    }
+}
+
+/// Draws the surface, in the light of a lamp behind the observer's left shoulder if `lit`, with its edges where
+/// these are far enough apart to be told from each other. Points without any face become discs.
+pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges: &[Edge], paint: Paint, lit: bool) {
+    let at: Vec<Vec3> = surface.points.iter().map(|&p| camera.project(p)).collect();
+    let [right, up, toward] = camera.axes;
+    let lamp = unit(add(add(toward, 0.6, up), -0.35, right));
+    let normals: Vec<Vec3> = surface.faces.iter().map(|f| unit(area_vector(surface.points, f))).collect();
+    // What faces the observer comes first: the rest is mostly hidden by it, and what is hidden costs no colour.
+    for front in [true, false] {
+        for (face, &normal) in surface.faces.iter().zip(&normals) {
+            if (dot(normal, toward) >= 0.0) == front {
+                // A face seen from behind is lit from behind.
+                let facing = if front { 1.0 } else { -1.0 };
+                let light = if lit { 0.72 + 0.28 * (facing * dot(normal, lamp)).max(0.0) } else { 1.0 };
+                draw_face(raster, &at, face, paint, light);
+            }
+        }
+    }
+    let length = |e: &Edge| {
+        let d = add(at[e.nodes[1] as usize], -1.0, at[e.nodes[0] as usize]);
+        norm([d[0], d[1], 0.0])
+    };
+    let mean = edges.iter().map(length).sum::<f64>() / edges.len().max(1) as f64;
+    if mean > 7.0 {
+        // Fading in with the length of the edges, so that fine meshes do not darken the colours.
+        let opacity = (0.02 * mean).min(0.35);
+        edges.iter().for_each(|e| raster.line(at[e.nodes[0] as usize], at[e.nodes[1] as usize], 1, INK, opacity));
+    }
+}
+
+/// Draws a face with its points `at` in the picture; `light` in 0..1.
+fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light: f64) {
+    let part = (256.0 * light) as u32;
+    let shade = |color: Rgb| color.map(|c| ((u32::from(c) * part) >> 8) as u8);
+    if let &[a, b, c, d] = face {
+        // Four triangles around the centre: two would favour one diagonal, which shows in steep gradients.
+        let nodes = [a, b, c, d].map(|n| n as usize);
+        let patch = paint.patch(nodes);
+        let center = std::array::from_fn(|k| 0.25 * nodes.iter().map(|&n| at[n][k]).sum::<f64>());
+        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+            raster.triangle([at[nodes[i]], at[nodes[j]], center], |w| {
+                let mut weights = [0.25 * w[2]; 4];
+                weights[i] += w[0];
+                weights[j] += w[1];
+                shade(patch.at(weights))
+            });
+        }
+    } else {
+        for k in 1..face.len() - 1 {
+            let [a, b, c] = [face[0], face[k], face[k + 1]].map(|n| n as usize);
+            let patch = paint.patch([a, b, c, a]);
+            raster.triangle([at[a], at[b], at[c]], |w| shade(patch.at([w[0], w[1], w[2], 0.0])));
+        }
+    }
+}
+
+/// Draws the points as discs; for surfaces known by their points only.
+pub(super) fn dots(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint) {
+    for (i, &p) in surface.points.iter().enumerate() {
+        let [x, y, _] = camera.project(p);
+        canvas.disc([x, y], 4.5, INK);
+        canvas.disc([x, y], 4.0, paint.patch([i; 4]).at([1.0, 0.0, 0.0, 0.0]));
+    }
+}
+
+/// Draws chosen edges as an outline of `width` pixels.
+pub(super) fn outline(
+    raster: &mut Raster,
+    camera: &Camera,
+    points: &[Vec3],
+    edges: &[[u32; 2]],
+    width: f64,
+    color: Rgb,
+) {
+    let width = (width * FINE as f64).round() as usize;
+    for nodes in edges {
+        let [a, b] = nodes.map(|n| camera.project(points[n as usize]));
+        raster.line(a, b, width, color, 1.0);
+    }
+}

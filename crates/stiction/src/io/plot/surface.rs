@@ -1,0 +1,186 @@
+//! Maps of a contact surface.
+
+use std::path::Path;
+
+use super::arrows::{self, Arrows};
+use super::camera::{Area, Camera, Vec3, add, area_vector, dot, norm, unit};
+use super::canvas::Canvas;
+use super::color::{INK, Paint, range_of};
+use super::decor;
+use super::edges::{Edge, edges};
+use super::plane::{self, Plane};
+use super::raster::Raster;
+use super::scene::{self, Surface};
+use super::ticks::number;
+use crate::Error;
+
+/// What colours a map.
+#[derive(Debug, Clone, Copy)]
+pub enum MapValues<'a> {
+    /// A number a vertex; NaN where there is none.
+    Scalar(&'a [f64]),
+    /// The state of each vertex: 0 open, 1 stick, 2 slip.
+    Status(&'a [u8]),
+}
+
+/// Arrows over a map.
+#[derive(Debug, Clone, Copy)]
+pub struct MapVectors<'a> {
+    /// A vector a vertex; NaN where there is none.
+    pub values: &'a [[f64; 3]],
+    /// What they are, such as `Shear traction`.
+    pub label: &'a str,
+    /// Their unit; may be empty.
+    pub unit_label: &'a str,
+}
+
+/// What the map of a contact surface shows.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceMap<'a> {
+    /// Coordinates of the vertices, length.
+    pub points: &'a [[f64; 3]],
+    /// Vertices of each face, three or more; without faces the vertices are drawn as discs.
+    pub faces: &'a [&'a [u32]],
+    pub values: MapValues<'a>,
+    pub vectors: Option<MapVectors<'a>>,
+    pub title: &'a str,
+    /// What the values are, such as `Pressure`; unused for states.
+    pub label: &'a str,
+    /// Unit of the values; may be empty.
+    pub unit_label: &'a str,
+    /// Unit of length; may be empty.
+    pub length_label: &'a str,
+}
+
+/// Draws a PNG: flat, projected along the average normal, with axes; or, if the normals of the surface differ from
+/// their average by more than 60 degrees, as a body in space.
+pub fn surface_map(path: &Path, map: &SurfaceMap) -> Result<(), Error> {
+    let surface = Surface { points: map.points, faces: map.faces };
+    validate(map, surface).map_err(|e| e.at(&path.display().to_string()))?;
+    let paint = match map.values {
+        MapValues::Scalar(values) => Paint::Scalar { values, range: range_of(values) },
+        MapValues::Status(status) => Paint::Status(status),
+    };
+    match orientation(surface) {
+        Orientation::Flat(normal) => flat(map, surface, paint, normal),
+        Orientation::Curved(toward) => curved(map, surface, paint, toward),
+    }
+    .write(path)
+}
+
+fn validate(map: &SurfaceMap, surface: Surface) -> Result<(), Error> {
+    surface.validate()?;
+    let values = match map.values {
+        MapValues::Scalar(values) => values.len(),
+        MapValues::Status(status) => status.len(),
+    };
+    let vectors = map.vectors.map_or(map.points.len(), |v| v.values.len());
+    for (what, count) in [("values", values), ("vectors", vectors)] {
+        if count != map.points.len() {
+            let what = format!("{count} {what} for {} vertices", map.points.len());
+            return Err(Error::new("", what, "give one for each vertex, NaN where there is none"));
+        }
+    }
+    Ok(())
+}
+
+enum Orientation {
+    /// With its normal.
+    Flat(Vec3),
+    /// With the direction of an observer who sees most of it.
+    Curved(Vec3),
+}
+
+fn orientation(surface: Surface) -> Orientation {
+    /// Cosine of 60 degrees.
+    const SPREAD: f64 = 0.5;
+    let areas: Vec<Vec3> = surface.faces.iter().map(|f| area_vector(surface.points, f)).collect();
+    let finite = || areas.iter().filter(|a| a.iter().all(|x| x.is_finite()) && norm(**a) > 0.0);
+    let sum = finite().fold([0.0; 3], |sum, &a| add(sum, 1.0, a));
+    let average = unit(sum);
+    if finite().all(|&a| dot(unit(a), average) >= SPREAD) {
+        let up = [0.0, 0.0, 1.0];
+        return Orientation::Flat(if norm(average) > 0.0 { average } else { up });
+    }
+    let side = unit(Camera::diagonal([1.0, 1.0, 1.0]));
+    // The parts of a closed surface cancel each other: no side of it is the contact's.
+    let one_sided = norm(sum) > 0.2 * finite().map(|&a| norm(a)).sum::<f64>();
+    Orientation::Curved(if one_sided { add(average, 0.7, side) } else { side })
+}
+
+/// Where the key stands in a picture of the given height.
+fn key_area(bottom: f64) -> Area {
+    Area { left: 1170.0, top: 140.0, right: 1385.0, bottom }
+}
+
+fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canvas {
+    let plane = Plane::along(normal);
+    let used: Vec<Vec3> = surface.used().iter().map(|&i| surface.points[i as usize]).collect();
+    let extent = plane.bounds(&used);
+    let (wide, high) = (extent[0][1] - extent[0][0], extent[1][1] - extent[1][0]);
+    // The picture is as high as the surface at full width, within limits.
+    let room = 960.0 * high / wide;
+    let room = if room.is_finite() { room.clamp(330.0, 780.0) } else { 780.0 };
+    let area = Area { left: 130.0, top: 140.0, right: 1110.0, bottom: 140.0 + room };
+    let inner =
+        Area { left: area.left + 10.0, top: area.top + 10.0, right: area.right - 10.0, bottom: area.bottom - 10.0 };
+    let mut canvas = Canvas::new(1400, (area.bottom + 100.0) as usize);
+    let camera = Camera::fit(plane.axes, used, inner);
+    paint_surface(&mut canvas, &camera, surface, paint, false);
+    plane::axes(&mut canvas, &camera, &plane, extent, map.length_label);
+    finish(&mut canvas, &camera, map, paint, area.bottom, &plane.note);
+    canvas
+}
+
+fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Canvas {
+    let mut canvas = Canvas::new(1400, 1000);
+    let area = Area { left: 70.0, top: 150.0, right: 1110.0, bottom: 930.0 };
+    let used = surface.used();
+    let camera = Camera::fit(Camera::upright(toward), used.iter().map(|&i| surface.points[i as usize]), area);
+    paint_surface(&mut canvas, &camera, surface, paint, true);
+    decor::triad(&mut canvas, &camera);
+    finish(&mut canvas, &camera, map, paint, 880.0, "");
+    canvas
+}
+
+fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint, lit: bool) {
+    let edges = edges(surface.points, surface.faces);
+    let mut raster = Raster::new(canvas);
+    scene::draw(&mut raster, camera, surface, &edges, paint, lit);
+    let border = |e: &&Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
+    let border: Vec<[u32; 2]> = edges.iter().filter(border).map(|e| e.nodes).collect();
+    scene::outline(&mut raster, camera, surface.points, &border, 1.0, INK);
+    if surface.faces.is_empty() {
+        scene::dots(canvas, camera, surface, paint);
+    }
+}
+
+/// Arrows, key and title.
+fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, bottom: f64, note: &str) {
+    let drawn = map.vectors.and_then(|v| Arrows::scaled(v.values).map(|a| (v, a)));
+    let key = key_area(if drawn.is_some() { bottom - 110.0 } else { bottom });
+    let end = decor::key(canvas, key, paint, map.label, map.unit_label);
+    if let Some((vectors, arrows)) = drawn {
+        let front = arrows::facing(map.points, map.faces, camera.axes[2]);
+        arrows.draw(canvas, camera, map.points, vectors.values, &front);
+        arrows.reference(canvas, [key.left, end + 40.0], vectors.label, vectors.unit_label);
+    }
+    let summary = match map.values {
+        MapValues::Scalar(values) => {
+            let [low, high] = extremes(values);
+            format!("{} to {} {}", number(low), number(high), map.unit_label)
+        }
+        MapValues::Status(status) => {
+            let count = |s: u8| status.iter().filter(|&&x| x == s).count();
+            format!("{} open, {} stick, {} slip", count(0), count(1), count(2))
+        }
+    };
+    let subtitle = if note.is_empty() { summary } else { format!("{}  ·  {note}", summary.trim_end()) };
+    decor::heading(canvas, map.title, &subtitle);
+}
+
+/// Smallest and largest finite value; NaN without any.
+fn extremes(values: &[f64]) -> [f64; 2] {
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    finite.fold([f64::NAN; 2], |[low, high], v| [low.min(v), high.max(v)])
+}

@@ -1,0 +1,64 @@
+//! Whole files or none: written under a temporary name and renamed once complete.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::Path;
+
+use crate::Error;
+
+/// Writes the file `path` by `fill`. A reader sees the old file or the complete new one; a failed or interrupted run
+/// leaves no half file under this name.
+pub(crate) fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), Error> {
+    let Some(name) = path.file_name() else {
+        let what = "this is not the name of a file";
+        return Err(Error::new(path.display().to_string(), what, "give a file name inside an existing folder"));
+    };
+    // In the same folder, since a rename across file systems is a copy and can be interrupted.
+    let part = path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+    let written = File::create(&part).and_then(|file| {
+        let mut file = BufWriter::with_capacity(1 << 18, file);
+        fill(&mut file)?;
+        file.flush()
+    });
+    written.and_then(|()| fs::rename(&part, path)).map_err(|error| {
+        // The first error is the one to report; the remains may not even exist.
+        let _ = fs::remove_file(&part);
+        Error::new(path.display().to_string(), format!("cannot write this file ({error})"), remedy(error.kind()))
+    })
+}
+
+fn remedy(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::NotFound | ErrorKind::NotADirectory => "create its folder first",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "choose a folder that you may write to",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room on the disk or choose a folder elsewhere"
+        }
+        ErrorKind::IsADirectory => "a folder of this name is in the way; move it or choose another name",
+        _ => "check the folder and the disk",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_keeps_the_old_file_and_leaves_nothing_else() {
+        let folder = std::env::temp_dir().join(format!("stiction-replace-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.txt");
+        replace(&path, |f| f.write_all(b"old")).unwrap();
+        let full = |f: &mut BufWriter<File>| {
+            f.write_all(b"half")?;
+            Err(io::Error::from(ErrorKind::StorageFull))
+        };
+        let error = replace(&path, full).unwrap_err().to_string();
+        assert!(error.contains("a.txt") && error.contains("make room"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        let error = replace(&folder.join("missing/a.txt"), |_| Ok(())).unwrap_err().to_string();
+        assert!(error.contains("create its folder"), "{error}");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

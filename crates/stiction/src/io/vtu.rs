@@ -1,0 +1,272 @@
+//! VTK XML unstructured grids (`.vtu`): compressed appended binary, read by ParaView, PyVista and meshio.
+//!
+//! Format: "VTK XML file formats", <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use super::replace::replace;
+use crate::Error;
+use crate::mesh::{CellKind, Mesh};
+
+/// Bytes compressed at a time, a multiple of eight; fixed, so that a file does not depend on the number of threads.
+const BLOCK: usize = 1 << 20;
+
+/// Codes of cells in VTK.
+pub const VERTEX: u8 = 1;
+pub const TRIANGLE: u8 = 5;
+pub const QUAD: u8 = 9;
+pub const TETRA: u8 = 10;
+pub const HEXAHEDRON: u8 = 12;
+
+/// Points and cells of a file; the cells keep their order.
+#[derive(Debug, Clone)]
+pub struct Grid<'a> {
+    /// Coordinates, length.
+    pub points: &'a [[f64; 3]],
+    /// Nodes of all cells, one cell after the other.
+    pub connectivity: Vec<u32>,
+    /// Where each cell ends in `connectivity`.
+    pub ends: Vec<u64>,
+    /// VTK code of each cell.
+    pub codes: Vec<u8>,
+}
+
+impl<'a> Grid<'a> {
+    /// A grid without cells.
+    pub fn new(points: &'a [[f64; 3]]) -> Self {
+        Grid { points, connectivity: Vec::new(), ends: Vec::new(), codes: Vec::new() }
+    }
+
+    /// Adds a cell with its nodes in VTK's order.
+    pub fn push(&mut self, code: u8, nodes: &[u32]) {
+        self.connectivity.extend_from_slice(nodes);
+        self.ends.push(self.connectivity.len() as u64);
+        self.codes.push(code);
+    }
+
+    /// The cells of a mesh, in the mesh's numbering.
+    pub fn from_mesh(mesh: &'a Mesh) -> Self {
+        let mut grid = Grid::new(&mesh.nodes);
+        grid.connectivity.reserve(mesh.cells.iter().map(|c| c.nodes.len()).sum());
+        for cells in &mesh.cells {
+            let code = match cells.kind {
+                CellKind::Tet4 => TETRA,
+                CellKind::Hex8 => HEXAHEDRON,
+            };
+            (0..cells.len()).for_each(|i| grid.push(code, cells.cell(i)));
+        }
+        grid
+    }
+
+    /// Triangles and quadrilaterals, given by their three or four nodes.
+    pub fn from_surface<'f>(points: &'a [[f64; 3]], faces: impl IntoIterator<Item = &'f [u32]>) -> Self {
+        let mut grid = Grid::new(points);
+        faces.into_iter().for_each(|f| grid.push(if f.len() == 3 { TRIANGLE } else { QUAD }, f));
+        grid
+    }
+
+    /// Bare points, a vertex cell each, so that every viewer shows them.
+    pub fn from_points(points: &'a [[f64; 3]]) -> Self {
+        let mut grid = Grid::new(points);
+        (0..points.len()).for_each(|i| grid.push(VERTEX, &[i as u32]));
+        grid
+    }
+}
+
+/// Numbers of an array, `components` a point or cell.
+#[derive(Debug, Clone, Copy)]
+pub enum Data<'a> {
+    F64(&'a [f64]),
+    I32(&'a [i32]),
+}
+
+impl Data<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Data::F64(v) => v.len(),
+            Data::I32(v) => v.len(),
+        }
+    }
+}
+
+/// A named array over points, over cells or of the whole file.
+#[derive(Debug, Clone, Copy)]
+pub struct Array<'a> {
+    pub name: &'a str,
+    /// Numbers a point or cell: 1 scalar, 3 vector, 6 symmetric tensor in the order xx yy zz xy yz xz.
+    pub components: usize,
+    /// Names of the components, or empty.
+    pub component_names: &'a [&'a str],
+    pub data: Data<'a>,
+}
+
+impl<'a> Array<'a> {
+    /// One number a point or cell.
+    pub fn scalar(name: &'a str, values: &'a [f64]) -> Self {
+        Array { name, components: 1, component_names: &[], data: Data::F64(values) }
+    }
+
+    /// One integer a point or cell.
+    pub fn integer(name: &'a str, values: &'a [i32]) -> Self {
+        Array { name, components: 1, component_names: &[], data: Data::I32(values) }
+    }
+
+    /// A vector a point or cell.
+    pub fn vector(name: &'a str, values: &'a [[f64; 3]]) -> Self {
+        Array { name, components: 3, component_names: &["x", "y", "z"], data: Data::F64(values.as_flattened()) }
+    }
+
+    /// A symmetric tensor a point or cell, in the order xx yy zz xy yz xz.
+    pub fn tensor(name: &'a str, values: &'a [[f64; 6]]) -> Self {
+        let component_names = &["xx", "yy", "zz", "xy", "yz", "xz"];
+        Array { name, components: 6, component_names, data: Data::F64(values.as_flattened()) }
+    }
+}
+
+/// Writes a grid with its arrays. An array of the whole file called `TimeValue` is the file's time to ParaView.
+pub fn write(
+    path: &Path,
+    grid: &Grid,
+    point_arrays: &[Array],
+    cell_arrays: &[Array],
+    field_data: &[Array],
+) -> Result<(), Error> {
+    validate(grid, point_arrays, cell_arrays, field_data).map_err(|e| e.at(&path.display().to_string()))?;
+    let (points, cells) = (grid.points.len(), grid.codes.len());
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
+    );
+    let mut appended = Appended::default();
+    appended.section(&mut xml, "FieldData", field_data);
+    let _ = writeln!(xml, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
+    appended.section(&mut xml, "PointData", point_arrays);
+    appended.section(&mut xml, "CellData", cell_arrays);
+    xml.push_str("<Points>\n");
+    appended.array(&mut xml, "Float64", "NumberOfComponents=\"3\"", "Points", grid.points.as_flattened());
+    xml.push_str("</Points>\n<Cells>\n");
+    appended.array(&mut xml, "Int64", "", "connectivity", &grid.connectivity);
+    appended.array(&mut xml, "Int64", "", "offsets", &grid.ends);
+    appended.array(&mut xml, "UInt8", "", "types", &grid.codes);
+    xml.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
+    replace(path, |file| {
+        file.write_all(xml.as_bytes())?;
+        appended.parts.iter().try_for_each(|part| file.write_all(part))?;
+        file.write_all(b"\n</AppendedData>\n</VTKFile>\n")
+    })
+}
+
+fn validate(grid: &Grid, point_arrays: &[Array], cell_arrays: &[Array], field_data: &[Array]) -> Result<(), Error> {
+    let fail = |what: String| Err(Error::new("", what, "give as many numbers as the grid has points or cells"));
+    let Grid { points, connectivity, ends, codes } = grid;
+    if ends.len() != codes.len() || ends.last().copied().unwrap_or(0) != connectivity.len() as u64 {
+        return fail(format!("{} cell ends for {} cells", ends.len(), codes.len()));
+    }
+    if ends.windows(2).any(|w| w[0] > w[1]) {
+        return fail("the cells' ends descend".to_string());
+    }
+    if let Some(&node) = connectivity.iter().find(|&&node| node as usize >= points.len()) {
+        return fail(format!("a cell has node {node}, but there are {} points", points.len()));
+    }
+    let of_points = point_arrays.iter().map(|a| (a, Some(points.len())));
+    let of_cells = cell_arrays.iter().map(|a| (a, Some(codes.len())));
+    for (array, tuples) in of_points.chain(of_cells).chain(field_data.iter().map(|a| (a, None))) {
+        let (name, components, len) = (array.name, array.components, array.data.len());
+        if components == 0 || len % components != 0 || tuples.is_some_and(|n| n * components != len) {
+            let expected = tuples.map_or(String::new(), |n| format!(" for {n} points or cells"));
+            return fail(format!("array \"{name}\" has {len} numbers by {components} components{expected}"));
+        }
+        if !array.component_names.is_empty() && array.component_names.len() != components {
+            return fail(format!("array \"{name}\" does not name each of its {components} components"));
+        }
+    }
+    Ok(())
+}
+
+/// The binary section of the file, growing with the description of its arrays.
+#[derive(Default)]
+struct Appended {
+    parts: Vec<Vec<u8>>,
+    bytes: usize,
+}
+
+impl Appended {
+    fn section(&mut self, xml: &mut String, tag: &str, arrays: &[Array]) {
+        let _ = writeln!(xml, "<{tag}>");
+        for array in arrays {
+            let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
+            for (i, name) in array.component_names.iter().enumerate() {
+                let _ = write!(attributes, " ComponentName{i}=\"{}\"", escape(name));
+            }
+            if tag == "FieldData" {
+                // Nothing else in the file tells how long it is.
+                let _ = write!(attributes, " NumberOfTuples=\"{}\"", array.data.len() / array.components);
+            }
+            match array.data {
+                Data::F64(values) => self.array(xml, "Float64", &attributes, array.name, values),
+                Data::I32(values) => self.array(xml, "Int32", &attributes, array.name, values),
+            }
+        }
+        let _ = writeln!(xml, "</{tag}>");
+    }
+
+    fn array<T: Number>(&mut self, xml: &mut String, kind: &str, attributes: &str, name: &str, values: &[T]) {
+        let (name, offset) = (escape(name), self.bytes);
+        let _ = writeln!(
+            xml,
+            "<DataArray type=\"{kind}\" Name=\"{name}\" {attributes} format=\"appended\" offset=\"{offset}\"/>"
+        );
+        let blocks: Vec<Vec<u8>> = values.par_chunks(BLOCK / T::BYTES).map(compress).collect();
+        // Header: number of blocks, bytes of a block, bytes of the last block if it is a partial one, compressed bytes.
+        let partial = values.len() * T::BYTES % BLOCK;
+        let sizes = blocks.iter().map(Vec::len);
+        let header = [blocks.len(), BLOCK, partial].into_iter().chain(sizes).flat_map(|n| (n as u64).to_le_bytes());
+        let first = self.parts.len();
+        self.parts.push(header.collect());
+        self.parts.extend(blocks);
+        self.bytes += self.parts[first..].iter().map(Vec::len).sum::<usize>();
+    }
+}
+
+fn compress<T: Number>(values: &[T]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(values.len() * T::BYTES);
+    values.iter().for_each(|v| v.put(&mut bytes));
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len() / 2), Compression::fast());
+    encoder.write_all(&bytes).and_then(|()| encoder.finish()).expect("memory takes every byte")
+}
+
+/// A number as the file stores it, little endian.
+trait Number: Copy + Sync {
+    const BYTES: usize;
+    fn put(self, bytes: &mut Vec<u8>);
+}
+
+macro_rules! number {
+    ($type:ty, $stored:ty) => {
+        impl Number for $type {
+            const BYTES: usize = size_of::<$stored>();
+            fn put(self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&(self as $stored).to_le_bytes());
+            }
+        }
+    };
+}
+number!(f64, f64);
+number!(i32, i32);
+number!(u32, i64);
+number!(u64, i64);
+number!(u8, u8);
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+#[path = "vtu_tests.rs"]
+mod tests;
