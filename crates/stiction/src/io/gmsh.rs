@@ -78,6 +78,10 @@ fn sections(bytes: &[u8]) -> Result<Contents, Error> {
             ("$PartitionedEntities", _) => {
                 return Err(at.fail_at(start, "the mesh is partitioned", "save it without partitions"));
             }
+            ("$ParametricNodes", _) => {
+                let remedy = "save it without them (Mesh.SaveParametric = 0) or as MSH 4.1";
+                return Err(at.fail_at(start, "the nodes have parametric coordinates", remedy));
+            }
             _ => {
                 at.skip_section()?;
                 continue; // unknown sections may come as often as they like

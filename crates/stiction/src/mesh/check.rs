@@ -110,33 +110,26 @@ fn cells_error(raw: &RawMesh, bad: &[usize], what: &str, remedy: &str) -> Result
     Err(Error::new(format!("element {}", raw.cell_id(first)), what, remedy))
 }
 
-/// Pairs of the given nodes closer than `distance` and the first of them.
+/// How many of the given nodes lie closer than `distance` (length, > 0) to one with a higher number, and the first
+/// such pair.
 pub(super) fn coincident(nodes: &[Vec3], which: &[u32], distance: f64) -> (usize, Option<[u32; 2]>) {
     // boxes of four distances: a ball of radius `distance` around a node reaches into few of them
     let place = |x: Vec3| x.map(|c| (c / (4.0 * distance)).floor() as i64);
     let mut boxed: Vec<([i64; 3], u32)> = which.iter().map(|&n| (place(nodes[n as usize]), n)).collect();
     boxed.par_sort_unstable();
-    let near = |&n: &u32| -> (usize, Option<[u32; 2]>) {
+    let partner = |&n: &u32| -> Option<[u32; 2]> {
         let x = nodes[n as usize];
+        let close = |m: &u32| (0..3).map(|c| (x[c] - nodes[*m as usize][c]).powi(2)).sum::<f64>() < distance * distance;
         let [low, high] = [-distance, distance].map(|d| place(x.map(|c| c + d)));
-        let mut pairs = 0;
-        let mut first = None;
-        for i in low[0]..=high[0] {
-            for j in low[1]..=high[1] {
-                for k in low[2]..=high[2] {
-                    let from = boxed.partition_point(|(b, _)| *b < [i, j, k]);
-                    let inside = boxed[from..].iter().take_while(|(b, _)| *b == [i, j, k]);
-                    for &(_, other) in inside.filter(|(_, other)| *other > n) {
-                        if (0..3).map(|c| (x[c] - nodes[other as usize][c]).powi(2)).sum::<f64>() < distance * distance
-                        {
-                            pairs += 1;
-                            first = first.or(Some([n, other]));
-                        }
-                    }
-                }
-            }
-        }
-        (pairs, first)
+        let boxes = (low[0]..=high[0])
+            .flat_map(|i| (low[1]..=high[1]).flat_map(move |j| (low[2]..=high[2]).map(move |k| [i, j, k])));
+        let in_box = |b: [i64; 3]| {
+            let from = boxed.partition_point(|entry| *entry <= (b, n));
+            boxed[from..].iter().take_while(move |entry| entry.0 == b).map(|entry| entry.1).find(close)
+        };
+        boxes.filter_map(in_box).min().map(|m| [n, m])
     };
-    which.par_iter().map(near).reduce(|| (0, None), |a, b| (a.0 + b.0, a.1.or(b.1)))
+    // the first partner of a node ends its search: many nodes at one place cost no more than a few
+    let pairs: Vec<[u32; 2]> = which.par_iter().filter_map(partner).collect();
+    (pairs.len(), pairs.first().copied())
 }

@@ -40,20 +40,35 @@ pub(super) const HEX_CORNERS: [Vec3; 8] = [
 /// Distance of the two Gauss points of an interval of length 2 from its middle, `1/sqrt(3)`.
 pub(super) const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// Columns of the Jacobian of the trilinear map at the reference point `xi`; length per reference length.
-pub(super) fn hex_jacobian(x: &[Vec3; 8], xi: Vec3) -> [Vec3; 3] {
-    let mut columns = [[0.0; 3]; 3];
-    for (corner, point) in HEX_CORNERS.iter().zip(x) {
-        let h = [0, 1, 2].map(|a| 1.0 + corner[a] * xi[a]);
-        let gradient =
-            [0.125 * corner[0] * h[1] * h[2], 0.125 * corner[1] * h[0] * h[2], 0.125 * corner[2] * h[0] * h[1]];
-        for (column, g) in columns.iter_mut().zip(gradient) {
-            for (c, p) in column.iter_mut().zip(point) {
-                *c += g * p;
-            }
+/// The edges of a hexahedron along each reference axis. Along x they lie at `(y, z)` = (-, -), (+, -), (-, +),
+/// (+, +), along y at `(x, z)`, along z at `(x, y)` in the same order.
+pub(super) struct HexEdges([[Vec3; 4]; 3]);
+
+impl HexEdges {
+    pub fn new(x: &[Vec3; 8]) -> Self {
+        const ALONG: [[[usize; 2]; 4]; 3] =
+            [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [3, 7], [2, 6]]];
+        let mut edges = [[[0.0; 3]; 4]; 3];
+        for (edge, [from, to]) in edges.as_flattened_mut().iter_mut().zip(ALONG.as_flattened()) {
+            *edge = sub(x[*to], x[*from]);
         }
+        HexEdges(edges)
     }
-    columns
+
+    /// Columns of the Jacobian of the trilinear map at the reference point `(x, y, z)`; length per reference length.
+    pub fn jacobian(&self, [x, y, z]: Vec3) -> [Vec3; 3] {
+        let column = |edges: &[Vec3; 4], s: f64, t: f64| {
+            let weights = [(1.0 - s) * (1.0 - t), (1.0 + s) * (1.0 - t), (1.0 - s) * (1.0 + t), (1.0 + s) * (1.0 + t)];
+            let mut sum = [0.0; 3];
+            for (weight, edge) in weights.iter().zip(edges) {
+                for c in 0..3 {
+                    sum[c] += 0.125 * weight * edge[c];
+                }
+            }
+            sum
+        };
+        [column(&self.0[0], y, z), column(&self.0[1], x, z), column(&self.0[2], x, y)]
+    }
 }
 
 /// The corners of a cell, or of as many of its nodes as are asked for.
@@ -70,9 +85,9 @@ pub(super) fn cell_volume(nodes: &[Vec3], kind: CellKind, cell: &[u32]) -> f64 {
             det(sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])) / 6.0
         }
         CellKind::Hex8 => {
-            let x: [Vec3; 8] = corners(nodes, cell);
+            let edges = HexEdges::new(&corners(nodes, cell));
             let at = |c: &Vec3| {
-                let [a, b, c] = hex_jacobian(&x, c.map(|s| s * GAUSS));
+                let [a, b, c] = edges.jacobian(c.map(|s| s * GAUSS));
                 det(a, b, c)
             };
             HEX_CORNERS.iter().map(at).sum()
@@ -89,4 +104,17 @@ pub(super) fn vector_area(nodes: &[Vec3], face: &[u32]) -> Vec3 {
         _ => cross(sub(x(2), x(0)), sub(x(3), x(1))),
     };
     twice.map(|c| 0.5 * c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_volume_of_a_truncated_pyramid_is_exact() {
+        let x = HEX_CORNERS.map(|[x, y, z]| if z > 0.0 { [0.5 * x, 0.5 * y, z] } else { [x, y, z] });
+        let cell: Vec<u32> = (0..8).collect();
+        // height 2, areas 4 and 1: h / 3 (A + a + sqrt(A a))
+        assert!((cell_volume(&x, CellKind::Hex8, &cell) - 14.0 / 3.0).abs() < 1e-14);
+    }
 }

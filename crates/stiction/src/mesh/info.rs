@@ -164,8 +164,9 @@ impl fmt::Display for MeshInfo {
     }
 }
 
-/// Six digits, without an exponent where none is needed.
+/// Six significant digits, without an exponent where none is needed.
 fn short(x: f64) -> String {
+    let x = x + 0.0; // an empty sum is -0
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
         let digits = if x == 0.0 { 0 } else { (5 - x.abs().log10().floor() as i32).max(0) as usize };
         let text = format!("{x:.digits$}");

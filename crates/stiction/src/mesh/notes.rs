@@ -21,7 +21,7 @@ pub enum MeshNote {
     InteriorFaces { group: String, count: usize },
     /// One name for things of several dimensions, which form one group.
     SharedName { group: String },
-    /// Pairs of boundary nodes closer than `distance` (length) that are not the same node, and the first pair.
+    /// Boundary nodes closer than `distance` (length) to another, each with one such partner; the first pair.
     CoincidentNodes { pairs: usize, distance: f64, first: [u64; 2] },
     /// Faces of hexahedra that lie on triangles of tetrahedra without being joined to them, and the first hexahedra.
     UnjoinedFaces { count: usize, first: Vec<u64> },

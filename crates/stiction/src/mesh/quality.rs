@@ -1,7 +1,7 @@
 //! How well shaped a cell is.
 
 use super::CellKind;
-use super::geometry::{GAUSS, HEX_CORNERS, Vec3, corners, det, dot, hex_jacobian, norm, sub};
+use super::geometry::{GAUSS, HEX_CORNERS, HexEdges, Vec3, corners, det, dot, norm, sub};
 
 /// Quality of a cell: 1 at best, 0 where flat, negative where inverted, NaN where all its nodes coincide.
 ///
@@ -32,10 +32,11 @@ fn tet_quality(x: &[Vec3; 4]) -> f64 {
 
 /// Least scaled Jacobian over the corners of the reference cube shrunk by each of `shrink`; NaN wins.
 fn least(x: &[Vec3; 8], shrink: &[f64]) -> f64 {
+    let edges = HexEdges::new(x);
     let mut least = f64::INFINITY;
     for s in shrink {
         for corner in &HEX_CORNERS {
-            let [a, b, c] = hex_jacobian(x, corner.map(|v| v * s));
+            let [a, b, c] = edges.jacobian(corner.map(|v| v * s));
             let scaled = det(a, b, c) / (norm(a) * norm(b) * norm(c));
             if scaled.is_nan() || scaled < least {
                 least = scaled;

@@ -187,7 +187,7 @@ impl<'a> Cursor<'a> {
         self.skip_space();
         let start = self.pos;
         let line = self.line();
-        if line.strip_prefix(b"$End").is_some_and(|name| name == self.section[1..].as_bytes()) {
+        if line.strip_prefix(b"$End").is_some_and(|name| name == &self.section.as_bytes()[1..]) {
             return Ok(());
         }
         let what = format!("{} does not end here, with $End{}", self.section, &self.section[1..]);

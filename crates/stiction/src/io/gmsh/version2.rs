@@ -31,7 +31,8 @@ pub(super) fn nodes(at: &mut Cursor, contents: &mut Contents) -> Result<(), Erro
 /// `tag tags.. nodes..`. The first two tags of an element are its physical group and its entity.
 pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error> {
     let n = count(at, "the number of elements")?;
-    let n = at.room(n, "elements", if at.binary() { 4 + 4 } else { 4 * 2 })?;
+    // the shortest is a point: two integers in binary, four numbers as text
+    let n = at.room(n, "elements", 8)?;
     let mut read = 0;
     while read < n {
         if at.binary() {

@@ -66,6 +66,8 @@ fn other_files_are_recognised() {
     refused(b"\0\0\0\0 something", &["not a Gmsh mesh"]);
     refused(&edited("2.2 0 8", "4 0 8"), &["line 2", "MSH version 4 ", "msh41"]);
     refused(&edited("2.2 0 8", "2.2 1 8"), &["byte order"]);
+    refused(&edited("$Nodes", "$ParametricNodes"), &["line 4", "parametric", "SaveParametric"]);
+    refused(&edited("$Nodes", "$PartitionedEntities"), &["line 4", "partitioned"]);
     let binary_stl = parse(&[b'x'; 100], "part.STL", 1.0).unwrap_err().to_string();
     assert!(binary_stl.contains("STL"));
     let missing = read(&path("no-such.msh"), 1.0).unwrap_err().to_string();
