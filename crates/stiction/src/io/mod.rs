@@ -1,1 +1,4 @@
 //! io.
+
+pub mod case;
+pub mod expression;
