@@ -28,6 +28,11 @@ impl Check<'_> {
     }
 
     fn table(&self, node: &Node, rules: &'static Rules, label: &str) -> Result<(), Error> {
+        let choices = || node.entries().iter().filter(|e| rules.one_of.contains(&e.key.as_str()));
+        if let (Some(first), Some(second)) = (choices().next(), choices().nth(1)) {
+            let what = format!("{label} has both `{}` and `{}`", first.key, second.key);
+            return Err(self.error(&second.key_at, what, format!("keep one of {}", rules.one_of.join(", "))));
+        }
         for entry in node.entries() {
             let Some(key) = rules.key(&entry.key) else {
                 return Err(self.unknown(&entry.key_at, &entry.key, rules, label));
@@ -38,27 +43,15 @@ impl Check<'_> {
             self.value(&entry.node, &key.kind, Context { key, label: key.name })?;
         }
         if let Some(key) = rules.keys.iter().find(|key| key.required && node.get(key.name).is_none()) {
-            let (place, remedy) = missing(key);
-            return Err(self.error(&node.at, format!("{label} has no {place}"), remedy));
+            let (name, remedy) = missing(key);
+            return Err(self.error(&node.at, format!("{label} has no {name}"), remedy));
         }
-        self.one_of(node, rules, label)
-    }
-
-    fn one_of(&self, node: &Node, rules: &'static Rules, label: &str) -> Result<(), Error> {
-        let given: Vec<_> = node.entries().iter().filter(|e| rules.one_of.contains(&e.key.as_str())).collect();
-        let choices = rules.one_of.join(", ");
-        match given.as_slice() {
-            [] if !rules.one_of.is_empty() => {
-                let examples: Vec<_> = rules.one_of.iter().filter_map(|k| rules.key(k)).map(|k| k.example).collect();
-                let what = format!("{label} has none of {choices}");
-                Err(self.error(&node.at, what, format!("give exactly one: {}", examples.join(", or "))))
-            }
-            [first, second, ..] => {
-                let what = format!("{label} has both `{}` and `{}`", first.key, second.key);
-                Err(self.error(&second.key_at, what, format!("keep one of {choices}")))
-            }
-            _ => Ok(()),
+        if !rules.one_of.is_empty() && choices().next().is_none() {
+            let examples: Vec<_> = rules.one_of.iter().filter_map(|k| rules.key(k)).map(|k| k.example).collect();
+            let what = format!("{label} has none of {}", rules.one_of.join(", "));
+            return Err(self.error(&node.at, what, format!("give exactly one: {}", examples.join(", or "))));
         }
+        Ok(())
     }
 
     fn unknown(&self, at: &At, name: &str, rules: &'static Rules, label: &str) -> Error {
@@ -200,7 +193,8 @@ fn not_finite(context: Context, x: f64) -> String {
 /// How to call a missing key, and the remedy.
 fn missing(key: &Key) -> (String, String) {
     let remedy = match key.kind {
-        Kind::Either(_) => format!("add {}; {}", key.example, key.doc),
+        // There is more than one way to write it: the doc lists them.
+        Kind::Either(_) => format!("add {} ({})", key.example, key.doc.trim_end_matches('.')),
         _ => format!("add {}", key.example),
     };
     match key.kind {
@@ -220,5 +214,54 @@ fn fits(kind: &Kind, node: &Node) -> bool {
         Kind::Table(_) | Kind::Named(_) => matches!(node.value, Value::Table(_)),
         Kind::Either(kinds) => kinds.iter().any(|kind| fits(kind, node)),
         Kind::Absent { .. } => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spec::CASE;
+    use super::super::tree::{parse, parse_value};
+    use super::*;
+
+    /// Calls `visit` for every table of rules below `rules`, itself included.
+    fn visit(rules: &'static Rules, f: &mut dyn FnMut(&'static Rules)) {
+        fn kinds(kind: &'static Kind, f: &mut dyn FnMut(&'static Rules)) {
+            match kind {
+                Kind::Table(rules) | Kind::Tables(rules) | Kind::Named(rules) => visit(rules, f),
+                Kind::Either(all) => all.iter().for_each(|kind| kinds(kind, f)),
+                Kind::List { of, .. } => kinds(of, f),
+                _ => {}
+            }
+        }
+        f(rules);
+        rules.keys.iter().for_each(|key| kinds(&key.kind, f));
+    }
+
+    #[test]
+    fn every_example_and_every_default_obeys_its_own_key() {
+        let mut count = 0;
+        visit(&CASE, &mut |rules| {
+            for key in rules.keys {
+                let context = Context { key, label: key.name };
+                let source = Source { name: "spec", text: key.example, overrides: &[] };
+                let check = Check { source: &source };
+                let example = parse(&source).unwrap_or_else(|e| panic!("{e}"));
+                if !key.example.starts_with('[') && !matches!(key.kind, Kind::Absent { .. }) {
+                    let value = example.get(key.name).unwrap_or_else(|| panic!("{}", key.example));
+                    check.value(value, &key.kind, context).unwrap_or_else(|e| panic!("{e}"));
+                    count += 1;
+                }
+                if let Some(default) = parse_value(key.default, &At::Override(0)) {
+                    check.value(&default, &key.kind, context).unwrap_or_else(|e| panic!("{e}"));
+                    assert!(!key.required);
+                }
+            }
+        });
+        assert!(count > 40);
+    }
+
+    #[test]
+    fn every_choice_between_keys_names_keys_that_exist() {
+        visit(&CASE, &mut |rules| assert!(rules.one_of.iter().all(|name| rules.key(name).is_some())));
     }
 }

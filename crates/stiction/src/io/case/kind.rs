@@ -126,12 +126,17 @@ impl Limits {
         let low = if self.low_included { "of at least" } else { "greater than" };
         let high = if self.high_included { "at most" } else { "less than" };
         match (self.low.is_finite(), self.high.is_finite()) {
-            (true, true) => format!(" {low} {:?} and {high} {:?}", self.low, self.high),
-            (true, false) => format!(" {low} {:?}", self.low),
-            (false, true) => format!(" {high} {:?}", self.high),
+            (true, true) => format!(" {low} {} and {high} {}", show(self.low), show(self.high)),
+            (true, false) => format!(" {low} {}", show(self.low)),
+            (false, true) => format!(" {high} {}", show(self.high)),
             (false, false) => String::new(),
         }
     }
+}
+
+/// A number as one writes it: 0 instead of 0.0, but 1e-14.
+fn show(x: f64) -> String {
+    if x == x.trunc() && x.abs() < 1e6 { format!("{x:.0}") } else { format!("{x:?}") }
 }
 
 impl Kind {
@@ -146,11 +151,11 @@ impl Kind {
             Kind::Field => "a number or an expression in double quotes".into(),
             Kind::List { of, from, to } => {
                 let count = match (from, to) {
-                    (a, b) if a == b => format!("{a}"),
-                    (a, b) if *b == usize::MAX => format!("at least {a}"),
-                    (a, b) => format!("{a} to {b}"),
+                    (a, b) if a == b => format!("{a} entries"),
+                    (a, b) if *b == usize::MAX => format!("at least {a} entries"),
+                    (a, b) => format!("{a} to {b} entries"),
                 };
-                format!("a list of {count}, each {}", of.describe())
+                format!("a list of {count}, each {},", of.describe())
             }
             Kind::Table(rules) => {
                 format!("a table {{ {} }}", rules.keys.iter().map(|k| k.name).collect::<Vec<_>>().join(", "))

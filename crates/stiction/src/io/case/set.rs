@@ -53,12 +53,15 @@ fn put(node: &mut Node, keys: &[String], value: Node, at: &At) -> Result<(), (St
     let found = node.describe();
     match &mut node.value {
         Value::Table(entries) => {
+            let old = entries.iter().any(|e| e.key == *key);
             let i = entries.iter().position(|e| e.key == *key).unwrap_or_else(|| {
                 let empty = Node { value: Value::Table(Vec::new()), at: at.clone() };
                 entries.push(Entry { key: key.clone(), key_at: at.clone(), node: empty });
                 entries.len() - 1
             });
-            entries[i].key_at = at.clone();
+            if !old || rest.is_empty() {
+                entries[i].key_at = at.clone();
+            }
             put(&mut entries[i].node, rest, value, at)
         }
         Value::List(items) => {
@@ -67,7 +70,10 @@ fn put(node: &mut Node, keys: &[String], value: Node, at: &At) -> Result<(), (St
                 Some(item) => put(item, rest, value, at),
                 None => Err((
                     format!("{key:?} is no entry of {found}"),
-                    format!("entries are counted from 0, the last is {}", count.saturating_sub(1)),
+                    match count {
+                        0 => "set the whole list".into(),
+                        _ => format!("entries are counted from 0, the last is {}", count - 1),
+                    },
                 )),
             }
         }
