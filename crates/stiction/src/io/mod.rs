@@ -2,6 +2,8 @@
 
 mod replace;
 
+pub mod case;
+pub mod expression;
 pub mod gmsh;
 pub mod npz;
 pub mod plot;

@@ -1,0 +1,120 @@
+//! Case files: from TOML to a checked [`Case`], with errors that show the line.
+//!
+//! The way through: `tree` parses with places, `set` applies overrides, `check` holds the tree against the keys of
+//! `spec`, and the `read_*` files turn what has passed into the plain data of `data`. To add a key, add a line to
+//! `spec` and read it; the validation, the messages and the JSON schema follow.
+
+mod check;
+mod data;
+mod kind;
+mod nearest;
+mod read_body;
+mod read_contact;
+mod read_mesh;
+mod read_region;
+mod schema;
+mod set;
+mod source;
+mod spec;
+mod templates;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod view;
+
+use std::path::Path;
+
+pub use data::*;
+pub use nearest::nearest;
+pub use schema::schema;
+pub use source::Spot;
+pub use templates::{Template, templates};
+
+use crate::Error;
+use source::{At, Source};
+use view::View;
+
+/// Reads the case file at `path`. Each override is a dotted path and a value: `("contact.0.friction.coulomb", "0.2")`.
+pub fn read(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Case, Error> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| {
+        Error::new(
+            &name,
+            format!("the case file cannot be read: {error}"),
+            "check the path, or start with `stiction new`",
+        )
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(&error.as_bytes()[..good]).into_owned();
+        let spot = Source { name: &name, text: &text, overrides: &[] }.spot(&At::File(good..good));
+        spot.error("the case file is not UTF-8 text from here on", "save it as UTF-8 in your editor")
+    })?;
+    interpret(&text, &name, overrides, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads a case from its text; `name` stands for the file in messages, and mesh files stay relative as they are.
+pub fn parse(text: &str, name: &str, overrides: &[(String, String)]) -> Result<Case, Error> {
+    interpret(text, name, overrides, Path::new(""))
+}
+
+fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Path) -> Result<Case, Error> {
+    // Some editors put a byte order mark first; it must not shift the columns.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let source = Source { name, text, overrides };
+    let mut root = tree::parse(&source)?;
+    set::apply(&source, &mut root)?;
+    check::check(&source, &root, &spec::CASE)?;
+    let case = View { source: &source, rules: &spec::CASE, node: &root };
+    let case = Case {
+        title: title(&case),
+        units: case.given("units").map(|_| case.text("units")),
+        mesh: read_mesh::mesh(&case, folder)?,
+        materials: read_mesh::materials(&case)?,
+        fixes: each(&case, "fix", read_body::fix)?,
+        loads: each(&case, "load", read_body::load)?,
+        contacts: read_contact::contacts(&case)?,
+        solver: solver(&case),
+    };
+    weighs_something(&case)?;
+    Ok(case)
+}
+
+fn each<T>(case: &View, key: &str, read: impl Fn(&View) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+    case.tables(key).iter().map(|(_, table)| read(table)).collect()
+}
+
+fn title(case: &View) -> String {
+    match case.given("title") {
+        Some(_) => case.text("title"),
+        None => Path::new(case.source.name).file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned()),
+    }
+}
+
+fn solver(case: &View) -> SolverSpec {
+    let Some(table) = case.table("solver") else {
+        return SolverSpec::default();
+    };
+    SolverSpec {
+        tolerance: table.number("tolerance"),
+        max_iterations: table.count("max_iterations"),
+        memory: table.given("memory").map(|_| table.number("memory")),
+        path: match table.text("path").as_str() {
+            "dense" => DualPath::Dense,
+            "solves" => DualPath::Solves,
+            _ => DualPath::Auto,
+        },
+    }
+}
+
+/// Gravity on bodies without mass does nothing, which nobody means.
+fn weighs_something(case: &Case) -> Result<(), Error> {
+    let gravity = case.loads.iter().find(|load| matches!(load.kind, LoadKind::Gravity(_)));
+    match gravity {
+        Some(load) if case.materials.iter().all(|m| m.density == 0.0) => Err(load
+            .spot
+            .error("gravity acts on nothing: no material has a density", "add density = ... to a material")),
+        _ => Ok(()),
+    }
+}

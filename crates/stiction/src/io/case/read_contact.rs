@@ -1,0 +1,87 @@
+//! `[[contact]]`: surfaces, obstacles and friction.
+
+use super::data::{ContactSpec, FrictionSpec, ObstacleSpec, Region, Side};
+use super::read_region::extended_region;
+use super::view::View;
+use crate::Error;
+
+/// All contacts; their names differ.
+pub(super) fn contacts(case: &View) -> Result<Vec<ContactSpec>, Error> {
+    let mut contacts: Vec<ContactSpec> = Vec::new();
+    for (i, (_, table)) in case.tables("contact").iter().enumerate() {
+        let contact = contact(table, i)?;
+        if contacts.iter().any(|other| other.name == contact.name) {
+            let key = if table.given("name").is_some() { "name" } else { "on" };
+            let what = format!("two contacts are called {:?}", contact.name);
+            return Err(table.error(key, what, "give this one another name, as in name = \"sole\""));
+        }
+        contacts.push(contact);
+    }
+    Ok(contacts)
+}
+
+fn contact(table: &View, i: usize) -> Result<ContactSpec, Error> {
+    let on = extended_region(table, "contact")?.unwrap_or(Region::Groups(Vec::new()));
+    let name = match (&on, table.given("name")) {
+        (_, Some(_)) => table.text("name"),
+        (Region::Groups(groups), None) => groups.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join("+"),
+        _ => format!("contact {}", i + 1),
+    };
+    Ok(ContactSpec { name, on, against: obstacle(table)?, friction: friction(table)?, spot: table.spot() })
+}
+
+fn obstacle(table: &View) -> Result<ObstacleSpec, Error> {
+    let against = table.table("against");
+    let inside = |name| against.as_ref().and_then(|view| view.table(name));
+    if let Some(plane) = inside("plane") {
+        Ok(ObstacleSpec::Plane { point: plane.vector("point"), normal: direction(&plane, "normal")? })
+    } else if let Some(sphere) = inside("sphere") {
+        let (center, radius) = (sphere.vector("center"), sphere.number("radius"));
+        Ok(ObstacleSpec::Sphere { center, radius, side: side(&sphere) })
+    } else if let Some(cylinder) = inside("cylinder") {
+        Ok(ObstacleSpec::Cylinder {
+            point: cylinder.vector("point"),
+            axis: direction(&cylinder, "axis")?,
+            radius: cylinder.number("radius"),
+            side: side(&cylinder),
+        })
+    } else {
+        Err(table.error("against", "`against` names no obstacle", "give a plane, a sphere or a cylinder"))
+    }
+}
+
+fn side(table: &View) -> Side {
+    if table.text("side") == "inside" { Side::Inside } else { Side::Outside }
+}
+
+/// The vector under `key`, scaled to length one.
+fn direction(table: &View, key: &str) -> Result<[f64; 3], Error> {
+    let v = table.vector(key);
+    // Dividing by the largest entry first keeps the squares from overflowing or vanishing.
+    let largest = v.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    if largest == 0.0 {
+        let what = format!("`{key}` is zero and has no direction");
+        return Err(table.error(key, what, format!("write for instance {key} = [0, 0, 1]")));
+    }
+    let v = v.map(|x| x / largest);
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    Ok(v.map(|x| x / length))
+}
+
+fn friction(table: &View) -> Result<FrictionSpec, Error> {
+    let Some(law) = table.table("friction") else {
+        return Ok(FrictionSpec::None);
+    };
+    if let Some(name) = law.node.text() {
+        return Ok(if name == "bonded" { FrictionSpec::Bonded } else { FrictionSpec::None });
+    }
+    if law.given("coulomb").is_some() {
+        if law.given("nodal").is_some() {
+            let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
+            return Err(law.error("nodal", what, "take `nodal` out"));
+        }
+        return Ok(FrictionSpec::Coulomb(law.number("coulomb")));
+    }
+    let bound = law.number("tresca");
+    Ok(if law.flag("nodal") { FrictionSpec::TrescaNodal(bound) } else { FrictionSpec::TrescaStress(bound) })
+}

@@ -1,0 +1,159 @@
+//! One mistake at a time: the place and the remedy.
+
+use super::{BRICK, edited, parse, set};
+
+/// The error for `text`: its place without the file name, and the whole message.
+fn error(text: &str) -> (String, String) {
+    let error = match parse(text, "case.toml", &[]) {
+        Err(error) => error,
+        Ok(_) => panic!("accepted:\n{text}"),
+    };
+    assert!(!error.remedy.is_empty() && !error.excerpt.is_empty(), "{error}");
+    (error.place.trim_start_matches("case.toml:").to_string(), error.to_string())
+}
+
+/// The brick with `from` replaced by `to` fails at `place` with a message that contains all `parts`.
+fn fails(from: &str, to: &str, place: &str, parts: &[&str]) {
+    let (found, message) = error(&edited(from, to));
+    assert_eq!(found, place, "{message}");
+    for part in parts {
+        assert!(message.contains(part), "{part:?} is not in:\n{message}");
+    }
+}
+
+#[test]
+fn unknown_keys_are_answered_with_the_nearest_valid_one() {
+    fails("tolerance =", "tolerence =", "18:1", &["did you mean `tolerance`?", "max_iterations", "^^^^^^^^^"]);
+    fails("young =", "yuong =", "6:1", &["[materials.steel] has no key", "`young`", "poisson"]);
+    fails("size = [3", "sise = [3", "4:11", &["`block` has no key", "did you mean `size`?"]);
+    fails("[solver]", "[solvre]", "17:2", &["the case file has no key", "`solver`"]);
+    fails("[[contact]]", "[[kontakt]]", "13:3", &["contact"]);
+    fails("normal =", "norm =", "15:42", &["`plane` has no key", "`normal`"]);
+    fails("friction = { coulomb", "friction = { columb", "16:14", &["did you mean `coulomb`?"]);
+}
+
+#[test]
+fn wrong_types_name_what_is_there_what_is_wanted_and_an_example() {
+    fails("21.19e10", "\"steel\"", "6:9", &["the text \"steel\"", "a number greater than 0", "young = 210e9"]);
+    fails("[24, 8, 8]", "[24, 8]", "4:37", &["a list of 2 entries", "a list of 3 entries", "cells = [24, 8, 8]"]);
+    fails("[24, 8, 8]", "[24, 8.5, 8]", "4:42", &["`cells[1]` is the number 8.5", "a whole number"]);
+    fails("[24, 8, 8]", "[24, 0, 8]", "4:42", &["the number 0", "from 1"]);
+    fails("[3, 1, 1]", "[3, -1, 1]", "4:22", &["`size[1]` is -1.0", "greater than 0"]);
+    fails("on = \"x-min\"", "on = 3", "9:6", &["the number 3", "a table { box, point }"]);
+    fails("on = \"x-min\"", "on = []", "9:6", &["a list of 0 entries", "at least 1"]);
+    fails("on = \"x-min\"", "on = [\"a\", 4]", "9:12", &["`on[1]` is the number 4"]);
+    fails("on = \"x-min\"", "on = \" \"", "9:6", &["empty text"]);
+    fails("title = \"Brick on a rigid foundation\"", "title = true", "1:9", &["true", "a text in double quotes"]);
+    fails("[[fix]]", "[fix]", "8:1", &["a table", "a list of tables", "[[fix]]"]);
+    fails("[materials.steel]", "[[materials]]", "5:1", &["a table of tables", "[materials.steel]"]);
+    let (place, message) = error("fix = [1]\n");
+    assert!(place == "1:8" && message.contains("a list of tables") && message.contains("[[fix]]"), "{message}");
+    fails("0.277", "1979-05-27", "7:11", &["a date"]);
+    fails("poisson", "expansion", "7:1", &["not available in this version", "prescribe"]);
+    fails("\"tet4\"", "\"tet\"", "4:59", &["did you mean \"tet4\"?", "linear tetrahedra", "hex8"]);
+    fails("young = 21.19e10", "young = 99999999999999999999", "6:9", &["too large"]);
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_with_reasons() {
+    fails("0.277", "0.5", "7:11", &["incompressible", "0.49", "b-bar"]);
+    fails("0.277", "0.7", "7:11", &["greater than -1 and less than 0.5"]);
+    fails("0.277", "-1", "7:11", &["greater than -1"]);
+    fails("0.35", "-0.35", "16:24", &["`coulomb` is -0.35", "of at least 0", "direction of friction"]);
+    fails("21.19e10", "nan", "6:9", &["NaN", "finite"]);
+    fails("21.19e10", "1e999", "6:9", &["inf", "finite"]);
+    fails("[0, 0, 1]", "[0, 0, -inf]", "15:58", &["-inf", "finite"]);
+    fails("traction = [0,", "traction = [nan,", "12:13", &["NaN"]);
+    fails("1e-8", "0.5", "18:13", &["at least 1e-14 and at most 0.1"]);
+    fails("[0, 0, 1]", "[0, 0, 0]", "15:51", &["`normal` is zero", "[0, 0, 1]"]);
+    fails("[24, 8, 8]", "[9999, 9999, 9999]", "4:37", &["fewer cells"]);
+}
+
+#[test]
+fn faults_in_expressions_are_marked_inside_the_quotes() {
+    fails("\"-2/3*1e6*(3 - x)\"", "\"-2/3*1e6*(3 - r)\"", "12:34", &["\"r\"", "x, y, z, t", "^"]);
+    fails("\"-2/3*1e6*(3 - x)\"", "\"2x\"", "12:21", &["2*x"]);
+    fails("\"-2/3*1e6*(3 - x)\"", "\"\"", "12:20", &["empty"]);
+    fails("\"-2/3*1e6*(3 - x)\"", "\"\\u0032x\"", "12:19", &["2*x"]);
+    fails("traction = [0, 0, \"-2/3*1e6*(3 - x)\"]", "force = [0, 0, \"x\"]", "12:17", &["only t may"]);
+}
+
+#[test]
+fn keys_that_are_missing_or_exclude_one_another_are_named() {
+    fails("poisson = 0.277\n", "", "5:1", &["[materials.steel] has no `poisson`", "add poisson = 0.3"]);
+    fails("friction = { coulomb = 0.35 }\n", "", "13:1", &["no `friction`", "none", "bonded", "coulomb", "tresca"]);
+    fails("on = \"z-max\"\n", "", "11:12", &["where it acts", "add on"]);
+    fails("traction = [0, 0, \"-2/3*1e6*(3 - x)\"]\n", "", "10:1", &["none of traction, pressure", "exactly one"]);
+    fails("[materials.steel]", "[materials.steel]\n[materials.tin]", "5:1", &["[materials.steel] has no `young`"]);
+    fails("[materials.steel]", "[materials]", "6:1", &["`materials.young`", "a table is wanted", "[materials.steel]"]);
+    fails("[mesh]", "[mesh]\nfile = \"a.msh\"", "5:1", &["both `file` and `block`", "keep one"]);
+    fails("coulomb = 0.35", "coulomb = 0.35, tresca = 1", "16:30", &["both"]);
+    fails("coulomb = 0.35", "", "16:12", &["none of coulomb, tresca"]);
+    fails("coulomb = 0.35", "coulomb = 0.3, nodal = true", "16:37", &["`nodal` is for tresca"]);
+    fails("[mesh]", "[mesh]\nscale = 2", "4:9", &["`scale` is for a mesh file"]);
+    fails("\"tet4\"", "\"hex8\", split = \"five\"", "4:75", &["`split` is for tet4"]);
+    fails("\"tet4\"", "\"hex8\", parity = 0", "4:76", &["`parity` is for tet4"]);
+    fails("\"tet4\"", "\"tet4\", split = \"six\", parity = 0", "4:91", &["`parity` is for split"]);
+    fails("on = \"x-min\"", "on = { box = [[0, 0, 0], [1, 1, 1]], point = [0, 0, 0] }", "9:38", &["both"]);
+    let two = "density = 1\n[materials.tin]\nyoung = 1\npoisson = 0\n[[fix]]";
+    fails("[[fix]]", two, "5:1", &["does not say where it is", "2 materials"]);
+    let (place, message) = error("title = \"a\"\n[mesh]\nfile = \"a\"\n");
+    assert!(place == "1:1" && message.contains("no [materials]") && message.contains("[materials.steel]"), "{message}");
+}
+
+#[test]
+fn what_this_version_cannot_do_is_said_plainly() {
+    let absent = "not available in this version";
+    fails("[solver]", "[[step]]\n[solver]", "17:3", &["load steps", absent]);
+    fails("\"tet4\"", "\"tet10\"", "4:59", &[absent, "more cells"]);
+    fails("\"tet4\"", "\"hex20\"", "4:59", &[absent, "more cells"]);
+    fails("traction =", "temperature = 80\ntraction =", "12:1", &["thermal", absent]);
+    let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+    fails(plane, "\"other\"", "15:11", &["deformable", absent, "rigid obstacle"]);
+    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder }"]);
+}
+
+#[test]
+fn mistakes_of_meaning_are_caught() {
+    fails("[[fix]]", "[[fix]]\ncomponents = \"xw\"", "9:14", &["'w'", "some of x, y, z"]);
+    fails("[[fix]]", "[[fix]]\ncomponents = \"xx\"", "9:14", &["x twice"]);
+    fails("[[fix]]", "[[fix]]\nvalue = [1, 2]", "9:9", &["has 2 of the 3 components", "x, y, z"]);
+    fails("[[fix]]", "[[fix]]\nvalue = 1", "9:9", &["has 1 of the 3 components"]);
+    fails("on = \"z-min\"", "on = { point = [0, 0, 0] }", "14:6", &["a point has neither"]);
+    fails("on = \"x-min\"", "on = { box = [[0, 0, 0], [1, -1, 1]] }", "9:14", &["empty", "lowest corner"]);
+    fails("[solver]", "[[load]]\ngravity = [0, 0, -9.81]\n[solver]", "17:1", &["no material has a density"]);
+    let again = "[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = \"none\"\n[solver]";
+    fails("[solver]", again, "18:6", &["two contacts are called \"z-min\"", "name ="]);
+    fails("{ coulomb = 0.35 }", "\"nome\"", "16:12", &["did you mean \"none\"?", "bonded", "or a table"]);
+}
+
+#[test]
+fn bad_toml_is_shown_at_its_place() {
+    fails("[solver]", "[solver", "17:8", &["not TOML", "key = value"]);
+    fails("young = 21.19e10", "young 21.19e10", "6:7", &["not TOML"]);
+    fails("poisson = 0.277", "young = 1", "7:1", &["duplicate key", "[[contact]]"]);
+    fails("\"m, N, Pa\"", "\"m, N, Pa", "2:18", &["not TOML"]);
+}
+
+#[test]
+fn wrong_overrides_are_shown_as_they_were_given() {
+    let cases = [
+        ("solver.tolerence", "1e-6", "did you mean `tolerance`?"),
+        ("solver.tolerance", "small", "the text \"small\""),
+        ("contact.1.friction", "none", "the last is 0"),
+        ("contact.friction", "none", "counted from 0"),
+        ("materials.steel.young.x", "1", "cannot be set inside the number"),
+        ("", "1", "no path of keys"),
+        ("a..b", "1", "no path of keys"),
+        ("a = 1 #", "1", "no path of keys"),
+        ("materials.tin.young", "1", "[materials.tin] has no `poisson`"),
+        ("contact.0.friction.tresca", "5", "both `coulomb` and `tresca`"),
+        ("load.0.traction.2", "1+", "ends where a value should follow"),
+        ("solver.tolerance", "nan", "finite"),
+    ];
+    for (key, value, part) in cases {
+        let error = parse(BRICK, "case.toml", &set(&[(key, value)])).err().unwrap();
+        assert_eq!(error.place, format!("--set {key}={value}"), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}

@@ -1,0 +1,110 @@
+//! Typed access to a table that `check` has accepted: absent keys take the defaults of `spec`.
+//!
+//! A panic here means that the reader and the spec disagree, never that the file is wrong.
+
+use std::borrow::Cow;
+
+use super::kind::{Kind, Rules};
+use super::source::{At, Source, Spot};
+use super::tree::{Node, Value, parse_value};
+use crate::Error;
+
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub source: &'a Source<'a>,
+    pub rules: &'static Rules,
+    pub node: &'a Node,
+}
+
+impl<'a> View<'a> {
+    /// The value of `key` if the file gives it.
+    pub fn given(&self, key: &str) -> Option<&'a Node> {
+        self.node.get(key)
+    }
+
+    /// The value of `key` or its default.
+    fn get(&self, key: &str) -> Cow<'a, Node> {
+        let default = || {
+            let text = self.rules.key(key).map_or("", |k| k.default);
+            parse_value(text, &self.node.at).map(Cow::Owned)
+        };
+        match self.given(key).map(Cow::Borrowed).or_else(default) {
+            Some(node) => node,
+            None => panic!("the spec makes {key} neither required nor gives it a default"),
+        }
+    }
+
+    pub fn number(&self, key: &str) -> f64 {
+        self.get(key).number().unwrap_or(f64::NAN)
+    }
+
+    pub fn text(&self, key: &str) -> String {
+        self.get(key).text().unwrap_or_default().to_string()
+    }
+
+    pub fn flag(&self, key: &str) -> bool {
+        matches!(self.get(key).value, Value::Flag(true))
+    }
+
+    pub fn vector(&self, key: &str) -> [f64; 3] {
+        vector(&self.get(key))
+    }
+
+    /// A whole number, known to be >= 0.
+    pub fn count(&self, key: &str) -> usize {
+        count(&self.get(key))
+    }
+
+    pub fn counts(&self, key: &str) -> [usize; 3] {
+        let node = self.get(key);
+        std::array::from_fn(|i| node.items().get(i).map_or(0, count))
+    }
+
+    /// The table under `key`, if the file gives it.
+    pub fn table(&self, key: &str) -> Option<View<'a>> {
+        let node = self.given(key)?;
+        Some(View { source: self.source, rules: rules_of(&self.rules.key(key)?.kind)?, node })
+    }
+
+    /// The tables of `[[key]]` or `[key.name]`, with their names in the second case.
+    pub fn tables(&self, key: &str) -> Vec<(&'a str, View<'a>)> {
+        let (Some(node), Some(rules)) = (self.given(key), self.rules.key(key).and_then(|k| rules_of(&k.kind))) else {
+            return Vec::new();
+        };
+        let view = |node| View { source: self.source, rules, node };
+        let named = node.entries().iter().map(|e| (e.key.as_str(), view(&e.node)));
+        node.items().iter().map(|item| ("", view(item))).chain(named).collect()
+    }
+
+    pub fn spot(&self) -> Spot {
+        self.source.spot(&self.node.at)
+    }
+
+    /// An error at the value of `key` if the file gives it, else at the table.
+    pub fn error(&self, key: &str, what: impl Into<String>, remedy: impl Into<String>) -> Error {
+        self.source.spot(self.at(key)).error(what, remedy)
+    }
+
+    fn at(&self, key: &str) -> &'a At {
+        self.given(key).map_or(&self.node.at, |node| &node.at)
+    }
+}
+
+pub(super) fn vector(node: &Node) -> [f64; 3] {
+    std::array::from_fn(|i| node.items().get(i).and_then(Node::number).unwrap_or(f64::NAN))
+}
+
+fn count(node: &Node) -> usize {
+    match node.value {
+        Value::Integer(i) => usize::try_from(i).unwrap_or(0),
+        _ => 0,
+    }
+}
+
+fn rules_of(kind: &Kind) -> Option<&'static Rules> {
+    match kind {
+        Kind::Table(rules) | Kind::Tables(rules) | Kind::Named(rules) => Some(rules),
+        Kind::Either(kinds) => kinds.iter().find_map(rules_of),
+        _ => None,
+    }
+}
