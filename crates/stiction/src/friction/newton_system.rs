@@ -41,9 +41,12 @@ pub(super) struct Step {
 }
 
 impl NewtonSystem {
-    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row.
+    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row. A slipping point
+    /// whose coefficient exceeds `largest_slope` keeps its present bound: its friction does not follow the normal
+    /// force within the step.
     pub fn new(
         friction: &[Friction],
+        largest_slope: f64,
         live: &[bool],
         stiffness: &[f64],
         lambda: &[f64],
@@ -81,7 +84,7 @@ impl NewtonSystem {
                 system.slips.push((j, tangents, e));
                 let along = lambda[rows[1]] * e[0] + lambda[rows[2]] * e[1];
                 let slope = match friction[j] {
-                    Friction::Coulomb { coefficient } => coefficient,
+                    Friction::Coulomb { coefficient } if coefficient <= largest_slope => coefficient,
                     _ => 0.0,
                 };
                 let target = if slope > 0.0 { slope * lambda[j] } else { limit };
