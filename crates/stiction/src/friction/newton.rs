@@ -82,9 +82,10 @@ pub(super) fn newton(
         }
         *steps -= 1;
         // While points still change their state the linear model is only as good as that; once they rest, the step
-        // is worth solving to the end.
         let settled = now == previous;
-        let forcing = if settled { (0.3 * target / theta).clamp(1e-10, 1e-2) } else { 1e-2 };
+        // is worth solving as far as its quadratic error allows.
+        let relative = theta / scale.max(f64::MIN_POSITIVE);
+        let forcing = if settled { (0.3 * target / theta).max(0.1 * relative).min(1e-2) } else { 1e-2 };
         // Far from the solution a large coefficient makes the step of a slipping point run away through its normal
         // force (the reduced matrix loses its definiteness); near it the coupling is what makes the method fast.
         let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { TAME_SLOPE };
