@@ -26,10 +26,10 @@ impl CoulombFacts {
     }
 }
 
-/// Accuracy of the two figures; they are bounds and estimates, not results.
-const ROUGH: f64 = 0.02;
-const POWER_STEPS: usize = 8;
-const INNER_LIMIT: usize = 40;
+/// Relative accuracy of the two figures: a bound and an estimate, not results, and no more products than they deserve.
+const ROUGH: f64 = 0.04;
+const POWER_STEPS: usize = 6;
+const INNER_LIMIT: usize = 25;
 
 /// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
 /// and the uniqueness bound `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))`.

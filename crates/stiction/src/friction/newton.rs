@@ -42,11 +42,11 @@ const SMALLEST_STEP: f64 = 1.0 / 64.0;
 /// A step may raise the residual as long as it stays below the largest of so many before it.
 const MEMORY: usize = 4;
 /// Steps without a tenth gained on the best residual that count as a stall.
-const PATIENCE: usize = 7;
+const PATIENCE: usize = 4;
 /// Relative residual below which friction follows the normal force whatever the coefficient.
 const NEAR: f64 = 0.1;
 /// Coefficients up to this are harmless from the start (measured: 0.1 to 20 on four loads).
-const TAME_SLOPE: f64 = 2.5;
+pub(super) const TAME_SLOPE: f64 = 2.5;
 /// Products one linear system may take.
 const INNER_LIMIT: usize = 300;
 

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use super::PointState;
 use super::law::{bound, states};
-use super::newton::{End, Iterate, Newton, newton};
+use super::newton::{End, Iterate, Newton, TAME_SLOPE, newton};
 use super::newton_system::NewtonSystem;
 use crate::certificate::{Certificate, certify};
 use crate::contact::{ContactProblem, Friction};
@@ -206,12 +206,15 @@ impl<'a> Solver<'a> {
         End::Limit
     }
 
-    /// Given friction with large bounds: from zero multipliers every point seems to slip and the iteration has to
-    /// find out one by one that they stick. One step with unlimited bounds tells; its result is kept if most points
-    /// do stick there.
+    /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
+    /// One step with unlimited friction tells; its result is kept if most points do stick there. Not so for large
+    /// coefficients, whose slipping points need the tame steps that a start far away brings.
     fn stick_start(&mut self) {
         let unlimited = |&law: &Friction| match law {
-            Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::INFINITY },
+            Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::MAX },
+            Friction::Coulomb { coefficient } if coefficient > 0.0 && coefficient <= TAME_SLOPE => {
+                Friction::Coulomb { coefficient: f64::MAX }
+            }
             other => other,
         };
         let stuck: Vec<Friction> = self.problem.friction.iter().map(unlimited).collect();
