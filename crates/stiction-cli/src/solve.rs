@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let say = if arguments.json { output::note } else { output::out };
     let case = case::read(&arguments.case, &arguments.set)?;
     let origin = Origin {
+        path: Some(arguments.case.clone()),
         case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
         overrides: arguments.set.clone(),
     };

@@ -10,13 +10,11 @@ use crate::Error;
 /// Whether files can be written to `folder`, which need not exist yet: tried out and undone.
 pub fn writable(folder: &Path) -> Result<(), Error> {
     // The folders that do not exist yet, the innermost first.
-    let missing: Vec<&Path> =
-        folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    let missing: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
     let tried = create(folder).and_then(|()| {
         let probe = folder.join(".stiction-probe");
-        replace(&probe, |file| file.write_all(b"?")).and_then(|()| {
-            fs::remove_file(&probe).map_err(|error| refused(folder, &error))
-        })
+        replace(&probe, |file| file.write_all(b"?"))
+            .and_then(|()| fs::remove_file(&probe).map_err(|error| refused(folder, &error)))
     });
     missing.iter().for_each(|created| {
         let _ = fs::remove_dir(created); // fails where nothing had been created, or others now use it
@@ -51,6 +49,11 @@ pub fn remove(path: &Path) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Whether both paths lead to one file that exists.
+pub fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 fn refused(folder: &Path, error: &std::io::Error) -> Error {

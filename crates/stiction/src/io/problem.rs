@@ -44,7 +44,8 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         arrays.push(("support_displacement".into(), Array::f64(&supports.displacement)));
         arrays.push(("support_rigid".into(), sixes(&supports.rigid)));
     }
-    let arrays: Vec<(&str, Array)> = arrays.iter().map(|(name, array)| (name.as_str(), array.clone())).collect();
+    let (names, arrays): (Vec<String>, Vec<Array>) = arrays.into_iter().unzip();
+    let arrays: Vec<(&str, Array)> = names.iter().map(String::as_str).zip(arrays).collect();
     npz::write(path, &arrays)
 }
 

@@ -99,7 +99,9 @@ fn obstacle(obstacle: &Obstacle) -> String {
         Side::Inside => "inside",
     };
     match *obstacle {
-        Obstacle::Plane { point, normal } => format!("a plane through {} with normal {}", triple(point), triple(normal)),
+        Obstacle::Plane { point, normal } => {
+            format!("a plane through {} with normal {}", triple(point), triple(normal))
+        }
         Obstacle::Sphere { center, radius, side } => {
             format!("a sphere of radius {} at {}, body {}", number(radius), triple(center), sided(side))
         }

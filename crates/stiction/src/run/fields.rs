@@ -56,8 +56,17 @@ pub(super) struct BodyFields {
 }
 
 pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
-    let Prepared { mesh, materials, material_of_cell, model, problem, .. } = prepared;
+    let Prepared { mesh, materials, material_of_cell, model, .. } = prepared;
     let u = full_displacement(model, &outcome.solution.u);
+    let reaction = reaction(prepared, outcome);
+    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+    let von_mises = stress.iter().map(von_mises).collect();
+    BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
+}
+
+/// Force of the supports on the body at each node; zero away from them.
+pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> {
+    let Prepared { mesh, model, problem, .. } = prepared;
     let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
     let mut force = reactions(model, &outcome.solution.u);
     if let Some(supports) = &problem.supports {
@@ -68,9 +77,7 @@ pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
         reaction[dof as usize / 3][dof as usize % 3] = force;
     }
-    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
-    let von_mises = stress.iter().map(von_mises).collect();
-    BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
+    reaction
 }
 
 /// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and

@@ -17,9 +17,9 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value: spec.value.clone() };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
-        // One after the other, so that a contradiction is shown at the entry that makes it.
     }
     let dofs = dof_map(mesh, &fixes, TIME).map_err(|error| {
+        // A contradiction is shown at the entry that makes it.
         let culprit = (0..fixes.len()).find(|&i| dof_map(mesh, &fixes[..=i], TIME).is_err());
         culprit.map_or(error.clone(), |i| place::at(&case.fixes[i].spot, error))
     })?;

@@ -25,7 +25,8 @@ pub(super) fn materials(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<(Vec<Mate
     let bare: Vec<u32> = (0..).zip(&of_cell).filter(|(_, m)| **m == u32::MAX).map(|(cell, _)| cell).collect();
     if let (Some(first), Some(spec)) = (bare.first(), specs.first()) {
         let home = mesh.groups.iter().find(|group| group.cells.binary_search(first).is_ok());
-        let home = home.map_or("in no group of cells".to_string(), |g| format!("the first of them in group \"{}\"", g.name));
+        let home =
+            home.map_or("in no group of cells".to_string(), |g| format!("the first of them in group \"{}\"", g.name));
         let what = format!("{} of {} cells have no material, {home}", bare.len(), of_cell.len());
         return Err(spec.spot.error(what, "name their group in the `on` of a material"));
     }

@@ -55,7 +55,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
 }
 
 fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
-    line("contact", format!("{head}normal force {}, friction on the body {}", number(t.normal_force), triple(t.tangential_force)));
+    line(
+        "contact",
+        format!("{head}normal force {}, friction on the body {}", number(t.normal_force), triple(t.tangential_force)),
+    );
     line(
         "",
         format!(
@@ -69,7 +72,15 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
         ),
     );
     if let Some(place) = t.max_pressure_at {
-        line("", format!("pressure at most {} at {}, shear at most {}", number(t.max_pressure), triple(place), number(t.max_shear)));
+        line(
+            "",
+            format!(
+                "pressure at most {} at {}, shear at most {}",
+                number(t.max_pressure),
+                triple(place),
+                number(t.max_shear)
+            ),
+        );
     }
 }
 
@@ -87,7 +98,9 @@ pub fn uniqueness(facts: &CoulombFacts) -> String {
     let contraction = format!("contraction of the fixed point about {:.2}", facts.contraction);
     if facts.proved_unique() {
         let bound = facts.uniqueness_bound.unwrap_or(f64::INFINITY);
-        return format!("the solution is unique: F = {coefficient} is below the proven bound {bound:.2e}; {contraction}");
+        return format!(
+            "the solution is unique: F = {coefficient} is below the proven bound {bound:.2e}; {contraction}"
+        );
     }
     let why = match facts.uniqueness_bound {
         Some(bound) => format!("F = {coefficient} is above the proven bound {bound:.2e}"),

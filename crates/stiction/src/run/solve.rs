@@ -43,7 +43,10 @@ impl Settings {
 pub enum Event {
     Ordering,
     /// Elimination of `unknowns`, predicted to take so many bytes.
-    Factorising { unknowns: usize, bytes: u64 },
+    Factorising {
+        unknowns: usize,
+        bytes: u64,
+    },
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.

@@ -125,7 +125,7 @@ fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
 /// The force of all supports on the body.
 fn reaction(prepared: &Prepared, outcome: &Outcome) -> [f64; 3] {
     let mut sum = [0.0; 3];
-    for force in fields::body(prepared, outcome).reaction {
+    for force in fields::reaction(prepared, outcome) {
         (0..3).for_each(|c| sum[c] += force[c]);
     }
     sum

@@ -1,6 +1,6 @@
 //! The result folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::json;
@@ -17,6 +17,8 @@ pub use crate::io::folder::writable;
 /// Where a case came from: its text and the options that changed it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Origin {
+    /// The case file, if it is one; it is not replaced by its copy where it lies in the result folder itself.
+    pub path: Option<PathBuf>,
     pub case_text: String,
     /// Keys and values.
     pub overrides: Vec<(String, String)>,
@@ -44,8 +46,12 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
     folder::write_text(&folder.join("log.jsonl"), &log(outcome))?;
-    folder::write_text(&folder.join("case.toml"), &case(origin))?;
-    files.extend(["problem.npz", "solution.npz", "log.jsonl", "case.toml"].map(String::from));
+    files.extend(["problem.npz", "solution.npz", "log.jsonl"].map(String::from));
+    let copy = folder.join("case.toml");
+    if !origin.path.as_ref().is_some_and(|path| folder::same(path, &copy)) {
+        folder::write_text(&copy, &case(origin))?;
+        files.push("case.toml".into());
+    }
     files.extend(pictures::write(folder, prepared, outcome, &body, &surfaces)?);
     outcome.seconds.output = start.elapsed().as_secs_f64();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
