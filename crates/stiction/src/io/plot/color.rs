@@ -31,6 +31,9 @@ pub(super) fn viridis(t: f64) -> Rgb {
 pub(super) const STATUS: [(&str, Rgb); 3] =
     [("open", [222, 222, 222]), ("stick", [0, 114, 178]), ("slip", [230, 159, 0])];
 
+/// Vertices in none of these states, such as nodes of a contact surface that are held.
+pub(super) const OUTSIDE: (&str, Rgb) = ("no contact", [140, 120, 140]);
+
 /// `a` at `t = 0`, `b` at `t = 1`.
 pub(super) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
     // Rounded by hand: this runs for every sub-pixel, and the conversion cuts off.
@@ -42,7 +45,7 @@ pub(super) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
 pub(super) enum Paint<'a> {
     /// Interpolated between the vertices; `range` is what the ends of the map stand for.
     Scalar { values: &'a [f64], range: [f64; 2] },
-    /// 0 open, 1 stick, 2 slip; each place takes the state of its nearest vertex.
+    /// 0 open, 1 stick, 2 slip, anything else none of them; each place takes the state of its nearest vertex.
     Status(&'a [u8]),
 }
 
@@ -55,7 +58,7 @@ impl Paint<'_> {
                 if values[n].is_finite() { (values[n] - low) / (high - low) } else { f64::NAN }
             })),
             Paint::Status(status) => {
-                Patch::Status(nodes.map(|n| STATUS.get(usize::from(status[n])).map_or(MISSING, |s| s.1)))
+                Patch::Status(nodes.map(|n| STATUS.get(usize::from(status[n])).map_or(OUTSIDE.1, |s| s.1)))
             }
         }
     }

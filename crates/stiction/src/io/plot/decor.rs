@@ -2,7 +2,7 @@
 
 use super::camera::{Area, Camera};
 use super::canvas::{Align, Canvas};
-use super::color::{INK, Paint, Rgb, STATUS, viridis};
+use super::color::{INK, OUTSIDE, Paint, Rgb, STATUS, viridis};
 use super::ticks::{ten_to, ticks};
 
 /// Heights of texts, pixels.
@@ -31,7 +31,7 @@ pub(super) fn with_unit(label: &str, exponent: i32, unit: &str) -> String {
 pub(super) fn key(canvas: &mut Canvas, area: Area, paint: Paint, label: &str, unit: &str) -> f64 {
     match paint {
         Paint::Scalar { range, .. } => color_bar(canvas, area, range, label, unit),
-        Paint::Status(_) => legend(canvas, area),
+        Paint::Status(status) => legend(canvas, area, status),
     }
 }
 
@@ -59,14 +59,17 @@ fn color_bar(canvas: &mut Canvas, area: Area, [low, high]: [f64; 2], label: &str
     bottom
 }
 
-fn legend(canvas: &mut Canvas, area: Area) -> f64 {
-    for (i, (name, color)) in STATUS.into_iter().enumerate() {
+fn legend(canvas: &mut Canvas, area: Area, status: &[u8]) -> f64 {
+    let outside = status.iter().any(|&s| usize::from(s) >= STATUS.len()).then_some(OUTSIDE);
+    let entries: Vec<(&str, Rgb)> = STATUS.into_iter().chain(outside).collect();
+    let count = entries.len();
+    for (i, (name, color)) in entries.into_iter().enumerate() {
         let y = area.top + 16.0 + 40.0 * i as f64;
         canvas.rectangle([area.left, y - 12.0], [area.left + 30.0, y + 12.0], color);
         canvas.frame([area.left, y - 12.0], [area.left + 30.0, y + 12.0], 1.0, INK);
         canvas.text(name, [area.left + 44.0, y], BODY, INK, Align::Left);
     }
-    area.top + 16.0 + 40.0 * STATUS.len() as f64
+    area.top + 16.0 + 40.0 * count as f64
 }
 
 /// The directions of x, y and z, in the lower left corner.

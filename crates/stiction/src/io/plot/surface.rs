@@ -19,7 +19,7 @@ use crate::Error;
 pub enum MapValues<'a> {
     /// A number a vertex; NaN where there is none.
     Scalar(&'a [f64]),
-    /// The state of each vertex: 0 open, 1 stick, 2 slip.
+    /// The state of each vertex: 0 open, 1 stick, 2 slip, anything else no contact point.
     Status(&'a [u8]),
 }
 

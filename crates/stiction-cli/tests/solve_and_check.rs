@@ -1,0 +1,203 @@
+//! The whole way: solve, look at the files, check them.
+
+mod common;
+
+use common::{CASE, Folder};
+use serde_json::Value;
+
+const FILES: [&str; 12] = [
+    "case.toml",
+    "contact.vtu",
+    "convergence.png",
+    "deformed.png",
+    "log.jsonl",
+    "pressure.png",
+    "problem.npz",
+    "result.vtu",
+    "shear.png",
+    "solution.npz",
+    "status.png",
+    "summary.json",
+];
+
+fn files(folder: &Folder, results: &str) -> Vec<String> {
+    Folder { path: folder.path.join(results) }.keep().names()
+}
+
+trait Keep {
+    fn keep(self) -> std::mem::ManuallyDrop<Folder>;
+}
+
+impl Keep for Folder {
+    /// The folder, not removed at the end.
+    fn keep(self) -> std::mem::ManuallyDrop<Folder> {
+        std::mem::ManuallyDrop::new(self)
+    }
+}
+
+#[test]
+fn a_solved_case_passes_its_check_until_a_number_is_changed() {
+    let folder = Folder::new("check", CASE);
+    let run = folder.run(&["solve", "case.toml"]);
+    run.ends(0, &[]);
+    assert!(run.out.contains("certificate  passed") && run.out.contains("uniqueness is not proved"), "{run:#?}");
+    assert_eq!(files(&folder, "case-results"), FILES);
+    let check = folder.run(&["check", "case-results"]);
+    check.ends(0, &[]);
+    assert!(check.out.contains("passed"), "{check:#?}");
+
+    let path = folder.path.join("case-results/solution.npz");
+    let mut bytes = std::fs::read(&path).unwrap();
+    // The last number of a stored array ends where the next entry of the archive begins: halve one of u.
+    let start = bytes.windows(6).position(|w| w == b"\x93NUMPY").unwrap() + 128;
+    let at = start + 8 * 30;
+    let value = f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    assert!(value != 0.0);
+    bytes[at..at + 8].copy_from_slice(&(0.5 * value).to_le_bytes());
+    std::fs::write(&path, &bytes).unwrap();
+    // The archive's own checksum notices first.
+    folder.run(&["check", "case-results"]).ends(2, &["solution.npz"]);
+}
+
+#[test]
+fn a_changed_result_in_a_sound_file_fails_its_check() {
+    let folder = Folder::new("changed", CASE);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let results = folder.path.join("case-results");
+    let problem = stiction::io::problem::read_problem(&results.join("problem.npz")).unwrap().0;
+    let (mut u, lambda) = stiction::io::problem::read_solution(&results.join("solution.npz"), &problem).unwrap();
+    u[30] *= 1.0 + 1e-5;
+    stiction::io::problem::write_solution(&results.join("solution.npz"), &u, &lambda).unwrap();
+    let check = folder.run(&["check", "case-results"]);
+    check.ends(1, &[]);
+    assert!(check.out.contains("exceeds the tolerance") && check.out.contains("failed"), "{check:#?}");
+}
+
+#[test]
+fn a_summary_that_claims_something_else_fails_its_check() {
+    let folder = Folder::new("claim", CASE);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let path = folder.path.join("case-results/summary.json");
+    let mut summary = folder.summary("case-results");
+    let force = summary["contact"]["normal_force"].as_f64().unwrap();
+    summary["contact"]["normal_force"] = (1.1 * force).into();
+    std::fs::write(&path, summary.to_string()).unwrap();
+    let check = folder.run(&["check", "case-results"]);
+    check.ends(1, &[]);
+    assert!(check.out.contains("summary.json says normal force"), "{check:#?}");
+    std::fs::write(&path, "{").unwrap();
+    folder.run(&["check", "case-results"]).ends(2, &["summary.json"]);
+    std::fs::remove_file(folder.path.join("case-results/problem.npz")).unwrap();
+    folder.run(&["check", "case-results"]).ends(2, &["problem.npz"]);
+}
+
+#[test]
+fn damaged_results_are_refused() {
+    let folder = Folder::new("damaged", CASE);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let path = folder.path.join("case-results/problem.npz");
+    let whole = std::fs::read(&path).unwrap();
+    for length in [0, 1, 100, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        folder.run(&["check", "case-results"]).ends(2, &["problem.npz", "remedy: "]);
+    }
+}
+
+/// What a summary says without what differs from run to run.
+fn numbers(mut summary: Value) -> Value {
+    let map = summary.as_object_mut().unwrap();
+    map.remove("seconds");
+    map.remove("peak_memory_bytes");
+    summary
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let folder = Folder::new("threads", &CASE.replace("[9, 3, 3]", "[18, 6, 6]"));
+    for threads in ["1", "2"] {
+        folder.run(&["solve", "case.toml", "--threads", threads, "-o", threads]).ends(0, &[]);
+    }
+    assert_eq!(numbers(folder.summary("1")), numbers(folder.summary("2")));
+    for name in ["solution.npz", "problem.npz", "result.vtu", "contact.vtu", "pressure.png"] {
+        let read = |threads: &str| std::fs::read(folder.path.join(threads).join(name)).unwrap();
+        assert!(read("1") == read("2"), "{name}");
+    }
+}
+
+#[test]
+fn json_is_all_that_stands_on_standard_output() {
+    let folder = Folder::new("json", CASE);
+    let run = folder.run(&["solve", "case.toml", "--json", "--progress", "none", "-o", "a/b"]);
+    run.ends(0, &["uniqueness"]);
+    let printed: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(printed, folder.summary("a/b"));
+    assert_eq!(printed["status"], "solved");
+    assert!(printed["seconds"]["total"].as_f64().unwrap() > 0.0);
+    let contact = &printed["contact"];
+    let count = |name: &str| contact[name].as_u64().unwrap();
+    assert_eq!(count("open") + count("stick") + count("slip"), count("points"));
+    let force = |name: &str, i: usize| printed[name][i].as_f64().unwrap();
+    // Loads, supports, and the obstacle that pushes up with the sum of lambda_n.
+    let balance = force("load", 2) + force("reaction", 2) + contact["normal_force"].as_f64().unwrap();
+    assert!(balance.abs() < 1e-6 * force("load", 2).abs(), "{balance}");
+    let along = force("reaction", 0) + contact["tangential_force"][0].as_f64().unwrap();
+    assert!(along.abs() < 1e-6 * force("load", 2).abs(), "friction on the body is balanced by the support: {along}");
+}
+
+#[test]
+fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
+    let folder = Folder::new("short", CASE);
+    let run = folder.run(&["solve", "case.toml", "--set", "solver.max_iterations=1"]);
+    run.ends(1, &["tolerance was not reached"]);
+    assert!(run.out.contains("NOT PASSED"), "{run:#?}");
+    let summary = folder.summary("case-results");
+    assert_eq!(summary["status"], "max_iterations");
+    assert_eq!(summary["certificate"]["passed"], false);
+    assert_eq!(files(&folder, "case-results"), FILES);
+    folder.run(&["check", "case-results"]).ends(1, &[]);
+    let case = std::fs::read_to_string(folder.path.join("case-results/case.toml")).unwrap();
+    assert!(case.starts_with(CASE) && case.contains("# --set solver.max_iterations=1"));
+}
+
+#[test]
+fn a_case_without_contact_is_solved() {
+    let (case, _) = CASE.split_once("[[contact]]").unwrap();
+    let folder = Folder::new("free", case);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    assert_eq!(files(&folder, "case-results").len(), 7);
+    assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
+    folder.run(&["check", "case-results"]).ends(0, &[]);
+}
+
+#[test]
+fn several_pairs_are_told_apart() {
+    let second = "[[contact]]\non = \"y-max\"\nagainst = { plane = { point = [0, 1, 0], normal = [0, -1, 0] } }\n\
+                  friction = \"none\"\n";
+    let folder = Folder::new("pairs", &format!("{CASE}\n{second}"));
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let summary = folder.summary("case-results");
+    let of_pair = |i: usize, name: &str| summary["pairs"][i][name].as_f64().unwrap();
+    assert_eq!(summary["pairs"][1]["name"], "y-max");
+    let sum = of_pair(0, "normal_force") + of_pair(1, "normal_force");
+    assert!((sum - summary["contact"]["normal_force"].as_f64().unwrap()).abs() < 1e-9 * sum);
+    assert!(folder.exists("case-results/pressure-y-max.png") && !folder.exists("case-results/pressure.png"));
+}
+
+#[test]
+fn the_commented_cases_solve() {
+    let folder = Folder::new("templates", CASE);
+    let list = folder.run(&["new", "--list"]);
+    for name in list.out.lines().filter_map(|line| line.split_whitespace().next()) {
+        folder.run(&["new", name, "--from", name]).ends(0, &[]);
+        folder.run(&["solve", &format!("{name}/case.toml"), "-o", &format!("{name}-results")]).ends(0, &[]);
+        folder.run(&["check", &format!("{name}-results")]).ends(0, &[]);
+    }
+}
+
+#[test]
+fn a_case_in_its_own_result_folder_is_left_as_it_is() {
+    let folder = Folder::new("own", CASE);
+    folder.run(&["solve", "case.toml", "-o", ".", "--set", "solver.tolerance=1e-6"]).ends(0, &[]);
+    assert_eq!(std::fs::read_to_string(folder.path.join("case.toml")).unwrap(), CASE);
+    assert_eq!(folder.names(), FILES);
+}
