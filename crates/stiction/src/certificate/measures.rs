@@ -4,7 +4,7 @@ use crate::contact::{ContactProblem, Friction, Supports};
 /// How far an answer is from solving its problem; see [`certify`] for the definitions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
-    /// `|f - K u - Bᵀ lambda| / |f|`.
+    /// `|f - K u - Bᵀ lambda| / max(|f|, |Bᵀ lambda|)`: a body may be loaded by its overlap alone.
     pub equilibrium: f64,
     /// Force and moment of loads, reactions and contact; `None` for a problem without supports.
     pub balance: Option<Balance>,
@@ -56,7 +56,7 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
     let (gap, terms) = bipotential(&points);
     let mut certificate = Certificate {
-        equilibrium: ratio(length(imbalance), length(problem.f.iter().copied())),
+        equilibrium: ratio(length(imbalance), length(problem.f.iter().copied()).max(length(contact_force.iter().copied()))),
         balance: problem.supports.as_ref().and_then(|s| balance(problem, s, u, lambda)),
         penetration: ratio(over_points(&Point::violation), largest_u),
         tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
