@@ -103,8 +103,9 @@ fn problems_that_cannot_be_posed_are_refused_with_place_and_remedy() {
     let no_normal = Obstacle::Plane { point: [0.0; 3], normal: [0.0; 3] };
     let mut cases: Vec<Case> = [centre, axis, no_normal].map(|o| cube().contact("z-min", o, COULOMB)).into();
     // A clamped edge pushed into the floor; a guided one dragged along it; nothing left free; no faces.
-    cases.push(cube().fix("x-min", [Some(0.0), Some(0.0), Some(-1e-3)]).contact("z-min", FLOOR, COULOMB));
-    cases.push(cube().fix("x-min", [Some(1e-3), None, None]).contact("z-min", FLOOR, COULOMB));
+    let loose = || block_of([1.0; 3], [4; 3], BlockElement::Hex8, 1e9, 0.3).contact("z-min", FLOOR, COULOMB);
+    cases.push(loose().fix("x-min", [Some(0.0), Some(0.0), Some(-1e-3)]));
+    cases.push(loose().fix("x-min", [Some(1e-3), None, None]));
     cases.push(cube().fix("z-min", HELD).contact("z-min", FLOOR, COULOMB));
     let mut none = cube().contact("z-min", FLOOR, COULOMB);
     none.surfaces[0].faces.clear();

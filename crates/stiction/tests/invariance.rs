@@ -124,17 +124,13 @@ fn a_rotated_model_has_the_rotated_displacement_and_the_same_normal_forces() {
 
 #[test]
 fn a_mirrored_model_has_the_mirrored_answer() {
-    // y -> 1 - y takes five tetrahedra of parity 0 into those of parity 1 where the cells across y are even in number.
-    let pairs = [
-        (BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Five { parity: 1 }),
-        (BlockElement::Hex8, BlockElement::Hex8),
-    ];
-    for (element, mirrored) in pairs {
-        let pull = |element, sideways: f64| {
+    // y -> 1 - y takes an even number of cells of five tetrahedra into themselves.
+    for element in [BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
+        let pull = |sideways: f64| {
             let case = brick(4, element, BrickLoad::Press, COULOMB);
             case.traction("x-max", [0.0, sideways - 5e5, 0.0]).pose()
         };
-        let (a, b) = (pull(element, 5e5), pull(mirrored, -5e5));
+        let (a, b) = (pull(5e5), pull(-5e5));
         let (sa, sb) = (solved(&a.problem, TIGHT), solved(&b.problem, TIGHT));
         let (ua, ub) = (a.full(&sa.u), b.full(&sb.u));
         let mirror = |node: usize| {
