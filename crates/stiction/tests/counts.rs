@@ -18,8 +18,8 @@ fn assert_steps(load: BrickLoad, friction: SurfaceFriction, most: usize) {
 }
 
 #[test]
-fn the_source_papers_load_takes_twelve_newton_steps_at_most_for_any_friction() {
-    for coefficient in [0.0, 0.1, 0.35, 1.0, 3.0, 10.0] {
+fn the_source_papers_load_takes_twelve_newton_steps_at_most() {
+    for coefficient in [0.0, 0.1, 0.35, 1.0, 3.0] {
         assert_steps(BrickLoad::Lift, SurfaceFriction::Coulomb(coefficient), 12);
     }
 }
@@ -81,4 +81,9 @@ fn given_friction_ten_times_the_source_papers_takes_fifteen_newton_steps_at_most
     assert_steps(BrickLoad::Lift, SurfaceFriction::GivenForce(5.25e5), 15);
     assert_steps(BrickLoad::Lift, SurfaceFriction::GivenStress(3e6), 15);
     assert_steps(BrickLoad::Press, SurfaceFriction::GivenStress(3e6), 15);
+}
+
+#[test]
+fn a_coefficient_of_ten_is_no_harder_than_any_other() {
+    assert_steps(BrickLoad::Lift, SurfaceFriction::Coulomb(10.0), 12);
 }

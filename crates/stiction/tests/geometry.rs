@@ -23,7 +23,6 @@ fn expected(case: &Case, distance: impl Fn([f64; 3]) -> f64) -> (f64, f64, usize
 #[test]
 fn gaps_and_overlaps_to_round_obstacles_are_those_of_the_formula() {
     let (out, within) = (Side::Outside, Side::Inside);
-    let r = |x: f64, y: f64, z: f64| (x * x + y * y + z * z).sqrt();
     type Distance = fn([f64; 3]) -> f64;
     let cases: [(Obstacle, Distance); 5] = [
         (Obstacle::Sphere { center: [0.5, 0.5, -3.0], radius: 2.9, side: out }, |x| {
@@ -42,7 +41,6 @@ fn gaps_and_overlaps_to_round_obstacles_are_those_of_the_formula() {
             2.05 - (x[1] - 0.5).hypot(x[2] - 2.0)
         }),
     ];
-    assert!(r(3.0, 4.0, 12.0) == 13.0);
     for (obstacle, formula) in cases {
         let case = cube().contact("z-min", obstacle, COULOMB);
         let posed = case.pose();
@@ -116,7 +114,7 @@ fn problems_that_cannot_be_posed_are_refused_with_place_and_remedy() {
     }
 }
 
-/// A block whose top is pushed down, turned about nothing, on an obstacle symmetric about x = 1 and y = 1; the whole of
+/// A block whose top is pushed down on an obstacle symmetric about x = 1 and y = 1; the whole of
 /// it or the quarter beyond the two planes.
 fn pressed(quarter: bool, obstacle: Obstacle) -> Case {
     let side = if quarter { 1.0 } else { 2.0 };

@@ -3,7 +3,9 @@
 mod common;
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use clarabel::solver::{
+    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+};
 use common::*;
 use stiction::certificate::certify;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};

@@ -36,7 +36,9 @@ fn in_units(case: &Case, length: f64, force: f64) -> Case {
 
 #[test]
 fn millimetres_and_megapascals_give_the_same_answer_in_the_same_iterations() {
-    for friction in [SurfaceFriction::None, COULOMB, SurfaceFriction::GivenStress(1e5), SurfaceFriction::GivenForce(1e4)] {
+    for friction in
+        [SurfaceFriction::None, COULOMB, SurfaceFriction::GivenStress(1e5), SurfaceFriction::GivenForce(1e4)]
+    {
         for load in [BrickLoad::Lift, BrickLoad::Press] {
             let case = brick(8, BlockElement::Tet4Six, load, friction);
             let a = attempt(&case.pose().problem, &settings(1e-8));

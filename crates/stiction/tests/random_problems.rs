@@ -25,12 +25,7 @@ impl Noise {
 
 /// `m` points on `3m + extra` unknowns with a known solution `(u, lambda)`; `law` makes the law of a point from a
 /// number in (0, 1).
-fn problem(
-    m: usize,
-    extra: usize,
-    seed: u64,
-    law: impl Fn(f64) -> Friction,
-) -> (ContactProblem, Vec<f64>, Vec<f64>) {
+fn problem(m: usize, extra: usize, seed: u64, law: impl Fn(f64) -> Friction) -> (ContactProblem, Vec<f64>, Vec<f64>) {
     let n = 3 * m + extra;
     let mut noise = Noise(seed);
     let a: Vec<Vec<f64>> = (0..n).map(|_| noise.vector(n)).collect();

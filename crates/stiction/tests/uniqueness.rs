@@ -109,12 +109,9 @@ fn differenced_contraction(p: &ContactProblem, coefficient: f64) -> f64 {
 #[test]
 fn the_contraction_is_that_of_the_differenced_fixed_point_map() {
     let mut wrong = Vec::new();
-    for (n, load, coefficient) in [
-        (2, BrickLoad::Lift, 0.35),
-        (4, BrickLoad::Lift, 0.35),
-        (4, BrickLoad::Lift, 1.0),
-        (4, BrickLoad::Press, 0.35),
-    ] {
+    for (n, load, coefficient) in
+        [(2, BrickLoad::Lift, 0.35), (4, BrickLoad::Lift, 0.35), (4, BrickLoad::Lift, 1.0), (4, BrickLoad::Press, 0.35)]
+    {
         let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
         let predicted = facts(&p, Form::Auto).contraction;
         let observed = differenced_contraction(&p, coefficient);

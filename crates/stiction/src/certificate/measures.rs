@@ -56,7 +56,10 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
     let (gap, terms) = bipotential(&points);
     let mut certificate = Certificate {
-        equilibrium: ratio(length(imbalance), length(problem.f.iter().copied()).max(length(contact_force.iter().copied()))),
+        equilibrium: ratio(
+            length(imbalance),
+            length(problem.f.iter().copied()).max(length(contact_force.iter().copied())),
+        ),
         balance: problem.supports.as_ref().and_then(|s| balance(problem, s, u, lambda)),
         penetration: ratio(over_points(&Point::violation), largest_u),
         tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
