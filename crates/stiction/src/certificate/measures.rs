@@ -1,9 +1,10 @@
+use super::duality::duality_gap;
 use crate::contact::{ContactProblem, Friction, Supports};
 
 /// How far an answer is from solving its problem; see [`certify`] for the definitions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
-    /// `|f - K u - Bᵀ lambda| / |f|`.
+    /// `|f - K u - Bᵀ lambda| / max(|f|, |Bᵀ lambda|)`: a body may be loaded by its overlap alone.
     pub equilibrium: f64,
     /// Force and moment of loads, reactions and contact; `None` for a problem without supports.
     pub balance: Option<Balance>,
@@ -14,7 +15,7 @@ pub struct Certificate {
     /// `max(|lambda_t| - bound)+ / max bound`.
     pub cone: f64,
     /// `max(bound |s| - lambda_t . s) / (max bound * max|u|)`: zero where friction is parallel to the slip and at
-    /// its bound.
+    /// its bound. Not over the largest slip, which is nothing but rounding where all points stick.
     pub slip_direction: f64,
     /// Sum of `lambda_n (gap - N u) + bound |s| - lambda_t . s` over the sum of its terms' magnitudes or the elastic
     /// work `u'Ku`, whichever is larger (without friction on a flat obstacle all terms vanish). De Saxcé & Feng 1998.
@@ -22,7 +23,8 @@ pub struct Certificate {
     /// `|lambda - P(lambda - r w)| / |lambda|`, `P` the projection on the cone of friction (given friction: on the
     /// half-line and disc), `w` the jump in De Saxcé's form.
     pub natural_residual: f64,
-    /// For given friction (no Coulomb point): primal less dual energy, a bound of `1/2 |u - u*|²_K`; energy.
+    /// For given friction (no Coulomb point): primal energy of a displacement near `u` that does not penetrate less
+    /// the dual energy of `lambda`, a bound of `1/2 |u - u*|²_K` for admissible `lambda` in equilibrium; energy.
     pub duality_gap: Option<f64>,
     /// The largest of the measures.
     pub worst: f64,
@@ -54,7 +56,10 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
     let (gap, terms) = bipotential(&points);
     let mut certificate = Certificate {
-        equilibrium: ratio(length(imbalance), length(problem.f.iter().copied())),
+        equilibrium: ratio(
+            length(imbalance),
+            length(problem.f.iter().copied()).max(length(contact_force.iter().copied())),
+        ),
         balance: problem.supports.as_ref().and_then(|s| balance(problem, s, u, lambda)),
         penetration: ratio(over_points(&Point::violation), largest_u),
         tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
@@ -62,7 +67,7 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
         slip_direction: ratio(over_points(&Point::misdirection), largest_bound * largest_u),
         bipotential_gap: ratio(gap, terms.max(work)),
         natural_residual: natural_residual(problem, &points, lambda),
-        duality_gap: no_coulomb(problem).then_some(gap),
+        duality_gap: duality_gap(problem, u, lambda),
         worst: 0.0,
         tolerance,
         passed: false,
@@ -244,10 +249,6 @@ fn balance(problem: &ContactProblem, supports: &Supports, u: &[f64], lambda: &[f
         ratio(sum[range].iter().fold(0.0, |a: f64, b| a.max(b.abs())), scale)
     };
     Some(Balance { force: worst(0..3), moment: worst(3..6) })
-}
-
-fn no_coulomb(problem: &ContactProblem) -> bool {
-    !problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
 }
 
 fn length(x: impl Iterator<Item = f64>) -> f64 {

@@ -3,6 +3,7 @@
 //! Recomputed from the problem's data by code that shares nothing with the solvers. Every measure is dimensionless,
 //! an inequality against the tolerance, and does not change with the units.
 
+mod duality;
 mod measures;
 
 pub use measures::{Balance, Certificate, certify};

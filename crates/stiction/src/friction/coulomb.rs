@@ -28,7 +28,7 @@ impl CoulombFacts {
 
 /// Relative accuracy of the two figures: a bound and an estimate, not results, and no more products than they deserve.
 const ROUGH: f64 = 0.04;
-const POWER_STEPS: usize = 6;
+const POWER_STEPS: usize = 10;
 const INNER_LIMIT: usize = 25;
 
 /// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
@@ -69,7 +69,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
         _ => 0.0,
     };
     let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * solution.lambda[j]).collect();
-    let mut radius = 0.0;
+    let (mut radius, mut quiet) = (0.0, 0);
     for step in 0..POWER_STEPS {
         let size = norm(&g);
         if size == 0.0 {
@@ -80,9 +80,10 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
         let answer = system.solve(dual, ROUGH, INNER_LIMIT);
         g = slipping.iter().map(|&j| slope(j) * answer.d[j]).collect();
         let growth = norm(&g);
-        let settled = step > 0 && (growth - radius).abs() <= 2.0 * ROUGH * growth;
+        // One quiet step may be the turning point of a growth that first rises and then falls.
+        quiet = if step > 0 && (growth - radius).abs() <= 2.0 * ROUGH * growth { quiet + 1 } else { 0 };
         radius = growth;
-        if settled {
+        if quiet == 2 {
             break;
         }
     }

@@ -1,0 +1,60 @@
+use crate::contact::{ContactProblem, Friction};
+
+/// Sweeps that move a displacement out of the obstacles; one suffices where the rows of `B` are orthogonal.
+const SWEEPS: usize = 50;
+
+/// Primal energy of a displacement near `u` that keeps the constraints, less the dual energy of `lambda`; `None`
+/// where some friction is Coulomb's.
+///
+/// For admissible `lambda` in equilibrium with `u` it bounds `1/2 |u - u*|²_K`: the dual objective is quadratic with
+/// the curvature of that norm, and no primal energy is below its maximum. `u` itself may penetrate, and then its own
+/// energy bounds nothing, hence the displacement `w` nearby; with `f = K u + Bᵀ lambda` the difference is
+/// `1/2 |w - u|²_K + sum of lambda_n (gap - N w) + bound |s(w)| - lambda_t . s(w)`, where no term is negative.
+/// Infinite where no such `w` was found.
+pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<f64> {
+    if problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. })) {
+        return None;
+    }
+    let Some(w) = feasible_near(problem, u) else { return Some(f64::INFINITY) };
+    let m = problem.friction.len();
+    let moved: Vec<f64> = w.iter().zip(u).map(|(w, u)| w - u).collect();
+    let mut gap = 0.5 * moved.iter().zip(problem.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
+    let opening = problem.opening(&w);
+    for (j, law) in problem.friction.iter().enumerate() {
+        gap += [j, m + j, 2 * m + j].iter().map(|&i| lambda[i] * opening[i]).sum::<f64>();
+        if let Friction::Given { slip_bound } = law {
+            gap += slip_bound * opening[m + j].hypot(opening[2 * m + j]);
+        }
+    }
+    Some(gap.max(0.0))
+}
+
+/// `u` projected on one violated constraint after the other (Kaczmarz) until it keeps all of them.
+fn feasible_near(problem: &ContactProblem, u: &[f64]) -> Option<Vec<f64>> {
+    let m = problem.friction.len();
+    let mut w = u.to_vec();
+    let size = u.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    let offset: Vec<f64> = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
+    let rounding = 1e-13 * size.max(offset.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
+    for _ in 0..SWEEPS {
+        let mut worst = 0.0f64;
+        for (j, law) in problem.friction.iter().enumerate() {
+            let tied = *law == Friction::Bonded;
+            for i in [j, m + j, 2 * m + j].into_iter().take(if tied { 3 } else { 1 }) {
+                let (columns, values) = problem.B.row(i);
+                let square: f64 = values.iter().map(|b| b * b).sum();
+                let jump: f64 = columns.iter().zip(values).map(|(&c, b)| b * w[c as usize]).sum();
+                let excess = jump - offset[i];
+                if !(excess > 0.0 || tied) || square == 0.0 && (i > j || excess <= 0.0) {
+                    continue;
+                }
+                worst = worst.max(excess.abs());
+                columns.iter().zip(values).for_each(|(&c, b)| w[c as usize] -= b * excess / square);
+            }
+        }
+        if worst <= rounding {
+            return Some(w);
+        }
+    }
+    None
+}
