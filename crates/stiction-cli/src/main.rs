@@ -1,1 +1,60 @@
-fn main() {}
+//! The command `stiction`.
+//!
+//! Exit codes: 0 solved and certified; 1 ended short of its tolerance, or a check that failed; 2 the input cannot be
+//! used; 70 an error of the program itself; 130 interrupted.
+
+mod check;
+mod interrupt;
+mod mesh;
+mod new;
+mod output;
+mod progress;
+mod schema;
+mod solve;
+
+use clap::{Parser, Subcommand};
+
+/// Certified elastic contact with friction in 3D
+#[derive(Parser)]
+#[command(name = "stiction", version, arg_required_else_help = true, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Solve(solve::Arguments),
+    Check(check::Arguments),
+    #[command(subcommand)]
+    Mesh(mesh::Command),
+    New(new::Arguments),
+    Schema(schema::Arguments),
+}
+
+/// Exit codes beside 0.
+mod code {
+    pub const SHORT: u8 = 1;
+    pub const INPUT: u8 = 2;
+    pub const INTERNAL: u8 = 70;
+    pub const INTERRUPTED: u8 = 130;
+}
+
+fn main() -> std::process::ExitCode {
+    std::panic::set_hook(Box::new(|info| {
+        output::internal_error(info);
+        std::process::exit(code::INTERNAL.into());
+    }));
+    let result = match Arguments::parse().command {
+        Command::Solve(arguments) => solve::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Mesh(command) => mesh::run(&command),
+        Command::New(arguments) => new::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
+    };
+    let code = result.unwrap_or_else(|error| {
+        output::error(&error);
+        code::INPUT
+    });
+    std::process::ExitCode::from(code)
+}

@@ -4,7 +4,10 @@ mod replace;
 
 pub mod case;
 pub mod expression;
+pub mod folder;
 pub mod gmsh;
+pub mod machine;
 pub mod npz;
 pub mod plot;
+pub mod problem;
 pub mod vtu;

@@ -1,0 +1,29 @@
+//! `stiction mesh`.
+
+use std::path::PathBuf;
+
+use stiction::Error;
+use stiction::mesh::info;
+use stiction::run::read_mesh;
+
+use crate::output;
+
+/// Look at meshes
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Groups, counts, size, quality, open edges and volume of a mesh file
+    Info {
+        /// The mesh file
+        file: PathBuf,
+    },
+}
+
+/// Reads the mesh and tells what is in it.
+pub fn run(command: &Command) -> Result<u8, Error> {
+    let Command::Info { file } = command;
+    let (mesh, notes) = read_mesh(file, 1.0)?;
+    let mut text = format!("{}\n{}", file.display(), info(&mesh));
+    notes.0.iter().for_each(|note| text += &format!("note: {note}\n"));
+    output::out(&text);
+    Ok(0)
+}

@@ -1,0 +1,54 @@
+//! `stiction new`.
+
+use std::io::{ErrorKind, Write as _};
+use std::path::PathBuf;
+
+use stiction::Error;
+use stiction::io::case::{nearest, templates};
+
+use crate::output;
+
+/// Make a folder with a commented case to start from
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The folder; it is created, and an existing case.toml in it is left alone
+    #[arg(required_unless_present = "list")]
+    folder: Option<PathBuf>,
+    /// The case to start from; see --list
+    #[arg(long, value_name = "NAME")]
+    from: Option<String>,
+    /// List the cases to start from
+    #[arg(long)]
+    list: bool,
+}
+
+/// Lists the templates or copies one.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    if let Some(folder) = arguments.folder.as_ref().filter(|_| !arguments.list) {
+        return create(folder, arguments.from.as_deref());
+    }
+    templates().iter().for_each(|t| output::out(&format!("{:<10} {}\n", t.name, t.description)));
+    Ok(0)
+}
+
+fn create(folder: &PathBuf, name: Option<&str>) -> Result<u8, Error> {
+    let name = name.or(templates().first().map(|t| t.name)).unwrap_or_default();
+    let template = templates().iter().find(|t| t.name == name).ok_or_else(|| {
+        let names: Vec<&str> = templates().iter().map(|t| t.name).collect();
+        let guess = nearest(name, names.iter().copied()).map_or(String::new(), |g| format!("did you mean {g:?}? "));
+        let what = format!("there is no case {name:?} to start from");
+        Error::new("--from", what, format!("{guess}the choices are {}", names.join(", ")))
+    })?;
+    let path = folder.join("case.toml");
+    let place = path.display().to_string();
+    let failed = |error: std::io::Error| match error.kind() {
+        ErrorKind::AlreadyExists => Error::new(place.clone(), "this file exists already", "choose another folder"),
+        _ => Error::new(place.clone(), format!("this file cannot be written ({error})"), "choose another folder"),
+    };
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    // Never over a file that exists, even one made a moment ago.
+    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&path).map_err(failed)?;
+    file.write_all(template.text.as_bytes()).map_err(failed)?;
+    output::out(&format!("{place}: {}\nnext: stiction solve {place}\n", template.description));
+    Ok(0)
+}

@@ -1,0 +1,85 @@
+//! Progress of a solve, on standard error.
+
+use std::io::IsTerminal as _;
+use std::time::Duration;
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use stiction::friction::Phase;
+use stiction::run::Event;
+
+use crate::output;
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Mode {
+    /// One moving line on a terminal, plain lines elsewhere
+    Auto,
+    /// One line an iteration
+    Plain,
+    None,
+}
+
+/// Shows what a solve is doing.
+pub enum Progress {
+    Line(ProgressBar),
+    Plain,
+    None,
+}
+
+impl Progress {
+    pub fn new(mode: Mode) -> Self {
+        match mode {
+            Mode::Auto if std::io::stderr().is_terminal() => {
+                let bar = ProgressBar::new_spinner();
+                if let Ok(style) = ProgressStyle::with_template("  {spinner} {msg} ({elapsed})") {
+                    bar.set_style(style);
+                }
+                bar.enable_steady_tick(Duration::from_millis(120));
+                Progress::Line(bar)
+            }
+            Mode::Auto | Mode::Plain => Progress::Plain,
+            Mode::None => Progress::None,
+        }
+    }
+
+    pub fn say(&self, text: String) {
+        match self {
+            Progress::Line(bar) => bar.set_message(text),
+            Progress::Plain => output::note(&format!("  {text}\n")),
+            Progress::None => {}
+        }
+    }
+
+    pub fn show(&self, event: &Event) {
+        self.say(words(event));
+    }
+
+    /// Takes the moving line away.
+    pub fn finish(&self) {
+        if let Progress::Line(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn words(event: &Event) -> String {
+    match event {
+        Event::Ordering => "ordering the unknowns".into(),
+        Event::Factorising { unknowns, bytes } => {
+            format!("factorising {unknowns} unknowns, {:.2} GB", *bytes as f64 / 1e9)
+        }
+        Event::Iteration(p) => {
+            let phase = match p.phase {
+                Phase::Newton => "newton",
+                Phase::Gradient => "gradient",
+                Phase::FixedPoint => "fixed point",
+            };
+            format!(
+                "{phase} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",
+                p.iteration, p.residual, p.products, p.open, p.stick, p.slip
+            )
+        }
+        Event::Coulomb => "estimating contraction and uniqueness".into(),
+    }
+}

@@ -1,0 +1,97 @@
+//! `stiction solve`.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use stiction::Error;
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::run::{self, Event, Origin, Settings};
+
+use crate::progress::{Mode, Progress};
+use crate::{code, interrupt, output};
+
+/// Solve a case and write a folder of results
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The case file
+    case: PathBuf,
+    /// Folder of the results; by default the name of the case file with -results, in the current folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Threads; by default one a core. Results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    set: Vec<(String, String)>,
+    /// How progress is shown, on standard error
+    #[arg(long, value_enum, default_value = "auto")]
+    progress: Mode,
+    /// Print the summary as JSON to standard output, everything else to standard error
+    #[arg(long)]
+    json: bool,
+}
+
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as in solver.tolerance=1e-6")?;
+    Ok((key.trim().to_string(), value.to_string()))
+}
+
+/// Solves, writes, reports.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    threads(arguments.threads)?;
+    interrupt::watch()?;
+    let say = if arguments.json { output::note } else { output::out };
+    let case = case::read(&arguments.case, &arguments.set)?;
+    let origin = Origin {
+        case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
+        overrides: arguments.set.clone(),
+    };
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
+    run::writable(&folder)?;
+
+    let progress = Progress::new(arguments.progress);
+    progress.say("reading and assembling".into());
+    let prepared = run::prepare(&case).inspect_err(|_| progress.finish())?;
+    progress.finish();
+    say(&format!("{}", prepared.facts));
+
+    let progress = Progress::new(arguments.progress);
+    let solved = run::solve(&prepared, &Settings::of(&case.solver), &mut |event| {
+        if matches!(event, Event::Iteration(_)) {
+            interrupt::iterating();
+        }
+        progress.show(event);
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    progress.finish();
+    let mut outcome = solved?;
+    let files = run::write(&prepared, &mut outcome, &origin, &folder)?;
+    say(&format!("\n{}", run::report(&prepared, &outcome)));
+    say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
+    if arguments.json {
+        output::out(&run::summary(&prepared, &outcome, &origin));
+    }
+    Ok(match outcome.solution.status {
+        Status::Solved => 0,
+        Status::Interrupted => code::INTERRUPTED,
+        Status::MaxIterations | Status::Stalled => {
+            output::note(
+                "warning: the tolerance was not reached; the files hold the last step and a certificate that says so\n",
+            );
+            code::SHORT
+        }
+    })
+}
+
+fn threads(count: Option<u16>) -> Result<(), Error> {
+    let Some(count) = count else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into()).build_global();
+    pool.map_err(|error| Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer"))
+}
+
+fn default_folder(case: &Path) -> PathBuf {
+    let stem = case.file_stem().map_or("case".into(), |stem| stem.to_string_lossy().into_owned());
+    PathBuf::from(stem + "-results")
+}

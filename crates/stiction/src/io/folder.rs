@@ -1,0 +1,78 @@
+//! Folders of results.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use super::replace::replace;
+use crate::Error;
+
+/// Whether files can be written to `folder`, which need not exist yet: tried out and undone.
+pub fn writable(folder: &Path) -> Result<(), Error> {
+    // The folders that do not exist yet, the innermost first.
+    let missing: Vec<&Path> =
+        folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    let tried = create(folder).and_then(|()| {
+        let probe = folder.join(".stiction-probe");
+        replace(&probe, |file| file.write_all(b"?")).and_then(|()| {
+            fs::remove_file(&probe).map_err(|error| refused(folder, &error))
+        })
+    });
+    missing.iter().for_each(|created| {
+        let _ = fs::remove_dir(created); // fails where nothing had been created, or others now use it
+    });
+    tried
+}
+
+/// Creates `folder` with all folders above it.
+pub fn create(folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|error| refused(folder, &error))
+}
+
+/// Writes a text file as a whole.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    replace(path, |file| file.write_all(text.as_bytes()))
+}
+
+/// Reads a text file.
+pub fn read_text(path: &Path) -> Result<String, Error> {
+    fs::read_to_string(path).map_err(|error| {
+        let what = format!("this file cannot be read ({error})");
+        Error::new(path.display().to_string(), what, "check the name of the folder and its permissions")
+    })
+}
+
+/// Removes a file that need not exist.
+pub fn remove(path: &Path) -> Result<(), Error> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            let what = format!("this file cannot be removed ({error})");
+            Err(Error::new(path.display().to_string(), what, "check the permissions of its folder"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn refused(folder: &Path, error: &std::io::Error) -> Error {
+    let what = format!("results cannot be written to this folder ({error})");
+    Error::new(folder.display().to_string(), what, "choose another folder with -o DIR")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trying_a_folder_leaves_nothing_behind() {
+        let root = std::env::temp_dir().join(format!("stiction-folder-{}", std::process::id()));
+        create(&root).unwrap();
+        writable(&root.join("a/b")).unwrap();
+        writable(&root).unwrap();
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
+        write_text(&root.join("file"), "x").unwrap();
+        assert!(writable(&root.join("file/inside")).is_err());
+        assert!(writable(&root.join("file")).is_err());
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 1);
+        fs::remove_dir_all(&root).unwrap();
+    }
+}

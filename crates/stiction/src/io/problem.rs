@@ -1,0 +1,179 @@
+//! Contact problems and their solutions as `.npz`: what is needed to judge a solution anew.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::npz::{self, Array, Data, count, f64s, scalar, text, u32s, usizes};
+use crate::Error;
+use crate::contact::{ContactProblem, Friction, Pair, Supports};
+use crate::linalg::Csr;
+
+type Arrays = BTreeMap<String, Array>;
+
+/// Writes a problem and the tolerance its solution is held against.
+pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
+    let laws: Vec<(usize, f64)> = problem.friction.iter().map(|&law| code(law)).collect();
+    let names: Vec<&str> = problem.pairs.iter().map(|pair| pair.name.as_str()).collect();
+    let ends: Vec<usize> = problem.pairs.iter().map(|pair| pair.points.end).collect();
+    let mut arrays = vec![
+        ("format".to_string(), Array::count(1)),
+        ("tolerance".to_string(), Array::scalar(tolerance)),
+        ("f".to_string(), Array::f64(&problem.f)),
+        ("gap".to_string(), Array::f64(&problem.gap)),
+        ("slip_reference".to_string(), Array::f64(&problem.slip_reference)),
+        ("friction_law".to_string(), Array::usize(&laws.iter().map(|l| l.0).collect::<Vec<_>>())),
+        ("friction_value".to_string(), Array::f64(&laws.iter().map(|l| l.1).collect::<Vec<_>>())),
+        ("area".to_string(), Array::f64(&problem.area)),
+        ("pair_names".to_string(), Array::text(&names.join("\n"))),
+        ("pair_ends".to_string(), Array::usize(&ends)),
+    ];
+    matrix(&mut arrays, "K", &problem.K);
+    matrix(&mut arrays, "B", &problem.B);
+    if let Some(node_of) = &problem.node_of {
+        arrays.push(("node_of".into(), Array::u32(node_of)));
+    }
+    if let Some(motions) = &problem.near_kernel {
+        arrays.push(("rigid".into(), sixes(motions)));
+    }
+    if let Some(supports) = &problem.supports {
+        matrix(&mut arrays, "support_K", &supports.K);
+        matrix(&mut arrays, "support_K_own", &supports.K_own);
+        matrix(&mut arrays, "support_B", &supports.B);
+        arrays.push(("support_load".into(), Array::f64(&supports.load)));
+        arrays.push(("support_free_load".into(), Array::f64(&supports.free_load)));
+        arrays.push(("support_displacement".into(), Array::f64(&supports.displacement)));
+        arrays.push(("support_rigid".into(), sixes(&supports.rigid)));
+    }
+    let arrays: Vec<(&str, Array)> = arrays.iter().map(|(name, array)| (name.as_str(), array.clone())).collect();
+    npz::write(path, &arrays)
+}
+
+/// Reads what [`write_problem`] wrote: a problem whose lengths and values have been checked, and the tolerance.
+pub fn read_problem(path: &Path) -> Result<(ContactProblem, f64), Error> {
+    let arrays = npz::read(path)?;
+    problem(&arrays).map_err(|error| error.at(&path.display().to_string()))
+}
+
+/// Writes displacements and multipliers.
+pub fn write_solution(path: &Path, u: &[f64], lambda: &[f64]) -> Result<(), Error> {
+    npz::write(path, &[("u", Array::f64(u)), ("lambda", Array::f64(lambda))])
+}
+
+/// Reads displacements and multipliers of `problem`.
+pub fn read_solution(path: &Path, problem: &ContactProblem) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let arrays = npz::read(path)?;
+    let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);
+    let both = list("u", problem.unknowns()).and_then(|u| Ok((u, list("lambda", 3 * problem.points())?)));
+    both.map_err(|error| error.at(&path.display().to_string()))
+}
+
+fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
+    if count(arrays, "format")? != 1 {
+        return Err(damaged("the file has another format than this version reads"));
+    }
+    let tolerance = scalar(arrays, "tolerance")?;
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(damaged(format!("the tolerance is {tolerance}")));
+    }
+    let gap = f64s(arrays, "gap", None)?.to_vec();
+    let f = f64s(arrays, "f", None)?.to_vec();
+    let (n, m) = (f.len(), gap.len());
+    let values = f64s(arrays, "friction_value", Some(m))?;
+    let laws = usizes(arrays, "friction_law", Some(m))?;
+    let friction = laws.into_iter().zip(values).map(|(kind, &value)| law(kind, value)).collect::<Result<_, _>>()?;
+    let problem = ContactProblem {
+        K: csr(arrays, "K", n, n)?,
+        B: csr(arrays, "B", 3 * m, n)?,
+        slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
+        friction,
+        area: f64s(arrays, "area", Some(m))?.to_vec(),
+        pairs: pairs(arrays, m)?,
+        node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
+        near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
+        supports: if arrays.contains_key("support_load") { Some(supports(arrays, n, m)?) } else { None },
+        f,
+        gap,
+    };
+    problem.validate()?;
+    Ok((problem, tolerance))
+}
+
+fn supports(arrays: &Arrays, n: usize, m: usize) -> Result<Supports, Error> {
+    let load = f64s(arrays, "support_load", None)?.to_vec();
+    let p = load.len();
+    Ok(Supports {
+        K: csr(arrays, "support_K", p, n)?,
+        K_own: csr(arrays, "support_K_own", p, p)?,
+        free_load: f64s(arrays, "support_free_load", Some(n))?.to_vec(),
+        displacement: f64s(arrays, "support_displacement", Some(p))?.to_vec(),
+        B: csr(arrays, "support_B", 3 * m, p)?,
+        rigid: read_sixes(arrays, "support_rigid", p)?,
+        load,
+    })
+}
+
+fn pairs(arrays: &Arrays, m: usize) -> Result<Vec<Pair>, Error> {
+    let ends = usizes(arrays, "pair_ends", None)?;
+    let names = text(arrays, "pair_names")?;
+    let names: Vec<&str> = if ends.is_empty() { Vec::new() } else { names.split('\n').collect() };
+    let ascend = ends.windows(2).all(|w| w[0] <= w[1]);
+    if names.len() != ends.len() || !ascend || ends.last().copied().unwrap_or(0) != m {
+        return Err(damaged("the pairs do not cover the contact points"));
+    }
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    let pair = |((name, start), &end): ((&str, usize), &usize)| Pair { name: name.to_string(), points: start..end };
+    Ok(names.into_iter().zip(starts).zip(&ends).map(pair).collect())
+}
+
+fn code(law: Friction) -> (usize, f64) {
+    match law {
+        Friction::None => (0, 0.0),
+        Friction::Given { slip_bound } => (1, slip_bound),
+        Friction::Coulomb { coefficient } => (2, coefficient),
+        Friction::Bonded => (3, 0.0),
+    }
+}
+
+fn law(code: usize, value: f64) -> Result<Friction, Error> {
+    match code {
+        0 => Ok(Friction::None),
+        1 => Ok(Friction::Given { slip_bound: value }),
+        2 => Ok(Friction::Coulomb { coefficient: value }),
+        3 => Ok(Friction::Bonded),
+        _ => Err(damaged(format!("there is no law of friction {code}"))),
+    }
+}
+
+fn matrix(arrays: &mut Vec<(String, Array)>, name: &str, matrix: &Csr) {
+    arrays.push((format!("{name}_start"), Array::usize(&matrix.start)));
+    arrays.push((format!("{name}_column"), Array::u32(&matrix.column)));
+    arrays.push((format!("{name}_value"), Array::f64(&matrix.value)));
+}
+
+fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Error> {
+    let matrix = Csr {
+        rows,
+        cols,
+        start: usizes(arrays, &format!("{name}_start"), Some(rows + 1))?,
+        column: u32s(arrays, &format!("{name}_column"), None)?.to_vec(),
+        value: f64s(arrays, &format!("{name}_value"), None)?.to_vec(),
+    };
+    matrix.validate(name)?;
+    Ok(matrix)
+}
+
+fn sixes(rows: &[[f64; 6]]) -> Array {
+    Array { shape: vec![rows.len(), 6], data: Data::F64(rows.as_flattened().to_vec()) }
+}
+
+fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>, Error> {
+    let array = npz::get(arrays, name)?;
+    match &array.data {
+        Data::F64(values) if array.shape == [rows, 6] => Ok(values.as_chunks().0.to_vec()),
+        _ => Err(damaged(format!("array \"{name}\" is not {rows} rows of six numbers"))),
+    }
+}
+
+fn damaged(what: impl Into<String>) -> Error {
+    Error::new("", what, "the file is damaged or not of this program; solve the case again")
+}

@@ -1,1 +1,0 @@
-//! The whole way: from a case to a certified answer.

@@ -1,0 +1,82 @@
+//! A result folder judged anew.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::Error;
+use crate::certificate::{Certificate, certify};
+use crate::io::{folder, problem};
+
+/// What a folder's files amount to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checked {
+    /// Recomputed from `problem.npz` and `solution.npz`.
+    pub certificate: Certificate,
+    /// Where `summary.json` says something else: name, what it says, what was recomputed.
+    pub differences: Vec<(String, f64, f64)>,
+}
+
+impl Checked {
+    /// Whether the certificate passes and the summary tells the same.
+    pub fn passed(&self) -> bool {
+        self.certificate.passed && self.differences.is_empty()
+    }
+}
+
+/// Two values of a measure agree if they differ by no more than this part of the larger or of the tolerance: what
+/// the order of additions can change, and far less than would matter.
+const SAME: f64 = 1e-3;
+
+/// Recomputes the certificate of the result in `folder` from its problem and solution, and compares it with its
+/// summary.
+///
+/// # Errors
+/// If a file is missing, damaged, or does not fit the others.
+pub fn check(folder: &Path) -> Result<Checked, Error> {
+    let (problem, tolerance) = problem::read_problem(&folder.join("problem.npz"))?;
+    let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
+    let certificate = certify(&problem, &u, &lambda, tolerance);
+    let path = folder.join("summary.json");
+    let stored = stored_certificate(&folder::read_text(&path)?).map_err(|e| e.at(&path.display().to_string()))?;
+    let normal_force: f64 = lambda[..problem.points()].iter().sum();
+    let differences = compare(&stored, &certificate, normal_force)?;
+    Ok(Checked { certificate, differences })
+}
+
+fn damaged(what: impl Into<String>) -> Error {
+    Error::new("", what, "the file is damaged or incomplete; solve the case again")
+}
+
+fn stored_certificate(text: &str) -> Result<Value, Error> {
+    let summary: Value = serde_json::from_str(text).map_err(|e| damaged(format!("this is not a summary ({e})")))?;
+    if !summary["certificate"].is_object() || !summary["contact"].is_object() {
+        return Err(damaged("there is no certificate in it"));
+    }
+    Ok(summary)
+}
+
+fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<(String, f64, f64)>, Error> {
+    // Infinities are written as null.
+    let number = |value: &Value| if value.is_null() { Some(f64::INFINITY) } else { value.as_f64() };
+    let stored = |name: &str| {
+        let value = summary["certificate"].get(name).and_then(number);
+        value.ok_or_else(|| damaged(format!("its certificate has no number `{name}`")).at("summary.json"))
+    };
+    let mut differences = Vec::new();
+    let mut differ = |name: &str, old: f64, new: f64, scale: f64| {
+        let same = old == new || (old - new).abs() <= SAME * scale.max(old.abs().max(new.abs()));
+        if !same {
+            differences.push((name.to_string(), old, new));
+        }
+    };
+    for (name, value) in new.measures().into_iter().chain([("worst", new.worst)]) {
+        differ(name, stored(name)?, value, new.tolerance);
+    }
+    differ("tolerance", stored("tolerance")?, new.tolerance, 0.0);
+    let told = |name: &str| summary["contact"].get(name).and_then(number).unwrap_or(f64::NAN);
+    differ("normal_force", told("normal_force"), normal_force, 0.0);
+    let passed = summary["certificate"]["passed"].as_bool();
+    differ("passed", passed.map_or(f64::NAN, |p| f64::from(u8::from(p))), f64::from(u8::from(new.passed)), 0.0);
+    Ok(differences)
+}

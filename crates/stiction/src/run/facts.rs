@@ -1,0 +1,74 @@
+//! What is known before anything is solved: shown to the user, who may see at once that a sign or a unit is wrong.
+
+use crate::contact::{Obstacle, SurfaceFacts, SurfaceFriction};
+use crate::mesh::MeshInfo;
+
+/// What a case amounts to on its mesh; `Display` says it in plain words.
+#[derive(Debug, Clone)]
+pub struct Facts {
+    pub title: String,
+    /// Names of the units, a label only.
+    pub units: Option<String>,
+    pub mesh: MeshInfo,
+    pub materials: Vec<MaterialFacts>,
+    pub fixes: Vec<FixFacts>,
+    pub loads: Vec<LoadFacts>,
+    pub contacts: Vec<ContactFacts>,
+    /// Unknown displacements.
+    pub unknowns: usize,
+    /// Contact points.
+    pub points: usize,
+    /// What a person should know and did not ask, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A material and how much of the body is made of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialFacts {
+    pub name: String,
+    pub young: f64,
+    pub poisson: f64,
+    pub density: f64,
+    pub cells: usize,
+    pub volume: f64,
+}
+
+/// Prescribed displacements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixFacts {
+    pub on: String,
+    pub nodes: usize,
+    /// The components held, such as `xz`.
+    pub components: String,
+    /// Where the node is that was nearest to the point asked for.
+    pub at: Option<[f64; 3]>,
+}
+
+/// A load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadFacts {
+    pub on: String,
+    /// `traction`, `pressure`, `force` or `gravity`.
+    pub kind: &'static str,
+    /// Area or, for gravity, volume it acts on.
+    pub extent: f64,
+    /// The force it adds up to.
+    pub resultant: [f64; 3],
+}
+
+/// A contact pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFacts {
+    pub surface: SurfaceFacts,
+    pub obstacle: Obstacle,
+    pub friction: SurfaceFriction,
+}
+
+impl Facts {
+    /// The force all loads add up to.
+    pub fn resultant(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        self.loads.iter().for_each(|load| (0..3).for_each(|c| sum[c] += load.resultant[c]));
+        sum
+    }
+}

@@ -1,0 +1,121 @@
+//! The facts in plain words.
+
+use std::fmt;
+
+use super::facts::{ContactFacts, Facts};
+use super::report::{number, triple};
+use crate::contact::{Obstacle, Side, SurfaceFriction};
+
+impl fmt::Display for Facts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.title)?;
+        if let Some(units) = &self.units {
+            writeln!(f, "  units      {units}")?;
+        }
+        let cells = self.mesh.cells.iter().map(|c| format!("{} {}", c.count, c.kind.name())).collect::<Vec<_>>();
+        let bodies = if self.mesh.bodies == 1 { String::new() } else { format!(", {} bodies", self.mesh.bodies) };
+        writeln!(
+            f,
+            "  mesh       {} nodes, {} cells, volume {}{bodies}",
+            self.mesh.nodes,
+            cells.join(", "),
+            number(self.mesh.volume)
+        )?;
+        for m in &self.materials {
+            write!(f, "  material   {}: young {}, poisson {}", m.name, number(m.young), m.poisson)?;
+            let density = if m.density > 0.0 { format!(", density {}", number(m.density)) } else { String::new() };
+            writeln!(f, "{density}, {} cells, volume {}", m.cells, number(m.volume))?;
+        }
+        for fix in &self.fixes {
+            let at = fix.at.map_or(String::new(), |x| format!(" (node at {})", triple(x)));
+            writeln!(f, "  fix        {}{at}: {} of {} nodes", fix.on, fix.components, fix.nodes)?;
+        }
+        for load in &self.loads {
+            let extent = if load.kind == "gravity" { "volume" } else { "area" };
+            let (on, kind, size, sum) = (&load.on, load.kind, number(load.extent), triple(load.resultant));
+            writeln!(f, "  load       {on}: {kind} on {extent} {size}, resultant {sum}")?;
+        }
+        if self.loads.len() > 1 {
+            writeln!(f, "  loads      resultant of all {}", triple(self.resultant()))?;
+        }
+        self.contacts.iter().try_for_each(|contact| write!(f, "{contact}"))?;
+        writeln!(f, "  unknowns   {} displacements, {} contact points", self.unknowns, self.points)?;
+        self.notes.iter().try_for_each(|note| writeln!(f, "  note       {note}"))
+    }
+}
+
+impl fmt::Display for ContactFacts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let s = &self.surface;
+        let obstacle = obstacle(&self.obstacle);
+        writeln!(f, "  contact    {}: {} points, area {}, against {obstacle}", s.name, s.points, number(s.area))?;
+        writeln!(f, "             friction {}", friction(self.friction))?;
+        let gap = match (s.gap_min, s.gap_max) {
+            (low, high) if low == high => format!("gap {}", number(low)),
+            (low, high) => format!("gap from {} to {}", number(low), number(high)),
+        };
+        match s.overlapping {
+            0 => writeln!(f, "             {gap}, no overlap"),
+            count => {
+                let area = number(s.overlapping_area);
+                writeln!(f, "             {gap}; {count} points (area {area}) start inside the obstacle")
+            }
+        }
+    }
+}
+
+impl ContactFacts {
+    /// What a person should know about the pair, one sentence each.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let s = &self.surface;
+        let mut notes = Vec::new();
+        let mut note = |count: usize, what: String| {
+            if count > 0 {
+                notes.push(format!("contact \"{}\": {}", s.name, what));
+            }
+        };
+        let dropped = s.clamped + s.held_along_normal;
+        note(
+            dropped,
+            format!(
+                "{dropped} nodes cannot move towards the obstacle ({} of them are fixed altogether) and carry no \
+                 contact force; they stand for the area {}",
+                s.clamped,
+                number(s.dropped_area)
+            ),
+        );
+        note(s.guided, format!("{} points are guided: friction acts in their free directions only", s.guided));
+        note(
+            s.facing_away,
+            format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
+        );
+        notes
+    }
+}
+
+fn obstacle(obstacle: &Obstacle) -> String {
+    let sided = |side: Side| match side {
+        Side::Outside => "outside",
+        Side::Inside => "inside",
+    };
+    match *obstacle {
+        Obstacle::Plane { point, normal } => format!("a plane through {} with normal {}", triple(point), triple(normal)),
+        Obstacle::Sphere { center, radius, side } => {
+            format!("a sphere of radius {} at {}, body {}", number(radius), triple(center), sided(side))
+        }
+        Obstacle::Cylinder { point, axis, radius, side } => {
+            let (radius, point, axis) = (number(radius), triple(point), triple(axis));
+            format!("a cylinder of radius {radius} through {point} along {axis}, body {}", sided(side))
+        }
+    }
+}
+
+fn friction(friction: SurfaceFriction) -> String {
+    match friction {
+        SurfaceFriction::None => "none".into(),
+        SurfaceFriction::Bonded => "none: bonded, no slip and no opening".into(),
+        SurfaceFriction::Coulomb(coefficient) => format!("of Coulomb, coefficient {coefficient}"),
+        SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(stress)),
+        SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(force)),
+    }
+}

@@ -1,0 +1,157 @@
+//! Fields over the body and over the contact surfaces, in global axes.
+
+use super::{Outcome, Prepared};
+use crate::contact::ContactSurface;
+use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
+use crate::friction::PointState;
+
+/// Where a contact point is and which way its rows of `B` point.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PointFrame {
+    pub node: u32,
+    /// Unit normal towards the obstacle.
+    pub normal: [f64; 3],
+    /// Zero where the point cannot move that way.
+    pub tangents: [[f64; 3]; 2],
+}
+
+impl PointFrame {
+    /// The vector with these two tangential components.
+    pub fn tangential(&self, [a, b]: [f64; 2]) -> [f64; 3] {
+        let [t1, t2] = self.tangents;
+        [0, 1, 2].map(|c| a * t1[c] + b * t2[c])
+    }
+}
+
+/// The frames of all contact points, read from the rows of `B`.
+pub(super) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
+    let (problem, dofs) = (&prepared.problem, &prepared.model.dofs);
+    let m = problem.points();
+    let mut frames = vec![PointFrame::default(); m];
+    for (j, frame) in frames.iter_mut().enumerate() {
+        for (i, row) in [j, m + j, 2 * m + j].into_iter().enumerate() {
+            let (columns, values) = problem.B.row(row);
+            let free = columns.iter().map(|&k| dofs.free[k as usize]).zip(values);
+            let (columns, values) = problem.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
+            let held = columns.iter().map(|&k| dofs.prescribed[k as usize]).zip(values);
+            for (dof, &value) in free.chain(held) {
+                frame.node = dof / 3;
+                let vector = if i == 0 { &mut frame.normal } else { &mut frame.tangents[i - 1] };
+                vector[dof as usize % 3] = value;
+            }
+        }
+    }
+    frames
+}
+
+/// Fields over the whole body.
+#[derive(Debug, Clone)]
+pub(super) struct BodyFields {
+    pub displacement: Vec<[f64; 3]>,
+    /// Force of the supports on the body; zero away from them.
+    pub reaction: Vec<[f64; 3]>,
+    /// xx, yy, zz, xy, yz, xz of each cell.
+    pub stress: Vec<[f64; 6]>,
+    pub von_mises: Vec<f64>,
+}
+
+pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
+    let Prepared { mesh, materials, material_of_cell, model, problem, .. } = prepared;
+    let u = full_displacement(model, &outcome.solution.u);
+    let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
+    let mut force = reactions(model, &outcome.solution.u);
+    if let Some(supports) = &problem.supports {
+        // What the obstacle takes at a node that is held in part does not come from the support.
+        let contact = supports.B.transpose_times(&outcome.solution.lambda);
+        force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
+    }
+    for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
+        reaction[dof as usize / 3][dof as usize % 3] = force;
+    }
+    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+    let von_mises = stress.iter().map(von_mises).collect();
+    BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
+}
+
+/// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and
+/// NaN where there is nothing to tell.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SurfaceFields {
+    pub name: String,
+    pub points: Vec<[f64; 3]>,
+    /// Faces by indices into `points`.
+    pub faces: Vec<Vec<u32>>,
+    /// Number of the node in the mesh.
+    pub nodes: Vec<i32>,
+    /// `lambda_n` over area.
+    pub pressure: Vec<f64>,
+    /// `lambda_t` over area: what the body exerts on the obstacle, along the slip.
+    pub shear: Vec<[f64; 3]>,
+    /// Sliding of the body over the obstacle.
+    pub slip: Vec<[f64; 3]>,
+    /// The gap that is left; of a bonded surface the opening.
+    pub gap: Vec<f64>,
+    /// 0 open, 1 stick, 2 slip, -1 no contact point.
+    pub status: Vec<i32>,
+    /// Force of the body on the obstacle.
+    pub lambda: Vec<[f64; 3]>,
+}
+
+/// The fields of each contact surface.
+pub(super) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
+    let frames = frames(prepared);
+    let opening = prepared.problem.opening(&outcome.solution.u);
+    let pairs = prepared.surfaces.iter().zip(&prepared.problem.pairs);
+    pairs
+        .map(|(surface, pair)| {
+            let mut fields = empty(prepared, surface);
+            pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &opening, j));
+            fields
+        })
+        .collect()
+}
+
+fn empty(prepared: &Prepared, surface: &ContactSurface) -> SurfaceFields {
+    let mesh = &prepared.mesh;
+    let nodes = mesh.face_nodes(&surface.faces);
+    let local = |node: &u32| nodes.partition_point(|other| other < node) as u32;
+    let count = nodes.len();
+    SurfaceFields {
+        name: surface.name.clone(),
+        points: nodes.iter().map(|&node| mesh.nodes[node as usize]).collect(),
+        faces: surface.faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
+        pressure: vec![f64::NAN; count],
+        shear: vec![[f64::NAN; 3]; count],
+        slip: vec![[f64::NAN; 3]; count],
+        gap: vec![f64::NAN; count],
+        status: vec![-1; count],
+        lambda: vec![[0.0; 3]; count],
+        nodes: nodes.iter().map(|&node| node as i32).collect(),
+    }
+}
+
+fn fill(
+    fields: &mut SurfaceFields,
+    prepared: &Prepared,
+    outcome: &Outcome,
+    frame: &PointFrame,
+    opening: &[f64],
+    j: usize,
+) {
+    let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
+    let m = problem.points();
+    let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
+    let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
+    // The area of a point may be zero in principle; a pressure over it is then not a number.
+    let over_area = |force: f64| force / problem.area[j];
+    fields.pressure[at] = over_area(normal);
+    fields.shear[at] = friction.map(over_area);
+    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]);
+    fields.gap[at] = opening[j];
+    fields.status[at] = match outcome.solution.states[j] {
+        PointState::Open => 0,
+        PointState::Stick => 1,
+        PointState::Slip => 2,
+    };
+    fields.lambda[at] = [0, 1, 2].map(|c| normal * frame.normal[c] + friction[c]);
+}

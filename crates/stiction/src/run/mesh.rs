@@ -1,0 +1,73 @@
+//! The mesh of a case.
+
+use std::path::Path;
+
+use super::place;
+use crate::Error;
+use crate::io::case::{BlockElement as Element, BlockSpec, MeshSource, MeshSpec};
+use crate::io::{gmsh, machine};
+use crate::mesh::{Block, BlockElement, Mesh, MeshNotes, block};
+
+/// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
+const BYTES_PER_NODE: f64 = 5000.0;
+
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format.
+pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
+    match ending.as_str() {
+        "msh" => gmsh::read(path, scale),
+        _ => {
+            let what = match ending.as_str() {
+                "" => "the name of this mesh file has no ending that tells its format".to_string(),
+                _ => format!("mesh files ending in .{ending} cannot be read in this version"),
+            };
+            Err(Error::new(path.display().to_string(), what, "convert it to Gmsh's .msh, version 2.2 or 4.1"))
+        }
+    }
+}
+
+/// Makes or reads the mesh that `spec` asks for; `memory` in bytes bounds what may be begun.
+pub(super) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+    let made = match &spec.source {
+        MeshSource::Block(spec) => {
+            let nodes: f64 = spec.cells.iter().map(|&n| n as f64 + 1.0).product();
+            fits(nodes, memory).and_then(|()| block(&of_spec(spec))).map(|mesh| (mesh, MeshNotes::default()))
+        }
+        MeshSource::File { path, scale } => {
+            let read = read_mesh(path, *scale);
+            read.and_then(|read| fits(read.0.nodes.len() as f64, memory).map(|()| read))
+        }
+    };
+    made.map_err(|error| place::at(&spec.spot, error))
+}
+
+/// Refuses a mesh whose matrix alone would not fit: nobody should find that out by the machine running out of memory.
+fn fits(nodes: f64, memory: Option<u64>) -> Result<(), Error> {
+    let needed = nodes * BYTES_PER_NODE;
+    match memory.or_else(machine::available_memory) {
+        Some(limit) if needed > limit as f64 => {
+            let what = format!(
+                "a mesh of {nodes:.0} nodes needs about {:.2} GB for its matrix and {:.2} GB may be used",
+                needed / 1e9,
+                limit as f64 / 1e9
+            );
+            let remedy = "take fewer cells, raise `memory` under [solver], or use a machine with more memory";
+            Err(Error::new("", what, remedy))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn of_spec(spec: &BlockSpec) -> Block {
+    Block {
+        size: spec.size,
+        cells: spec.cells,
+        origin: spec.origin,
+        grading: spec.grading,
+        element: match spec.element {
+            Element::FiveTets { parity } => BlockElement::Tet4Five { parity },
+            Element::SixTets => BlockElement::Tet4Six,
+            Element::Hex8 => BlockElement::Hex8,
+        },
+    }
+}

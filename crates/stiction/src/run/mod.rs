@@ -1,0 +1,32 @@
+//! The whole way: from a case to a certified answer in a folder.
+//!
+//! [`prepare`] reads the mesh, resolves names and poses the contact problem; [`solve`] solves and certifies it;
+//! [`write`] fills the result folder; [`check`] judges a result folder anew from its files alone.
+
+mod check;
+mod facts;
+mod facts_text;
+mod fields;
+mod loads;
+mod materials;
+mod mesh;
+mod pictures;
+mod place;
+mod prepare;
+mod regions;
+mod report;
+mod solve;
+mod summary;
+mod surfaces;
+mod totals;
+mod write;
+
+pub use check::{Checked, check};
+pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
+pub use mesh::read_mesh;
+pub use prepare::{Prepared, prepare};
+pub use report::{report, uniqueness};
+pub use solve::{Event, Outcome, Seconds, Settings, solve};
+pub use summary::summary;
+pub use totals::{Totals, pair_totals, totals};
+pub use write::{Origin, writable, write};

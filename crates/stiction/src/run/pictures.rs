@@ -1,0 +1,107 @@
+//! The pictures of a result.
+
+use std::path::Path;
+
+use super::fields::{BodyFields, SurfaceFields};
+use super::{Outcome, Prepared};
+use crate::Error;
+use crate::io::plot::{
+    ConvergencePoint, DeformedPlot, MapValues, MapVectors, SurfaceMap, convergence, deformed, surface_map,
+};
+
+/// Draws all pictures and returns their names.
+pub(super) fn write(
+    folder: &Path,
+    prepared: &Prepared,
+    outcome: &Outcome,
+    body: &BodyFields,
+    surfaces: &[SurfaceFields],
+) -> Result<Vec<String>, Error> {
+    let units = Units::of(prepared.facts.units.as_deref());
+    let mesh = &prepared.mesh;
+    let faces: Vec<&[u32]> = mesh.faces.iter().map(|face| face.nodes()).collect();
+    let title = &prepared.facts.title;
+    let plot = DeformedPlot {
+        points: &mesh.nodes,
+        faces: &faces,
+        displacement: &body.displacement,
+        title,
+        unit_label: units.length,
+        scale: None,
+    };
+    deformed(&folder.join("deformed.png"), &plot)?;
+    let mut files = vec!["deformed.png".to_string()];
+    for (number, surface) in surfaces.iter().enumerate() {
+        let suffix = if surfaces.len() > 1 { format!("-{}", file_name(surfaces, number)) } else { String::new() };
+        files.extend(maps(folder, title, &suffix, surface, &units)?);
+    }
+    if prepared.problem.points() > 0 {
+        let points: Vec<ConvergencePoint> = (outcome.solution.history.iter())
+            .map(|p| ConvergencePoint { iteration: p.iteration, products: p.products, residual: p.residual })
+            .collect();
+        let tolerance = outcome.solution.certificate.tolerance;
+        convergence(&folder.join("convergence.png"), &points, tolerance, title)?;
+        files.push("convergence.png".into());
+    }
+    Ok(files)
+}
+
+fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Units) -> Result<Vec<String>, Error> {
+    let faces: Vec<&[u32]> = s.faces.iter().map(Vec::as_slice).collect();
+    let shear: Vec<f64> = s.shear.iter().map(|t| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt()).collect();
+    // No state of the legend stands for points that are not in contact at all.
+    let status: Vec<u8> = s.status.iter().map(|&state| u8::try_from(state).unwrap_or(u8::MAX)).collect();
+    let of_pair = if suffix.is_empty() { String::new() } else { format!(", {}", s.name) };
+    let arrows = MapVectors { values: &s.shear, label: "Shear on obstacle", unit_label: units.stress };
+    let pictures = [
+        ("pressure", "contact pressure", "Pressure", MapValues::Scalar(&s.pressure), None),
+        ("shear", "shear traction on the obstacle", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
+        ("status", "state of contact", "", MapValues::Status(&status), None),
+    ];
+    let mut files = Vec::new();
+    for (name, subject, label, values, vectors) in pictures {
+        let title = format!("{title}{of_pair}: {subject}");
+        let map = SurfaceMap {
+            points: &s.points,
+            faces: &faces,
+            values,
+            vectors,
+            title: &title,
+            label,
+            unit_label: units.stress,
+            length_label: units.length,
+        };
+        let file = format!("{name}{suffix}.png");
+        surface_map(&folder.join(&file), &map)?;
+        files.push(file);
+    }
+    Ok(files)
+}
+
+/// The name of a pair as part of a file name, different for each pair.
+fn file_name(surfaces: &[SurfaceFields], number: usize) -> String {
+    let plain = |s: &SurfaceFields| -> String {
+        s.name.chars().take(60).map(|c| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '_' }).collect()
+    };
+    let own = plain(&surfaces[number]);
+    // File systems may not tell upper from lower case.
+    let same = |s: &SurfaceFields| plain(s).to_lowercase() == own.to_lowercase();
+    if surfaces.iter().filter(|s| same(s)).count() > 1 { format!("{own}-{}", number + 1) } else { own }
+}
+
+/// Labels of the units, empty where the case names none.
+struct Units<'a> {
+    length: &'a str,
+    stress: &'a str,
+}
+
+impl<'a> Units<'a> {
+    /// From a text such as `m, N, Pa`: length, force, stress.
+    fn of(text: Option<&'a str>) -> Self {
+        let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
+        match parts[..] {
+            [length, _, stress, ..] => Units { length, stress },
+            _ => Units { length: "", stress: "" },
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! The answer in plain words.
+
+use std::fmt::Write as _;
+
+use super::summary::{form, largest_displacement, status};
+use super::{Outcome, Prepared, Totals, pair_totals, totals};
+use crate::certificate::Certificate;
+use crate::friction::CoulombFacts;
+
+/// The result of a run, a few lines for a person.
+pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
+    let mut text = String::new();
+    let solution = &outcome.solution;
+    let counts = solution.counts;
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {name:<12} {value}");
+    };
+    line("status", format!("{} after {} iterations", words(status(solution.status)), counts.newton_steps));
+    line("certificate", certificate(&solution.certificate));
+    if prepared.problem.points() > 0 {
+        let pairs = pair_totals(prepared, outcome);
+        let several = pairs.len() > 1;
+        for (name, t) in &pairs {
+            let head = if several { format!("\"{name}\": ") } else { String::new() };
+            contact(&mut line, &head, t);
+        }
+        if several {
+            contact(&mut line, "all pairs: ", &totals(prepared, outcome));
+        }
+    }
+    let (size, place) = largest_displacement(prepared, outcome);
+    line("displacement", format!("at most {} at {}", number(size), triple(place)));
+    if let Some(facts) = &outcome.coulomb {
+        line("uniqueness", uniqueness(facts));
+    }
+    line(
+        "work",
+        format!(
+            "{} iterations, {} products with B K^-1 B' ({}), {} restarts",
+            counts.newton_steps,
+            counts.products,
+            form(outcome.form),
+            counts.restarts
+        ),
+    );
+    let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
+    let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
+    let phases = if phases.is_empty() { String::new() } else { format!(" ({})", phases.join(", ")) };
+    line("time", format!("{:.2} s{phases}", outcome.seconds.total()));
+    if let Some(bytes) = outcome.peak_memory {
+        line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
+    }
+    text
+}
+
+fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
+    line("contact", format!("{head}normal force {}, friction on the body {}", number(t.normal_force), triple(t.tangential_force)));
+    line(
+        "",
+        format!(
+            "open {} points (area {}), stick {} ({}), slip {} ({})",
+            t.open,
+            number(t.open_area),
+            t.stick,
+            number(t.stick_area),
+            t.slip,
+            number(t.slip_area)
+        ),
+    );
+    if let Some(place) = t.max_pressure_at {
+        line("", format!("pressure at most {} at {}, shear at most {}", number(t.max_pressure), triple(place), number(t.max_shear)));
+    }
+}
+
+/// The worst measure by name against the tolerance.
+fn certificate(c: &Certificate) -> String {
+    let worst = c.measures().into_iter().find(|(_, value)| *value == c.worst || value.is_nan());
+    let name = worst.map_or(String::new(), |(name, _)| format!(" ({})", words(name)));
+    let (verdict, sign) = if c.passed { ("passed", "<=") } else { ("NOT PASSED", ">") };
+    format!("{verdict}: the worst measure is {:.1e}{name} {sign} {:e}", c.worst, c.tolerance)
+}
+
+/// What is known of other solutions.
+pub fn uniqueness(facts: &CoulombFacts) -> String {
+    let coefficient = facts.largest_coefficient;
+    let contraction = format!("contraction of the fixed point about {:.2}", facts.contraction);
+    if facts.proved_unique() {
+        let bound = facts.uniqueness_bound.unwrap_or(f64::INFINITY);
+        return format!("the solution is unique: F = {coefficient} is below the proven bound {bound:.2e}; {contraction}");
+    }
+    let why = match facts.uniqueness_bound {
+        Some(bound) => format!("F = {coefficient} is above the proven bound {bound:.2e}"),
+        None => "no bound is known for this case".to_string(),
+    };
+    format!("a solution; uniqueness is not proved: {why}; {contraction}")
+}
+
+fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// Five significant digits.
+pub(super) fn number(x: f64) -> String {
+    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+    let rounded = rounded + 0.0; // -0 reads as 0
+    let size = rounded.abs();
+    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+pub(super) fn triple(x: [f64; 3]) -> String {
+    // What rounding left of a zero component is not worth reading.
+    let largest = x.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    let [a, b, c] = x.map(|v| number(if v.abs() < 1e-9 * largest { 0.0 } else { v }));
+    format!("({a}, {b}, {c})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_keep_their_size() {
+        let texts = [0.0, -0.0, 1.0, 1234.5678, 0.333333, 2.5e-7, 1e5, -3e12].map(number);
+        assert_eq!(texts, ["0", "0", "1", "1234.6", "0.33333", "2.5e-7", "1e5", "-3e12"]);
+        assert_eq!(triple([1e-12, 2.0, f64::NAN]), "(0, 2, NaN)");
+    }
+}

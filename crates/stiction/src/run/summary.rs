@@ -1,0 +1,132 @@
+//! `summary.json`: what a script needs.
+
+use serde_json::{Map, Value, json};
+
+use super::write::Origin;
+use super::{Outcome, Prepared, Totals, fields, pair_totals, totals};
+use crate::certificate::Certificate;
+use crate::dual::Form;
+use crate::friction::Status;
+
+/// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
+pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
+    let solution = &outcome.solution;
+    let counts = solution.counts;
+    let with_names = |(name, totals): (String, Totals)| {
+        let mut entry = Map::from_iter([("name".to_string(), json!(name))]);
+        entry.extend(contact(&totals));
+        Value::Object(entry)
+    };
+    let overrides: Vec<String> = origin.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let coulomb = outcome.coulomb.map(|facts| {
+        json!({
+            "contraction": facts.contraction,
+            "uniqueness_bound": facts.uniqueness_bound,
+            "largest_coefficient": facts.largest_coefficient,
+            "unique": facts.proved_unique(),
+        })
+    });
+    let mut seconds: Map<String, Value> =
+        outcome.seconds.phases().iter().map(|(name, value)| (name.to_string(), json!(value))).collect();
+    seconds.insert("total".into(), json!(outcome.seconds.total()));
+    let value = json!({
+        "title": prepared.facts.title,
+        "units": prepared.facts.units,
+        "status": status(solution.status),
+        "certificate": certificate(&solution.certificate),
+        "contact": contact(&totals(prepared, outcome)),
+        "pairs": pair_totals(prepared, outcome).into_iter().map(with_names).collect::<Vec<_>>(),
+        "displacement_max": largest_displacement(prepared, outcome).0,
+        "energy": energy(prepared, outcome),
+        "reaction": reaction(prepared, outcome),
+        "load": prepared.facts.resultant(),
+        "dofs": prepared.problem.unknowns(),
+        "dual_dofs": 3 * prepared.problem.points(),
+        "counts": {
+            "iterations": counts.newton_steps,
+            "restarts": counts.restarts,
+            "fixed_point_steps": counts.fixed_point_steps,
+            "products": counts.products,
+            "solves": counts.solves,
+            "coulomb_products": outcome.coulomb.map_or(0, |facts| facts.products),
+        },
+        "form": form(outcome.form),
+        "seconds": seconds,
+        "peak_memory_bytes": outcome.peak_memory,
+        "coulomb": coulomb,
+        "overrides": overrides,
+        "versions": { "stiction": env!("CARGO_PKG_VERSION"), "summary": 1 },
+    });
+    format!("{value:#}\n")
+}
+
+/// How the iteration ended, as in the summary.
+pub(super) fn status(status: Status) -> &'static str {
+    match status {
+        Status::Solved => "solved",
+        Status::MaxIterations => "max_iterations",
+        Status::Stalled => "stalled",
+        Status::Interrupted => "interrupted",
+    }
+}
+
+/// `dense` or `solves`.
+pub(super) fn form(form: Form) -> &'static str {
+    match form {
+        Form::Dense => "dense",
+        Form::Solves | Form::Auto => "solves",
+    }
+}
+
+pub(super) fn certificate(certificate: &Certificate) -> Value {
+    let measures = certificate.measures().into_iter().map(|(name, value)| (name.to_string(), json!(value)));
+    let mut map: Map<String, Value> = measures.collect();
+    map.insert("duality_gap".into(), json!(certificate.duality_gap));
+    map.insert("worst".into(), json!(certificate.worst));
+    map.insert("tolerance".into(), json!(certificate.tolerance));
+    map.insert("passed".into(), json!(certificate.passed));
+    Value::Object(map)
+}
+
+fn contact(t: &Totals) -> Map<String, Value> {
+    let entries = [
+        ("points", json!(t.points)),
+        ("open", json!(t.open)),
+        ("stick", json!(t.stick)),
+        ("slip", json!(t.slip)),
+        ("open_area", json!(t.open_area)),
+        ("stick_area", json!(t.stick_area)),
+        ("slip_area", json!(t.slip_area)),
+        ("normal_force", json!(t.normal_force)),
+        ("tangential_force", json!(t.tangential_force)),
+        ("max_lambda_n", json!(t.max_lambda_n)),
+        ("max_lambda_t", json!(t.max_lambda_t)),
+        ("max_pressure", json!(t.max_pressure)),
+        ("max_pressure_at", json!(t.max_pressure_at)),
+        ("max_shear", json!(t.max_shear)),
+    ];
+    entries.into_iter().map(|(name, value)| (name.to_string(), value)).collect()
+}
+
+/// The largest displacement of a node, and where the node is.
+pub(super) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f64, [f64; 3]) {
+    let u = crate::fem::full_displacement(&prepared.model, &outcome.solution.u);
+    let size = |u: &[f64; 3]| (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
+    let sizes = u.as_chunks().0.iter().map(size).zip(&prepared.mesh.nodes);
+    sizes.fold((0.0, [0.0; 3]), |best, (size, x)| if size > best.0 { (size, *x) } else { best })
+}
+
+/// `1/2 u'Ku - f'u` over the unknown displacements.
+fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
+    let (problem, u) = (&prepared.problem, &outcome.solution.u);
+    problem.K.times(u).iter().zip(&problem.f).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
+}
+
+/// The force of all supports on the body.
+fn reaction(prepared: &Prepared, outcome: &Outcome) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for force in fields::body(prepared, outcome).reaction {
+        (0..3).for_each(|c| sum[c] += force[c]);
+    }
+    sum
+}

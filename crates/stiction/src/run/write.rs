@@ -1,0 +1,139 @@
+//! The result folder.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::fields::{BodyFields, SurfaceFields, body, surfaces};
+use super::{Outcome, Prepared, pictures, summary};
+use crate::Error;
+use crate::friction::Phase;
+use crate::io::vtu::{self, Array, Grid};
+use crate::io::{folder, machine, problem};
+
+pub use crate::io::folder::writable;
+
+/// Where a case came from: its text and the options that changed it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Origin {
+    pub case_text: String,
+    /// Keys and values.
+    pub overrides: Vec<(String, String)>,
+}
+
+/// Writes all files of a result into `folder`, which is created, and returns their names.
+///
+/// Each file is whole or absent, and `summary.json` comes last: a folder that has one is complete. `outcome` learns
+/// how long it took.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder: &Path) -> Result<Vec<String>, Error> {
+    let start = Instant::now();
+    folder::create(folder)?;
+    folder::remove(&folder.join("summary.json"))?;
+    let (body, surfaces) = (body(prepared, outcome), surfaces(prepared, outcome));
+    let mut files = vec!["result.vtu".to_string()];
+    write_body(&folder.join("result.vtu"), prepared, &body)?;
+    if !surfaces.is_empty() {
+        write_contact(&folder.join("contact.vtu"), &surfaces)?;
+        files.push("contact.vtu".into());
+    }
+    let solution = &outcome.solution;
+    problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
+    problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
+    folder::write_text(&folder.join("log.jsonl"), &log(outcome))?;
+    folder::write_text(&folder.join("case.toml"), &case(origin))?;
+    files.extend(["problem.npz", "solution.npz", "log.jsonl", "case.toml"].map(String::from));
+    files.extend(pictures::write(folder, prepared, outcome, &body, &surfaces)?);
+    outcome.seconds.output = start.elapsed().as_secs_f64();
+    outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
+    folder::write_text(&folder.join("summary.json"), &summary(prepared, outcome, origin))?;
+    files.push("summary.json".into());
+    Ok(files)
+}
+
+fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) -> Result<(), Error> {
+    let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
+    vtu::write(
+        path,
+        &Grid::from_mesh(&prepared.mesh),
+        &[Array::vector("displacement", &body.displacement), Array::vector("reaction", &body.reaction)],
+        &[
+            Array::tensor("stress", &body.stress),
+            Array::scalar("von_mises", &body.von_mises),
+            Array::integer("material", &material),
+        ],
+        &[],
+    )
+}
+
+/// The surfaces of all pairs one after the other; a node of two pairs stands there twice.
+fn write_contact(path: &Path, surfaces: &[SurfaceFields]) -> Result<(), Error> {
+    let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|s| s.points.iter().copied()).collect();
+    let mut grid = Grid::new(&points);
+    let (mut first, mut pair) = (0, Vec::new());
+    for (number, surface) in (0..).zip(surfaces) {
+        for face in &surface.faces {
+            let nodes: Vec<u32> = face.iter().map(|node| first + node).collect();
+            grid.push(if nodes.len() == 3 { vtu::TRIANGLE } else { vtu::QUAD }, &nodes);
+        }
+        first += surface.points.len() as u32;
+        pair.extend(std::iter::repeat_n(number, surface.points.len()));
+    }
+    let scalars = |of: fn(&SurfaceFields) -> &Vec<f64>| surfaces.iter().flat_map(of).copied().collect::<Vec<f64>>();
+    let vectors = |of: fn(&SurfaceFields) -> &Vec<[f64; 3]>| surfaces.iter().flat_map(of).copied().collect::<Vec<_>>();
+    let integers = |of: fn(&SurfaceFields) -> &Vec<i32>| surfaces.iter().flat_map(of).copied().collect::<Vec<i32>>();
+    vtu::write(
+        path,
+        &grid,
+        &[
+            Array::scalar("pressure", &scalars(|s| &s.pressure)),
+            Array::vector("shear_traction", &vectors(|s| &s.shear)),
+            Array::vector("slip", &vectors(|s| &s.slip)),
+            Array::scalar("gap", &scalars(|s| &s.gap)),
+            Array::integer("status", &integers(|s| &s.status)),
+            Array::vector("lambda", &vectors(|s| &s.lambda)),
+            Array::integer("pair", &pair),
+            Array::integer("node", &integers(|s| &s.nodes)),
+        ],
+        &[],
+        &[],
+    )
+}
+
+/// One line an iteration.
+fn log(outcome: &Outcome) -> String {
+    let line = |(step, seconds): (&crate::friction::Progress, &f64)| {
+        let phase = match step.phase {
+            Phase::Newton => "newton",
+            Phase::Gradient => "gradient",
+            Phase::FixedPoint => "fixed_point",
+        };
+        let line = json!({
+            "iteration": step.iteration,
+            "phase": phase,
+            "residual": step.residual,
+            "products": step.products,
+            "open": step.open,
+            "stick": step.stick,
+            "slip": step.slip,
+            "seconds": seconds,
+        });
+        format!("{line}\n")
+    };
+    outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
+}
+
+/// The case file, with the options that changed it as comments.
+fn case(origin: &Origin) -> String {
+    let mut text = origin.case_text.clone();
+    for (number, (key, value)) in origin.overrides.iter().enumerate() {
+        if number == 0 {
+            text += "\n# Solved with these options, which are not part of the text above:\n";
+        }
+        text += &format!("# --set {key}={}\n", value.replace(['\n', '\r'], " "));
+    }
+    text
+}
