@@ -13,7 +13,7 @@ pub struct Certificate {
     pub tension: f64,
     /// `max(|lambda_t| - bound)+ / max bound`.
     pub cone: f64,
-    /// `max(bound |s| - lambda_t . s) / (max bound * max |s|)`: zero where friction is parallel to the slip and at
+    /// `max(bound |s| - lambda_t . s) / (max bound * max|u|)`: zero where friction is parallel to the slip and at
     /// its bound.
     pub slip_direction: f64,
     /// Sum of `lambda_n (gap - N u) + bound |s| - lambda_t . s` over the sum of its terms' magnitudes or the elastic
@@ -50,7 +50,6 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let points: Vec<Point> = (0..m).map(|j| Point::new(problem, &jump, lambda, j)).collect();
     let largest_u = largest(u).max(problem.supports.as_ref().map_or(0.0, |s| largest(&s.displacement)));
     let largest_bound = points.iter().fold(0.0, |a: f64, p| a.max(p.bound));
-    let largest_slip = points.iter().fold(0.0, |a: f64, p| a.max(p.slip_length()));
     let largest_normal = largest(&lambda[..m]);
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
     let (gap, terms) = bipotential(&points);
@@ -60,7 +59,7 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
         penetration: ratio(over_points(&Point::violation), largest_u),
         tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
         cone: ratio(over_points(&|p| if p.tied { 0.0 } else { p.friction_length() - p.bound }), largest_bound),
-        slip_direction: ratio(over_points(&Point::misdirection), largest_bound * largest_slip),
+        slip_direction: ratio(over_points(&Point::misdirection), largest_bound * largest_u),
         bipotential_gap: ratio(gap, terms.max(work)),
         natural_residual: natural_residual(problem, &points, lambda),
         duality_gap: no_coulomb(problem).then_some(gap),

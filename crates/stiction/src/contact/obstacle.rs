@@ -12,10 +12,22 @@ pub enum Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Obstacle {
     /// The half space behind the plane through `point`; `normal` points out of the obstacle, towards the body.
-    Plane { point: [f64; 3], normal: [f64; 3] },
-    Sphere { center: [f64; 3], radius: f64, side: Side },
+    Plane {
+        point: [f64; 3],
+        normal: [f64; 3],
+    },
+    Sphere {
+        center: [f64; 3],
+        radius: f64,
+        side: Side,
+    },
     /// An infinite circular cylinder around the line through `point` along `axis`.
-    Cylinder { point: [f64; 3], axis: [f64; 3], radius: f64, side: Side },
+    Cylinder {
+        point: [f64; 3],
+        axis: [f64; 3],
+        radius: f64,
+        side: Side,
+    },
 }
 
 impl Obstacle {

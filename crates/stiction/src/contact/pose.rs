@@ -171,7 +171,8 @@ fn points_of(
         points.push(Point { node, gap, area, friction, frame, normal });
     }
     if facts.points == 0 {
-        let what = format!("all {} nodes of the contact surface are prescribed", facts.clamped + facts.held_along_normal);
+        let what =
+            format!("all {} nodes of the contact surface are prescribed", facts.clamped + facts.held_along_normal);
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
     Ok(facts)
@@ -249,7 +250,8 @@ fn refuse_dragging(
     if friction == SurfaceFriction::None || length(along) <= 1e-12 * size || size == 0.0 {
         return Ok(());
     }
-    let what = format!("node {} at {x:?} of the contact surface is dragged along it by a prescribed displacement", node + 1);
+    let what =
+        format!("node {} at {x:?} of the contact surface is dragged along it by a prescribed displacement", node + 1);
     Err(Error::new("", what, "prescribe all its components, or none; or make the contact frictionless"))
 }
 

@@ -62,7 +62,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
             other => other,
         })
         .collect();
-    let mut system = NewtonSystem::new(&frozen, &live, &stiffness, &solution.lambda, &v, &r);
+    let mut system = NewtonSystem::new(&frozen, 0.0, &live, &stiffness, &solution.lambda, &v, &r);
     let slipping: Vec<usize> = system.slipping().collect();
     let slope = |j: usize| match problem.friction[j] {
         Friction::Coulomb { coefficient } => coefficient,

@@ -10,9 +10,8 @@ enum Unknown {
     Component { i: usize },
     /// The normal multiplier `i` of a point that slips along `direction`: friction `slope * lambda_n` follows it.
     SlippingNormal { i: usize, tangents: [usize; 2], direction: [f64; 2], slope: f64 },
-    /// The turn of the friction at a slipping point, across its direction. `softness` is what the curvature of the
-    /// circle adds to `Q`, length per force.
-    Turn { tangents: [usize; 2], across: [f64; 2], softness: f64 },
+    /// The turn of the friction at a slipping point, across its direction.
+    Turn { tangents: [usize; 2], across: [f64; 2] },
 }
 
 /// The linear system of one semismooth Newton step, reduced to what is not known beforehand.
@@ -20,15 +19,21 @@ enum Unknown {
 /// With `v = Q lambda - h` and `a = lambda - r v` the step `d` of Alart & Curnier's equations obeys at a point:
 /// open: `d = -lambda`; in contact: `(Q d)_n = -v_n`; stick: `(Q d)_t = -v_t`; slip along `e = a_t / |a_t|` under the
 /// bound `g`: `lambda_t + d_t` has the component `F (lambda_n + d_n)` (or the given bound) along `e`, and across it
-/// `(Q d)_x + (1 - q)/(q r) d_x = -v_x / q` with `q = g / |a_t|`.
+/// `q (Q d)_x + (1 - q)/r d_x = -v_x` with `q = g / |a_t|`. Every row is the residual over `r`, so that the accuracy
+/// of the inner iteration is that of the residual.
 pub(super) struct NewtonSystem {
     unknowns: Vec<Unknown>,
     rhs: Vec<f64>,
+    /// The factor of `Q` in each equation; one but for a turn.
+    share: Vec<f64>,
+    /// What the curvature of the circle adds to the diagonal of a turn, length per force.
+    softness: Vec<f64>,
+    /// Diagonal of the preconditioner.
+    weight: Vec<f64>,
     /// The part of the step that is known, length `3m`.
     known: Vec<f64>,
     /// Slipping points with their tangential rows and direction.
     slips: Vec<(usize, [usize; 2], [f64; 2])>,
-    weight: Vec<f64>,
 }
 
 /// A Newton direction with its image, so that no product is needed along it.
@@ -36,14 +41,15 @@ pub(super) struct Step {
     pub d: Vec<f64>,
     /// `Q d`.
     pub qd: Vec<f64>,
-    /// Relative residual the inner iteration reached.
-    pub residual: f64,
 }
 
 impl NewtonSystem {
-    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row.
+    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row. A slipping point
+    /// whose coefficient exceeds `largest_slope` keeps its present bound: its friction does not follow the normal
+    /// force within the step.
     pub fn new(
         friction: &[Friction],
+        largest_slope: f64,
         live: &[bool],
         stiffness: &[f64],
         lambda: &[f64],
@@ -54,9 +60,11 @@ impl NewtonSystem {
         let mut system = NewtonSystem {
             unknowns: Vec::new(),
             rhs: Vec::new(),
+            share: Vec::new(),
+            softness: Vec::new(),
+            weight: Vec::new(),
             known: vec![0.0; 3 * m],
             slips: Vec::new(),
-            weight: Vec::new(),
         };
         for j in 0..m {
             let rows = [j, m + j, 2 * m + j];
@@ -81,24 +89,24 @@ impl NewtonSystem {
                 system.slips.push((j, tangents, e));
                 let along = lambda[rows[1]] * e[0] + lambda[rows[2]] * e[1];
                 let slope = match friction[j] {
-                    Friction::Coulomb { coefficient } => coefficient,
+                    Friction::Coulomb { coefficient } if coefficient <= largest_slope => coefficient,
                     _ => 0.0,
                 };
                 let target = if slope > 0.0 { slope * lambda[j] } else { limit };
                 tangents.into_iter().zip(e).for_each(|(i, e)| system.known[i] = e * (target - along));
                 if slope > 0.0 {
-                    system.unknowns.push(Unknown::SlippingNormal { i: j, tangents, direction: e, slope });
-                    system.rhs.push(-v[j]);
-                    system.weight.push(1.0);
+                    system.push(Unknown::SlippingNormal { i: j, tangents, direction: e, slope }, -v[j]);
                 }
                 if live[rows[1]] && live[rows[2]] {
                     let across = [-e[1], e[0]];
-                    let q = limit / length;
-                    let softness = (1.0 - q) / (q * r[j]);
-                    system.unknowns.push(Unknown::Turn { tangents, across, softness });
-                    system.rhs.push(-(v[rows[1]] * across[0] + v[rows[2]] * across[1]) / q);
-                    let local = 0.5 * (stiffness[rows[1]] + stiffness[rows[2]]);
-                    system.weight.push(1.0 / (1.0 + softness * local).sqrt());
+                    let (share, local) = (limit / length, 0.5 * (stiffness[rows[1]] + stiffness[rows[2]]));
+                    let softness = (1.0 - share) / r[j];
+                    let rhs = -(v[rows[1]] * across[0] + v[rows[2]] * across[1]);
+                    system.push(Unknown::Turn { tangents, across }, rhs);
+                    let last = system.share.len() - 1;
+                    system.share[last] = share;
+                    system.softness[last] = softness;
+                    system.weight[last] = 1.0 / (1.0 + softness / share * local).sqrt();
                 }
                 if slope > 0.0 {
                     continue; // the normal multiplier is among the unknowns already
@@ -112,8 +120,14 @@ impl NewtonSystem {
     }
 
     fn component(&mut self, i: usize, v: &[f64]) {
-        self.unknowns.push(Unknown::Component { i });
-        self.rhs.push(-v[i]);
+        self.push(Unknown::Component { i }, -v[i]);
+    }
+
+    fn push(&mut self, unknown: Unknown, rhs: f64) {
+        self.unknowns.push(unknown);
+        self.rhs.push(rhs);
+        self.share.push(1.0);
+        self.softness.push(0.0);
         self.weight.push(1.0);
     }
 
@@ -126,40 +140,38 @@ impl NewtonSystem {
                     d[i] += y;
                     tangents.into_iter().zip(direction).for_each(|(t, e)| d[t] += slope * e * y);
                 }
-                Unknown::Turn { tangents, across, .. } => {
+                Unknown::Turn { tangents, across } => {
                     tangents.into_iter().zip(across).for_each(|(t, x)| d[t] += x * y);
                 }
             }
         }
     }
 
-    /// `Pᵀ w`: the rows of the equations.
+    /// `Pᵀ w`: the jump in the rows of the equations.
     fn restrict(&self, w: &[f64]) -> Vec<f64> {
         let row = |unknown: &Unknown| match *unknown {
             Unknown::Component { i } | Unknown::SlippingNormal { i, .. } => w[i],
-            Unknown::Turn { tangents, across, .. } => w[tangents[0]] * across[0] + w[tangents[1]] * across[1],
+            Unknown::Turn { tangents, across } => w[tangents[0]] * across[0] + w[tangents[1]] * across[1],
         };
         self.unknowns.iter().map(row).collect()
     }
 
-    /// `Pᵀ`'s transpose: as [`Self::expand`] without the friction that follows the normal force.
-    fn expand_rows(&self, y: &[f64], d: &mut [f64]) {
-        for (unknown, &y) in self.unknowns.iter().zip(y) {
+    /// An approximate inverse of `share Pᵀ Q P + softness`: `W Pᵀ S P W / share` with `S ~ Q⁻¹` and the diagonal
+    /// `W = (1 + softness/share * stiffness)^(-1/2)`, exact for a diagonal `Q` without and with large softness.
+    fn precondition(&self, dual: &Dual, x: &[f64]) -> Vec<f64> {
+        let mut full = vec![0.0; self.known.len()];
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            let y = x[k] * self.weight[k] / self.share[k];
             match *unknown {
-                Unknown::Component { i } | Unknown::SlippingNormal { i, .. } => d[i] += y,
-                Unknown::Turn { tangents, across, .. } => {
-                    tangents.into_iter().zip(across).for_each(|(t, x)| d[t] += x * y);
+                Unknown::Component { i } | Unknown::SlippingNormal { i, .. } => full[i] += y,
+                Unknown::Turn { tangents, across } => {
+                    tangents.into_iter().zip(across).for_each(|(t, a)| full[t] += a * y);
                 }
             }
         }
-    }
-
-    fn soften(&self, y: &[f64], w: &mut [f64]) {
-        for ((unknown, y), w) in self.unknowns.iter().zip(y).zip(w) {
-            if let Unknown::Turn { softness, .. } = unknown {
-                *w += softness * y;
-            }
-        }
+        let mut result = self.restrict(&dual.approximate_inverse(&full));
+        result.iter_mut().zip(&self.weight).for_each(|(r, w)| *r *= w);
+        result
     }
 
     /// Points that slip.
@@ -177,38 +189,28 @@ impl NewtonSystem {
         }
     }
 
-    /// Solves the step to the relative accuracy `tolerance` by GMRES, at most `limit` products.
-    ///
-    /// The preconditioner approximates `(Pᵀ Q P + softness)⁻¹` by `W Pᵀ S P W` with `S ~ Q⁻¹` and the diagonal
-    /// `W = (1 + softness * stiffness)^(-1/2)`, exact in the limits of no and of large softness for a diagonal `Q`.
+    /// Solves the step to the relative accuracy `tolerance` by preconditioned GMRES, at most `limit` products.
     pub fn solve(&self, dual: &Dual, tolerance: f64, limit: usize) -> Step {
         let size = self.known.len();
         let mut d = self.known.clone();
         let mut qd = if d.iter().any(|&x| x != 0.0) { dual.times(&d) } else { vec![0.0; size] };
-        let mut rhs = self.rhs.clone();
-        axpy(-1.0, &self.restrict(&qd), &mut rhs);
+        let known = self.restrict(&qd);
+        let rhs: Vec<f64> = (0..known.len()).map(|k| self.rhs[k] - self.share[k] * known[k]).collect();
         let mut images = Vec::new();
         let operator = |y: &[f64]| {
             let mut full = vec![0.0; size];
             self.expand(y, &mut full);
             let image = dual.times(&full);
-            let mut w = self.restrict(&image);
-            self.soften(y, &mut w);
+            let w = self.restrict(&image);
             images.push(image);
-            w
+            (0..w.len()).map(|k| self.share[k] * w[k] + self.softness[k] * y[k]).collect()
         };
-        let preconditioner = |x: &[f64]| {
-            let weigh = |x: &[f64]| -> Vec<f64> { x.iter().zip(&self.weight).map(|(x, w)| x * w).collect() };
-            let mut full = vec![0.0; size];
-            self.expand_rows(&weigh(x), &mut full);
-            weigh(&self.restrict(&dual.approximate_inverse(&full)))
-        };
-        let krylov = gmres(operator, preconditioner, &rhs, tolerance, limit);
+        let krylov = gmres(operator, |x| self.precondition(dual, x), &rhs, tolerance, limit);
         for ((&c, y), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
             let scaled: Vec<f64> = y.iter().map(|y| c * y).collect();
             self.expand(&scaled, &mut d);
             axpy(c, image, &mut qd);
         }
-        Step { d, qd, residual: krylov.residual }
+        Step { d, qd }
     }
 }

@@ -3,6 +3,7 @@ use std::ops::ControlFlow;
 use super::PointState;
 use super::law::{bound, states};
 use super::newton::{End, Iterate, Newton, newton};
+use super::newton_system::NewtonSystem;
 use crate::certificate::{Certificate, certify};
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
@@ -94,7 +95,9 @@ pub struct Solution {
 
 /// The parameter of the residual over the local stiffness. Near one, cases rich in sticking points cycle; far below,
 /// points leave and enter contact late.
-const PARAMETER: f64 = 0.07;
+const PARAMETER: f64 = 0.1;
+/// Products the trial with unlimited bounds may take.
+const START_LIMIT: usize = 30;
 /// Gradient steps after a stall.
 const GRADIENT_STEPS: usize = 20;
 /// Stalls answered by gradient steps before the fixed point takes over.
@@ -113,7 +116,7 @@ pub fn solve(
 ) -> Solution {
     let mut solver = Solver::new(problem, dual, settings);
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
-    let mut tolerance = 0.1 * settings.tolerance;
+    let mut tolerance = 0.03 * settings.tolerance;
     loop {
         let end = solver.ladder(tolerance, observer);
         let solution = solver.finish(end, settings.tolerance);
@@ -172,6 +175,9 @@ impl<'a> Solver<'a> {
     fn ladder(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
         let laws = self.problem.friction.clone();
         let mut factor = 1.0;
+        if self.at.lambda.iter().all(|&x| x == 0.0) {
+            self.stick_start();
+        }
         for _ in 0..RESTARTS {
             let end = self.newton(&laws, Phase::Newton, factor, tolerance, observer);
             if end != End::Stalled {
@@ -200,6 +206,32 @@ impl<'a> Solver<'a> {
         End::Limit
     }
 
+    /// Given friction with large bounds: from zero multipliers every point seems to slip and the iteration has to
+    /// find out one by one that they stick. One step with unlimited bounds tells; its result is kept if most points
+    /// do stick there.
+    fn stick_start(&mut self) {
+        let unlimited = |&law: &Friction| match law {
+            Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::INFINITY },
+            other => other,
+        };
+        let stuck: Vec<Friction> = self.problem.friction.iter().map(unlimited).collect();
+        if stuck == self.problem.friction || self.steps_left == 0 {
+            return;
+        }
+        let (r, at) = (self.parameter(1.0), &self.at);
+        let system = NewtonSystem::new(&stuck, 0.0, &self.live, &self.stiffness, &at.lambda, &at.v, &r);
+        let step = system.solve(self.dual, 0.1, START_LIMIT);
+        let mut next = at.clone();
+        axpy(1.0, &step.d, &mut next.lambda);
+        axpy(1.0, &step.qd, &mut next.v);
+        let found = states(&self.problem.friction, &next.lambda, &next.v, &r);
+        let count = |s| found.iter().filter(|&&x| x == s).count();
+        self.steps_left -= 1;
+        if count(PointState::Stick) >= count(PointState::Slip) {
+            self.at = next;
+        }
+    }
+
     fn newton(
         &mut self,
         laws: &[Friction],
@@ -209,14 +241,8 @@ impl<'a> Solver<'a> {
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> End {
         let r = self.parameter(factor);
-        let on = Newton {
-            dual: self.dual,
-            friction: laws,
-            live: &self.live,
-            stiffness: &self.stiffness,
-            r: &r,
-            tolerance,
-        };
+        let on =
+            Newton { dual: self.dual, friction: laws, live: &self.live, stiffness: &self.stiffness, r: &r, tolerance };
         let (history, dual) = (&mut self.history, self.dual);
         let first = self.max_steps - self.steps_left;
         let mut iteration = first;
