@@ -1,0 +1,240 @@
+//! The shipped cases: every number that `cases/*/expect.toml` states, with its source.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use stiction::fem::{Solid, von_mises};
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::run::{Origin, Outcome, Prepared, Settings, prepare, solve, summary};
+
+const CASES: [&str; 5] = ["block", "brick", "greco", "hertz", "lug"];
+
+#[test]
+fn pushed_blocks_obey_their_closed_forms() {
+    run_case("block");
+}
+
+#[test]
+fn the_brick_agrees_with_two_independent_programs() {
+    run_case("brick");
+}
+
+#[test]
+fn the_plate_agrees_with_the_published_displacements() {
+    run_case("greco");
+}
+
+#[test]
+fn the_block_on_a_ball_agrees_with_hertz() {
+    run_case("hertz");
+}
+
+#[test]
+fn the_pin_carries_what_pulls_the_lug() {
+    run_case("lug");
+}
+
+#[test]
+fn no_case_is_left_out() {
+    let entries = std::fs::read_dir(folder("")).unwrap().map(|e| e.unwrap()).filter(|e| e.path().is_dir());
+    let mut found: Vec<String> = entries.map(|e| e.file_name().into_string().unwrap()).collect();
+    found.sort();
+    assert_eq!(found, CASES);
+}
+
+/// Where the edge of contact lies within a cell makes each single error jump, so each is the root mean square over
+/// three depths of pressing.
+#[test]
+fn the_errors_of_hertz_fall_with_the_cells() {
+    const MEASURES: [&str; 4] = ["radius_error", "centre_error", "peak_error", "pressure_error"];
+    let measure = |n: f64| {
+        // The same map from the unit cube to the graded block on every grid.
+        let grading = 32f64.powf((n - 1.0) / n);
+        let mut squares = [0.0; 4];
+        for depth in [0.8e-3, 1.0e-3, 1.2e-3] {
+            let cells = format!("mesh.block.cells=[{n}, {n}, {n}]");
+            let set = [cells, format!("mesh.block.grading={:?}", [grading; 3]), format!("fix.2.value=-{depth}")];
+            let solved = Solved::new(&folder("hertz").join("hertz.toml"), &set);
+            MEASURES.iter().zip(&mut squares).for_each(|(name, s)| *s += solved.hertz(name).powi(2) / 3.0);
+        }
+        squares.map(f64::sqrt)
+    };
+    let errors = [5.0, 10.0, 20.0].map(measure);
+    println!("{MEASURES:?}");
+    errors.iter().for_each(|e| println!("{e:.4?}"));
+    for pair in errors.windows(2) {
+        assert!((0..4).all(|i| pair[1][i] < 0.6 * pair[0][i]), "{errors:?}");
+    }
+    assert!(errors[2].iter().zip([0.01, 0.01, 0.03, 0.06]).all(|(e, bound)| *e < bound), "{errors:?}");
+}
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name)
+}
+
+/// Runs a case with every variant its list of expectations names; all failures are told together.
+fn run_case(name: &str) {
+    let text = std::fs::read_to_string(folder(name).join("expect.toml")).unwrap();
+    let expected: toml::Table = text.parse().unwrap();
+    let mut failures = String::new();
+    for run in expected["run"].as_array().unwrap() {
+        let set: Vec<String> = list(run, "set").iter().map(|v| v.as_str().unwrap().to_string()).collect();
+        let solved = Solved::new(&folder(name).join(format!("{name}.toml")), &set);
+        for expect in list(run, "expect") {
+            if let Err(message) = solved.check(expect) {
+                failures += &format!("{name} {set:?}: {message}\n");
+            }
+        }
+    }
+    assert!(failures.is_empty(), "\n{failures}");
+}
+
+fn list<'a>(value: &'a toml::Value, key: &str) -> &'a [toml::Value] {
+    value.get(key).map_or(&[], |v| v.as_array().unwrap())
+}
+
+/// A number of an expectation; TOML distinguishes 1 and 1.0.
+fn number(value: &toml::Value) -> f64 {
+    value.as_float().or(value.as_integer().map(|i| i as f64)).unwrap()
+}
+
+struct Solved {
+    prepared: Prepared,
+    outcome: Outcome,
+    summary: Value,
+}
+
+impl Solved {
+    /// Solves a case, which must be certified.
+    fn new(path: &Path, set: &[String]) -> Solved {
+        let pair = |s: &String| s.split_once('=').map(|(k, v)| (k.to_string(), v.to_string())).unwrap();
+        let case = case::read(path, &set.iter().map(pair).collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
+        let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+        let outcome = solve(&prepared, &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(()))
+            .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(outcome.solution.status, Status::Solved, "{path:?} {set:?}");
+        let summary = serde_json::from_str(&summary(&prepared, &outcome, &Origin::default())).unwrap();
+        Solved { prepared, outcome, summary }
+    }
+
+    fn check(&self, expect: &toml::Value) -> Result<(), String> {
+        let source = expect["source"].as_str().unwrap();
+        let found = self.found(expect);
+        let fail = |wanted: String| Err(format!("{found:e} for {expect}, which is to be {wanted} ({source})"));
+        if let Some(value) = expect.get("value").map(number) {
+            let allowed = match (expect.get("rel"), expect.get("abs")) {
+                (Some(rel), None) => number(rel) * value.abs(),
+                (None, Some(abs)) => number(abs),
+                (None, None) => 0.0, // a count
+                _ => panic!("{expect} has both rel and abs"),
+            };
+            if (found - value).abs() <= allowed { Ok(()) } else { fail(format!("{value:e} within {allowed:e}")) }
+        } else {
+            let low = expect.get("above").map_or(f64::NEG_INFINITY, number);
+            let high = expect.get("below").map_or(f64::INFINITY, number);
+            assert!(low.is_finite() || high.is_finite(), "{expect} expects nothing");
+            if found > low && found < high { Ok(()) } else { fail(format!("between {low:e} and {high:e}")) }
+        }
+    }
+
+    /// What an expectation speaks of: a key of the summary (with another added, `plus`, or over
+    /// another, `per`), a nodal value, a measure of Hertz.
+    fn found(&self, expect: &toml::Value) -> f64 {
+        let text = |key: &str| expect.get(key).map(|v| v.as_str().unwrap());
+        if let Some(name) = text("hertz") {
+            return self.hertz(name);
+        }
+        if let Some(key) = text("key") {
+            let sum = self.key(key) + text("plus").map_or(0.0, |key| self.key(key));
+            return sum / text("per").map_or(1.0, |key| self.key(key));
+        }
+        let at: Vec<f64> = expect["at"].as_array().unwrap().iter().map(number).collect();
+        let distance = |x: &[f64; 3]| (0..3).map(|c| (x[c] - at[c]).abs()).fold(0.0, f64::max);
+        let nodes = &self.prepared.mesh.nodes;
+        let node = (0..nodes.len()).min_by(|&i, &j| distance(&nodes[i]).total_cmp(&distance(&nodes[j]))).unwrap();
+        assert!(distance(&nodes[node]) < 1e-9, "no node at {at:?}");
+        match text("field").unwrap() {
+            "displacement" => {
+                let u = stiction::fem::full_displacement(&self.prepared.model, &self.outcome.solution.u);
+                u[3 * node + expect["component"].as_integer().unwrap() as usize]
+            }
+            "pressure" => {
+                let point = self.nodes().iter().position(|&n| n == node).unwrap();
+                self.outcome.solution.lambda[point] / self.prepared.problem.area[point]
+            }
+            other => panic!("no field {other}"),
+        }
+    }
+
+    /// A number of the summary by its path, or one that follows from the matrices.
+    fn key(&self, path: &str) -> f64 {
+        if let Some(component) = path.strip_prefix("contact_force.") {
+            return self.contact_force()[component.parse::<usize>().unwrap()];
+        }
+        let value = path.split('.').fold(&self.summary, |value, key| match key.parse::<usize>() {
+            Ok(i) => &value[i],
+            Err(_) => &value[key],
+        });
+        value.as_f64().unwrap_or_else(|| panic!("the summary has no number {path}"))
+    }
+
+    /// The force of the obstacle on the body, `-Bᵀ lambda` summed over all nodes.
+    fn contact_force(&self) -> [f64; 3] {
+        let (problem, dofs) = (&self.prepared.problem, &self.prepared.model.dofs);
+        let lambda = &self.outcome.solution.lambda;
+        let free = problem.B.transpose_times(lambda).into_iter().zip(&dofs.free);
+        let held = problem.supports.as_ref().unwrap().B.transpose_times(lambda).into_iter().zip(&dofs.prescribed);
+        let mut sum = [0.0; 3];
+        free.chain(held).for_each(|(force, dof)| sum[*dof as usize % 3] -= force);
+        sum
+    }
+
+    /// The node of each contact point.
+    fn nodes(&self) -> Vec<usize> {
+        let (problem, dofs) = (&self.prepared.problem, &self.prepared.model.dofs);
+        (0..problem.points()).map(|j| dofs.free[problem.B.row(j).0[0] as usize] as usize / 3).collect()
+    }
+
+    /// Relative errors against Hertz at the computed force; the model is a quarter of the block.
+    ///
+    /// The radius is that of the semi-ellipsoid of pressure with the same second moment, `sum(l r²) = 2/5 a² sum(l)`;
+    /// the number of points in contact would only know it to a cell. The peak is that of the semi-ellipsoid on the
+    /// contact circle which comes nearest to the computed pressures; `centre_error` takes the point on the axis.
+    fn hertz(&self, name: &str) -> f64 {
+        let (radius, young, poisson) = (10.0, 210e3, 0.3f64);
+        let (m, lambda, area) =
+            (self.prepared.problem.points(), &self.outcome.solution.lambda, &self.prepared.problem.area);
+        let nodes = self.nodes();
+        let x = |j: usize| self.prepared.mesh.nodes[nodes[j]];
+        let r2 = |j: usize| x(j)[0].powi(2) + x(j)[1].powi(2);
+        let quarter: f64 = lambda[..m].iter().sum();
+        let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(term).sum::<f64>();
+        let a = (3.0 * 4.0 * quarter * radius * (1.0 - poisson * poisson) / (4.0 * young)).cbrt();
+        let p0 = 3.0 * 4.0 * quarter / (2.0 * std::f64::consts::PI * a * a);
+        let shape = |j: usize| (1.0 - r2(j) / (a * a)).max(0.0).sqrt();
+        let norm2 = sum(&|j| area[j] * shape(j).powi(2));
+        match name {
+            "radius_error" => (2.5 * sum(&|j| lambda[j] * r2(j)) / quarter).sqrt() / a - 1.0,
+            "area_error" => {
+                let touching = sum(&|j| if lambda[j] > 0.0 { area[j] } else { 0.0 });
+                (4.0 * touching / std::f64::consts::PI).sqrt() / a - 1.0
+            }
+            "peak_error" => sum(&|j| lambda[j] * shape(j)) / norm2 / p0 - 1.0,
+            "centre_error" => {
+                let centre = (0..m).min_by(|&i, &j| r2(i).total_cmp(&r2(j))).unwrap();
+                lambda[centre] / area[centre] / p0 - 1.0
+            }
+            "pressure_error" => (sum(&|j| area[j] * (lambda[j] / area[j] / p0 - shape(j)).powi(2)) / norm2).sqrt(),
+            // Below the centre the greatest shear stress is 0.31 p0, and both horizontal stresses are equal.
+            "mises_error" => {
+                let Prepared { mesh, materials, material_of_cell, model, .. } = &self.prepared;
+                let u = stiction::fem::full_displacement(model, &self.outcome.solution.u);
+                let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+                stress.iter().map(von_mises).fold(0.0, f64::max) / (2.0 * 0.31 * p0) - 1.0
+            }
+            other => panic!("no measure {other}"),
+        }
+    }
+}
