@@ -145,7 +145,9 @@ fn points_of(
         facts.area += area;
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let prescribed = [0, 1, 2].map(|c| prescribed_value(model, 3 * node + c));
-        let frame = frame(normal, prescribed.map(|p| p.is_none()));
+        let free = prescribed.map(|p| p.is_none());
+        let tied = surface.friction == SurfaceFriction::Bonded;
+        let frame = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
         let imposed: f64 = (0..3).map(|c| normal[c] * prescribed[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
         let Some(frame) = frame else {
@@ -220,6 +222,13 @@ fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
         _ => ([0.0; 3], [0.0; 3]),
     };
     Some([within, first, second])
+}
+
+/// A tied node that cannot move along the normal is still tied in its free directions.
+fn tied_frame(free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
+    let axis = |c: usize| [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
+    let mut axes = (0..3).filter(|&c| free[c]).map(axis);
+    Some([[0.0; 3], axes.next()?, axes.next().unwrap_or([0.0; 3])])
 }
 
 fn refuse_imposed_overlap(
@@ -310,6 +319,13 @@ mod tests {
         for (a, b, want) in [(n, t1, 0.0), (n, t2, 0.0), (t1, t2, 0.0), (t1, t1, 1.0), (t2, t2, 1.0)] {
             assert!((dot(a, b) - want).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn a_tied_node_held_along_the_normal_keeps_its_free_directions() {
+        assert_eq!(tied_frame([true, false, true]), Some([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert_eq!(tied_frame([false, true, false]), Some([[0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]]));
+        assert_eq!(tied_frame([false; 3]), None);
     }
 
     #[test]
