@@ -117,7 +117,7 @@ fn damaged_meshes_are_refused() {
     let huge = mesh.replace("$Nodes\n12", "$Nodes\n4000000000");
     on_mesh("huge", &huge, "bottom").1.ends(2, &["part.msh", "remedy: "]);
     let folder = Folder::new("absent", &CASE.replace("block = {", "file = \"none.msh\" #"));
-    folder.run(&["solve", "case.toml"]).ends(2, &["case.toml:6:1", "none.msh", "cannot be read"]);
+    folder.run(&["solve", "case.toml"]).ends(2, &["case.toml:5:1", "none.msh", "cannot be read"]);
     let folder = Folder::new("format", &CASE.replace("block = {", "file = \"part.stl\" #"));
     folder.run(&["solve", "case.toml"]).ends(2, &[".stl cannot be read in this version", "Gmsh"]);
 }
