@@ -20,35 +20,20 @@ const FILES: [&str; 12] = [
     "summary.json",
 ];
 
-fn files(folder: &Folder, results: &str) -> Vec<String> {
-    Folder { path: folder.path.join(results) }.keep().names()
-}
-
-trait Keep {
-    fn keep(self) -> std::mem::ManuallyDrop<Folder>;
-}
-
-impl Keep for Folder {
-    /// The folder, not removed at the end.
-    fn keep(self) -> std::mem::ManuallyDrop<Folder> {
-        std::mem::ManuallyDrop::new(self)
-    }
-}
-
 #[test]
 fn a_solved_case_passes_its_check_until_a_number_is_changed() {
     let folder = Folder::new("check", CASE);
     let run = folder.run(&["solve", "case.toml"]);
     run.ends(0, &[]);
     assert!(run.out.contains("certificate  passed") && run.out.contains("uniqueness is not proved"), "{run:#?}");
-    assert_eq!(files(&folder, "case-results"), FILES);
+    assert_eq!(folder.names_in("case-results"), FILES);
     let check = folder.run(&["check", "case-results"]);
     check.ends(0, &[]);
     assert!(check.out.contains("passed"), "{check:#?}");
 
     let path = folder.path.join("case-results/solution.npz");
     let mut bytes = std::fs::read(&path).unwrap();
-    // The last number of a stored array ends where the next entry of the archive begins: halve one of u.
+    // The numbers of the first array begin behind its header of 128 bytes: halve one of them.
     let start = bytes.windows(6).position(|w| w == b"\x93NUMPY").unwrap() + 128;
     let at = start + 8 * 30;
     let value = f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
@@ -153,7 +138,7 @@ fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
     let summary = folder.summary("case-results");
     assert_eq!(summary["status"], "max_iterations");
     assert_eq!(summary["certificate"]["passed"], false);
-    assert_eq!(files(&folder, "case-results"), FILES);
+    assert_eq!(folder.names_in("case-results"), FILES);
     folder.run(&["check", "case-results"]).ends(1, &[]);
     let case = std::fs::read_to_string(folder.path.join("case-results/case.toml")).unwrap();
     assert!(case.starts_with(CASE) && case.contains("# --set solver.max_iterations=1"));
@@ -164,7 +149,7 @@ fn a_case_without_contact_is_solved() {
     let (case, _) = CASE.split_once("[[contact]]").unwrap();
     let folder = Folder::new("free", case);
     folder.run(&["solve", "case.toml"]).ends(0, &[]);
-    assert_eq!(files(&folder, "case-results").len(), 7);
+    assert_eq!(folder.names_in("case-results").len(), 7);
     assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
     folder.run(&["check", "case-results"]).ends(0, &[]);
 }

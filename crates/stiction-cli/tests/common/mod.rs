@@ -70,7 +70,12 @@ impl Folder {
 
     /// Names of all files and folders in it, sorted.
     pub fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(&self.path).unwrap();
+        self.names_in("")
+    }
+
+    /// The same of a folder in it.
+    pub fn names_in(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path.join(folder)).unwrap();
         let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names

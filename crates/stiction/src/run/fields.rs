@@ -149,10 +149,8 @@ fn fill(
     let m = problem.points();
     let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
-    // The area of a point may be zero in principle; a pressure over it is then not a number.
-    let over_area = |force: f64| force / problem.area[j];
-    fields.pressure[at] = over_area(normal);
-    fields.shear[at] = friction.map(over_area);
+    fields.pressure[at] = normal / problem.area[j];
+    fields.shear[at] = friction.map(|force| force / problem.area[j]);
     fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]);
     fields.gap[at] = opening[j];
     fields.status[at] = match outcome.solution.states[j] {

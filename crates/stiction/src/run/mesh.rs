@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::place;
+use super::report::number;
 use crate::Error;
 use crate::io::case::{BlockElement as Element, BlockSpec, MeshSource, MeshSpec};
 use crate::io::{gmsh, machine};
@@ -47,9 +48,9 @@ fn fits(nodes: f64, memory: Option<u64>) -> Result<(), Error> {
     match memory.or_else(machine::available_memory) {
         Some(limit) if needed > limit as f64 => {
             let what = format!(
-                "a mesh of {nodes:.0} nodes needs about {:.2} GB for its matrix and {:.2} GB may be used",
-                needed / 1e9,
-                limit as f64 / 1e9
+                "a mesh of {nodes:.0} nodes needs about {} GB for its matrix and {} GB may be used",
+                number(needed / 1e9),
+                number(limit as f64 / 1e9)
             );
             let remedy = "take fewer cells, raise `memory` under [solver], or use a machine with more memory";
             Err(Error::new("", what, remedy))

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{form, largest_displacement, status};
+use super::summary::{form, largest_displacement};
 use super::{Outcome, Prepared, Totals, pair_totals, totals};
 use crate::certificate::Certificate;
-use crate::friction::CoulombFacts;
+use crate::friction::{CoulombFacts, Status};
 
 /// The result of a run, a few lines for a person.
 pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
@@ -16,7 +16,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<12} {value}");
     };
-    line("status", format!("{} after {} iterations", words(status(solution.status)), counts.newton_steps));
+    line("status", status(solution.status, counts.newton_steps));
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
@@ -81,6 +81,17 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
                 number(t.max_shear)
             ),
         );
+    }
+}
+
+/// How the iteration ended.
+fn status(status: Status, iterations: usize) -> String {
+    let count = if iterations == 1 { "1 iteration".to_string() } else { format!("{iterations} iterations") };
+    match status {
+        Status::Solved => format!("solved after {count}"),
+        Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
+        Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
+        Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) const STATUS: [(&str, Rgb); 3] =
     [("open", [222, 222, 222]), ("stick", [0, 114, 178]), ("slip", [230, 159, 0])];
 
 /// Vertices in none of these states, such as nodes of a contact surface that are held.
-pub(super) const OUTSIDE: (&str, Rgb) = ("no contact", [140, 120, 140]);
+pub(super) const OUTSIDE: (&str, Rgb) = ("held", [140, 120, 140]);
 
 /// `a` at `t = 0`, `b` at `t = 1`.
 pub(super) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
