@@ -278,10 +278,10 @@ fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
                         free.push((k * m + j, unknown as usize, row[c as usize]));
                     }
                 }
-            } else if let Ok(p) = model.dofs.prescribed.binary_search(&dof) {
-                if point.normal[c as usize] != 0.0 {
-                    held.push((j, p, point.normal[c as usize]));
-                }
+            } else if let Ok(p) = model.dofs.prescribed.binary_search(&dof)
+                && point.normal[c as usize] != 0.0
+            {
+                held.push((j, p, point.normal[c as usize]));
             }
         }
     }

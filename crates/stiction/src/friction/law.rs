@@ -46,12 +46,12 @@ pub(super) fn augmented(lambda: &[f64], v: &[f64], r: &[f64], j: usize) -> [f64;
 pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
     let m = r.len();
     let mut g = vec![0.0; 3 * m];
-    for j in 0..m {
+    for (j, &law) in friction.iter().enumerate() {
         let a = augmented(lambda, v, r, j);
-        let projected = if friction[j] == Friction::Bonded {
+        let projected = if law == Friction::Bonded {
             a
         } else {
-            let (limit, length) = (bound(friction[j], a[0]), a[1].hypot(a[2]));
+            let (limit, length) = (bound(law, a[0]), a[1].hypot(a[2]));
             let shrink = if length > limit { limit / length } else { 1.0 };
             [a[0].max(0.0), a[1] * shrink, a[2] * shrink]
         };

@@ -37,6 +37,9 @@ pub(super) struct Newton<'a> {
     pub tolerance: f64,
 }
 
+/// Told the norm of the residual, that of the multipliers and the states at every iteration; may stop the run.
+pub(super) type Observe<'a> = dyn FnMut(f64, f64, &[PointState]) -> ControlFlow<()> + 'a;
+
 /// Backtracking ends here: a smaller step means that the direction is no descent.
 const SMALLEST_STEP: f64 = 1.0 / 64.0;
 /// A step may raise the residual as long as it stays below the largest of so many before it.
@@ -52,12 +55,7 @@ const INNER_LIMIT: usize = 300;
 
 /// Semismooth Newton (Alart & Curnier 1991) with inexact steps and non-monotone backtracking (Grippo, Lampariello &
 /// Lucidi 1986) on the norm of the residual. `steps` counts down to the limit of the whole solve.
-pub(super) fn newton(
-    on: &Newton<'_>,
-    at: &mut Iterate,
-    steps: &mut usize,
-    observe: &mut dyn FnMut(f64, f64, &[PointState]) -> ControlFlow<()>,
-) -> End {
+pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, observe: &mut Observe<'_>) -> End {
     let mut recent: Vec<f64> = Vec::new();
     let (mut best, mut since_best) = (f64::INFINITY, 0);
     let mut previous: Vec<PointState> = Vec::new();

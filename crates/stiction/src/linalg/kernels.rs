@@ -1,5 +1,8 @@
 //! The four loops in which a triangular solve spends its time, compiled for the vector unit found at run time.
 
+// Triangles are told by their indices, and two vectors share them.
+#![allow(clippy::needless_range_loop)]
+
 use pulp::Arch;
 
 /// `y -= a0 c0 + a1 c1 + a2 c2 + a3 c3`; all of the length of `y`.

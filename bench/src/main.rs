@@ -1,0 +1,90 @@
+//! Times the whole run on the model brick of the source paper, from case file to result folder, phase by phase, and
+//! prints each as a ratio to one factorisation and one solve of the same stiffness matrix in the same process. CPU
+//! time of the thread, since machines are shared; everything runs on one thread.
+//!
+//! Usage: `cargo run --release -p stiction-bench [cells across ...]`, by default 4 8 16 24.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use stiction::contact::ContactProblem;
+use stiction::dual::{Dual, DualSettings, choose};
+use stiction::io::case;
+use stiction::linalg::Csr;
+use stiction::run;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let given: Result<Vec<usize>, _> = std::env::args().skip(1).map(|a| a.parse()).collect();
+    let sizes = match given?.as_slice() {
+        [] => vec![4, 8, 16, 24],
+        list => list.to_vec(),
+    };
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    println!("model brick, six tetrahedra a cell, Coulomb friction 0.35, tolerance 1e-8, one thread");
+    println!("reference: numeric factorisation and one solve of K; columns after it are ratios to it\n");
+    println!(
+        "| cells | unknowns | points | reference s | solve / ref | run / ref | run s | order | factor | newton | coulomb | assembly | output | steps | products | form | worst |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for n in sizes {
+        row(n)?;
+    }
+    Ok(())
+}
+
+fn row(n: usize) -> Result<(), Box<dyn Error>> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../cases/brick/brick.toml");
+    let cells = ("mesh.block.cells".to_string(), format!("[{}, {n}, {n}]", 3 * n));
+    let case = case::read(path, &[cells])?;
+    let folder = std::env::temp_dir().join(format!("stiction-bench-{n}"));
+    let start = Instant::now();
+    let prepared = run::prepare(&case)?;
+    let mut outcome = run::solve(&prepared, &run::Settings::of(&case.solver), &mut |_| ControlFlow::Continue(()))?;
+    let origin = run::Origin { case_text: std::fs::read_to_string(path)?, ..Default::default() };
+    run::write(&prepared, &mut outcome, &origin, &folder)?;
+    let whole = start.elapsed().as_secs_f64();
+    std::fs::remove_dir_all(&folder)?;
+    let reference = reference(&prepared.problem)?;
+    let s = outcome.seconds;
+    let solve = s.ordering + s.factorisation + s.iteration + s.coulomb;
+    let ratio = |seconds: f64| seconds / reference;
+    println!(
+        "| {}x{n}x{n} | {} | {} | {reference:.3} | {:.2} | {:.2} | {whole:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {} | {} | {:?} | {:.1e} |",
+        3 * n,
+        prepared.problem.unknowns(),
+        prepared.problem.points(),
+        ratio(solve),
+        ratio(whole),
+        ratio(s.ordering),
+        ratio(s.factorisation),
+        ratio(s.iteration),
+        ratio(s.coulomb),
+        ratio(s.assembly + s.contact + s.mesh),
+        ratio(s.output),
+        outcome.solution.counts.newton_steps,
+        outcome.solution.counts.products,
+        outcome.form,
+        outcome.solution.certificate.worst,
+    );
+    Ok(())
+}
+
+/// Seconds of one numeric factorisation of `K` in its best order and one solve; the better of two.
+fn reference(problem: &ContactProblem) -> Result<f64, Box<dyn Error>> {
+    let n = problem.unknowns();
+    let elastic = ContactProblem {
+        node_of: problem.node_of.clone(),
+        ..ContactProblem::from_matrices(problem.K.clone(), problem.f.clone(), Csr::zero(0, n), vec![], vec![])
+    };
+    let mut best = f64::INFINITY;
+    for _ in 0..2 {
+        let choice = choose(&elastic, &DualSettings::default())?;
+        let start = Instant::now();
+        let factor = Dual::new(&elastic, choice)?;
+        let u = factor.displacement(&elastic, &[]);
+        assert!(u.iter().all(|x| x.is_finite()));
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    Ok(best)
+}
