@@ -58,14 +58,19 @@ fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Uni
         ("shear", "shear traction on the obstacle", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
         ("status", "state of contact", "", MapValues::Status(&status), None),
     ];
+    let touching: Vec<bool> = s.status.iter().map(|&state| state > 0).collect();
     let mut files = Vec::new();
     for (name, subject, label, values, vectors) in pictures {
+        if name == "shear" && !shear.iter().any(|&t| t > 0.0) {
+            continue;
+        }
         let title = format!("{title}{of_pair}: {subject}");
         let map = SurfaceMap {
             points: &s.points,
             faces: &faces,
             values,
             vectors,
+            focus: Some(&touching),
             title: &title,
             label,
             unit_label: units.stress,

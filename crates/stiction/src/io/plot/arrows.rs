@@ -2,15 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use super::camera::{Camera, Vec3, add, area_vector, dot, norm};
+use super::camera::{Area, Camera, Vec3, add, dot, norm};
 use super::canvas::{Align, Canvas};
 use super::color::INK;
 use super::decor::SMALL;
+use super::scene::Surface;
 use super::ticks::{number, round_down};
 
-/// Pixels between neighbouring arrows, and of the longest.
+/// Pixels between neighbouring arrows, of the longest and of the shortest.
 const SPACING: f64 = 44.0;
 const LONGEST: f64 = 46.0;
+const SHORTEST: f64 = 6.0;
 
 /// The scale of a set of arrows.
 pub(super) struct Arrows {
@@ -25,29 +27,36 @@ impl Arrows {
         (largest > f64::MIN_POSITIVE).then_some(Arrows { largest })
     }
 
-    /// Draws one arrow for each small square of the picture, at the vertex nearest to the middle of it.
-    pub(super) fn draw(&self, canvas: &mut Canvas, camera: &Camera, points: &[Vec3], vectors: &[Vec3], front: &[bool]) {
-        let mut chosen: BTreeMap<(i64, i64), (f64, usize)> = BTreeMap::new();
-        for (i, &p) in points.iter().enumerate() {
-            let [x, y, _] = camera.project(p);
-            // Comparisons with NaN are false: missing vectors are left out.
-            let long = norm(vectors[i]) > 0.03 * self.largest;
-            if !(long && front[i] && x.is_finite() && y.is_finite()) {
-                continue;
-            }
-            let cell = ((x / SPACING).floor(), (y / SPACING).floor());
-            let away = (x / SPACING - cell.0 - 0.5).hypot(y / SPACING - cell.1 - 0.5);
-            let best = chosen.entry((cell.0 as i64, cell.1 as i64)).or_insert((away, i));
-            if away < best.0 {
-                *best = (away, i);
+    /// The arrows of a regular grid of points of the picture within `area`, where the surface seen there has vectors
+    /// that are not about zero; vertices of a surface without faces have an arrow each.
+    pub(super) fn on(&self, camera: &Camera, area: Area, surface: Surface, vectors: &[Vec3]) -> Vec<[[f64; 2]; 2]> {
+        let at: Vec<Vec3> = surface.points.iter().map(|&p| camera.project(p)).collect();
+        // Depth and vector of what is seen at each point of the grid.
+        let mut seen: BTreeMap<(usize, usize), (f64, Vec3)> = BTreeMap::new();
+        for face in surface.faces {
+            for k in 1..face.len() - 1 {
+                let nodes = [face[0], face[k], face[k + 1]].map(|n| n as usize);
+                sample(nodes.map(|n| at[n]), area, |place, depth, weights| {
+                    let vector = (0..3).fold([0.0; 3], |sum, k| add(sum, weights[k], vectors[nodes[k]]));
+                    let best = seen.entry(place).or_insert((depth, vector));
+                    if depth > best.0 {
+                        *best = (depth, vector);
+                    }
+                });
             }
         }
-        for &(_, i) in chosen.values() {
-            let [x, y, _] = camera.project(points[i]);
-            let factor = 0.5 * LONGEST / self.largest;
-            let (dx, dy) = (factor * dot(camera.axes[0], vectors[i]), -factor * dot(camera.axes[1], vectors[i]));
-            haloed(canvas, [x - dx, y - dy], [x + dx, y + dy]);
+        let mut places: Vec<([f64; 2], Vec3)> =
+            seen.into_iter().map(|((i, j), (_, v))| ([grid(area.left, i), grid(area.top, j)], v)).collect();
+        if surface.faces.is_empty() {
+            places = at.iter().zip(vectors).map(|(p, &v)| ([p[0], p[1]], v)).collect();
         }
+        let factor = LONGEST / self.largest;
+        let arrow = |([x, y], v): ([f64; 2], Vec3)| {
+            let (dx, dy) = (0.5 * factor * dot(camera.axes[0], v), -0.5 * factor * dot(camera.axes[1], v));
+            // Comparisons with NaN are false: missing vectors are left out, as are those too short to have a shaft.
+            (2.0 * dx.hypot(dy) > SHORTEST).then_some([[x - dx, y - dy], [x + dx, y + dy]])
+        };
+        places.into_iter().filter_map(arrow).collect()
     }
 
     /// An arrow of round length with its value, its label above.
@@ -64,7 +73,7 @@ impl Arrows {
 }
 
 /// A dark arrow in a light one, to be seen on dark and light colours.
-fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
+pub(super) fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
     /// Pixels by which the halo is wider, and by which its tip is longer so that it is as wide there.
     const WIDER: f64 = 1.2;
     const LONGER: f64 = 2.6 * WIDER;
@@ -80,16 +89,32 @@ fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
     canvas.arrow(from, to, 2.0, head, INK);
 }
 
-/// Which vertices lie on the side of the surface that the observer sees; all of them if there are no faces.
-pub(super) fn facing(points: &[Vec3], faces: &[&[u32]], toward: Vec3) -> Vec<bool> {
-    let mut normals = vec![[0.0; 3]; points.len()];
-    for face in faces {
-        let area = area_vector(points, face);
-        face.iter().for_each(|&n| normals[n as usize] = add(normals[n as usize], 1.0, area));
+/// The coordinate of a point of the grid that starts at `from`.
+fn grid(from: f64, i: usize) -> f64 {
+    from + SPACING * (i as f64 + 0.5)
+}
+
+/// Calls `f` with the number, the depth and the weights of the corners for each point of the grid in a triangle.
+fn sample(corners: [Vec3; 3], area: Area, mut f: impl FnMut((usize, usize), f64, [f64; 3])) {
+    let [a, b, c] = corners;
+    let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if !(twice.is_finite() && twice != 0.0) {
+        return;
     }
-    let total = normals.iter().fold([0.0; 3], |sum, &n| add(sum, 1.0, n));
-    // A map may be seen from behind, as the underside of a body seen from above.
-    let side = if dot(total, toward) < 0.0 { -1.0 } else { 1.0 };
-    // Arrows at a grazing angle would crowd along the silhouette.
-    normals.iter().map(|&n| faces.is_empty() || side * dot(n, toward) > 0.25 * norm(n)).collect()
+    let span = |k: usize, from: f64, to: f64| {
+        let [low, high] = [a[k].min(b[k]).min(c[k]).max(from), a[k].max(b[k]).max(c[k]).min(to)];
+        let [low, high] = [low, high].map(|v| (v - from) / SPACING - 0.5);
+        if low <= high { low.ceil().max(0.0) as usize..(high + 1.0).floor().max(0.0) as usize } else { 0..0 }
+    };
+    for i in span(0, area.left, area.right) {
+        for j in span(1, area.top, area.bottom) {
+            let (x, y) = (grid(area.left, i) - a[0], grid(area.top, j) - a[1]);
+            let wb = (x * (c[1] - a[1]) - y * (c[0] - a[0])) / twice;
+            let wc = (y * (b[0] - a[0]) - x * (b[1] - a[1])) / twice;
+            let wa = 1.0 - wb - wc;
+            if wa.min(wb).min(wc) >= -1e-9 {
+                f((i, j), wa * a[2] + wb * b[2] + wc * c[2], [wa, wb, wc]);
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! Colours: one perceptually uniform map for numbers, one palette for the state of a contact point.
 
+use std::sync::LazyLock;
+
 pub(super) type Rgb = [u8; 3];
 
 pub(super) const INK: Rgb = [34, 34, 34];
@@ -49,35 +51,29 @@ pub(super) enum Paint<'a> {
     Status(&'a [u8]),
 }
 
+/// The map at equidistant places, each the colour of its place: looking it up costs less than mixing.
+pub(super) static MAP: LazyLock<[Rgb; MAP_STEPS + 1]> =
+    LazyLock::new(|| std::array::from_fn(|i| viridis(i as f64 / MAP_STEPS as f64)));
+
+pub(super) const MAP_STEPS: usize = 1024;
+
 impl Paint<'_> {
-    /// What colours a face of four vertices, of which some may be the same.
-    pub(super) fn patch(&self, nodes: [usize; 4]) -> Patch {
+    /// The place of a vertex on the map, in 0..1; NaN without a number.
+    pub(super) fn place(&self, node: usize) -> f64 {
         match self {
-            Paint::Scalar { values, range: [low, high] } => Patch::Scalar(nodes.map(|n| {
-                // An infinite value has no colour either, and must not become that of the end of the map.
-                if values[n].is_finite() { (values[n] - low) / (high - low) } else { f64::NAN }
-            })),
-            Paint::Status(status) => {
-                Patch::Status(nodes.map(|n| STATUS.get(usize::from(status[n])).map_or(OUTSIDE.1, |s| s.1)))
+            // An infinite value has no colour either, and must not become that of the end of the map.
+            Paint::Scalar { values, range: [low, high] } if values[node].is_finite() => {
+                (values[node] - low) / (high - low)
             }
+            _ => f64::NAN,
         }
     }
-}
 
-/// The colours of a face.
-#[derive(Clone, Copy)]
-pub(super) enum Patch {
-    /// Places on the map, in 0..1.
-    Scalar([f64; 4]),
-    Status([Rgb; 4]),
-}
-
-impl Patch {
-    /// The colour at the weights `w` (of sum 1) between the four vertices.
-    pub(super) fn at(&self, w: [f64; 4]) -> Rgb {
+    /// The colour of a vertex.
+    pub(super) fn vertex(&self, node: usize) -> Rgb {
         match self {
-            Patch::Scalar(t) => viridis(w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]),
-            Patch::Status(colors) => colors[(1..4).fold(0, |best, k| if w[k] > w[best] { k } else { best })],
+            Paint::Scalar { .. } => viridis(self.place(node)),
+            Paint::Status(status) => STATUS.get(usize::from(status[node])).map_or(OUTSIDE.1, |s| s.1),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The plane of a flat map and its axes.
 
-use super::camera::{self, Camera, Vec3, cross, dot};
+use super::camera::{self, Area, Camera, Vec3, cross, dot};
 use super::canvas::{Align, Canvas};
 use super::color::INK;
 use super::decor::{BODY, SMALL, with_unit};
@@ -45,12 +45,17 @@ impl Plane {
     }
 }
 
-/// A frame around the surface with marks in units of length.
-pub(super) fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: [[f64; 2]; 2], unit_label: &str) {
+/// The frame around what is shown.
+pub(super) fn frame(camera: &Camera, extent: [[f64; 2]; 2]) -> Area {
     const AROUND: f64 = 10.0;
     let [left, right] = extent[0].map(|v| camera.place(0, v));
     let [bottom, top] = extent[1].map(|v| camera.place(1, v));
-    let (left, right, top, bottom) = (left - AROUND, right + AROUND, top - AROUND, bottom + AROUND);
+    Area { left: left - AROUND, top: top - AROUND, right: right + AROUND, bottom: bottom + AROUND }
+}
+
+/// A frame around the surface with marks in units of length.
+pub(super) fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: [[f64; 2]; 2], unit_label: &str) {
+    let Area { left, top, right, bottom } = frame(camera, extent);
     canvas.frame([left, top], [right, bottom], 1.0, INK);
     let lengths = [right - left, bottom - top];
     for axis in 0..2 {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::camera::Area;
 use super::canvas::{Canvas, FINE};
 use super::color::{Rgb, mix};
 
@@ -12,12 +13,25 @@ const SLACK: f64 = 1e-9;
 pub(super) struct Raster<'a> {
     canvas: &'a mut Canvas,
     depth: Vec<f32>,
+    /// Columns and rows of sub-pixels that may be drawn on.
+    clip: [Range<usize>; 2],
 }
 
 impl<'a> Raster<'a> {
     pub(super) fn new(canvas: &'a mut Canvas) -> Self {
         let depth = vec![f32::NEG_INFINITY; canvas.width * canvas.height * FINE * FINE];
-        Raster { canvas, depth }
+        let clip = [0..canvas.width * FINE, 0..canvas.height * FINE];
+        Raster { canvas, depth, clip }
+    }
+
+    /// Draws on nothing but this area from now on.
+    pub(super) fn clip(&mut self, area: Area) {
+        let inside = |low: f64, high: f64, end: usize| {
+            let [low, high] = [low, high].map(|v| (v * FINE as f64).round().clamp(0.0, end as f64) as usize);
+            low..high
+        };
+        let (width, height) = self.size();
+        self.clip = [inside(area.left, area.right, width), inside(area.top, area.bottom, height)];
     }
 
     /// Size in sub-pixels.
@@ -31,23 +45,24 @@ impl<'a> Raster<'a> {
         if corners.as_flattened().iter().any(|x| !x.is_finite()) {
             return;
         }
-        let (width, height) = self.size();
+        let (width, _) = self.size();
         // Centres of sub-pixels lie at whole numbers.
         let [a, b, c] = corners.map(|p| [p[0] * FINE as f64 - 0.5, p[1] * FINE as f64 - 0.5, p[2]]);
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area == 0.0 || !area.is_finite() {
             return;
         }
-        let span = |k: usize, end: usize| {
-            let low = a[k].min(b[k]).min(c[k]).ceil().max(0.0);
+        let span = |k: usize| {
+            let Range { start, end } = self.clip[k].clone();
+            let low = a[k].min(b[k]).min(c[k]).ceil().max(start as f64);
             let high = a[k].max(b[k]).max(c[k]).floor().min(end as f64 - 1.0);
             // An empty span, also where the triangle lies beside the picture.
             if low <= high { low as usize..high as usize + 1 } else { 0..0 }
         };
-        let columns = span(0, width);
+        let columns = span(0);
         // The weights of b and c are linear: their slopes along a row are the same for all rows.
         let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
-        for y in span(1, height) {
+        for y in span(1) {
             let down = y as f64 - a[1];
             let starts = [
                 (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) / area,
@@ -76,19 +91,21 @@ impl<'a> Raster<'a> {
         if a.iter().chain(&b).any(|x| x.abs() > 1e5 || x.is_nan()) {
             return;
         }
-        let (columns, rows) = self.size();
+        let (width_of_row, _) = self.size();
+        let [columns, rows] = self.clip.clone().map(|r| r.start as f64..r.end as f64);
         let offset = 0.5 * (width as f64 - 1.0) + 0.5;
         let [a, b] = [a, b].map(|p| [p[0] * FINE as f64 - offset, p[1] * FINE as f64 - offset, p[2]]);
         let steps = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().max(1.0);
         for i in 0..=steps as usize {
             let t = i as f64 / steps;
             let [x, y, depth] = [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
+            let (x, y) = (x + 0.5, y + 0.5);
             for (dx, dy) in (0..width).flat_map(|dx| (0..width).map(move |dy| (dx, dy))) {
-                let (x, y) = (x.round() + dx as f64, y.round() + dy as f64);
-                if x < 0.0 || y < 0.0 || x >= columns as f64 || y >= rows as f64 {
+                let (x, y) = (x + dx as f64, y + dy as f64);
+                if !columns.contains(&x) || !rows.contains(&y) {
                     continue;
                 }
-                let place = y as usize * columns + x as usize;
+                let place = y as usize * width_of_row + x as usize;
                 if depth as f32 + LIFT >= self.depth[place] {
                     let pixel = &mut self.canvas.fine[3 * place..3 * place + 3];
                     let mixed = mix([pixel[0], pixel[1], pixel[2]], color, opacity);

@@ -2,7 +2,7 @@
 
 use super::camera::{Camera, Vec3, add, area_vector, dot, norm, unit};
 use super::canvas::{Canvas, FINE};
-use super::color::{INK, Paint, Rgb};
+use super::color::{INK, MAP, MAP_STEPS, MISSING, Paint, Rgb};
 use super::edges::Edge;
 use super::raster::Raster;
 use crate::Error;
@@ -78,25 +78,36 @@ pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges
 fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light: f64) {
     let part = (256.0 * light) as u32;
     let shade = |color: Rgb| color.map(|c| ((u32::from(c) * part) >> 8) as u8);
-    if let &[a, b, c, d] = face {
-        // Four triangles around the centre: two would favour one diagonal, which shows in steep gradients.
-        let nodes = [a, b, c, d].map(|n| n as usize);
-        let patch = paint.patch(nodes);
-        let center = std::array::from_fn(|k| 0.25 * nodes.iter().map(|&n| at[n][k]).sum::<f64>());
-        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
-            raster.triangle([at[nodes[i]], at[nodes[j]], center], |w| {
-                let mut weights = [0.25 * w[2]; 4];
-                weights[i] += w[0];
-                weights[j] += w[1];
-                shade(patch.at(weights))
-            });
+    let count = face.len() as f64;
+    let corner = |k: usize| face[k % face.len()] as usize;
+    // Triangles around the centre: fewer would favour one diagonal, which shows in steep gradients.
+    let center = std::array::from_fn(|k| face.iter().map(|&n| at[n as usize][k]).sum::<f64>() / count);
+    if let Paint::Status(_) = paint {
+        // Each place takes the state of its nearest vertex: two triangles a vertex, up to the middles of its edges.
+        for k in 0..face.len() {
+            let (a, b) = (corner(k), corner(k + 1));
+            let middle = std::array::from_fn(|k| 0.5 * (at[a][k] + at[b][k]));
+            for n in [a, b] {
+                let color = shade(paint.vertex(n));
+                raster.triangle([at[n], middle, center], |_| color);
+            }
         }
-    } else {
-        for k in 1..face.len() - 1 {
-            let [a, b, c] = [face[0], face[k], face[k + 1]].map(|n| n as usize);
-            let patch = paint.patch([a, b, c, a]);
-            raster.triangle([at[a], at[b], at[c]], |w| shade(patch.at([w[0], w[1], w[2], 0.0])));
+        return;
+    }
+    let mean = face.iter().map(|&n| paint.place(n as usize)).sum::<f64>() / count;
+    let map = &*MAP;
+    for k in 0..face.len() {
+        let (a, b) = (corner(k), corner(k + 1));
+        if mean.is_nan() {
+            raster.triangle([at[a], at[b], center], |_| shade(MISSING));
+            continue;
         }
+        // Half a step more, as the conversion cuts off; it also takes what rounding puts below zero to zero.
+        let places = [paint.place(a), paint.place(b), mean].map(|t| MAP_STEPS as f64 * t + 0.5);
+        raster.triangle([at[a], at[b], center], |w| {
+            let place = w[0] * places[0] + w[1] * places[1] + w[2] * places[2];
+            shade(map[(place as usize).min(MAP_STEPS)])
+        });
     }
 }
 
@@ -105,7 +116,7 @@ pub(super) fn dots(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint
     for (i, &p) in surface.points.iter().enumerate() {
         let [x, y, _] = camera.project(p);
         canvas.disc([x, y], 4.5, INK);
-        canvas.disc([x, y], 4.0, paint.patch([i; 4]).at([1.0, 0.0, 0.0, 0.0]));
+        canvas.disc([x, y], 4.0, paint.vertex(i));
     }
 }
 

@@ -43,6 +43,8 @@ pub struct SurfaceMap<'a> {
     pub faces: &'a [&'a [u32]],
     pub values: MapValues<'a>,
     pub vectors: Option<MapVectors<'a>>,
+    /// Which vertices matter: a flat map is cut down to their surroundings where they take a small part of it.
+    pub focus: Option<&'a [bool]>,
     pub title: &'a str,
     /// What the values are, such as `Pressure`; unused for states.
     pub label: &'a str,
@@ -75,7 +77,8 @@ fn validate(map: &SurfaceMap, surface: Surface) -> Result<(), Error> {
         MapValues::Status(status) => status.len(),
     };
     let vectors = map.vectors.map_or(map.points.len(), |v| v.values.len());
-    for (what, count) in [("values", values), ("vectors", vectors)] {
+    let marks = map.focus.map_or(map.points.len(), |f| f.len());
+    for (what, count) in [("values", values), ("vectors", vectors), ("marks of focus", marks)] {
         if count != map.points.len() {
             let what = format!("{count} {what} for {} vertices", map.points.len());
             return Err(Error::new("", what, "give one for each vertex, NaN where there is none"));
@@ -116,7 +119,9 @@ fn key_area(bottom: f64) -> Area {
 fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canvas {
     let plane = Plane::along(normal);
     let used: Vec<Vec3> = surface.used().iter().map(|&i| surface.points[i as usize]).collect();
-    let extent = plane.bounds(&used);
+    let whole = plane.bounds(&used);
+    let detail = detail(map, surface, &plane, whole);
+    let extent = detail.unwrap_or(whole);
     let (wide, high) = (extent[0][1] - extent[0][0], extent[1][1] - extent[1][0]);
     // The picture is as high as the surface at full width, within limits.
     let room = 960.0 * high / wide;
@@ -125,11 +130,41 @@ fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canva
     let inner =
         Area { left: area.left + 10.0, top: area.top + 10.0, right: area.right - 10.0, bottom: area.bottom - 10.0 };
     let mut canvas = Canvas::new(1400, (area.bottom + 100.0) as usize);
-    let camera = Camera::fit(plane.axes, used, inner);
-    paint_surface(&mut canvas, &camera, surface, paint, false);
+    let corner =
+        |i: usize, j: usize| add([0, 1, 2].map(|k| extent[0][i] * plane.axes[0][k]), extent[1][j], plane.axes[1]);
+    let shown = if detail.is_some() { vec![corner(0, 0), corner(1, 1)] } else { used };
+    let camera = Camera::fit(plane.axes, shown, inner);
+    let frame = plane::frame(&camera, extent);
+    paint_surface(&mut canvas, &camera, surface, paint, false, detail.map(|_| frame));
     plane::axes(&mut canvas, &camera, &plane, extent, map.length_label);
-    finish(&mut canvas, &camera, map, paint, area.bottom, &plane.note);
+    let note = if detail.is_some() { "detail around the contact" } else { "" };
+    let note = [note, &plane.note].into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join("  ·  ");
+    finish(&mut canvas, &camera, map, paint, area.bottom, frame, &note);
     canvas
+}
+
+/// The part of a flat map to show instead of the whole: that of the focus and 20 % more on each side, at least a few
+/// faces wide; `None` if that is not much less than the whole.
+fn detail(map: &SurfaceMap, surface: Surface, plane: &Plane, whole: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    let marked = |n: u32| map.focus.is_some_and(|f| f[n as usize]);
+    let near: Vec<&&[u32]> = surface.faces.iter().filter(|f| f.iter().any(|&n| marked(n))).collect();
+    let points: Vec<Vec3> = near.iter().flat_map(|f| f.iter()).map(|&n| surface.points[n as usize]).collect();
+    let center: Vec<Vec3> =
+        (0..map.points.len() as u32).filter(|&n| marked(n)).map(|n| map.points[n as usize]).collect();
+    if points.is_empty() || center.is_empty() {
+        return None;
+    }
+    let (inner, outer) = (plane.bounds(&center), plane.bounds(&points));
+    let small = (0..2).all(|k| inner[k][1] - inner[k][0] <= 0.5 * (whole[k][1] - whole[k][0]));
+    // A face more at each end even where a single vertex matters.
+    let wide = (0..2).map(|k| 1.4 * (outer[k][1] - outer[k][0])).fold(0.0, f64::max);
+    let around = |k: usize| {
+        let (middle, half) = (0.5 * (outer[k][0] + outer[k][1]), 0.5 * wide);
+        [(middle - half).max(whole[k][0]), (middle + half).min(whole[k][1])]
+    };
+    let cut = [around(0), around(1)];
+    let less = (0..2).any(|k| cut[k][1] - cut[k][0] < 0.75 * (whole[k][1] - whole[k][0]));
+    (small && less && wide.is_finite()).then_some(cut)
 }
 
 fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Canvas {
@@ -137,15 +172,17 @@ fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Can
     let area = Area { left: 70.0, top: 150.0, right: 1110.0, bottom: 930.0 };
     let used = surface.used();
     let camera = Camera::fit(Camera::upright(toward), used.iter().map(|&i| surface.points[i as usize]), area);
-    paint_surface(&mut canvas, &camera, surface, paint, true);
+    paint_surface(&mut canvas, &camera, surface, paint, true, None);
     decor::triad(&mut canvas, &camera);
-    finish(&mut canvas, &camera, map, paint, 880.0, "");
+    finish(&mut canvas, &camera, map, paint, 880.0, area, "");
     canvas
 }
 
-fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint, lit: bool) {
+/// Draws the surface, cut off at `clip`.
+fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint, lit: bool, clip: Option<Area>) {
     let edges = edges(surface.points, surface.faces);
     let mut raster = Raster::new(canvas);
+    clip.into_iter().for_each(|area| raster.clip(area));
     scene::draw(&mut raster, camera, surface, &edges, paint, lit);
     let border = |e: &&Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
     let border: Vec<[u32; 2]> = edges.iter().filter(border).map(|e| e.nodes).collect();
@@ -155,15 +192,20 @@ fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: 
     }
 }
 
-/// Arrows, key and title.
-fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, bottom: f64, note: &str) {
-    let drawn = map.vectors.and_then(|v| Arrows::scaled(v.values).map(|a| (v, a)));
+/// Arrows within `area`, a key that ends at `bottom`, and title.
+fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, bottom: f64, area: Area, note: &str) {
+    let surface = Surface { points: map.points, faces: map.faces };
+    let drawn = map.vectors.and_then(|v| {
+        let scale = Arrows::scaled(v.values)?;
+        let arrows = scale.on(camera, area, surface, v.values);
+        // Where none is seen, their scale would only puzzle.
+        (!arrows.is_empty()).then_some((v, scale, arrows))
+    });
     let key = key_area(if drawn.is_some() { bottom - 110.0 } else { bottom });
     let end = decor::key(canvas, key, paint, map.label, map.unit_label);
-    if let Some((vectors, arrows)) = drawn {
-        let front = arrows::facing(map.points, map.faces, camera.axes[2]);
-        arrows.draw(canvas, camera, map.points, vectors.values, &front);
-        arrows.reference(canvas, [key.left, end + 40.0], vectors.label, vectors.unit_label);
+    if let Some((vectors, scale, arrows)) = drawn {
+        arrows.iter().for_each(|&[from, to]| arrows::haloed(canvas, from, to));
+        scale.reference(canvas, [key.left, end + 40.0], vectors.label, vectors.unit_label);
     }
     let summary = match map.values {
         MapValues::Scalar(values) => {

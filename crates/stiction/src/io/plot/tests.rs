@@ -48,7 +48,7 @@ fn slices(faces: &[[u32; 4]]) -> Vec<&[u32]> {
 
 fn map<'a>(points: &'a [[f64; 3]], faces: &'a [&'a [u32]], values: MapValues<'a>) -> SurfaceMap<'a> {
     let (title, label, unit_label, length_label) = ("Pressure", "Pressure", "Pa", "m");
-    SurfaceMap { points, faces, values, vectors: None, title, label, unit_label, length_label }
+    SurfaceMap { points, faces, values, vectors: None, focus: None, title, label, unit_label, length_label }
 }
 
 #[test]
