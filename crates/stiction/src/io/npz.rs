@@ -130,7 +130,7 @@ fn put<T: npyz::AutoSerialize + Copy>(
     writer.finish()
 }
 
-/// Reads all arrays of a file written by [`write`] or by `numpy.savez`.
+/// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.
 pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
     let place = path.display().to_string();
     let fail = |what: String, remedy: &str| Error::new(place.clone(), what, remedy);

@@ -1,7 +1,7 @@
 //! The whole way: from a case to a certified answer in a folder.
 //!
 //! [`prepare`] reads the mesh, resolves names and poses the contact problem; [`solve`] solves and certifies it;
-//! [`write`] fills the result folder; [`check`] judges a result folder anew from its files alone.
+//! [`write()`] fills the result folder; [`check`] judges a result folder anew from its files alone.
 
 mod check;
 mod facts;
