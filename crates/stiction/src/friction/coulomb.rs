@@ -27,9 +27,9 @@ impl CoulombFacts {
 }
 
 /// Relative accuracy of the two figures: a bound and an estimate, not results, and no more products than they deserve.
-const ROUGH: f64 = 0.04;
-const POWER_STEPS: usize = 10;
-const INNER_LIMIT: usize = 25;
+const ROUGH: f64 = 0.02;
+const POWER_STEPS: usize = 12;
+const INNER_LIMIT: usize = 40;
 
 /// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
 /// and the uniqueness bound `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))`.
