@@ -132,7 +132,7 @@ fn json_is_all_that_stands_on_standard_output() {
 #[test]
 fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
     let folder = Folder::new("short", CASE);
-    let run = folder.run(&["solve", "case.toml", "--set", "solver.max_iterations=1"]);
+    let run = folder.run(&["solve", "case.toml", "--set", "solver.max_iterations=2"]);
     run.ends(1, &["tolerance was not reached"]);
     assert!(run.out.contains("NOT PASSED"), "{run:#?}");
     let summary = folder.summary("case-results");
@@ -141,7 +141,7 @@ fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
     assert_eq!(folder.names_in("case-results"), FILES);
     folder.run(&["check", "case-results"]).ends(1, &[]);
     let case = std::fs::read_to_string(folder.path.join("case-results/case.toml")).unwrap();
-    assert!(case.starts_with(CASE) && case.contains("# --set solver.max_iterations=1"));
+    assert!(case.starts_with(CASE) && case.contains("# --set solver.max_iterations=2"));
 }
 
 #[test]
