@@ -1,9 +1,10 @@
-use super::obstacle::{cross, dot, length, unit};
+use super::obstacle::unit;
 use super::{ContactProblem, Friction, Obstacle, Pair, Supports};
 use crate::Error;
 use crate::fem::{FeModel, nodal_areas, nodal_normals};
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
+use crate::mesh::v3::{cross, dot, norm};
 
 /// Friction of a whole surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -198,7 +199,7 @@ fn prescribed_value(model: &FeModel, dof: u32) -> Option<f64> {
 fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
     let keep = |v: [f64; 3]| [0, 1, 2].map(|c| if free[c] { v[c] } else { 0.0 });
     let within = keep(normal);
-    if length(within) < 1e-8 {
+    if norm(within) < 1e-8 {
         return None;
     }
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -255,8 +256,8 @@ fn refuse_dragging(
     friction: SurfaceFriction,
 ) -> Result<(), Error> {
     let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
-    let size = length([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
-    if friction == SurfaceFriction::None || length(along) <= 1e-12 * size || size == 0.0 {
+    let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
+    if friction == SurfaceFriction::None || norm(along) <= 1e-12 * size || size == 0.0 {
         return Ok(());
     }
     let what =
@@ -334,7 +335,7 @@ mod tests {
         let [within, t1, t2] = frame(n, [false, true, true]).unwrap();
         assert_eq!(within, n);
         assert_eq!(t2, [0.0; 3]);
-        assert!(t1[0] == 0.0 && dot(t1, n).abs() < 1e-15 && (length(t1) - 1.0).abs() < 1e-15);
+        assert!(t1[0] == 0.0 && dot(t1, n).abs() < 1e-15 && (norm(t1) - 1.0).abs() < 1e-15);
         assert_eq!(frame(n, [true, false, false]), None);
     }
 }
