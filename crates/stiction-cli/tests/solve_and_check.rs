@@ -155,6 +155,39 @@ fn a_case_without_contact_is_solved() {
 }
 
 #[test]
+fn the_energy_counts_prescribed_displacements() {
+    let case = r#"
+        [mesh]
+        block = { size = [3, 2, 1], cells = [3, 2, 2] }
+        [materials.steel]
+        young = 2e11
+        poisson = 0.3
+        [[fix]]
+        on = "x-min"
+        components = "x"
+        [[fix]]
+        on = "y-min"
+        components = "y"
+        [[fix]]
+        on = "z-min"
+        components = "z"
+        [[fix]]
+        on = "x-max"
+        components = "x"
+        value = [3e-3]
+        [[load]]
+        on = "x-max"
+        traction = [5e7, 0, 0]
+    "#;
+    let folder = Folder::new("energy", case);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    // A bar in uniaxial tension stores 1/2 E A L eps^2; the load does work on its end, where that is prescribed.
+    let wanted = 0.5 * 2e11 * 2.0 * 3.0 * 1e-3 * 1e-3 - 5e7 * 2.0 * 3e-3;
+    let found = folder.summary("case-results")["energy"].as_f64().unwrap();
+    assert!((found - wanted).abs() < 1e-9 * wanted.abs(), "{found} instead of {wanted}");
+}
+
+#[test]
 fn several_pairs_are_told_apart() {
     let second = "[[contact]]\non = \"y-max\"\nagainst = { plane = { point = [0, 1, 0], normal = [0, -1, 0] } }\n\
                   friction = \"none\"\n";
