@@ -140,7 +140,9 @@ fn too_little_memory_is_refused() {
     // Enough for the mesh and its matrix, too little for the factor with its dense block.
     let sizes = ["--set", "mesh.block.cells=[24,8,8]", "--set", "solver.memory=0.0125"];
     let large = [&sizes[..], &["--set", "solver.path=dense"]].concat();
-    folder.run(&[&["solve", "case.toml"][..], &large[..]].concat()).ends(2, &["case.toml:5:1", "Cholesky factor", "coarsen the mesh"]);
+    folder
+        .run(&[&["solve", "case.toml"][..], &large[..]].concat())
+        .ends(2, &["case.toml:5:1", "Cholesky factor", "coarsen the mesh"]);
     assert_eq!(folder.names(), ["case.toml"]);
 }
 
