@@ -47,6 +47,8 @@ pub enum Event {
         unknowns: usize,
         bytes: u64,
     },
+    /// The factor stands, the iteration begins.
+    Solving,
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
@@ -125,6 +127,7 @@ pub fn solve(
     let dual = Dual::new(problem, choice)?;
     seconds.factorisation = lap();
 
+    let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
     let solution = friction::solve(problem, &dual, &settings.solver, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
