@@ -48,6 +48,8 @@ pub enum Event {
         unknowns: usize,
         bytes: u64,
     },
+    /// The factor stands, the iteration begins.
+    Solving,
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
@@ -126,6 +128,7 @@ pub fn solve(
     let dual = Dual::new(problem, choice)?;
     seconds.factorisation = lap();
 
+    let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
     let solution = friction::solve(problem, &dual, &settings.solver, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
