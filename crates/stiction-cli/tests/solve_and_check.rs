@@ -213,6 +213,38 @@ fn the_commented_cases_solve() {
 }
 
 #[test]
+fn the_comments_of_the_commented_cases_are_true() {
+    let folder = Folder::new("comments", CASE);
+    let states = |name: &str, set: &[&str]| {
+        folder.run(&[&["solve", &format!("{name}/case.toml"), "-o", name][..], set].concat()).ends(0, &[]);
+        let contact = folder.summary(name)["contact"].clone();
+        let ratio = contact["tangential_force"][0].as_f64().unwrap() / contact["normal_force"].as_f64().unwrap();
+        (["open", "stick", "slip"].map(|state| contact[state].as_u64().unwrap()), ratio)
+    };
+    for name in ["block", "brick", "punch"] {
+        folder.run(&["new", name, "--from", name]).ends(0, &[]);
+    }
+    let ([open, stick, slip], _) = states("block", &[]);
+    assert!(open == 0 && stick > 0 && slip > 0, "the edges slip, the rest sticks");
+    for (push, short) in [("3e-3", 0.02), ("1e-2", 0.001)] {
+        let ([open, stick, _], ratio) = states("block", &["--set", &format!("fix.0.value=[{push}, 0, -2e-3]")]);
+        assert!(open + stick == 0 && ratio > -0.3 && ratio < -0.3 * (1.0 - short), "{push}: all slip, {ratio}");
+    }
+    let ([open, stick, slip], _) = states("brick", &[]);
+    assert!(stick == 0 && (3 * slip..4 * slip).contains(&open), "a quarter bears, or a little less: {slip} of {open}");
+    let ([open, stick, slip], _) = states("punch", &[]);
+    assert!(open > 0 && stick > 0 && slip > 0, "a middle that sticks, a rim that slips, a gap");
+}
+
+#[test]
+fn contact_that_never_closes_is_said_so() {
+    let folder = Folder::new("far", &CASE.replace("point = [0, 0, 0]", "point = [0, 0, -1]"));
+    let run = folder.run(&["solve", "case.toml"]);
+    run.ends(0, &[]);
+    assert!(run.out.contains("no point touches the obstacle"), "{run:#?}");
+}
+
+#[test]
 fn a_case_in_its_own_result_folder_is_left_as_it_is() {
     let folder = Folder::new("own", CASE);
     folder.run(&["solve", "case.toml", "-o", ".", "--set", "solver.tolerance=1e-6"]).ends(0, &[]);
