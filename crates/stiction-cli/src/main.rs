@@ -3,6 +3,7 @@
 //! Exit codes: 0 solved and certified; 1 ended short of its tolerance, or a check that failed; 2 the input cannot be
 //! used; 70 an error of the program itself; 130 interrupted.
 
+mod algebraic;
 mod check;
 mod interrupt;
 mod mesh;
@@ -26,6 +27,7 @@ struct Arguments {
 enum Command {
     Solve(solve::Arguments),
     Check(check::Arguments),
+    Algebraic(algebraic::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Command),
     New(new::Arguments),
@@ -48,6 +50,7 @@ fn main() -> std::process::ExitCode {
     let result = match Arguments::parse().command {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Algebraic(arguments) => algebraic::run(&arguments),
         Command::Mesh(command) => mesh::run(&command),
         Command::New(arguments) => new::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),

@@ -3,7 +3,9 @@
 //! Recomputed from the problem's data by code that shares nothing with the solvers. Every measure is dimensionless,
 //! an inequality against the tolerance, and does not change with the units.
 
+mod discrete;
 mod duality;
 mod measures;
 
+pub use discrete::{Measures, measure};
 pub use measures::{Balance, Certificate, certify};

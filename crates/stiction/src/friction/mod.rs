@@ -1,6 +1,7 @@
 //! Solvers for contact with friction on the dual operator: Newton's method on the law itself and what helps it when
 //! it stalls. Knows no mesh.
 
+pub mod algebraic;
 mod coulomb;
 mod law;
 mod newton;

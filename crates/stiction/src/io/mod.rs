@@ -1,9 +1,12 @@
 //! Case files, mesh readers and result writers: the only module that opens files.
 
 mod replace;
+mod storage;
 
 pub mod case;
 pub mod expression;
+pub mod fclib;
+pub mod fclib_write;
 pub mod folder;
 pub mod gmsh;
 pub mod machine;

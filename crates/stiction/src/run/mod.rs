@@ -3,6 +3,7 @@
 //! [`prepare`] reads the mesh, resolves names and poses the contact problem; [`solve`] solves and certifies it;
 //! [`write()`] fills the result folder; [`check`] judges a result folder anew from its files alone.
 
+pub mod algebraic;
 mod check;
 mod facts;
 mod facts_text;

@@ -1,0 +1,288 @@
+use crate::Error;
+use crate::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use crate::linalg::{Csr, Lu, NodeGraph, axpy, nested_dissection, norm, plan};
+
+/// A problem in impulses alone, and the way back to velocities and the impulses of bilateral constraints.
+#[derive(Debug)]
+pub struct Condensed {
+    /// Without bilateral part.
+    pub local: LocalProblem,
+    bodies: Vec<Body>,
+    eliminated: Option<Eliminated>,
+}
+
+/// Unknown velocities that `M` couples, and its factor there.
+#[derive(Debug)]
+struct Body {
+    unknowns: Vec<u32>,
+    factor: Lu,
+}
+
+/// `l = -R⁻¹ (C r + s)`.
+#[derive(Debug)]
+#[allow(non_snake_case)]
+struct Eliminated {
+    factor: Lu,
+    C: Csr,
+    s: Vec<f64>,
+}
+
+/// What belongs to impulses `r` beside them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recovered {
+    /// Velocities of the contact points, `dm`.
+    pub u: Vec<f64>,
+    /// Velocities of the bodies, `n`; empty for a local problem.
+    pub v: Vec<f64>,
+    /// Impulses of the bilateral constraints, `p`.
+    pub l: Vec<f64>,
+    /// Residual of the linear equations, relative to the largest of their terms.
+    pub equilibrium: f64,
+}
+
+/// Condenses a validated problem to its contact points: `W = H' M⁻¹ H` body by body, `q = H' M⁻¹ f + w`; bilateral
+/// constraints are eliminated. `M` is used as it is, symmetric or not.
+///
+/// # Errors
+/// If `M` is singular, or the bilateral constraints are not independent.
+pub fn condense(problem: &DiscreteProblem) -> Result<Condensed, Error> {
+    match problem {
+        DiscreteProblem::Local(local) => {
+            let mut plain = LocalProblem { bilateral: None, ..local.clone() };
+            let eliminated = match &local.bilateral {
+                Some(Bilateral { V, R, s }) => Some(eliminate(&mut plain, V, V.transpose(), R, s)?),
+                None => None,
+            };
+            Ok(Condensed { local: plain, bodies: Vec::new(), eliminated })
+        }
+        DiscreteProblem::Global(global) => condense_bodies(global),
+    }
+}
+
+#[allow(non_snake_case)]
+fn condense_bodies(problem: &GlobalProblem) -> Result<Condensed, Error> {
+    let (n, size) = (problem.f.len(), problem.w.len());
+    let empty = Equalities { G: Csr::zero(n, 0), b: Vec::new() };
+    let Equalities { G, b } = problem.equalities.as_ref().unwrap_or(&empty);
+    // Columns of H, then those of G, then f.
+    let p = b.len();
+    let mut columns = problem.H.transpose();
+    append(&mut columns, &G.transpose());
+    append(&mut columns, &Csr::from_triplets(1, n, &entries(&problem.f)));
+    let directions = columns.transpose();
+    let symmetric = symmetric_pattern(&problem.M);
+    let mut bodies = Vec::new();
+    let mut products = Vec::new();
+    for unknowns in components(&symmetric) {
+        let body = Body::new(&symmetric, unknowns)?;
+        body.products(&directions, size + p, &mut products);
+        bodies.push(body);
+    }
+    let product = Csr::from_triplets(size + p, size + p + 1, &products);
+    let part = |rows: std::ops::Range<usize>, cols: std::ops::Range<usize>| {
+        let keep = |r: std::ops::Range<usize>| r.map(|i| i as u32).collect::<Vec<u32>>();
+        product.select_rows(&keep(rows)).select_columns(&keep(cols))
+    };
+    let last = size + p;
+    let dense = |rows: std::ops::Range<usize>| rows.map(|i| product.entry(i, last)).collect::<Vec<f64>>();
+    let mut local = LocalProblem {
+        dimension: problem.dimension,
+        W: part(0..size, 0..size),
+        q: dense(0..size).iter().zip(&problem.w).map(|(q, w)| q + w).collect(),
+        mu: problem.mu.clone(),
+        bilateral: None,
+    };
+    let mut eliminated = None;
+    if p > 0 {
+        let s: Vec<f64> = dense(size..last).iter().zip(b).map(|(s, b)| s + b).collect();
+        let [V, C, R] = [part(0..size, size..last), part(size..last, 0..size), part(size..last, size..last)];
+        eliminated = Some(eliminate(&mut local, &V, C, &R, &s)?);
+    }
+    Ok(Condensed { local, bodies, eliminated })
+}
+
+impl Condensed {
+    /// Velocities and bilateral impulses for impulses `r` of the problem this was made of.
+    pub fn recover(&self, problem: &DiscreteProblem, r: &[f64]) -> Recovered {
+        let l = self.eliminated.as_ref().map_or(Vec::new(), |e| e.bilateral(r));
+        match problem {
+            DiscreteProblem::Local(local) => {
+                let mut u = local.W.times(r);
+                axpy(1.0, &local.q, &mut u);
+                let mut equilibrium = 0.0;
+                if let Some(Bilateral { V, R, s }) = &local.bilateral {
+                    axpy(1.0, &V.times(&l), &mut u);
+                    equilibrium = balance(&[&V.transpose_times(r), &R.times(&l), s]);
+                }
+                Recovered { u, v: Vec::new(), l, equilibrium }
+            }
+            DiscreteProblem::Global(global) => {
+                let mut load = global.H.times(r);
+                axpy(1.0, &global.f, &mut load);
+                if let Some(Equalities { G, .. }) = &global.equalities {
+                    axpy(1.0, &G.times(&l), &mut load);
+                }
+                let mut v = self.velocity(&load);
+                // One refinement: the factor's error is amplified by the condition of M.
+                let mut rest = load.clone();
+                axpy(-1.0, &global.M.times(&v), &mut rest);
+                axpy(1.0, &self.velocity(&rest), &mut v);
+                let inertia: Vec<f64> = global.M.times(&v).iter().map(|x| -x).collect();
+                let mut equilibrium = balance(&[&inertia, &load]);
+                if let Some(Equalities { G, b }) = &global.equalities {
+                    equilibrium = equilibrium.max(balance(&[&G.transpose_times(&v), b]));
+                }
+                let mut u = global.H.transpose_times(&v);
+                axpy(1.0, &global.w, &mut u);
+                Recovered { u, v, l, equilibrium }
+            }
+        }
+    }
+
+    fn velocity(&self, load: &[f64]) -> Vec<f64> {
+        let mut v = vec![0.0; load.len()];
+        for body in &self.bodies {
+            let own: Vec<f64> = body.unknowns.iter().map(|&i| load[i as usize]).collect();
+            body.unknowns.iter().zip(body.factor.solve(&own)).for_each(|(&i, x)| v[i as usize] = x);
+        }
+        v
+    }
+}
+
+impl Eliminated {
+    fn bilateral(&self, r: &[f64]) -> Vec<f64> {
+        let mut rhs = self.C.times(r);
+        axpy(1.0, &self.s, &mut rhs);
+        self.factor.solve(&rhs).iter().map(|x| -x).collect()
+    }
+}
+
+impl Body {
+    #[allow(non_snake_case)]
+    fn new(M: &Csr, unknowns: Vec<u32>) -> Result<Self, Error> {
+        let own = M.select_rows(&unknowns).select_columns(&unknowns);
+        let singular = || {
+            let what = format!("M is singular on the unknowns around {}", unknowns.first().copied().unwrap_or(0));
+            Error::new("M", what, "each body needs its mass, or enough support")
+        };
+        let factor = factorise(&own).ok_or_else(singular)?;
+        Ok(Body { unknowns, factor })
+    }
+
+    /// Adds this body's part of `D' M⁻¹ D` for the directions `D`, rows up to `wanted`.
+    fn products(&self, directions: &Csr, wanted: usize, products: &mut Vec<(usize, usize, f64)>) {
+        let own = directions.select_rows(&self.unknowns).transpose();
+        let touched: Vec<usize> = (0..own.rows).filter(|&j| !own.row(j).0.is_empty()).collect();
+        for &j in &touched {
+            let mut b = vec![0.0; self.unknowns.len()];
+            let (rows, values) = own.row(j);
+            rows.iter().zip(values).for_each(|(&i, v)| b[i as usize] = *v);
+            let x = self.factor.solve(&b);
+            for &i in touched.iter().filter(|&&i| i < wanted) {
+                let (rows, values) = own.row(i);
+                products.push((i, j, rows.iter().zip(values).map(|(&k, v)| v * x[k as usize]).sum()));
+            }
+        }
+    }
+}
+
+/// `W -= V R⁻¹ C`, `q -= V R⁻¹ s`.
+#[allow(non_snake_case)]
+fn eliminate(local: &mut LocalProblem, V: &Csr, C: Csr, R: &Csr, s: &[f64]) -> Result<Eliminated, Error> {
+    let dependent = || {
+        let what = "the bilateral constraints are not independent (R is singular)";
+        Error::new("R", what, "leave out those that follow from others")
+    };
+    let factor = factorise(&symmetric_pattern(R)).ok_or_else(dependent)?;
+    let by_column = C.transpose();
+    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
+    for i in 0..local.W.rows {
+        let (columns, values) = local.W.row(i);
+        entries.extend(columns.iter().zip(values).map(|(&j, &v)| (i, j as usize, v)));
+    }
+    for j in 0..by_column.rows {
+        let (rows, values) = by_column.row(j);
+        if rows.is_empty() {
+            continue;
+        }
+        let mut b = vec![0.0; s.len()];
+        rows.iter().zip(values).for_each(|(&i, v)| b[i as usize] = *v);
+        let change = V.times(&factor.solve(&b));
+        entries.extend(change.iter().enumerate().filter(|(_, x)| **x != 0.0).map(|(i, x)| (i, j, -x)));
+    }
+    local.W = Csr::from_triplets(local.W.rows, local.W.cols, &entries);
+    axpy(-1.0, &V.times(&factor.solve(s)), &mut local.q);
+    Ok(Eliminated { factor, C, s: s.to_vec() })
+}
+
+/// Relative residual a factor must reach on a known right-hand side.
+const TRUSTED: f64 = 1e-6;
+
+/// A factor of a matrix with a symmetric pattern; `None` if it is singular to working precision.
+fn factorise(a: &Csr) -> Option<Lu> {
+    let graph = NodeGraph::new(a, None);
+    let lu = Lu::new(a, &plan(&graph, &nested_dissection(&graph), 0))?;
+    let b: Vec<f64> = (0..a.rows).map(|i| 1.0 + (i as f64 * 0.7).sin()).collect();
+    let mut rest = a.times(&lu.solve(&b));
+    axpy(-1.0, &b, &mut rest);
+    (norm(&rest) <= TRUSTED * norm(&b)).then_some(lu)
+}
+
+/// The same matrix with zeros stored where only the transpose has an entry.
+fn symmetric_pattern(a: &Csr) -> Csr {
+    let mut entries = Vec::with_capacity(2 * a.value.len() + a.rows);
+    for i in 0..a.rows {
+        let (columns, values) = a.row(i);
+        entries.push((i, i, 0.0));
+        for (&j, &v) in columns.iter().zip(values) {
+            entries.push((i, j as usize, v));
+            entries.push((j as usize, i, 0.0));
+        }
+    }
+    Csr::from_triplets(a.rows, a.cols, &entries)
+}
+
+/// Unknowns that a matrix of symmetric pattern couples, each list ascending.
+fn components(a: &Csr) -> Vec<Vec<u32>> {
+    let mut seen = vec![false; a.rows];
+    let mut all = Vec::new();
+    for i in 0..a.rows {
+        if seen[i] {
+            continue;
+        }
+        seen[i] = true;
+        let mut part = vec![i as u32];
+        let mut next = 0;
+        while next < part.len() {
+            for &j in a.row(part[next] as usize).0 {
+                if !std::mem::replace(&mut seen[j as usize], true) {
+                    part.push(j);
+                }
+            }
+            next += 1;
+        }
+        part.sort_unstable();
+        all.push(part);
+    }
+    all
+}
+
+/// `|sum of the terms| / max |term|`.
+fn balance(terms: &[&[f64]]) -> f64 {
+    let mut sum = vec![0.0; terms.first().map_or(0, |t| t.len())];
+    terms.iter().for_each(|t| axpy(1.0, t, &mut sum));
+    let largest = terms.iter().map(|t| norm(t)).fold(0.0, f64::max);
+    if largest > 0.0 { norm(&sum) / largest } else { 0.0 }
+}
+
+fn append(matrix: &mut Csr, below: &Csr) {
+    let offset = matrix.column.len();
+    matrix.rows += below.rows;
+    matrix.start.extend(below.start[1..].iter().map(|s| s + offset));
+    matrix.column.extend_from_slice(&below.column);
+    matrix.value.extend_from_slice(&below.value);
+}
+
+fn entries(row: &[f64]) -> Vec<(usize, usize, f64)> {
+    row.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(j, &v)| (0, j, v)).collect()
+}

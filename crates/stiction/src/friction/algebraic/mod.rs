@@ -1,0 +1,22 @@
+//! Discrete problems with Coulomb friction that come as matrices, `W` singular, not quite symmetric and of any scale.
+//!
+//! The way: a global problem is condensed to its points ([`condense`]); every point is scaled by the trace of its block
+//! of `W`; proximal terms make the problem regular ([`solve`]); each regularised problem is solved by a semismooth
+//! Newton method on the law of Alart and Curnier, with sparse unsymmetric factors; where Newton's method fails, the
+//! proximal term grows, and at last exact sweeps over the points start it from elsewhere.
+
+mod blocks;
+mod condense;
+mod law;
+mod newton;
+mod proximal;
+mod rank;
+mod step;
+mod sweeps;
+
+pub use condense::{Condensed, Recovered, condense};
+pub use proximal::{Counts, Progress, Settings, Solution, Status, solve};
+pub use rank::rank;
+
+/// A vector of three: the normal component, then the tangential ones (the last zero in two dimensions).
+type V3 = [f64; 3];

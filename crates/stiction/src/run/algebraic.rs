@@ -1,0 +1,241 @@
+//! Discrete problems given as matrices: from a file to a judged answer.
+
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use crate::Error;
+use crate::certificate::{Measures, measure};
+use crate::contact::{DiscreteProblem, LocalProblem};
+use crate::friction::algebraic::{Progress, Recovered, Settings, Solution, Status, condense, rank, solve};
+use crate::io::fclib::Contents;
+use crate::io::fclib_write::{self, State};
+use crate::io::{fclib, folder};
+
+/// A judged answer, or as far as the iteration came.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    pub solution: Solution,
+    /// Velocities and bilateral impulses.
+    pub recovered: Recovered,
+    /// Measures of the answer at the recovered velocities.
+    pub measures: Measures,
+    pub tolerance: f64,
+    /// Measures of what the file calls a solution.
+    pub claimed: Option<Measures>,
+    /// Order of the condensed `W` and its stored entries.
+    pub order: usize,
+    pub entries: usize,
+    pub rank: Option<usize>,
+    pub seconds: Seconds,
+}
+
+/// Wall time by phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Seconds {
+    /// Condensing to the contact points.
+    pub condensation: f64,
+    pub iteration: f64,
+}
+
+impl Seconds {
+    pub fn total(&self) -> f64 {
+        self.condensation + self.iteration
+    }
+}
+
+impl Answer {
+    /// Whether the three residuals and the balance of the bodies are at most the tolerance.
+    pub fn passed(&self) -> bool {
+        self.measures.passed(self.tolerance) && self.recovered.equilibrium <= self.tolerance
+    }
+
+    /// `solved`, `max_iterations`, `interrupted`, or `inaccurate` where the residuals pass without the bodies' balance.
+    pub fn status(&self) -> &'static str {
+        match (self.solution.status, self.passed()) {
+            (_, true) => "solved",
+            (Status::Solved, false) => "inaccurate",
+            (Status::MaxIterations, false) => "max_iterations",
+            (Status::Interrupted, false) => "interrupted",
+        }
+    }
+}
+
+/// Reads a problem: a file of FCLib (`.hdf5`, `.h5`).
+///
+/// # Errors
+/// What is wrong with it, and where.
+pub fn read(path: &Path) -> Result<Contents, Error> {
+    fclib::read(path)
+}
+
+/// Condenses, solves and judges.
+///
+/// # Errors
+/// If the problem cannot be condensed. An iteration that ends short of its tolerance is no error.
+pub fn answer(
+    contents: &Contents,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Answer, Error> {
+    let problem = &contents.problem;
+    let start = Instant::now();
+    let condensed = condense(problem)?;
+    let condensation = start.elapsed().as_secs_f64();
+    let local = &condensed.local;
+    let solution = solve(local, settings, observer);
+    let recovered = condensed.recover(problem, &solution.r);
+    let measures = judge(local, &solution.r, &recovered.u);
+    let seconds = Seconds { condensation, iteration: start.elapsed().as_secs_f64() - condensation };
+    let claimed = contents.solution.as_ref().map(|r| judge(local, r, &condensed.recover(problem, r).u));
+    Ok(Answer {
+        recovered,
+        measures,
+        tolerance: settings.tolerance,
+        claimed,
+        order: local.q.len(),
+        entries: local.W.value.len(),
+        rank: rank(local),
+        seconds,
+        solution,
+    })
+}
+
+fn judge(local: &LocalProblem, r: &[f64], u: &[f64]) -> Measures {
+    let d = local.dimension;
+    let trace = |a: usize| (d * a..d * (a + 1)).map(|i| local.W.entry(i, i)).sum();
+    let traces: Vec<f64> = (0..local.mu.len()).map(trace).collect();
+    measure(d, &local.mu, &traces, &local.q, r, u)
+}
+
+/// What was posed, how the iteration went and how the answer is judged.
+pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
+    let (problem, solution) = (&contents.problem, &answer.solution);
+    let kind = match problem {
+        DiscreteProblem::Local(_) => "local",
+        DiscreteProblem::Global(_) => "global",
+    };
+    let mut text = format!("{name}\n  problem      {kind}, {} contacts", problem.points());
+    let _ = write!(text, " in {} dimensions, W of order {}", problem.dimension(), answer.order);
+    let rank = answer.rank.map_or("not computed".to_string(), |r| r.to_string());
+    let _ = writeln!(text, " with {} entries, rank {rank}", answer.entries);
+    let counts = solution.counts;
+    let _ = writeln!(
+        text,
+        "  method       {}: {} proximal steps, {} Newton steps, {} sweeps, {:.4} s",
+        method(solution),
+        counts.proximal_steps,
+        counts.newton_steps,
+        counts.sweeps,
+        answer.seconds.total(),
+    );
+    let _ = writeln!(text, "  status       {}", answer.status().replace('_', " "));
+    let balance = [("equilibrium", answer.recovered.equilibrium)];
+    for (number, (name, value)) in answer.measures.all().into_iter().chain(balance).enumerate() {
+        let decides = number < 3 || number == 7;
+        let verdict = if decides && value > answer.tolerance { "  exceeds the tolerance" } else { "" };
+        let _ = writeln!(text, "  {:<17} {value:.1e}{verdict}", name.replace('_', " "));
+    }
+    if let Some(claimed) = &answer.claimed {
+        let verdict = if claimed.passed(answer.tolerance) { "is one" } else { "is none" };
+        let _ = writeln!(
+            text,
+            "  note         what the file calls a solution {verdict} (worst residual {:.1e}); it was not used",
+            claimed.worst()
+        );
+    }
+    text
+}
+
+/// The method that gave the answer.
+fn method(solution: &Solution) -> &'static str {
+    if solution.counts.sweeps > 0 { "sweeps+newton" } else { "proximal newton" }
+}
+
+/// The head of the table of many problems.
+pub fn table_head() -> String {
+    format!(
+        "{:<44} {:>8} {:>6} {:<15} {:>10} {:>9} {:>11} {:>10} {:>9}  {}\n",
+        "problem",
+        "contacts",
+        "rank",
+        "method",
+        "iterations",
+        "seconds",
+        "by velocity",
+        "by largest",
+        "invariant",
+        "verdict"
+    )
+}
+
+/// A line of the table of many problems.
+pub fn table_row(name: &str, contents: &Contents, answer: &Answer) -> String {
+    let m = &answer.measures;
+    format!(
+        "{name:<44} {:>8} {:>6} {:<15} {:>10} {:>9.4} {:>11.1e} {:>10.1e} {:>9.1e}  {}\n",
+        contents.problem.points(),
+        answer.rank.map_or("-".to_string(), |r| r.to_string()),
+        method(&answer.solution),
+        answer.solution.counts.newton_steps,
+        answer.seconds.total(),
+        m.by_velocity,
+        m.by_largest,
+        m.invariant,
+        answer.status().replace('_', " "),
+    )
+}
+
+/// The answer as JSON, for scripts.
+pub fn summary(name: &str, contents: &Contents, answer: &Answer) -> Value {
+    let measures = |m: &Measures| -> Map<String, Value> {
+        m.all().into_iter().map(|(name, value)| (name.to_string(), json!(value))).collect()
+    };
+    let mut judged = measures(&answer.measures);
+    judged.insert("equilibrium".into(), json!(answer.recovered.equilibrium));
+    judged.insert("worst".into(), json!(answer.measures.worst()));
+    judged.insert("tolerance".into(), json!(answer.tolerance));
+    judged.insert("passed".into(), json!(answer.passed()));
+    let counts = answer.solution.counts;
+    json!({
+        "problem": name,
+        "status": answer.status(),
+        "certificate": judged,
+        "contacts": contents.problem.points(),
+        "dimension": contents.problem.dimension(),
+        "order": answer.order,
+        "entries": answer.entries,
+        "rank": answer.rank,
+        "method": method(&answer.solution),
+        "counts": {
+            "iterations": counts.newton_steps,
+            "proximal_steps": counts.proximal_steps,
+            "sweeps": counts.sweeps,
+        },
+        "seconds": {
+            "condensation": answer.seconds.condensation,
+            "iteration": answer.seconds.iteration,
+            "total": answer.seconds.total(),
+        },
+        "claimed_solution": answer.claimed.as_ref().map(measures),
+        "versions": { "stiction": env!("CARGO_PKG_VERSION"), "summary": 1 },
+    })
+}
+
+/// Writes the problem with the answer as its solution, and the summary, into `directory`; the names of the files.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(name: &str, contents: &Contents, answer: &Answer, directory: &Path) -> Result<Vec<String>, Error> {
+    folder::create(directory)?;
+    let files = vec![format!("{name}.hdf5"), format!("{name}.json")];
+    folder::remove(&directory.join(&files[1]))?;
+    let Recovered { u, v, l, .. } = answer.recovered.clone();
+    let state = State { r: answer.solution.r.clone(), u, v, l };
+    fclib_write::write(&directory.join(&files[0]), &contents.problem, Some(&state), &[])?;
+    folder::write_text(&directory.join(&files[1]), &format!("{:#}\n", summary(name, contents, answer)))?;
+    Ok(files)
+}
