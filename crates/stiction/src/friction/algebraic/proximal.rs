@@ -21,7 +21,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { tolerance: 1e-8, max_iterations: 200, start: None }
+        Settings { tolerance: 1e-8, max_iterations: 400, start: None }
     }
 }
 
@@ -70,6 +70,7 @@ pub struct Solution {
 
 /// First proximal parameter over the local flexibility (the scaled diagonal blocks have the trace 3).
 const FIRST: f64 = 0.1;
+const LARGEST: f64 = 10.0;
 /// After a success the parameter falls by this factor, after a failure it grows by it.
 const FACTOR: f64 = 10.0;
 /// Below this the Newton systems lose more digits than the proximal term costs steps.
@@ -80,7 +81,14 @@ const INNER: f64 = 0.1;
 const KEPT: f64 = 0.9;
 /// Inner problems are not solved below this residual, scaled: rounding.
 const ROUNDING: f64 = 1e-15;
-const SWEEPS: usize = 20;
+/// Successes at one parameter before it falls: doubled by each failure up to this, since a parameter that has just been
+/// too small is rarely right one step later.
+const MOST_PATIENCE: usize = 16;
+/// If the best residual has not halved in so many proximal steps, sweeps choose another start.
+const STALL: usize = 30;
+/// Sweeps at the first stall; twice as many at each further one.
+const SWEEPS: usize = 25;
+const MOST_SWEEPS: usize = 400;
 
 /// Solves a local problem without bilateral part: the proximal point algorithm (Rockafellar 1976; on frictional contact
 /// Siconos' `fc3d_proximal`) around a semismooth Newton method. The parameter falls tenfold as long as Newton's method
@@ -99,6 +107,9 @@ pub fn solve(
         _ => vec![[0.0; 3]; problem.mu.len()],
     };
     let mut alpha = FIRST;
+    let (mut patience, mut successes, mut sweeps) = (1, 0, SWEEPS);
+    // Best residual and step at which it was last halved.
+    let mut mark = (f64::INFINITY, 0);
     let mut best: Option<Solution> = None;
     let (mut counts, mut history) = (Counts::default(), Vec::new());
     let status = loop {
@@ -127,17 +138,24 @@ pub fn solve(
         counts.newton_steps += end.steps;
         if end.converged {
             r = end.r;
-            alpha = (alpha / FACTOR).max(SMALLEST);
-            continue;
+            successes += 1;
+            if successes >= patience {
+                (alpha, successes) = ((alpha / FACTOR).max(SMALLEST), 0);
+            }
+        } else {
+            if residual_norm(&blocks.mu, &end.r, &blocks.velocity(&end.r)) < KEPT * own {
+                r = end.r;
+            }
+            (alpha, successes, patience) = (alpha * FACTOR, 0, (2 * patience).min(MOST_PATIENCE));
         }
-        if residual_norm(&blocks.mu, &end.r, &blocks.velocity(&end.r)) < KEPT * own {
-            r = end.r;
+        if residual < 0.5 * mark.0 {
+            mark = (residual, counts.proximal_steps);
         }
-        alpha *= FACTOR;
-        if alpha > 1.0 {
-            alpha = FIRST;
-            sweep(&blocks, &mut r, SWEEPS);
-            counts.sweeps += SWEEPS;
+        if alpha > LARGEST || counts.proximal_steps > mark.1 + STALL {
+            sweep(&blocks, &mut r, sweeps);
+            counts.sweeps += sweeps;
+            (alpha, successes, patience, sweeps) = (FIRST, 0, 1, (2 * sweeps).min(MOST_SWEEPS));
+            mark = (f64::INFINITY, counts.proximal_steps);
         }
     };
     let best = best.unwrap_or_else(|| judge(&r));
