@@ -130,7 +130,14 @@ impl Condensed {
                 let inertia: Vec<f64> = global.M.times(&v).iter().map(|x| -x).collect();
                 let mut equilibrium = balance(&[&inertia, &load]);
                 if let Some(Equalities { G, b }) = &global.equalities {
-                    equilibrium = equilibrium.max(balance(&[&G.transpose_times(&v), b]));
+                    let mut rest = G.transpose_times(&v);
+                    axpy(1.0, b, &mut rest);
+                    // Where b vanishes, the sum's own terms are the scale.
+                    let mut magnitudes = G.clone();
+                    magnitudes.value.iter_mut().for_each(|g| *g = g.abs());
+                    let speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
+                    let scale = norm(&magnitudes.transpose_times(&speeds)).max(norm(b));
+                    equilibrium = equilibrium.max(if scale > 0.0 { norm(&rest) / scale } else { 0.0 });
                 }
                 let mut u = global.H.transpose_times(&v);
                 axpy(1.0, &global.w, &mut u);

@@ -1,0 +1,269 @@
+//! Discrete problems with friction: constructed solutions, invariance, degenerate points, the way from and to files.
+
+use std::ops::ControlFlow;
+
+use proptest::prelude::*;
+use stiction::certificate::{Measures, measure};
+use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::friction::algebraic::{Settings, Solution, Status, condense, solve};
+use stiction::linalg::{Csr, norm};
+
+fn run(problem: &LocalProblem) -> Solution {
+    DiscreteProblem::Local(problem.clone()).validate().unwrap();
+    solve(problem, &Settings::default(), &mut |_| ControlFlow::Continue(()))
+}
+
+fn dense(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Csr {
+    let all = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j)));
+    let entries: Vec<(usize, usize, f64)> = all.map(|(i, j)| (i, j, entry(i, j))).filter(|e| e.2 != 0.0).collect();
+    Csr::from_triplets(rows, cols, &entries)
+}
+
+fn local(w: Csr, q: Vec<f64>, mu: Vec<f64>) -> LocalProblem {
+    LocalProblem { dimension: 3, W: w, q, mu, bilateral: None }
+}
+
+/// Recomputes the velocities and the traces: nothing of the solver's.
+fn judge(problem: &LocalProblem, r: &[f64]) -> Measures {
+    let d = problem.dimension;
+    let mut u = problem.W.times(r);
+    u.iter_mut().zip(&problem.q).for_each(|(u, q)| *u += q);
+    let trace = |a: usize| (d * a..d * (a + 1)).map(|i| problem.W.entry(i, i)).sum();
+    let traces: Vec<f64> = (0..problem.mu.len()).map(trace).collect();
+    measure(d, &problem.mu, &traces, &problem.q, r, &u)
+}
+
+/// Impulse and velocity of a point in one of the states of the law, degenerate ones included; `x` in 0..1.
+fn lawful(kind: u32, mu: f64, x: [f64; 4]) -> ([f64; 3], [f64; 3]) {
+    let angle = 6.3 * x[0];
+    let (e, n) = ([angle.cos(), angle.sin()], 0.2 + x[1]);
+    let inside = 0.9 * mu * n * x[2];
+    match kind {
+        0 => ([0.0; 3], [0.2 + x[1], x[2] - 0.5, x[3] - 0.5]),
+        1 => ([n, inside * e[0], inside * e[1]], [0.0; 3]),
+        2 => ([n, mu * n * e[0], mu * n * e[1]], [0.0, -(0.1 + x[3]) * e[0], -(0.1 + x[3]) * e[1]]),
+        // At the edge of the cone without slip, no impulse without distance, and no impulse but slip.
+        3 => ([n, mu * n * e[0], mu * n * e[1]], [0.0; 3]),
+        4 => ([0.0; 3], [0.0; 3]),
+        _ => ([0.0; 3], [0.0, x[2] - 0.5, x[3] - 0.5]),
+    }
+}
+
+/// `W = A A'` of the given rank with a solution chosen beforehand; `softness` is added to the diagonal.
+fn constructed(points: &[(u32, f64, [f64; 4])], a: &[f64], rank: usize, softness: f64) -> (LocalProblem, Vec<f64>) {
+    let size = 3 * points.len();
+    let w = dense(size, size, |i, j| {
+        let product: f64 = (0..rank).map(|k| a[i * rank + k] * a[j * rank + k]).sum();
+        product / rank as f64 + if i == j { softness } else { 0.0 }
+    });
+    let (mut r, mut u) = (Vec::new(), Vec::new());
+    for &(kind, mu, x) in points {
+        let (ra, ua) = lawful(kind, mu, x);
+        r.extend(ra);
+        u.extend(ua);
+    }
+    let q = w.times(&r).iter().zip(&u).map(|(w, u)| u - w).collect();
+    (local(w, q, points.iter().map(|p| p.1).collect()), r)
+}
+
+fn points(kinds: u32) -> impl Strategy<Value = Vec<(u32, f64, [f64; 4])>> {
+    prop::collection::vec((0..kinds, 0.0..1.0f64, prop::array::uniform4(0.0..1.0f64)), 1..12)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn problems_with_a_chosen_solution_are_solved(p in points(6), a in prop::collection::vec(-1.0..1.0f64, 36 * 36)) {
+        let size = 3 * p.len();
+        let (problem, chosen) = constructed(&p, &a, size, 0.05);
+        prop_assert!(judge(&problem, &chosen).worst() < 1e-12);
+        let found = run(&problem);
+        prop_assert_eq!(found.status, Status::Solved);
+        prop_assert!(judge(&problem, &found.r).worst() <= 1e-8);
+    }
+
+    #[test]
+    fn singular_problems_are_solved(p in points(3), a in prop::collection::vec(-1.0..1.0f64, 36 * 36)) {
+        let (problem, chosen) = constructed(&p, &a, (3 * p.len()).div_ceil(2), 0.0);
+        prop_assert!(judge(&problem, &chosen).worst() < 1e-12);
+        let found = run(&problem);
+        prop_assert_eq!(found.status, Status::Solved);
+        prop_assert!(judge(&problem, &found.r).worst() <= 1e-8);
+    }
+
+    /// Far from singular and with little friction the law has one solution: it is the chosen one.
+    #[test]
+    fn where_only_one_solution_exists_it_is_found(
+        p in points(6), a in prop::collection::vec(-1.0..1.0f64, 36 * 36), factor in -8..8i32,
+    ) {
+        let little: Vec<_> = p.iter().map(|&(kind, mu, x)| (kind, 0.1 * mu, x)).collect();
+        let (mut problem, chosen) = constructed(&little, &a, 3 * p.len(), 1.0);
+        // Other units of velocity.
+        let unit = 10f64.powi(factor);
+        problem.W.value.iter_mut().for_each(|w| *w *= unit);
+        problem.q.iter_mut().for_each(|q| *q *= unit);
+        let found = run(&problem);
+        prop_assert_eq!(found.status, Status::Solved);
+        let error: Vec<f64> = found.r.iter().zip(&chosen).map(|(a, b)| a - b).collect();
+        prop_assert!(norm(&error) <= 1e-6 * norm(&chosen).max(norm(&problem.q) / unit), "{}", norm(&error));
+    }
+
+    #[test]
+    fn units_and_the_order_of_points_change_nothing(
+        p in points(3), a in prop::collection::vec(-1.0..1.0f64, 36 * 36), factors in prop::array::uniform2(-12..12i32),
+    ) {
+        let (problem, _) = constructed(&p, &a, 3 * p.len(), 0.2);
+        let first = run(&problem);
+        // Powers of two, so that not even rounding differs.
+        let [of_velocity, of_impulse] = factors.map(|f| 2f64.powi(2 * f));
+        let mut other = problem.clone();
+        other.W.value.iter_mut().for_each(|w| *w *= of_velocity / of_impulse);
+        other.q.iter_mut().for_each(|q| *q *= of_velocity);
+        let loose = Settings { tolerance: 1e-5, ..Settings::default() };
+        let changed = solve(&other, &Settings { tolerance: 1e-8, ..loose.clone() }, &mut |_| ControlFlow::Continue(()));
+        let steps = |s: &Solution| s.history.iter().map(|p| (p.alpha, p.newton_steps)).collect::<Vec<_>>();
+        let common = steps(&first).len().min(steps(&changed).len());
+        prop_assert_eq!(&steps(&first)[..common], &steps(&changed)[..common]);
+
+        let m = p.len();
+        let reversed = |i: usize| 3 * (m - 1 - i / 3) + i % 3;
+        let size = 3 * m;
+        let w = dense(size, size, |i, j| problem.W.entry(reversed(i), reversed(j)));
+        let q = (0..size).map(|i| problem.q[reversed(i)]).collect();
+        let backwards = local(w, q, problem.mu.iter().rev().copied().collect());
+        let found = run(&backwards);
+        prop_assert_eq!(found.status, first.status);
+        let r: Vec<f64> = (0..size).map(|i| found.r[reversed(i)]).collect();
+        prop_assert!(judge(&problem, &r).worst() <= 1e-8);
+    }
+}
+
+#[test]
+fn a_block_on_a_table_slips_just_above_the_friction_limit_and_sticks_just_below() {
+    for (push, slips) in [(0.299, false), (0.301, true)] {
+        let found = run(&local(dense(3, 3, |i, j| f64::from(u8::from(i == j))), vec![-1.0, push, 0.0], vec![0.3]));
+        assert_eq!(found.status, Status::Solved);
+        let wanted = if slips { [1.0, -0.3, 0.0] } else { [1.0, -push, 0.0] };
+        assert!(found.r.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-8), "{:?}", found.r);
+        assert_eq!(found.u[1].abs() > 1e-4, slips);
+    }
+}
+
+#[test]
+fn degenerate_points_are_no_obstacle() {
+    let identity = |size: usize| dense(size, size, |i, j| f64::from(u8::from(i == j)));
+    // Nothing moves and nothing presses; a point that only touches; no friction at all; a point that feels nothing.
+    let cases = [
+        local(identity(3), vec![0.0; 3], vec![0.5]),
+        local(identity(3), vec![0.0, 1.0, 0.0], vec![0.5]),
+        local(identity(3), vec![-1.0, 1.0, 2.0], vec![0.0]),
+        local(dense(6, 6, |i, j| f64::from(u8::from(i == j && i < 3))), vec![-1., 0.2, 0., 1., 0.3, 0.], vec![0.5; 2]),
+        // The same point three times: its impulse can be shared out in any way.
+        local(dense(9, 9, |i, j| f64::from(u8::from(i % 3 == j % 3))), [-1.0, 3.0, 0.5].repeat(3), vec![0.4; 3]),
+    ];
+    for problem in cases {
+        let found = run(&problem);
+        assert_eq!(found.status, Status::Solved, "{problem:?}");
+        assert!(judge(&problem, &found.r).worst() <= 1e-8);
+    }
+    let none = run(&local(Csr::zero(0, 0), Vec::new(), Vec::new()));
+    assert_eq!((none.status, none.r.len()), (Status::Solved, 0));
+}
+
+#[test]
+fn a_problem_without_solution_is_not_called_solved() {
+    // The point approaches and no impulse can stop it.
+    let found = run(&local(dense(3, 3, |i, j| f64::from(u8::from(i == j && i > 0))), vec![-1.0, 0.0, 0.0], vec![0.5]));
+    assert_eq!(found.status, Status::MaxIterations);
+    assert!(found.measures.worst() > 1e-3 && found.r.iter().all(|x| x.is_finite()));
+    // Two points at one body that press against each other: W has no impulse that opens both.
+    let w = dense(6, 6, |i, j| if i % 3 == j % 3 { if i == j { 1.0 } else { -1.0 } } else { 0.0 });
+    let found = run(&local(w, vec![-1.0, 0.0, 0.0, -1.0, 0.0, 0.0], vec![0.5; 2]));
+    assert_eq!(found.status, Status::MaxIterations);
+}
+
+#[test]
+fn two_dimensions_are_three_with_nothing_in_the_third() {
+    let a = [0.9, -0.3, 0.2, 0.5, 0.1, 0.8, -0.6, 0.3, -0.2, 0.4, 0.7, 0.1, 0.3, -0.5, 0.2, 0.9];
+    let entry = |i: usize, j: usize| (0..4).map(|k| a[4 * i + k] * a[4 * j + k]).sum::<f64>();
+    let q = [-1.0, 0.7, -0.4, -0.9];
+    let mu = vec![0.3, 0.6];
+    let flat = LocalProblem { dimension: 2, W: dense(4, 4, entry), q: q.to_vec(), mu: mu.clone(), bilateral: None };
+    let at = |i: usize| (i % 3 < 2).then_some(2 * (i / 3) + i % 3);
+    let w = dense(6, 6, |i, j| at(i).zip(at(j)).map_or(0.0, |(i, j)| entry(i, j)));
+    let solid = local(w, (0..6).map(|i| at(i).map_or(0.0, |i| q[i])).collect(), mu);
+    let (flat, solid) = (run(&flat), run(&solid));
+    assert_eq!((flat.status, solid.status), (Status::Solved, Status::Solved));
+    assert!((0..6).all(|i| (solid.r[i] - at(i).map_or(0.0, |i| flat.r[i])).abs() < 1e-7));
+    assert!(flat.r.iter().any(|r| r.abs() > 0.1));
+}
+
+/// Two bodies of mass 2 and 1 on a line, the first on a table; three velocities each.
+fn bodies() -> GlobalProblem {
+    GlobalProblem {
+        dimension: 3,
+        M: dense(6, 6, |i, j| if i == j { if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }),
+        H: dense(6, 3, |i, j| f64::from(u8::from(i == j))),
+        f: vec![-4.0, 1.0, 0.0, -1.0, 3.0, 0.5],
+        w: vec![0.0; 3],
+        mu: vec![0.2],
+        equalities: None,
+    }
+}
+
+#[test]
+fn bodies_tied_by_equations_move_as_one_body() {
+    // v1 = v2 by equations is one body of mass 3: r_n = 5, friction 0.2 * 5 against the push (4, 0.5).
+    let tie = dense(6, 3, |i, j| if i == j { 1.0 } else { -f64::from(u8::from(i == j + 3)) });
+    let tied = GlobalProblem { equalities: Some(Equalities { G: tie, b: vec![0.0; 3] }), ..bodies() };
+    let problem = DiscreteProblem::Global(tied);
+    problem.validate().unwrap();
+    let condensed = condense(&problem).unwrap();
+    let found = run(&condensed.local);
+    let back = condensed.recover(&problem, &found.r);
+    let push = [4.0f64, 0.5];
+    let length = push[0].hypot(push[1]);
+    let wanted = [5.0, -push[0] / length, -push[1] / length];
+    assert!(found.r.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-7), "{:?}", found.r);
+    assert!(back.equilibrium < 1e-12);
+    for i in 0..3 {
+        let speed = if i == 0 { 0.0 } else { (push[i - 1] + wanted[i]) / 3.0 };
+        assert!((back.v[i] - speed).abs() < 1e-7 && (back.v[i + 3] - speed).abs() < 1e-7, "{:?}", back.v);
+    }
+    // The same as a local problem with its bilateral part: V = H'M⁻¹G, R = G'M⁻¹G, s = G'M⁻¹f.
+    let v = dense(3, 3, |i, j| if i == j { 0.5 } else { 0.0 });
+    let r = dense(3, 3, |i, j| if i == j { 1.5 } else { 0.0 });
+    let s = vec![-2.0 + 1.0, 0.5 - 3.0, -0.5];
+    let free = condense(&DiscreteProblem::Global(bodies())).unwrap().local;
+    let half = LocalProblem { bilateral: Some(Bilateral { V: v, R: r, s }), ..free };
+    let problem = DiscreteProblem::Local(half);
+    let condensed = condense(&problem).unwrap();
+    let second = run(&condensed.local);
+    let back = condensed.recover(&problem, &second.r);
+    assert!(second.r.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-7), "{:?}", second.r);
+    assert!(back.equilibrium < 1e-12 && judge(&condensed.local, &second.r).worst() <= 1e-8);
+}
+
+#[test]
+fn equations_that_repeat_and_masses_that_vanish_are_refused() {
+    let twice = dense(6, 2, |i, _| f64::from(u8::from(i == 0)));
+    let repeated = GlobalProblem { equalities: Some(Equalities { G: twice, b: vec![0.0; 2] }), ..bodies() };
+    let error = condense(&DiscreteProblem::Global(repeated)).unwrap_err().to_string();
+    assert!(error.contains("not independent"), "{error}");
+    let light = GlobalProblem { M: dense(6, 6, |i, j| f64::from(u8::from(i == j && i > 0))), ..bodies() };
+    let error = condense(&DiscreteProblem::Global(light)).unwrap_err().to_string();
+    assert!(error.contains("M is singular"), "{error}");
+}
+
+#[test]
+fn an_unsymmetric_mass_is_used_as_it_is() {
+    let skew = |i: usize, j: usize| if i == j { 2.0 } else { 0.3 * (i as f64 - j as f64) / 6.0 };
+    let problem = DiscreteProblem::Global(GlobalProblem { M: dense(6, 6, skew), ..bodies() });
+    let condensed = condense(&problem).unwrap();
+    let found = run(&condensed.local);
+    let back = condensed.recover(&problem, &found.r);
+    assert!(found.status == Status::Solved && back.equilibrium < 1e-13, "{}", back.equilibrium);
+    // H is the identity on the first body: its velocities are those of the point.
+    assert!((0..3).all(|i| (back.v[i] - found.u[i]).abs() < 1e-12));
+}

@@ -1,0 +1,180 @@
+//! Files of discrete problems: written, read back, damaged, and solved as the finite-element side solves them.
+
+mod common;
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use common::{BrickLoad, brick, dual_of, settings};
+use stiction::contact::{
+    Bilateral, DiscreteProblem, Equalities, Friction, GlobalProblem, LocalProblem, SurfaceFriction,
+};
+use stiction::dual::Form;
+use stiction::friction::algebraic::{Settings, Status, condense};
+use stiction::io::fclib::{self, Contents};
+use stiction::io::fclib_write::{State, write};
+use stiction::linalg::Csr;
+use stiction::mesh::BlockElement;
+use stiction::run::algebraic;
+
+/// A file that is removed at the end.
+struct Temporary(PathBuf);
+
+impl Temporary {
+    fn new(name: &str) -> Self {
+        Temporary(std::env::temp_dir().join(format!("stiction-fclib-{name}-{}.hdf5", std::process::id())))
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn small(dimension: usize) -> DiscreteProblem {
+    let size = 2 * dimension;
+    let w: Vec<(usize, usize, f64)> = (0..size)
+        .flat_map(|i| {
+            (0..size).map(move |j| (i, j, if i == j { 2.0 } else { 0.1 * (i as f64 - 2.0 * j as f64).sin() }))
+        })
+        .collect();
+    DiscreteProblem::Local(LocalProblem {
+        dimension,
+        W: Csr::from_triplets(size, size, &w),
+        q: (0..size).map(|i| (1.7 * i as f64).sin() - 0.6).collect(),
+        mu: vec![0.3, 0.7],
+        bilateral: None,
+    })
+}
+
+fn with_equations() -> [DiscreteProblem; 2] {
+    let DiscreteProblem::Local(local) = small(3) else { unreachable!() };
+    let v = Csr::from_triplets(6, 1, &[(0, 0, 0.3), (4, 0, -0.2)]);
+    let r = Csr::from_triplets(1, 1, &[(0, 0, 1.5)]);
+    let global = GlobalProblem {
+        dimension: 3,
+        M: Csr::from_triplets(3, 3, &[(0, 0, 2.0), (1, 1, 3.0), (2, 2, 1.0), (0, 1, 0.5), (1, 0, 0.5)]),
+        H: Csr::from_triplets(3, 3, &[(0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0)]),
+        f: vec![-1.0, 0.4, 0.2],
+        w: vec![0.1, 0.0, 0.0],
+        mu: vec![0.4],
+        equalities: Some(Equalities { G: Csr::from_triplets(3, 1, &[(2, 0, 1.0)]), b: vec![0.3] }),
+    };
+    let local = LocalProblem { bilateral: Some(Bilateral { V: v, R: r, s: vec![0.25] }), ..local };
+    [DiscreteProblem::Local(local), DiscreteProblem::Global(global)]
+}
+
+#[test]
+fn a_file_read_back_is_what_was_written() {
+    let file = Temporary::new("back");
+    for problem in [small(2), small(3)].into_iter().chain(with_equations()) {
+        let size = problem.dimension() * problem.points();
+        let state = |x: f64| State { r: vec![x; size], u: vec![2.0 * x; size], ..State::default() };
+        write(&file.0, &problem, Some(&state(1.5)), &[state(0.25), state(-3.0)]).unwrap();
+        let read = fclib::read(&file.0).unwrap();
+        assert_eq!(read.problem, problem);
+        assert_eq!(read.solution, Some(vec![1.5; size]));
+        assert_eq!(read.guesses, [vec![0.25; size], vec![-3.0; size]]);
+        write(&file.0, &problem, None, &[]).unwrap();
+        assert_eq!(fclib::read(&file.0).unwrap(), Contents { problem, solution: None, guesses: Vec::new() });
+    }
+}
+
+#[test]
+fn what_is_damaged_is_named() {
+    let file = Temporary::new("named");
+    let DiscreteProblem::Local(local) = small(3) else { unreachable!() };
+    let mut cases = Vec::new();
+    cases.push((LocalProblem { mu: vec![0.3; 3], ..local.clone() }, "q: 6 where 9 are needed"));
+    cases.push((LocalProblem { mu: vec![0.3, -0.1], ..local.clone() }, "mu[1] is -0.1"));
+    cases.push((LocalProblem { q: vec![f64::NAN; 6], ..local.clone() }, "q[0] is NaN"));
+    cases.push((LocalProblem { dimension: 5, ..local.clone() }, "fclib_local/spacedim: it is 5"));
+    let mut outside = local.clone();
+    outside.W.column[5] = 77;
+    cases.push((outside, "fclib_local/W: entry (0, 77) lies outside 6 x 6"));
+    let mut short = local;
+    short.W.start[6] = 99;
+    cases.push((short, "fclib_local/W: pointer 6 of its rows is 99"));
+    for (problem, words) in cases {
+        write(&file.0, &DiscreteProblem::Local(problem), None, &[]).unwrap();
+        let error = fclib::read(&file.0).unwrap_err().to_string();
+        assert!(error.contains(words) && error.contains("named"), "{error}");
+    }
+    std::fs::write(&file.0, "no hdf5").unwrap();
+    assert!(fclib::read(&file.0).unwrap_err().to_string().contains("HDF5"));
+}
+
+/// Each byte of a small file changed and each length cut: an error or another problem, never a panic.
+#[test]
+fn damaged_files_do_no_harm() {
+    let file = Temporary::new("damaged");
+    let [_, global] = with_equations();
+    write(&file.0, &global, None, &[]).unwrap();
+    let bytes = std::fs::read(&file.0).unwrap();
+    let mut refused = 0;
+    for at in 0..bytes.len() {
+        for change in [0x01u8, 0x80, 0xff] {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= change;
+            refused += usize::from(fclib::parse(damaged).is_err());
+        }
+        if at % 7 == 0 {
+            refused += usize::from(fclib::parse(bytes[..at].to_vec()).is_err());
+        }
+    }
+    assert!(refused > bytes.len() / 7, "{refused} of {}", bytes.len());
+}
+
+#[test]
+fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
+    let file = Temporary::new("brick");
+    let element = BlockElement::Tet4Six;
+    for (load, coefficient) in [(BrickLoad::Lift, 0.35), (BrickLoad::Press, 0.35), (BrickLoad::Press, 0.0)] {
+        let friction = if coefficient > 0.0 { SurfaceFriction::Coulomb(coefficient) } else { SurfaceFriction::None };
+        let posed = brick(4, element, load, friction).pose();
+        let problem = posed.problem;
+        let m = problem.points();
+        let own = stiction::friction::solve(&problem, &dual_of(&problem, Form::Auto), &settings(1e-10), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        write(&file.0, &DiscreteProblem::Global(GlobalProblem::of(&problem).unwrap()), None, &[]).unwrap();
+        let contents = algebraic::read(&file.0).unwrap();
+        let answer = algebraic::answer(&contents, &Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!((answer.solution.status, answer.passed()), (Status::Solved, true));
+        let largest = own.lambda.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        for (i, r) in answer.solution.r.iter().enumerate() {
+            let lambda = own.lambda[i % 3 * m + i / 3];
+            assert!((r - lambda).abs() < 1e-7 * largest, "{i}: {r} {lambda}");
+        }
+        let moved = own.u.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        assert!(answer.recovered.v.iter().zip(&own.u).all(|(v, u)| (v - u).abs() < 1e-7 * moved));
+    }
+}
+
+#[test]
+fn laws_the_format_does_not_know_are_refused() {
+    let posed = brick(2, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::None).pose();
+    for law in [Friction::Bonded, Friction::Given { slip_bound: 1.0 }] {
+        let mut problem = posed.problem.clone();
+        problem.friction[3] = law;
+        assert!(GlobalProblem::of(&problem).unwrap_err().to_string().contains("point 3"));
+    }
+}
+
+#[test]
+fn what_a_file_calls_a_solution_is_judged_and_not_used() {
+    let DiscreteProblem::Local(local) = small(3) else { unreachable!() };
+    let contents =
+        |solution| Contents { problem: DiscreteProblem::Local(local.clone()), solution, guesses: Vec::new() };
+    let run = |contents: &Contents| {
+        algebraic::answer(contents, &Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let plain = run(&contents(None));
+    let lied = run(&contents(Some(vec![0.0; 6])));
+    let told = run(&contents(Some(plain.solution.r.clone())));
+    assert!(plain.claimed.is_none() && plain.passed());
+    assert_eq!((&lied.solution.r, &told.solution.r), (&plain.solution.r, &plain.solution.r));
+    assert!(lied.claimed.unwrap().worst() > 0.1 && told.claimed.unwrap().worst() <= 1e-8);
+    assert!(condense(&contents(None).problem).is_ok());
+}
