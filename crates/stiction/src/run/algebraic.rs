@@ -59,6 +59,7 @@ impl Answer {
             (_, true) => "solved",
             (Status::Solved, false) => "inaccurate",
             (Status::MaxIterations, false) => "max_iterations",
+            (Status::Rounding, false) => "rounding",
             (Status::Interrupted, false) => "interrupted",
         }
     }
@@ -138,6 +139,10 @@ pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
         let decides = number < 3 || number == 7;
         let verdict = if decides && value > answer.tolerance { "  exceeds the tolerance" } else { "" };
         let _ = writeln!(text, "  {:<17} {value:.1e}{verdict}", name.replace('_', " "));
+    }
+    if solution.status == Status::Rounding {
+        text += "  note         the residual by velocity is the rounding of impulses that are much larger than velocities: ";
+        text += "choose a larger unit of impulse or a smaller one of velocity\n";
     }
     if let Some(claimed) = &answer.claimed {
         let verdict = if claimed.passed(answer.tolerance) { "is one" } else { "is none" };

@@ -7,6 +7,7 @@ use super::newton::Regular;
 use super::sweeps::{project, sweep};
 use crate::certificate::{Measures, measure};
 use crate::contact::LocalProblem;
+use crate::linalg::norm;
 
 /// Settings of a solve; the defaults need no tuning.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +32,9 @@ pub enum Status {
     /// All three residuals are at most the tolerance.
     Solved,
     MaxIterations,
+    /// Only a residual that depends on the units exceeds the tolerance, and it is rounding: impulses are so much larger
+    /// than velocities that their last digit counts. Other units help.
+    Rounding,
     /// The observer asked to stop.
     Interrupted,
 }
@@ -86,8 +90,12 @@ const ROUNDING: f64 = 1e-15;
 const MOST_PATIENCE: usize = 16;
 /// If the best residual has not halved in so many proximal steps, sweeps choose another start.
 const STALL: usize = 30;
-/// Sweeps at the first stall; twice as many at each further one.
+/// Sweeps at the first stall; twice as many at each further one, up to [`MOST_SWEEPS`].
 const SWEEPS: usize = 25;
+/// `r - P(r - û)` is not computed more accurately than to so many last digits of `r`.
+const LAST_DIGITS: f64 = 16.0;
+/// Steps that may still gain on rounding.
+const PATIENCE_AT_ROUNDING: usize = 5;
 const MOST_SWEEPS: usize = 400;
 
 /// Solves a local problem without bilateral part: the proximal point algorithm (Rockafellar 1976; on frictional contact
@@ -110,7 +118,7 @@ pub fn solve(
     let (mut patience, mut successes, mut sweeps) = (1, 0, SWEEPS);
     // Best residual and step at which it was last halved.
     let mut mark = (f64::INFINITY, 0);
-    let mut best: Option<Solution> = None;
+    let (mut best, mut at_rounding): (Option<Solution>, usize) = (None, 0);
     let (mut counts, mut history) = (Counts::default(), Vec::new());
     let status = loop {
         let seen = judge(&admissible(&blocks, &r));
@@ -123,6 +131,12 @@ pub fn solve(
         history.push(progress);
         if residual <= settings.tolerance {
             break Status::Solved;
+        }
+        if best.as_ref().is_some_and(|b| is_rounding(&b.measures, problem, &b.r, settings.tolerance)) {
+            at_rounding += 1;
+            if at_rounding > PATIENCE_AT_ROUNDING {
+                break Status::Rounding;
+            }
         }
         if counts.proximal_steps == settings.max_iterations {
             break Status::MaxIterations;
@@ -160,6 +174,12 @@ pub fn solve(
     };
     let best = best.unwrap_or_else(|| judge(&r));
     Solution { status, counts, history, ..best }
+}
+
+/// Whether only `|F(1)| / |q|` exceeds the tolerance, by no more than the last digits of `r`.
+fn is_rounding(measures: &Measures, problem: &LocalProblem, r: &[f64], tolerance: f64) -> bool {
+    let others = measures.by_largest.max(measures.invariant) <= tolerance;
+    others && measures.by_velocity * norm(&problem.q) <= LAST_DIGITS * f64::EPSILON * norm(r)
 }
 
 /// The nearest impulses within the cones.
