@@ -15,7 +15,14 @@ pub struct Condensed {
 #[derive(Debug)]
 struct Body {
     unknowns: Vec<u32>,
-    factor: Lu,
+    factor: Factor,
+}
+
+/// Most masses couple to nothing.
+#[derive(Debug)]
+enum Factor {
+    Mass(f64),
+    Coupled(Lu),
 }
 
 /// `l = -R⁻¹ (C r + s)`.
@@ -71,10 +78,10 @@ fn condense_bodies(problem: &GlobalProblem) -> Result<Condensed, Error> {
     append(&mut columns, &Csr::from_triplets(1, n, &entries(&problem.f)));
     let directions = columns.transpose();
     let symmetric = symmetric_pattern(&problem.M);
-    let mut bodies = Vec::new();
-    let mut products = Vec::new();
+    let (mut bodies, mut products, mut local) = (Vec::new(), Vec::new(), vec![0u32; n]);
     for unknowns in components(&symmetric) {
-        let body = Body::new(&symmetric, unknowns)?;
+        unknowns.iter().zip(0..).for_each(|(&i, k)| local[i as usize] = k);
+        let body = Body::new(&symmetric, unknowns, &local)?;
         body.products(&directions, size + p, &mut products);
         bodies.push(body);
     }
@@ -150,7 +157,7 @@ impl Condensed {
         let mut v = vec![0.0; load.len()];
         for body in &self.bodies {
             let own: Vec<f64> = body.unknowns.iter().map(|&i| load[i as usize]).collect();
-            body.unknowns.iter().zip(body.factor.solve(&own)).for_each(|(&i, x)| v[i as usize] = x);
+            body.unknowns.iter().zip(body.solve(&own)).for_each(|(&i, x)| v[i as usize] = x);
         }
         v
     }
@@ -165,29 +172,51 @@ impl Eliminated {
 }
 
 impl Body {
+    /// `local` numbers its unknowns.
     #[allow(non_snake_case)]
-    fn new(M: &Csr, unknowns: Vec<u32>) -> Result<Self, Error> {
-        let own = M.select_rows(&unknowns).select_columns(&unknowns);
+    fn new(M: &Csr, unknowns: Vec<u32>, local: &[u32]) -> Result<Self, Error> {
         let singular = || {
             let what = format!("M is singular on the unknowns around {}", unknowns.first().copied().unwrap_or(0));
             Error::new("M", what, "each body needs its mass, or enough support")
         };
+        if let [i] = unknowns[..] {
+            let mass = M.entry(i as usize, i as usize);
+            if mass == 0.0 {
+                return Err(singular());
+            }
+            return Ok(Body { unknowns, factor: Factor::Mass(mass) });
+        }
+        // A component has all columns of its rows.
+        let mut own = M.select_rows(&unknowns);
+        own.cols = unknowns.len();
+        own.column.iter_mut().for_each(|j| *j = local[*j as usize]);
         let factor = factorise(&own).ok_or_else(singular)?;
-        Ok(Body { unknowns, factor })
+        Ok(Body { unknowns, factor: Factor::Coupled(factor) })
+    }
+
+    fn solve(&self, b: &[f64]) -> Vec<f64> {
+        match &self.factor {
+            Factor::Mass(mass) => b.iter().map(|b| b / mass).collect(),
+            Factor::Coupled(lu) => lu.solve(b),
+        }
     }
 
     /// Adds this body's part of `D' M⁻¹ D` for the directions `D`, rows up to `wanted`.
     fn products(&self, directions: &Csr, wanted: usize, products: &mut Vec<(usize, usize, f64)>) {
-        let own = directions.select_rows(&self.unknowns).transpose();
-        let touched: Vec<usize> = (0..own.rows).filter(|&j| !own.row(j).0.is_empty()).collect();
-        for &j in &touched {
+        let mut entries: Vec<(u32, usize, f64)> = Vec::new();
+        for (k, &i) in self.unknowns.iter().enumerate() {
+            let (columns, values) = directions.row(i as usize);
+            entries.extend(columns.iter().zip(values).map(|(&j, &v)| (j, k, v)));
+        }
+        entries.sort_unstable_by_key(|e| (e.0, e.1));
+        let touched: Vec<&[(u32, usize, f64)]> = entries.chunk_by(|a, b| a.0 == b.0).collect();
+        for column in &touched {
             let mut b = vec![0.0; self.unknowns.len()];
-            let (rows, values) = own.row(j);
-            rows.iter().zip(values).for_each(|(&i, v)| b[i as usize] = *v);
-            let x = self.factor.solve(&b);
-            for &i in touched.iter().filter(|&&i| i < wanted) {
-                let (rows, values) = own.row(i);
-                products.push((i, j, rows.iter().zip(values).map(|(&k, v)| v * x[k as usize]).sum()));
+            column.iter().for_each(|&(_, k, v)| b[k] = v);
+            let x = self.solve(&b);
+            for row in touched.iter().filter(|row| (row[0].0 as usize) < wanted) {
+                let product = row.iter().map(|&(_, k, v)| v * x[k]).sum();
+                products.push((row[0].0 as usize, column[0].0 as usize, product));
             }
         }
     }
