@@ -9,13 +9,14 @@ use stiction::run::{self, algebraic};
 
 use crate::{code, interrupt, output};
 
-/// Solve discrete frictional contact problems given as matrices (FCLib); many files at once give a table
+/// Solve discrete frictional contact problems given as matrices; many at once give a table
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The problems: files of FCLib (.hdf5)
+    /// The problems: files of FCLib (.hdf5), NumPy files (.npz with W, q, mu or M, H, f, w, mu or K, B, f, gap, mu) or
+    /// folders of the same as Matrix Market files
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Folder for the solutions, one .hdf5 and one .json a problem; without it nothing is written
+    /// Folder for the solutions, NAME.solution.hdf5 and NAME.summary.json; without it nothing is written
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// What each of the three residuals is to be at most

@@ -196,3 +196,68 @@ fn what_a_file_calls_a_solution_is_judged_and_not_used() {
     assert!(lied.claimed.unwrap().worst() > 0.1 && told.claimed.unwrap().worst() <= 1e-8);
     assert!(condense(&contents(None).problem).is_ok());
 }
+
+/// `[[2, 0.5], [0.5, 1]]` at one point in the plane: from FCLib, dense and sparse NumPy arrays and Matrix Market text.
+#[test]
+fn the_same_problem_from_every_kind_of_file_is_the_same() {
+    use stiction::io::npz::{self, Array, Data};
+    let folder = std::env::temp_dir().join(format!("stiction-arrays-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("text")).unwrap();
+    let wanted = DiscreteProblem::Local(LocalProblem {
+        dimension: 2,
+        W: Csr::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, 0.5), (1, 0, 0.5), (1, 1, 1.0)]),
+        q: vec![-1.0, 0.25],
+        mu: vec![0.3],
+        bilateral: None,
+    });
+    write(&folder.join("a.hdf5"), &wanted, None, &[]).unwrap();
+    let dense = Array { shape: vec![2, 2], data: Data::F64(vec![2.0, 0.5, 0.5, 1.0]) };
+    let vectors = [("q", Array::f64(&[-1.0, 0.25])), ("friction", Array::f64(&[0.3]))];
+    npz::write(&folder.join("b.npz"), &[&[("W", dense)], &vectors[..]].concat()).unwrap();
+    let sparse = [
+        ("W_data", Array::f64(&[0.5, 2.0, 0.5, 1.0])),
+        ("W_indices", Array::usize(&[1, 0, 0, 1])),
+        ("W_indptr", Array::usize(&[0, 2, 4])),
+        ("W_shape", Array::usize(&[2, 2])),
+    ];
+    npz::write(&folder.join("c.npz"), &[&sparse[..], &vectors[..]].concat()).unwrap();
+    let text = |name: &str, text: &str| std::fs::write(folder.join("text").join(name), text).unwrap();
+    text("W.mtx", "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 .5\n2 2 1\n");
+    text("q.mtx", "%%MatrixMarket matrix array real general\n2 1\n-1\n0.25\n");
+    text("mu.mtx", "%%MatrixMarket matrix array real general\n1 1\n0.3\n");
+    for name in ["a.hdf5", "b.npz", "c.npz", "text"] {
+        assert_eq!(algebraic::read(&folder.join(name)).unwrap().problem, wanted, "{name}");
+    }
+    let error = algebraic::read(&folder.join("text/W.mtx")).unwrap_err().to_string();
+    assert!(error.contains("folder"), "{error}");
+    text("q.mtx", "%%MatrixMarket matrix array real general\n3 1\n-1\n0.25\n1\n");
+    assert!(algebraic::read(&folder.join("text")).unwrap_err().to_string().contains("W: 2 where 3 are needed"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn matrices_of_the_finite_element_side_are_a_global_problem() {
+    use stiction::io::npz::{self, Array, Data};
+    let posed = brick(1, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose();
+    let p = &posed.problem;
+    let dense = |a: &Csr| {
+        let values = (0..a.rows).flat_map(|i| (0..a.cols).map(move |j| a.entry(i, j))).collect();
+        Array { shape: vec![a.rows, a.cols], data: Data::F64(values) }
+    };
+    let file = std::env::temp_dir().join(format!("stiction-posed-{}.npz", std::process::id()));
+    let arrays = [
+        ("K", dense(&p.K)),
+        ("B", dense(&p.B)),
+        ("f", Array::f64(&p.f)),
+        ("gap", Array::f64(&p.gap)),
+        ("mu", Array::f64(&vec![0.35; p.points()])),
+    ];
+    npz::write(&file, &arrays).unwrap();
+    let read = algebraic::read(&file).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let own =
+        stiction::friction::solve(p, &dual_of(p, Form::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
+    let found = answer(&read);
+    assert!(found.measures.invariant <= 1e-8);
+    assert_same(&own, p.points(), &found, 1.0);
+}

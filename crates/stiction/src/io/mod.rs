@@ -3,6 +3,7 @@
 mod replace;
 mod storage;
 
+pub mod arrays;
 pub mod case;
 pub mod expression;
 pub mod fclib;
@@ -10,6 +11,7 @@ pub mod fclib_write;
 pub mod folder;
 pub mod gmsh;
 pub mod machine;
+pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;

@@ -191,9 +191,9 @@ fn parse(bytes: &[u8]) -> Result<Array, String> {
     }
     let width = match kind {
         "<f8" | "<i8" => 8,
-        "<u4" => 4,
+        "<u4" | "<i4" => 4,
         "|u1" => 1,
-        _ => return Err(format!("its numbers are of kind {kind}, not one of <f8 <i8 <u4 |u1")),
+        _ => return Err(format!("its numbers are of kind {kind}, not one of <f8 <i8 <i4 <u4 |u1")),
     };
     if shape.iter().try_fold(width, |n: usize, &k| n.checked_mul(k)) != Some(numbers.len()) {
         return Err(format!("its shape ({shape:?}) does not fit its {} bytes", numbers.len()));
@@ -201,6 +201,7 @@ fn parse(bytes: &[u8]) -> Result<Array, String> {
     let data = match kind {
         "<f8" => Data::F64(numbers.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
         "<i8" => Data::I64(numbers.as_chunks().0.iter().map(|b| i64::from_le_bytes(*b)).collect()),
+        "<i4" => Data::I64(numbers.as_chunks().0.iter().map(|b| i64::from(i32::from_le_bytes(*b))).collect()),
         "<u4" => Data::U32(numbers.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect()),
         _ => Data::U8(numbers.to_vec()),
     };

@@ -13,7 +13,7 @@ use crate::contact::{DiscreteProblem, LocalProblem};
 use crate::friction::algebraic::{Progress, Recovered, Settings, Solution, Status, condense, rank, solve};
 use crate::io::fclib::Contents;
 use crate::io::fclib_write::{self, State};
-use crate::io::{fclib, folder};
+use crate::io::{arrays, fclib, folder};
 
 /// A judged answer, or as far as the iteration came.
 #[derive(Debug, Clone)]
@@ -65,12 +65,22 @@ impl Answer {
     }
 }
 
-/// Reads a problem: a file of FCLib (`.hdf5`, `.h5`).
+/// Reads a problem: a file of FCLib (`.hdf5`, `.h5`), a NumPy file (`.npz`) or a folder of Matrix Market files.
 ///
 /// # Errors
 /// What is wrong with it, and where.
 pub fn read(path: &Path) -> Result<Contents, Error> {
-    fclib::read(path)
+    if path.is_dir() {
+        return arrays::read_folder(path);
+    }
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("npz") => arrays::read_npz(path),
+        Some("mtx") => {
+            let what = "one Matrix Market file is no problem";
+            Err(Error::new(path.display().to_string(), what, "name the folder that holds W.mtx, q.mtx, mu.mtx"))
+        }
+        _ => fclib::read(path),
+    }
 }
 
 /// Condenses, solves and judges.
@@ -236,7 +246,7 @@ pub fn summary(name: &str, contents: &Contents, answer: &Answer) -> Value {
 /// If a file cannot be written.
 pub fn write(name: &str, contents: &Contents, answer: &Answer, directory: &Path) -> Result<Vec<String>, Error> {
     folder::create(directory)?;
-    let files = vec![format!("{name}.hdf5"), format!("{name}.json")];
+    let files = vec![format!("{name}.solution.hdf5"), format!("{name}.summary.json")];
     folder::remove(&directory.join(&files[1]))?;
     let Recovered { u, v, l, .. } = answer.recovered.clone();
     let state = State { r: answer.solution.r.clone(), u, v, l };

@@ -1,0 +1,74 @@
+//! Times discrete frictional contact problems from files beside the best times known for Siconos.
+//!
+//! Usage: `cargo run --release -p stiction-bench --bin discrete -- FOLDER-OR-FILES`. CPU seconds of one thread, the
+//! median of several runs, from the problem in memory to the judged answer; reading is not counted.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use cpu_time::ProcessTime;
+use stiction::friction::algebraic::{Settings, Status, condense, solve};
+use stiction::run::algebraic;
+
+/// Siconos 4.4.0, the best of its solvers, user seconds to 1e-8 by the first measure, one thread, busy machine (a
+/// factor of two either way): begin of the name, seconds, solver.
+const SICONOS: [(&str, f64, &str); 6] = [
+    ("KaplasTower", 0.052, "proximal + Newton"),
+    ("Capsules-i125", 0.020, "best"),
+    ("Spheres-i099", 0.005, "best"),
+    ("Confeti-ex03", 0.001, "best"),
+    ("BoxesStack1", 0.0097, "best"),
+    ("OneObject-i1028", 0.001, "best"),
+];
+
+const RUNS: usize = 9;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    let mut files = Vec::new();
+    for path in std::env::args().skip(1).map(PathBuf::from) {
+        if path.is_dir() {
+            files.extend(std::fs::read_dir(path)?.map(|e| Ok(e?.path())).collect::<Result<Vec<_>, std::io::Error>>()?);
+        } else {
+            files.push(path);
+        }
+    }
+    files.sort();
+    println!("| problem | contacts | Newton steps | seconds | Siconos | ratio | worst residual | status |");
+    println!("|---|---|---|---|---|---|---|---|");
+    let (mut own, mut theirs) = (0.0, 0.0);
+    for file in &files {
+        let name = file.file_stem().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+        let contents = algebraic::read(file)?;
+        let mut seconds = Vec::new();
+        let mut last = None;
+        for _ in 0..RUNS {
+            let start = ProcessTime::now();
+            let condensed = condense(&contents.problem)?;
+            let solution = solve(&condensed.local, &Settings::default(), &mut |_| ControlFlow::Continue(()));
+            seconds.push(start.elapsed().as_secs_f64());
+            last = Some(solution);
+        }
+        seconds.sort_by(f64::total_cmp);
+        let Some(solution) = last else { continue };
+        let median = seconds[RUNS / 2];
+        let known = SICONOS.iter().find(|(begin, ..)| name.starts_with(begin));
+        let (time, ratio) = known.map_or(("-".to_string(), "-".to_string()), |(_, time, solver)| {
+            (format!("{time} ({solver})"), format!("{:.2}", median / time))
+        });
+        if let (Some((_, time, _)), Status::Solved) = (known, solution.status) {
+            own += median;
+            theirs += time;
+        }
+        println!(
+            "| {name} | {} | {} | {median:.5} | {time} | {ratio} | {:.1e} | {:?} |",
+            contents.problem.points(),
+            solution.counts.newton_steps,
+            solution.measures.worst(),
+            solution.status,
+        );
+    }
+    println!("\nwhere both are known: {own:.4} s against {theirs:.4} s");
+    Ok(())
+}
