@@ -70,7 +70,7 @@ fn contents(source: &dyn Source) -> Result<Contents, Error> {
 
 /// Components of a point; checked with everything else.
 fn dimension(components: usize, points: usize) -> usize {
-    if points == 0 { 3 } else { components / points }
+    components.checked_div(points).unwrap_or(3)
 }
 
 struct Npz(BTreeMap<String, Array>);

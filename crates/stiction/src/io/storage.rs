@@ -97,7 +97,8 @@ mod tests {
     #[test]
     fn damaged_arrays_are_refused() {
         let (c, r, t) = (Storage::Columns, Storage::Rows, Storage::Triplets(2));
-        let cases: [(Storage, &[i32], &[i32], &[f64]); 9] = [
+        type Case<'a> = (Storage, &'a [i32], &'a [i32], &'a [f64]);
+        let cases: [Case; 9] = [
             (t, &[0], &[0], &[1.0]),
             (t, &[0, 2], &[0, 0], &[1.0, 1.0]),
             (t, &[0, 0], &[0, -1], &[1.0, 1.0]),

@@ -42,20 +42,22 @@ impl Regular<'_> {
         let mut u = self.velocity(&r);
         let mut residual = residual_norm(mu, &r, &u);
         let mut best = (residual, r.clone());
-        let (mut last, mut leaps) = (vec![residual], 0);
-        for steps in 0..MAX_STEPS {
+        let (mut last, mut leaps, mut steps) = (vec![residual], 0, 0);
+        while steps < MAX_STEPS {
             if residual <= target {
                 return End { r, converged: true, steps };
             }
             let Some(d) = newton_step(self.blocks, self.alpha, &r, &u) else { break };
+            steps += 1;
             let reference = last.iter().rev().take(MEMORY).copied().fold(0.0, f64::max);
+            let falls = |residual: f64, length: f64| residual <= (1.0 - DECREASE * length) * reference;
             let mut length = 1.0;
             let (mut next, mut next_u, mut next_residual) = self.at(&r, length, &d);
-            while next_residual > (1.0 - DECREASE * length) * reference && length > SHORTEST {
+            while !falls(next_residual, length) && length > SHORTEST {
                 length *= 0.5;
                 (next, next_u, next_residual) = self.at(&r, length, &d);
             }
-            if !(next_residual <= (1.0 - DECREASE * length) * reference) {
+            if !falls(next_residual, length) {
                 leaps += 1;
                 if leaps > LEAPS {
                     break;
@@ -72,7 +74,7 @@ impl Regular<'_> {
                 best = (residual, r.clone());
             }
         }
-        End { converged: best.0 <= target, r: best.1, steps: last.len() }
+        End { converged: best.0 <= target, r: best.1, steps }
     }
 
     fn at(&self, r: &[V3], length: f64, d: &[V3]) -> (Vec<V3>, Vec<V3>, f64) {

@@ -116,11 +116,10 @@ fn solve(blocks: &Blocks, points: &[Reduced], matrix: &Csr, rhs: &[f64]) -> Opti
     }
     let mut number = vec![u32::MAX; points.len()];
     let mut labels = Vec::with_capacity(rhs.len());
-    let mut count = 0;
-    for (a, point) in points.iter().enumerate().filter(|(_, p)| p.unknowns > 0) {
-        number[a] = count;
-        labels.extend(std::iter::repeat_n(count, point.unknowns));
-        count += 1;
+    let active = points.iter().enumerate().filter(|(_, p)| p.unknowns > 0);
+    for (k, (a, point)) in (0..).zip(active) {
+        number[a] = k;
+        labels.extend(std::iter::repeat_n(k, point.unknowns));
     }
     let order: Vec<u32> = blocks.order.iter().map(|&a| number[a as usize]).filter(|&v| v != u32::MAX).collect();
     let lu = Lu::new(matrix, &plan(&NodeGraph::new(matrix, Some(&labels)), &order, 0))?;
