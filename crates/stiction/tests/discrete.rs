@@ -267,3 +267,67 @@ fn an_unsymmetric_mass_is_used_as_it_is() {
     // H is the identity on the first body: its velocities are those of the point.
     assert!((0..3).all(|i| (back.v[i] - found.u[i]).abs() < 1e-12));
 }
+
+/// Bodies at random places, their nearest pairs in contact twice, some on the ground; masses apart by a hundred.
+///
+/// A velocity that expands the pile from the ground opens every contact along its normal, so that a solution exists
+/// (Klarbring & Pang 1998; Acary, Cadoux, Lemaréchal & Malick 2011).
+fn pile(bodies: usize, contacts: usize, mu: f64, seed: u64) -> GlobalProblem {
+    let mut state = seed;
+    let mut random = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let unit = |a: [f64; 3]| a.map(|x| x / norm(&a));
+    let side = (bodies as f64).cbrt();
+    let place: Vec<[f64; 3]> = (0..bodies).map(|_| [random(), random(), random() + 1.0].map(|x| side * x)).collect();
+    let apart = |i: usize, j: usize| std::array::from_fn(|c| place[i][c] - place[j][c]);
+    let mut pairs: Vec<(f64, usize, Option<usize>)> = (0..bodies).map(|i| (place[i][2], i, None)).collect();
+    pairs.extend((0..bodies).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| (norm(&apart(i, j)), i, Some(j))));
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut directions = Vec::new();
+    for a in 0..contacts {
+        let (_, i, other) = pairs[a / 2];
+        let n = other.map_or([0.0, 0.0, 1.0], |j| unit(apart(i, j)));
+        let t = unit(cross(n, if n[0].abs() < 0.7 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }));
+        for (body, sign) in [(Some(i), 1.0), (other, -1.0)] {
+            let Some(body) = body else { continue };
+            let arm = n.map(|x| 0.3 * random() - sign * x);
+            for (c, d) in [n, t, cross(n, t)].into_iter().enumerate() {
+                for (x, turn) in cross(arm, d).into_iter().enumerate() {
+                    directions.push((6 * body + x, 3 * a + c, sign * d[x]));
+                    directions.push((6 * body + 3 + x, 3 * a + c, sign * turn));
+                }
+            }
+        }
+    }
+    let mass: Vec<f64> = (0..bodies).map(|_| 10f64.powf(random())).collect();
+    let size = 6 * bodies;
+    let inertia = |i: usize| (i, i, mass[i / 6] * if i % 6 < 3 { 1.0 } else { 0.4 });
+    GlobalProblem {
+        dimension: 3,
+        M: Csr::from_triplets(size, size, &(0..size).map(inertia).collect::<Vec<_>>()),
+        H: Csr::from_triplets(size, 3 * contacts, &directions),
+        f: (0..size).map(|i| mass[i / 6] * (0.3 * random() - f64::from(u8::from(i % 6 == 2)))).collect(),
+        w: vec![0.0; 3 * contacts],
+        mu: vec![mu; contacts],
+        equalities: None,
+    }
+}
+
+#[test]
+fn piles_with_much_friction_are_solved() {
+    for (seed, mu) in [(1, 0.3), (2, 0.7), (3, 1.0), (4, 1.0), (5, 0.0)] {
+        let problem = DiscreteProblem::Global(pile(30, 100, mu, 0x9e37_79b9_7f4a_7c15 + seed));
+        problem.validate().unwrap();
+        let condensed = condense(&problem).unwrap();
+        let found = run(&condensed.local);
+        assert_eq!(found.status, Status::Solved, "{seed} {mu}: {:?}", found.measures);
+        assert!(judge(&condensed.local, &found.r).worst() <= 1e-8);
+        assert!(condensed.recover(&problem, &found.r).equilibrium < 1e-12);
+    }
+}

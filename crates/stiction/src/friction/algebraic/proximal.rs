@@ -22,7 +22,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { tolerance: 1e-8, max_iterations: 400, start: None }
+        Settings { tolerance: 1e-8, max_iterations: 1000, start: None }
     }
 }
 
@@ -100,7 +100,8 @@ const MOST_SWEEPS: usize = 400;
 
 /// Solves a local problem without bilateral part: the proximal point algorithm (Rockafellar 1976; on frictional contact
 /// Siconos' `fc3d_proximal`) around a semismooth Newton method. The parameter falls tenfold as long as Newton's method
-/// converges and rises where it does not; beyond [`FIRST`] sweeps over the points choose another start.
+/// converges and rises where it does not; where the residual no longer falls, sweeps over the points choose another
+/// start.
 ///
 /// The answer is judged on the problem as it was given; `Solved` is only reported if all three residuals pass.
 pub fn solve(
