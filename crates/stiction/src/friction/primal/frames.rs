@@ -4,6 +4,7 @@ use crate::linalg::multigrid::{Block, Blocks, Nodes};
 
 /// The problem by nodes, the nodes of contact points turned into their frames `(n, t1, t2)`: `K`, `f` and the
 /// near-kernel in components for which contact is a matter of single unknowns.
+#[derive(Debug)]
 pub(super) struct Turned {
     pub nodes: Nodes,
     pub k: Blocks<3, 3>,
@@ -13,6 +14,7 @@ pub(super) struct Turned {
 }
 
 /// A contact point: its node, its frame, and which of its rows of `B` are there at all.
+#[derive(Debug)]
 pub(super) struct Point {
     pub node: usize,
     /// Rows: normal, tangents; orthonormal on the unknowns of the node.
@@ -40,7 +42,6 @@ impl Turned {
         }
         let mut k = nodes.blocks(&problem.K, &graph);
         turn_matrix(&mut k, &taken, &points);
-        let mut f = nodes.gather(&problem.f);
         let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
         for (i, &(v, c)) in nodes.of.iter().enumerate() {
             let c = c as usize;
@@ -50,20 +51,20 @@ impl Turned {
             };
         }
         for p in &points {
-            f[p.node] = times(&p.frame, &f[p.node]);
             let old = kernel[p.node];
             kernel[p.node] = std::array::from_fn(|r| {
                 std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum())
             });
         }
-        Some(Turned { nodes, k, f, kernel, points })
+        let mut turned = Turned { nodes, k, f: Vec::new(), kernel, points };
+        turned.set_load(&problem.f);
+        Some(turned)
     }
 
-    /// A vector of unknowns in the frames.
-    pub fn into_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
-        let mut x = self.nodes.gather(u);
-        self.points.iter().for_each(|p| x[p.node] = times(&p.frame, &x[p.node]));
-        x
+    /// Another load for the same body.
+    pub fn set_load(&mut self, f: &[f64]) {
+        self.f = self.nodes.gather(f);
+        self.points.iter().for_each(|p| self.f[p.node] = times(&p.frame, &self.f[p.node]));
     }
 
     /// A vector in the frames as one of unknowns.

@@ -1,250 +1,211 @@
+use std::ops::ControlFlow;
+
+use super::directions::{Direction, MOST, Vector, advance, norm};
 use super::frames::Turned;
-use super::sets::{Law, Set, State, set};
-use crate::contact::ContactProblem;
-use crate::linalg::multigrid::{Blocks, Multigrid};
-use rayon::prelude::*;
+use super::sets::{Law, Set, set, stuck};
+use crate::friction::PointState;
+use crate::linalg::multigrid::{Blocks, Condition, Multigrid};
 
-#[derive(Debug, Clone)]
-pub struct PrimalSettings {
-    pub tolerance: f64,
-    pub max_cycles: usize,
+/// How a run of cycles ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Converged,
+    Limit,
+    /// Not a number, or no gain over many cycles.
+    Failed,
+    Interrupted,
 }
 
-pub struct PrimalResult {
-    pub u: Vec<f64>,
-    pub lambda: Vec<f64>,
+/// Where the iteration is: displacements in the frames, their forces, the directions kept.
+#[derive(Debug, Clone, Default)]
+pub(super) struct State {
+    pub u: Vector,
+    pub ku: Vector,
+    pub sets: Vec<Set>,
+    kept: Vec<Direction>,
+    /// Sets the coarse levels of the hierarchy follow.
+    coarse: Vec<Condition>,
+    /// The residual after each cycle.
+    history: Vec<f64>,
+    last_reset: usize,
     pub cycles: usize,
-    pub updates: usize,
     pub resets: usize,
-    pub history: Vec<(f64, [usize; 3])>,
-    pub converged: bool,
 }
 
-/// Share of the diagonal of `K` at a node that turns displacements into forces.
-const PARAMETER: f64 = 0.4;
-/// The coarse levels follow once this share of the points has changed its set.
+/// The coarse levels follow once this share of the points has changed its condition.
 const LAG: f64 = 0.003;
-const KEPT: usize = 2;
+/// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles.
+const PATIENCE: usize = 15;
+const GAIN: f64 = 0.7;
+const HIGH: f64 = 0.05;
+/// Resets at most, and the cycles with frozen sets after one.
+const RESETS: usize = 4;
+const FROZEN: usize = 5;
+/// Cycles without a halving of the best residual that count as a failure.
+const HOPELESS: usize = 60;
 
-type Vector = Vec<[f64; 3]>;
+/// Told the residual and the sets after each cycle; may stop the run.
+pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> + 'a;
 
-struct Direction {
-    p: Vector,
-    kp: Vector,
-}
-
-pub fn primal(problem: &ContactProblem, settings: &PrimalSettings, mut watch: impl FnMut(usize, f64, [usize; 3])) -> Option<PrimalResult> {
-    let t = std::time::Instant::now();
-    let turned = Turned::new(problem)?;
+/// Cycles until the law and the balance hold to `tolerance` of the load.
+///
+/// Every cycle the sets are those of the present iterate; held components take their values and are truncated from
+/// the hierarchy, slipping points add the spring of their turning friction, and the energy is minimised over the
+/// preconditioned residual and the last two steps. Keeping those steps across changes of the sets is what makes the
+/// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
+/// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
+/// 1991).
+pub(super) fn run(
+    turned: &Turned,
+    laws: &[Law],
+    multigrid: &mut Multigrid,
+    at: &mut State,
+    tolerance: f64,
+    max_cycles: usize,
+    observe: &mut Observe<'_>,
+) -> End {
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
-    eprintln!("turned {:.2}", t.elapsed().as_secs_f64());
-    let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-    let mut mg = Multigrid::new(k, &turned.kernel, &contact)?;
-    eprintln!("setup {:.2}", t.elapsed().as_secs_f64());
-    let m = points.len();
-    let laws: Vec<Law> = (0..m)
-        .map(|j| {
-            let d = k.diagonal(points[j].node);
-            Law {
-                friction: problem.friction[j],
-                gap: problem.gap[j],
-                reference: [problem.slip_reference[j], problem.slip_reference[m + j]],
-                parameter: PARAMETER * (d[0][0] + d[1][1] + d[2][2]) / 3.0,
-            }
-        })
-        .collect();
-    let mut u: Vector = vec![[0.0; 3]; f.len()];
-    let mut ku: Vector = vec![[0.0; 3]; f.len()];
-    let mut kept: Vec<Direction> = Vec::new();
-    let mut coarse_sets: Vec<Set> = Vec::new();
-    let size = norm(f);
-    let (mut cycles, mut updates, mut resets) = (0, 0, 0);
-    let mut history: Vec<(f64, [usize; 3])> = Vec::new();
-    let mut last_reset = 0;
-    let mut converged = false;
     loop {
-        let lambda = |j: usize| { let v = points[j].node; std::array::from_fn(|c| f[v][c] - ku[v][c]) };
-        let mut sets: Vec<Set> = (0..m).map(|j| set(&laws[j], &points[j], lambda(j), u[points[j].node])).collect();
-        if cycles == 0 {
-            sets.iter_mut().zip(points).for_each(|(s, p)| s.stick(&p.live));
+        let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
+        let first = at.cycles == 0 && at.sets.is_empty();
+        at.sets = (points.iter().zip(laws))
+            .map(|(p, law)| if first { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) })
+            .collect();
+        let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
+        at.history.push(eps);
+        if observe(at.cycles, eps, &at.sets).is_break() {
+            return End::Interrupted;
         }
-        let eps = measure(&turned, &laws, &sets, &u, &ku) / size;
-        let counts = [State::Open, State::Stick, State::Slip].map(|s| sets.iter().filter(|x| x.state == s).count());
-        watch(cycles, eps, counts);
-        history.push((eps, counts));
-        if eps <= settings.tolerance && cycles > 0 {
-            let fresh = k.times(&u);
-            let drift = fresh.iter().flatten().zip(ku.iter().flatten()).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-            ku = fresh;
-            if drift <= 0.1 * settings.tolerance * size { converged = true; break; }
+        if eps <= tolerance && !first {
+            // The forces were carried along; they are believed once a fresh product agrees.
+            let fresh = k.times(&at.u);
+            let drift: Vector = fresh.iter().zip(&at.ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+            at.ku = fresh;
+            if norm(&drift) <= 0.1 * tolerance * load(turned, &at.ku) {
+                return End::Converged;
+            }
+            at.history.pop();
             continue;
         }
-        if cycles >= settings.max_cycles || !eps.is_finite() {
-            break;
+        if at.cycles >= max_cycles {
+            return End::Limit;
         }
-        // A cycle of sets shows as a residual that stays high: all that bears sticks, and five cycles are done so.
-        let mut inner = 1;
-        let stagnates = history.len() > 5 && eps > 0.05 && {
-            let older = history[..history.len() - 4].iter().map(|h| h.0).fold(f64::INFINITY, f64::min);
-            eps > 0.7 * older
-        };
-        if stagnates && resets < 4 && cycles >= last_reset + 8 {
-            sets.iter_mut().zip(points).filter(|(s, _)| s.condition.held[0]).for_each(|(s, p)| s.stick(&p.live));
-            kept.clear();
-            resets += 1;
-            last_reset = cycles;
-            inner = 5;
+        if !eps.is_finite() || hopeless(&at.history) {
+            return End::Failed;
         }
-        let changed = sets.iter().zip(&coarse_sets).filter(|(a, b)| a.condition.held != b.condition.held).count();
-        let coarse = coarse_sets.len() != m || changed as f64 > LAG * m as f64 || (changed > 0 && m < 300);
-        let conditions: Vec<_> = sets.iter().map(|s| s.condition).collect();
-        mg.constrain(&conditions, coarse);
-        if coarse {
-            coarse_sets = sets.clone();
-            updates += 1;
-        }
-        // Held components take their values, kept directions lose them.
-        for (s, p) in sets.iter().zip(points) {
-            for c in (0..3).filter(|&c| s.condition.held[c]) {
-                let change = s.value[c] - u[p.node][c];
-                if change != 0.0 {
-                    u[p.node][c] = s.value[c];
-                    add_column(k, p.node, c, change, &mut ku);
-                }
-                for d in &mut kept {
-                    let change = -d.p[p.node][c];
-                    if change != 0.0 {
-                        d.p[p.node][c] = 0.0;
-                        add_column(k, p.node, c, change, &mut d.kp);
-                    }
+        let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
+        if reset {
+            for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
+                if s.condition.held[0] {
+                    *s = stuck(law, p);
                 }
             }
+            at.kept.clear();
+            at.resets += 1;
+            at.last_reset = at.cycles;
         }
-        for _ in 0..inner {
-            let r = residual(&turned, &laws, &sets, &u, &ku);
-            let z = mg.cycle(&r);
-            let kz = k.times(&z);
-            kept.insert(0, Direction { p: z, kp: kz });
-            cycles += 1;
-            let y = minimiser(&turned, &sets, &kept, &r);
-            let mut step = Direction { p: vec![[0.0; 3]; f.len()], kp: vec![[0.0; 3]; f.len()] };
-            for (y, d) in y.iter().zip(&kept) {
-                axpy(*y, &d.p, &mut step.p);
-                axpy(*y, &d.kp, &mut step.kp);
-            }
-            axpy(1.0, &step.p, &mut u);
-            axpy(1.0, &step.kp, &mut ku);
-            kept[0] = step;
-            kept.truncate(KEPT);
+        constrain(multigrid, at);
+        hold(k, points, laws, at);
+        for _ in 0..if reset { FROZEN } else { 1 } {
+            let r = residual(turned, laws, at);
+            let p = multigrid.cycle(&r);
+            let kp = k.times(&p);
+            at.kept.insert(0, Direction { p, kp });
+            advance(&mut at.kept, &r, points, &at.sets, &mut at.u, &mut at.ku);
+            at.kept.truncate(MOST - 1);
+            at.cycles += 1;
         }
-    }
-    // Multipliers from the balance at the contact nodes.
-    let mut lambda = vec![0.0; 3 * m];
-    for j in 0..m {
-        let v = points[j].node;
-        for c in (0..3).filter(|&c| points[j].live[c]) {
-            lambda[c * m + j] = f[v][c] - ku[v][c];
-        }
-    }
-    Some(PrimalResult { u: turned.out_of_frames(&u), lambda, cycles, updates, resets, history, converged })
-}
-
-impl Set {
-    fn stick(&mut self, live: &[bool; 3]) {
-        self.state = State::Stick;
-        self.condition.held = *live;
-        self.condition.spring = [[0.0; 3]; 3];
-        self.friction = [0.0; 2];
     }
 }
 
-/// The residual on the components that are not held: `f - K u` less friction.
-fn residual(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> Vector {
-    let mut r: Vector = turned.f.iter().zip(ku).map(|(f, k)| [f[0] - k[0], f[1] - k[1], f[2] - k[2]]).collect();
-    for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
-        let (r, u) = (&mut r[p.node], u[p.node]);
-        let slip = [u[1] - law.reference[0], u[2] - law.reference[1]];
-        for c in 1..3 {
-            let spring = &s.condition.spring[c];
-            r[c] -= s.friction[c - 1] + spring[1] * slip[0] + spring[2] * slip[1];
-        }
-        (0..3).filter(|&c| s.condition.held[c]).for_each(|c| r[c] = 0.0);
-    }
-    r
+fn hopeless(history: &[f64]) -> bool {
+    let Some(before) = history.len().checked_sub(HOPELESS) else { return false };
+    let best = |part: &[f64]| part.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+    best(&history[before..]) > 0.5 * best(&history[..before])
 }
 
-/// Norm of the law's violation: forces that are not balanced and, as forces, displacements that are not held.
-fn measure(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
-    let mut r: Vector = turned.f.iter().zip(ku).map(|(f, k)| [f[0] - k[0], f[1] - k[1], f[2] - k[2]]).collect();
-    for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
-        let (r, u) = (&mut r[p.node], u[p.node]);
-        for c in 0..3 {
-            if s.condition.held[c] {
-                r[c] = law.parameter * (u[c] - s.value[c]);
-            } else if c > 0 {
-                r[c] -= s.friction[c - 1];
+fn goes_round(history: &[f64], since_reset: usize) -> bool {
+    let Some(before) = history.len().checked_sub(PATIENCE) else { return false };
+    let best = history[..before].iter().fold(f64::INFINITY, |a, &b| a.min(b));
+    let now = history[history.len() - 1];
+    since_reset > PATIENCE && now > HIGH && now > GAIN * best
+}
+
+/// Tells the hierarchy the conditions; its coarse levels lag while few of them have changed.
+fn constrain(multigrid: &mut Multigrid, at: &mut State) {
+    let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
+    let changed = conditions.iter().zip(&at.coarse).filter(|(a, b)| a.held != b.held).count();
+    let coarse = at.coarse.len() != conditions.len() || changed as f64 > LAG * conditions.len() as f64;
+    multigrid.constrain(&conditions, coarse);
+    if coarse {
+        at.coarse = conditions;
+    }
+}
+
+/// Held components take their values; the directions kept lose them.
+fn hold(k: &Blocks<3, 3>, points: &[super::frames::Point], laws: &[Law], at: &mut State) {
+    for ((s, p), law) in at.sets.iter().zip(points).zip(laws) {
+        for c in (0..3).filter(|&c| s.condition.held[c]) {
+            let change = law.rest[c] - std::mem::replace(&mut at.u[p.node][c], law.rest[c]);
+            add_column(k, p.node, c, change, &mut at.ku);
+            for d in &mut at.kept {
+                let change = -std::mem::take(&mut d.p[p.node][c]);
+                add_column(k, p.node, c, change, &mut d.kp);
             }
         }
     }
-    norm(&r)
-}
-
-/// The minimiser of the energy over the span of the directions: `(Sᵀ M S) y = Sᵀ r`.
-fn minimiser(turned: &Turned, sets: &[Set], directions: &[Direction], r: &Vector) -> Vec<f64> {
-    let n = directions.len();
-    let mut a = vec![vec![0.0; n]; n];
-    let mut b = vec![0.0; n];
-    for i in 0..n {
-        b[i] = dot(&directions[i].p, r);
-        for j in 0..=i {
-            let mut sum = dot(&directions[i].p, &directions[j].kp);
-            for (p, s) in turned.points.iter().zip(sets) {
-                let (x, y) = (directions[i].p[p.node], directions[j].p[p.node]);
-                for c in 1..3 {
-                    for d in 1..3 {
-                        sum += x[c] * s.condition.spring[c][d] * y[d];
-                    }
-                }
-            }
-            a[i][j] = sum;
-            a[j][i] = sum;
-        }
-    }
-    // Cholesky of the scaled matrix; directions that depend on earlier ones get nothing.
-    let scale: Vec<f64> = (0..n).map(|i| if a[i][i] > 0.0 { 1.0 / a[i][i].sqrt() } else { 0.0 }).collect();
-    let mut l = vec![vec![0.0; n]; n];
-    let mut inv = vec![0.0; n];
-    for k in 0..n {
-        let pivot = a[k][k] * scale[k] * scale[k] - (0..k).map(|j| l[k][j] * l[k][j]).sum::<f64>();
-        if pivot > 1e-12 { inv[k] = 1.0 / pivot.sqrt(); }
-        for i in k..n {
-            l[i][k] = (a[i][k] * scale[i] * scale[k] - (0..k).map(|j| l[i][j] * l[k][j]).sum::<f64>()) * inv[k];
-        }
-    }
-    let mut y: Vec<f64> = (0..n).map(|i| b[i] * scale[i]).collect();
-    for i in 0..n { y[i] = (y[i] - (0..i).map(|j| l[i][j] * y[j]).sum::<f64>()) * inv[i]; }
-    for i in (0..n).rev() { y[i] = (y[i] - (i + 1..n).map(|j| l[j][i] * y[j]).sum::<f64>()) * inv[i]; }
-    y.iter().zip(&scale).map(|(y, s)| y * s).collect()
 }
 
 /// `y += change` times the column of `K` at a component of a node; `K` is symmetric.
 fn add_column(k: &Blocks<3, 3>, node: usize, component: usize, change: f64, y: &mut Vector) {
+    if change == 0.0 {
+        return;
+    }
     let (columns, blocks) = k.row(node);
     for (&j, block) in columns.iter().zip(blocks) {
         (0..3).for_each(|c| y[j as usize][c] += change * block[component][c]);
     }
 }
 
-fn dot(x: &Vector, y: &Vector) -> f64 {
-    let parts: Vec<f64> = x.par_chunks(4096).zip(y.par_chunks(4096))
-        .map(|(x, y)| x.iter().flatten().zip(y.iter().flatten()).map(|(a, b)| a * b).sum()).collect();
-    parts.iter().sum()
+fn balance(turned: &Turned, ku: &Vector) -> Vector {
+    turned.f.iter().zip(ku).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect()
 }
 
-fn norm(x: &Vector) -> f64 {
-    dot(x, x).sqrt()
+/// The residual on the components that are not held: `f - K u` less friction.
+fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
+    let mut r = balance(turned, &at.ku);
+    for ((p, s), law) in turned.points.iter().zip(&at.sets).zip(laws) {
+        let (r, u) = (&mut r[p.node], at.u[p.node]);
+        for c in 1..3 {
+            let spring = &s.condition.spring[c];
+            r[c] -= s.friction[c - 1] + spring[1] * (u[1] - law.rest[1]) + spring[2] * (u[2] - law.rest[2]);
+        }
+        (0..3).filter(|&c| s.condition.held[c]).for_each(|c| r[c] = 0.0);
+    }
+    r
 }
 
-fn axpy(a: f64, x: &Vector, y: &mut Vector) {
-    y.iter_mut().flatten().zip(x.iter().flatten()).for_each(|(y, x)| *y += a * x);
+/// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
+/// not held.
+fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
+    let mut r = balance(turned, ku);
+    for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
+        let (r, u) = (&mut r[p.node], u[p.node]);
+        for c in 0..3 {
+            if s.condition.held[c] {
+                r[c] = law.parameter * (u[c] - law.rest[c]);
+            } else if c > 0 && s.state == PointState::Slip {
+                r[c] -= s.friction[c - 1];
+            }
+        }
+    }
+    let scale = load(turned, ku);
+    if scale > 0.0 { norm(&r) / scale } else { norm(&r) }
+}
+
+/// The larger of the load and the contact forces, newton.
+fn load(turned: &Turned, ku: &Vector) -> f64 {
+    let at = |v: usize| (0..3).map(|c| (turned.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
+    let contact: f64 = turned.points.iter().map(|p| at(p.node)).sum();
+    norm(&turned.f).max(contact.sqrt())
 }

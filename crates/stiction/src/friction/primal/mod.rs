@@ -1,8 +1,10 @@
-//! The primal path: contact with friction by one multigrid cycle a change of the active sets.
-#![allow(clippy::needless_range_loop)]
+//! The primal path: the displacements themselves by multigrid, one cycle for each change of the active sets. Costs
+//! little more than one linear solve and needs no factor, so it is the path of large problems.
 
+mod directions;
 mod frames;
 mod iteration;
 mod sets;
+mod solve;
 
-pub use iteration::{PrimalSettings, PrimalResult, primal};
+pub use solve::{Primal, solve_primal};

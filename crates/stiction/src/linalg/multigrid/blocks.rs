@@ -1,3 +1,4 @@
+use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::linalg::{Csr, NodeGraph};
@@ -51,39 +52,66 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         y
     }
 
-    /// Rows computed in parallel and put one after the other.
+    /// A matrix whose row `i` has the columns that `columns` names (in any order, repeated or not) and the values that
+    /// `fill` adds up in its zeroed blocks. Rows are made in parallel, each by one thread, straight into their place:
+    /// at this size copies and fresh pages cost more than the arithmetic.
     pub(super) fn from_rows(
         rows: usize,
         cols: usize,
-        row: impl Fn(usize, &mut RowBuilder<R, C>) + Sync,
+        columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync,
+        fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
     ) -> Blocks<R, C> {
         let tasks: Vec<usize> = (0..rows).step_by(ROWS_PER_TASK).collect();
-        let parts: Vec<(Vec<usize>, Vec<u32>, Vec<Block<R, C>>)> = (tasks.par_iter())
+        let of_task = |first: usize| first..rows.min(first + ROWS_PER_TASK);
+        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.par_iter())
             .map_init(
-                || RowBuilder::new(cols),
-                |builder, &first| {
-                    let (mut lengths, mut column, mut value) = (Vec::new(), Vec::new(), Vec::new());
-                    for i in first..rows.min(first + ROWS_PER_TASK) {
-                        row(i, builder);
-                        lengths.push(builder.drain(&mut column, &mut value));
+                || vec![u32::MAX; cols],
+                |seen, &first| {
+                    let (mut ends, mut column) = (Vec::with_capacity(ROWS_PER_TASK), Vec::new());
+                    for i in of_task(first) {
+                        let begin = column.len();
+                        columns(i, &mut |j| {
+                            if seen[j as usize] != i as u32 {
+                                seen[j as usize] = i as u32;
+                                column.push(j);
+                            }
+                        });
+                        column[begin..].sort_unstable();
+                        ends.push(column.len());
                     }
-                    (lengths, column, value)
+                    (ends, column)
                 },
             )
             .collect();
-        let mut matrix = Blocks { rows, cols, start: vec![0], column: Vec::new(), value: Vec::new() };
-        let entries = parts.iter().map(|p| p.1.len()).sum();
-        matrix.column.reserve_exact(entries);
-        matrix.value.reserve_exact(entries);
-        for (lengths, column, value) in parts {
-            for length in lengths {
-                let last = matrix.start[matrix.start.len() - 1];
-                matrix.start.push(last + length);
-            }
-            matrix.column.extend_from_slice(&column);
-            matrix.value.extend_from_slice(&value);
+        let mut start = vec![0];
+        let mut column = Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum());
+        for (ends, part) in &parts {
+            start.extend(ends.iter().map(|end| column.len() + end));
+            column.extend_from_slice(part);
         }
-        matrix
+        drop(parts);
+        let mut value = vec![[[0.0; C]; R]; column.len()];
+        let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value.as_mut_slice());
+        for &first in &tasks {
+            let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);
+            slices.push((first, head));
+            rest = tail;
+        }
+        slices.into_par_iter().for_each_init(
+            || vec![0u32; cols],
+            |slot, (first, slice)| {
+                let base = start[first];
+                Arch::new().dispatch(|| {
+                    for i in of_task(first) {
+                        let own = &column[start[i]..start[i + 1]];
+                        own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
+                        let values = &mut slice[start[i] - base..start[i + 1] - base];
+                        fill(i, &mut Row { slot, values });
+                    }
+                });
+            },
+        );
+        Blocks { rows, cols, start, column, value }
     }
 
     /// The transpose's pattern: for each column the rows that hold it, with the places of the blocks.
@@ -110,42 +138,17 @@ impl<const R: usize> Blocks<R, R> {
     }
 }
 
-/// One sparse row of blocks under construction.
-pub(super) struct RowBuilder<const R: usize, const C: usize> {
-    /// Place of each column in `entries`; `u32::MAX` where there is none.
-    slot: Vec<u32>,
-    entries: Vec<(u32, Block<R, C>)>,
+/// One row of blocks being filled.
+pub(super) struct Row<'a, const R: usize, const C: usize> {
+    /// Place of each of the row's columns in `values`.
+    slot: &'a [u32],
+    pub values: &'a mut [Block<R, C>],
 }
 
-impl<const R: usize, const C: usize> RowBuilder<R, C> {
-    fn new(cols: usize) -> Self {
-        RowBuilder { slot: vec![u32::MAX; cols], entries: Vec::new() }
-    }
-
-    /// The block of column `j`, zero at first.
+impl<const R: usize, const C: usize> Row<'_, R, C> {
+    /// The block of column `j`, one of those the row was declared with.
     pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
-        let slot = &mut self.slot[j as usize];
-        if *slot == u32::MAX {
-            *slot = self.entries.len() as u32;
-            self.entries.push((j, [[0.0; C]; R]));
-        }
-        &mut self.entries[*slot as usize].1
-    }
-
-    /// Changes every block added so far.
-    pub fn each(&mut self, mut change: impl FnMut(&mut Block<R, C>)) {
-        self.entries.iter_mut().for_each(|(_, block)| change(block));
-    }
-
-    fn drain(&mut self, column: &mut Vec<u32>, value: &mut Vec<Block<R, C>>) -> usize {
-        let length = self.entries.len();
-        self.entries.sort_unstable_by_key(|e| e.0);
-        for (j, block) in self.entries.drain(..) {
-            self.slot[j as usize] = u32::MAX;
-            column.push(j);
-            value.push(block);
-        }
-        length
+        &mut self.values[self.slot[j as usize] as usize]
     }
 }
 
@@ -185,12 +188,11 @@ impl Nodes {
 
     /// The matrix by nodes; components no unknown stands for get the identity, so that it stays positive definite.
     pub fn blocks(&self, k: &Csr, graph: &NodeGraph) -> Blocks<3, 3> {
-        let mut scale = vec![0.0f64; self.count];
-        (0..k.rows).for_each(|i| {
-            let v = self.of[i].0 as usize;
-            scale[v] = scale[v].max(k.entry(i, i));
-        });
-        Blocks::from_rows(self.count, self.count, |v, row| {
+        let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
+            name(v as u32);
+            graph.neighbours_of(v).iter().for_each(|&w| name(w));
+        };
+        Blocks::from_rows(self.count, self.count, neighbours, |v, row| {
             let own = graph.unknowns_of(v);
             for (r, &i) in own.iter().enumerate() {
                 let (columns, values) = k.row(i as usize);
@@ -200,7 +202,8 @@ impl Nodes {
                 }
             }
             let diagonal = row.at(v as u32);
-            (own.len()..3).for_each(|c| diagonal[c][c] = scale[v].max(f64::MIN_POSITIVE));
+            let scale = (0..own.len()).map(|c| diagonal[c][c]).fold(f64::MIN_POSITIVE, f64::max);
+            (own.len()..3).for_each(|c| diagonal[c][c] = scale);
         })
     }
 }

@@ -107,7 +107,8 @@ fn smoothed<const R: usize>(
     tentative: &[Block<R, 6>],
     count: usize,
 ) -> Blocks<R, 6> {
-    Blocks::from_rows(a.rows, count, |i, row| {
+    let aggregates = |i: usize, name: &mut dyn FnMut(u32)| a.row(i).0.iter().for_each(|&j| name(of[j as usize]));
+    Blocks::from_rows(a.rows, count, aggregates, |i, row| {
         let mut scaled = inverses[i];
         scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
         let (columns, blocks) = a.row(i);
@@ -115,11 +116,11 @@ fn smoothed<const R: usize>(
         for (&j, block) in columns.iter().zip(blocks) {
             add_product(block, &tentative[j as usize], row.at(of[j as usize]));
         }
-        row.each(|block| {
+        for block in row.values.iter_mut() {
             let mut result = [[0.0; 6]; R];
             add_product(&scaled, block, &mut result);
             *block = result;
-        });
+        }
         let own = row.at(of[i]);
         own.iter_mut().flatten().zip(tentative[i].iter().flatten()).for_each(|(p, t)| *p += t);
     })
@@ -127,7 +128,10 @@ fn smoothed<const R: usize>(
 
 /// `A P`.
 fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>) -> Blocks<R, 6> {
-    Blocks::from_rows(a.rows, p.cols, |i, row| {
+    let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+        a.row(i).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    Blocks::from_rows(a.rows, p.cols, reached, |i, row| {
         let (columns, blocks) = a.row(i);
         for (&j, block) in columns.iter().zip(blocks) {
             let (coarse, values) = p.row(j as usize);
@@ -141,7 +145,11 @@ fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>) -> Blocks<R, 6> {
 /// `Pᵀ (A P)`; a coarse unknown that nothing depends on gets a one on the diagonal.
 fn galerkin<const R: usize>(p: &Blocks<R, 6>, a_times_p: &Blocks<R, 6>) -> Blocks<6, 6> {
     let (start, entry) = p.by_columns();
-    Blocks::from_rows(p.cols, p.cols, |k, row| {
+    let reached = |k: usize, name: &mut dyn FnMut(u32)| {
+        name(k as u32);
+        entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| a_times_p.row(i as usize).0.iter().for_each(|&j| name(j)));
+    };
+    Blocks::from_rows(p.cols, p.cols, reached, |k, row| {
         for &(i, place) in &entry[start[k]..start[k + 1]] {
             let (columns, blocks) = a_times_p.row(i as usize);
             for (&j, block) in columns.iter().zip(blocks) {

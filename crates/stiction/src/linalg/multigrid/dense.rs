@@ -3,6 +3,7 @@
 use super::blocks::Block;
 
 /// `c += a b`.
+#[inline(always)]
 pub fn add_product<const R: usize, const M: usize, const C: usize>(
     a: &Block<R, M>,
     b: &Block<M, C>,
@@ -19,6 +20,7 @@ pub fn add_product<const R: usize, const M: usize, const C: usize>(
 }
 
 /// `c += aᵀ b`.
+#[inline(always)]
 pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
     a: &Block<M, R>,
     b: &Block<M, C>,

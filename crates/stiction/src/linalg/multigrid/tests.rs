@@ -12,17 +12,22 @@ pub(super) fn lattice(size: [usize; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
         .map(|q| [q / 9 - 1, q / 3 % 3 - 1, q % 3 - 1])
         .filter(|o| (1..=2).contains(&o.iter().map(|v| v * v).sum::<i64>()))
         .collect();
-    let matrix = Blocks::from_rows(a * b * c, a * b * c, |v, row| {
+    let neighbour = |x: [usize; 3], o: &[i64; 3]| -> Option<usize> {
+        let y: [i64; 3] = std::array::from_fn(|d| x[d] as i64 + o[d]);
+        let inside = (0..3).all(|d| y[d] >= 0 && y[d] < size[d] as i64);
+        inside.then(|| at(y[0] as usize, y[1] as usize, y[2] as usize))
+    };
+    let columns = |v: usize, name: &mut dyn FnMut(u32)| {
+        name(v as u32);
+        offsets.iter().filter_map(|o| neighbour(place(v), o)).for_each(|w| name(w as u32));
+    };
+    let matrix = Blocks::from_rows(a * b * c, a * b * c, columns, |v, row| {
         let x = place(v);
         for c in 0..3 {
             row.at(v as u32)[c][c] += 1e-3;
         }
         for o in &offsets {
-            let y: Vec<i64> = (0..3).map(|d| x[d] as i64 + o[d]).collect();
-            if (0..3).any(|d| y[d] < 0 || y[d] >= size[d] as i64) {
-                continue;
-            }
-            let w = at(y[0] as usize, y[1] as usize, y[2] as usize);
+            let Some(w) = neighbour(x, o) else { continue };
             let length = o.iter().map(|v| (v * v) as f64).sum::<f64>();
             for r in 0..3 {
                 for s in 0..3 {

@@ -45,7 +45,11 @@ impl Local {
     pub fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
         let mut place = vec![u32::MAX; a.rows];
         nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
-        let among = Blocks::from_rows(nodes.len(), nodes.len(), |k, row| {
+        let others = |k: usize, name: &mut dyn FnMut(u32)| {
+            let own = a.row(nodes[k] as usize).0.iter().map(|&j| place[j as usize]);
+            own.filter(|&p| p != u32::MAX).for_each(name);
+        };
+        let among = Blocks::from_rows(nodes.len(), nodes.len(), others, |k, row| {
             let (columns, blocks) = a.row(nodes[k] as usize);
             for (&j, block) in columns.iter().zip(blocks) {
                 if place[j as usize] != u32::MAX {
@@ -54,7 +58,8 @@ impl Local {
             }
         });
         let rows_of = |m: &Blocks<3, 6>| {
-            Blocks::from_rows(nodes.len(), m.cols, |k, row| {
+            let all = |k: usize, name: &mut dyn FnMut(u32)| m.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
+            Blocks::from_rows(nodes.len(), m.cols, all, |k, row| {
                 let (columns, blocks) = m.row(nodes[k] as usize);
                 columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
             })
@@ -154,7 +159,12 @@ impl Local {
     /// The change of the first coarse matrix under the conditions: a row for each of its touched nodes.
     pub fn change(&self, conditions: &[Condition], cols: usize) -> Blocks<6, 6> {
         // Row i of (S A S + spring) P - S A P.
-        let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, |i, row| {
+        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+            if conditions[i] != Condition::default() {
+                self.a_times_p.row(i).0.iter().for_each(|&j| name(j));
+            }
+        };
+        let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
             let condition = &conditions[i];
             let (columns, blocks) = self.p.row(i);
             if condition.spring != [[0.0; 3]; 3] {
@@ -183,7 +193,16 @@ impl Local {
             }
         });
         let touched = &self.touched[0];
-        Blocks::from_rows(touched.len(), cols, |t, row| {
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            let k = touched[t] as usize;
+            let (start, entry) = &self.p_columns;
+            let mut near = |i: u32, of: &Blocks<3, 6>| of.row(i as usize).0.iter().for_each(|&j| name(j));
+            entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| near(i, &inner));
+            let (start, entry) = &self.a_times_p_columns;
+            let held = entry[start[k]..start[k + 1]].iter().filter(|&&(i, _)| conditions[i as usize].held != [false; 3]);
+            held.for_each(|&(i, _)| near(i, &self.p));
+        };
+        Blocks::from_rows(touched.len(), cols, reached, |t, row| {
             let k = touched[t] as usize;
             let (start, entry) = &self.p_columns;
             for &(i, place) in &entry[start[k]..start[k + 1]] {
@@ -211,7 +230,10 @@ impl Local {
 fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
     let block = |s: &Single<6, 6>| -> Block<6, 6> { std::array::from_fn(|r| std::array::from_fn(|c| f64::from(s[c][r]))) };
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
-    let right: Blocks<6, 6> = Blocks::from_rows(rows.len(), cols, |t, row| {
+    let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+        change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    let right: Blocks<6, 6> = Blocks::from_rows(rows.len(), cols, reached, |t, row| {
         let (columns, blocks) = change.row(t);
         for (&j, d) in columns.iter().zip(blocks) {
             let (coarse, values) = p.row(j as usize);
@@ -223,7 +245,11 @@ fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched
         let (coarse, values) = p.row(i as usize);
         coarse.iter().zip(values).for_each(|(&k, value)| by_column[k as usize].push((t as u32, block(value))));
     }
-    Blocks::from_rows(touched.len(), cols, |k, row| {
+    let reached = |k: usize, name: &mut dyn FnMut(u32)| {
+        let above = by_column[touched[k] as usize].iter();
+        above.for_each(|(t, _)| right.row(*t as usize).0.iter().for_each(|&j| name(j)));
+    };
+    Blocks::from_rows(touched.len(), cols, reached, |k, row| {
         for (t, value) in &by_column[touched[k] as usize] {
             let (columns, blocks) = right.row(*t as usize);
             columns.iter().zip(blocks).for_each(|(&j, b)| add_transpose_product(value, b, row.at(j)));
