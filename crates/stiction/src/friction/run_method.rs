@@ -84,13 +84,15 @@ fn with_squares(
     let end = match settings.method {
         Method::InexactFixedPoint(_) => inexact_fixed_point(given, &step1, &mut copies, slip_bounds, settings, record),
         Method::FixedPoint(_) => fixed_point(slip_bounds, settings, record, &mut |bounds, record| {
-            copies.w.fill(0.0);
+            if let Given::Uzawa(_) = given {
+                copies.w.fill(0.0); // as published; the adaptive method gains from what it knows
+            }
             uzawa_on(given, &step1, &mut copies, bounds, settings, record)?;
             Ok(lagrangian.squares.mean(&copies.x))
         }),
         Method::Given(_) | Method::Newton => uzawa_on(given, &step1, &mut copies, slip_bounds, settings, record),
     };
-    let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.value);
+    let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.last);
     MethodReport {
         end: end.err().unwrap_or(MethodEnd::Converged),
         lambda: lagrangian.squares.mean(&copies.x),
