@@ -3,6 +3,7 @@
 //! [`minimize_in_bounds`] for bounds on single entries, [`accelerated_gradient`] for products of [`PointSet`].
 
 mod accelerated;
+mod arc;
 mod bounds;
 mod ellipse;
 mod face;
@@ -10,6 +11,7 @@ mod iterate;
 mod mprgp;
 mod proportioning;
 mod set;
+mod sets;
 mod status;
 
 pub use accelerated::{Accelerated, accelerated_gradient};
@@ -19,6 +21,7 @@ pub use iterate::Stop;
 pub use mprgp::{Expansion, MprgpSettings, mprgp_rate};
 pub use proportioning::ProportioningSettings;
 pub use set::{PointSet, project};
+pub use sets::{SetCounts, SetProblem, SetSettings, SetSolution, minimize_in_sets};
 pub use status::QpStatus;
 
 #[cfg(test)]
