@@ -54,6 +54,8 @@ pub enum Event {
         unknowns: usize,
         bytes: u64,
     },
+    /// The factor stands, the iteration begins.
+    Solving,
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
@@ -137,6 +139,7 @@ pub fn solve(
     let dual = Dual::new(problem, choice)?;
     seconds.factorisation = lap();
 
+    let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
     let answer = solve_with(problem, &dual, &settings.solver, &settings.method, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
