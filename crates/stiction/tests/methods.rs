@@ -153,7 +153,7 @@ fn the_discs_are_newtons_solution() {
     for (load, bound) in [(BrickLoad::Lift, 1.3e4), (BrickLoad::Press, 1.3e4), (BrickLoad::Press, 1e3)] {
         let p = brick(4, FIVE, load, SurfaceFriction::GivenForce(bound)).pose().problem;
         let newton = solved(&p, 1e-11);
-        let report = converged(&p, &MethodSettings { tolerance: 1e-12, ..tight(Method::Given(Given::Discs), 1) });
+        let report = converged(&p, &MethodSettings { tolerance: 1e-11, ..tight(Method::Given(Given::Discs), 1) });
         let error = distance(&report.lambda, &newton.lambda);
         assert!(error < 1e-9, "{load:?} {bound}: {error:.1e}");
         let answer = answer(&p, &MethodSettings::new(Method::Given(Given::Discs)));
@@ -329,7 +329,8 @@ fn counts_do_not_depend_on_the_units() {
         // The penalty follows an eigenvalue that is found to the last digits only.
         assert_eq!((a.counts.iterations, a.counts.qp_problems), (b.counts.iterations, b.counts.qp_problems));
         assert!(close(a.counts.steps() as f64, b.counts.steps() as f64, 0.01), "{method:?} {:?}", b.counts);
-        assert!(a.lambda.iter().zip(&b.lambda).all(|(a, b)| close(1024.0 * a, *b, 1e-9) || a.abs() < 1e-6));
+        let smaller: Vec<f64> = b.lambda.iter().map(|l| l / 1024.0).collect();
+        assert!(distance(&a.lambda, &smaller) < 1e-7);
     }
 }
 

@@ -112,18 +112,21 @@ pub(super) fn inexact_fixed_point(
             return Err(MethodEnd::Limit);
         }
         let bounds = boxes(slip_bounds.friction, &lagrangian.q.live, &slip_bounds.value);
-        if given == Given::AdaptiveUzawa {
-            adaptive.step(step1, copies, &bounds, settings.tolerance, &mut record.counts)?;
+        let settled = if given == Given::AdaptiveUzawa {
+            let gradient = adaptive.step(step1, copies, &bounds, settings.tolerance, &mut record.counts)?;
+            // A rough step may leave the bounds where they are and yet be far from the solution.
+            gradient.max(lagrangian.disagreement(&copies.x)) <= settings.tolerance
         } else {
             step1.minimize(copies, &bounds, &mut record.counts)?; // Step 1
             lagrangian.ascend(copies); // Step 2: w += rho C lambda
-        }
+            true
+        };
         let lambda = lagrangian.squares.mean(&copies.x);
         let (change, size) = slip_bounds.follow(&lambda); // g = F lambda_n
         record.counts.iterations += 1;
         record.counts.fixed_point_steps += 1;
         record.note(lagrangian, copies, &bounds, relative(change, size))?;
-        if change <= settings.tolerance * size {
+        if settled && change <= settings.tolerance * size {
             return Ok(());
         }
     }
