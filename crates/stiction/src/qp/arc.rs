@@ -69,6 +69,14 @@ impl Arcs {
         }
     }
 
+    /// Share of `|v|^2` that lies on the face, one for zero.
+    pub fn share(&self, v: &[f64]) -> f64 {
+        let mut on_face = v.to_vec();
+        self.restrict(&mut on_face);
+        let all = dot(v, v);
+        if all > 0.0 { dot(&on_face, &on_face) / all } else { 1.0 }
+    }
+
     /// Adds the stiffness of the boundaries to `ap` and restricts it: the matrix of the face times `p`.
     pub fn bend(&self, p: &[f64], ap: &mut [f64]) {
         let m = self.pair.len();

@@ -26,7 +26,8 @@ pub struct SetProblem<'a> {
 pub struct SetSettings {
     /// Length of the projected gradient step times the largest eigenvalue, in `(0, 2)`.
     pub step: f64,
-    /// Least share of the descent along the projected gradient that must lie on the face for the face to be kept.
+    /// Least share of the squared reduced gradient that must lie on the face for the face to be kept. (The sources
+    /// compare scalar products with the gradient; those drown in rounding long before the reduced gradient does.)
     pub share: f64,
     /// Whether pairs on curved boundaries move along them with the second derivative of the boundary; otherwise the
     /// gradient steps alone move them.
@@ -38,7 +39,7 @@ pub struct SetSettings {
 
 impl Default for SetSettings {
     fn default() -> Self {
-        SetSettings { step: 1.9, share: 0.5, follow_boundaries: true, forcing: 0.1 }
+        SetSettings { step: 1.9, share: 0.5, follow_boundaries: true, forcing: 0.01 }
     }
 }
 
@@ -134,7 +135,7 @@ fn kprgp(
         }
         let arcs = Arcs::new(sets, &it.x, &it.g, settings.follow_boundaries);
         it.count(3);
-        if dot(&reduced, &arcs.free) < settings.share * dot(&reduced, &it.g) {
+        if arcs.share(&reduced) < settings.share {
             last = None;
             gradient_step(it, sets, a, counts)?;
         } else if arcs.curved {
@@ -150,7 +151,7 @@ fn kprgp(
                 it.advance(cg, &p, &ap);
                 last = Some(Direction { p, ap, curvature });
                 counts.cg_steps += 1;
-            } else if !projected(it, sets, &p.iter().map(|p| -cg * p).collect::<Vec<_>>(), 0.0, counts)? {
+            } else if !projected(it, sets, &p.iter().map(|p| -cg * p).collect::<Vec<_>>(), *a, 0.0, measure, counts)? {
                 it.advance(feasible, &p, &ap);
                 project(sets, &mut it.x);
                 gradient_step(it, sets, a, counts)?;
@@ -177,11 +178,11 @@ fn curved_step(
     let steps = face_steps(it, sets, arcs, *a, precision, preconditioner)?;
     counts.cg_steps += steps.steps;
     let least = SURE_SHARE * *a * measure * measure;
-    if projected(it, sets, &steps.way, least, counts)? {
+    if projected(it, sets, &steps.way, *a, least, measure, counts)? {
         return ControlFlow::Continue(());
     }
     if let Some(way) = steps.feasible {
-        if projected(it, sets, &way, least, counts)? {
+        if projected(it, sets, &way, *a, least, measure, counts)? {
             return ControlFlow::Continue(());
         }
     }
@@ -191,18 +192,36 @@ fn curved_step(
 /// Share of `a |reduced gradient|^2` by which a step on a curved face must lower the objective.
 const SURE_SHARE: f64 = 1e-2;
 
-/// Goes to the projection of `x + way` if that lowers the objective by more than `least`.
-fn projected(it: &mut Iterate, sets: &[PointSet], way: &[f64], least: f64, counts: &mut SetCounts) -> Step<bool> {
+/// Goes to the projection of `x + way` if that lowers the objective by more than `least`. Where rounding hides that
+/// much, the reduced gradient decides, which `measure` is the norm of.
+#[allow(clippy::too_many_arguments)]
+fn projected(
+    it: &mut Iterate,
+    sets: &[PointSet],
+    way: &[f64],
+    a: f64,
+    least: f64,
+    measure: f64,
+    counts: &mut SetCounts,
+) -> Step<bool> {
     counts.expansions += 1;
     let mut y: Vec<f64> = it.x.iter().zip(way).map(|(x, s)| x + s).collect();
     project(sets, &mut y);
     it.count(2);
     let g = it.gradient_at(&y)?;
-    let lower = it.rise(&y, &g) < -least;
+    let (rise, noise) = (it.rise(&y, &g), boundary_rounding(it));
+    let hidden = least <= noise && rise <= noise;
+    let lower = rise < -least.max(noise) || (hidden && norm(&reduced_at(sets, &y, &g, a)) < measure);
     if lower {
         it.move_to(y, g);
     }
     ControlFlow::Continue(lower)
+}
+
+/// What the objective may change by because points on boundaries are rounded.
+fn boundary_rounding(it: &mut Iterate) -> f64 {
+    it.count(2);
+    4.0 * f64::EPSILON * norm(&it.x) * norm(&it.g)
 }
 
 /// The projection of `x - a g`. Where the objective rises, the norm of the operator was underestimated: `a` is halved
@@ -215,7 +234,7 @@ fn gradient_step(it: &mut Iterate, sets: &[PointSet], a: &mut f64, counts: &mut 
     it.count(2);
     let g = it.gradient_at(&y)?;
     let moved = y.iter().zip(&it.x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>().sqrt();
-    if it.rise(&y, &g) > it.rounding() * moved {
+    if it.rise(&y, &g) > it.rounding() * moved + boundary_rounding(it) {
         *a *= 0.5;
     } else {
         it.move_to(y, g);
@@ -223,11 +242,15 @@ fn gradient_step(it: &mut Iterate, sets: &[PointSet], a: &mut f64, counts: &mut 
     ControlFlow::Continue(())
 }
 
-/// `(x - P(x - a g)) / a`.
+/// `(x - P(x - a g)) / a`, counted.
 fn reduced_gradient(it: &mut Iterate, sets: &[PointSet], a: f64) -> Vec<f64> {
     it.count(3);
-    let mut y = it.x.clone();
-    axpy(-a, &it.g, &mut y);
+    reduced_at(sets, &it.x, &it.g, a)
+}
+
+fn reduced_at(sets: &[PointSet], x: &[f64], g: &[f64], a: f64) -> Vec<f64> {
+    let mut y = x.to_vec();
+    axpy(-a, g, &mut y);
     project(sets, &mut y);
-    y.iter().zip(&it.x).map(|(y, x)| (x - y) / a).collect()
+    y.iter().zip(x).map(|(y, x)| (x - y) / a).collect()
 }
