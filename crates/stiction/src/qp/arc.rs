@@ -13,6 +13,8 @@ pub(super) enum Pair {
     Free,
     /// Held: by a corner, by a set without extent, or by a boundary along which it is not to move.
     Held,
+    /// On a segment, from `-extent` to `extent` along the unit vector `tangent`, and not at its ends.
+    Segment { tangent: [f64; 2], extent: f64 },
     /// On a boundary that holds it: it moves along the unit vector `tangent`, and what holds it adds `stiffness`
     /// (the multiplier of the boundary times its curvature) to the second derivative of the objective.
     Along { tangent: [f64; 2], stiffness: f64 },
@@ -61,7 +63,7 @@ impl Arcs {
             match self.pair[j] {
                 Pair::Free => {}
                 Pair::Held => (v[m + j], v[2 * m + j]) = (0.0, 0.0),
-                Pair::Along { tangent: t, .. } => {
+                Pair::Along { tangent: t, .. } | Pair::Segment { tangent: t, .. } => {
                     let along = t[0] * v[m + j] + t[1] * v[2 * m + j];
                     (v[m + j], v[2 * m + j]) = (along * t[0], along * t[1]);
                 }
@@ -109,25 +111,28 @@ impl Arcs {
             if self.normal[j] && sets[j] != PointSet::Free && p[j] > 0.0 {
                 t = t.min(x[j] / p[j]);
             }
-            if self.pair[j] == Pair::Free {
-                t = t.min(room(&sets[j], [x[m + j], x[2 * m + j]], [p[m + j], p[2 * m + j]]));
+            let (x, p) = ([x[m + j], x[2 * m + j]], [p[m + j], p[2 * m + j]]);
+            match self.pair[j] {
+                Pair::Free => t = t.min(room(&sets[j], x, p)),
+                Pair::Segment { tangent: d, extent } => {
+                    let (x, p) = (d[0] * x[0] + d[1] * x[1], d[0] * p[0] + d[1] * p[1]);
+                    let end = if p > 0.0 { -extent } else { extent };
+                    t = if p == 0.0 { t } else { t.min((x - end) / p) };
+                }
+                Pair::Held | Pair::Along { .. } => {}
             }
         }
         t
     }
 }
 
-/// The largest `t` for which `x - t p` is in the set, for `x` inside.
+/// The largest `t` for which `x - t p` is in the set, for `x` inside a set with positive radii.
 fn room(set: &PointSet, x: [f64; 2], p: [f64; 2]) -> f64 {
     let (radii, first) = set.axes();
     let (x, p) = (into_axes(first, x), into_axes(first, p));
     let (mut xx, mut xp, mut pp) = (-1.0, 0.0, 0.0);
     for k in 0..2 {
-        // An axis without extent holds x and p at zero, or p points out of the set at once.
-        let (x, p) = if radii[k] > 0.0 { (x[k] / radii[k], p[k] / radii[k]) } else { (0.0, p[k]) };
-        if radii[k] == 0.0 && p != 0.0 {
-            return 0.0;
-        }
+        let (x, p) = (x[k] / radii[k], p[k] / radii[k]);
         (xx, xp, pp) = (xx + x * x, xp + x * p, pp + p * p);
     }
     if pp == 0.0 {
@@ -144,12 +149,11 @@ fn pair_of(set: &PointSet, x: [f64; 2], g: [f64; 2], follow: bool) -> Pair {
     if radii[0].max(radii[1]) == 0.0 {
         return Pair::Held;
     }
-    // A segment: its ends hold, its inside is a straight boundary.
     if let Some(k) = (0..2).find(|k| radii[*k] == 0.0) {
-        let other = 1 - k;
-        let held = x[other].abs() >= radii[other] * (1.0 - ON_BOUNDARY);
+        let extent = radii[1 - k];
         let along = if k == 0 { [0.0, 1.0] } else { [1.0, 0.0] };
-        return if held { Pair::Held } else { Pair::Along { tangent: out_of_axes(first, along), stiffness: 0.0 } };
+        let inside = x[1 - k].abs() < extent * (1.0 - ON_BOUNDARY);
+        return if inside { Pair::Segment { tangent: out_of_axes(first, along), extent } } else { Pair::Held };
     }
     let scaled = [x[0] / radii[0], x[1] / radii[1]];
     if scaled[0].hypot(scaled[1]) < 1.0 - ON_BOUNDARY {

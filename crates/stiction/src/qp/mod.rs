@@ -1,6 +1,7 @@
 //! The second waist: `min 1/2 x'Ax - b'x` over a simple set, with `A` as an operator. Knows no mesh and no friction.
 //!
-//! [`minimize_in_bounds`] for bounds on single entries, [`accelerated_gradient`] for products of [`PointSet`].
+//! [`minimize_in_bounds`] for bounds on single entries; [`minimize_in_sets`] and the plainer [`accelerated_gradient`]
+//! for products of [`PointSet`]s.
 
 mod accelerated;
 mod arc;
@@ -8,6 +9,7 @@ mod bounds;
 mod ellipse;
 mod face;
 mod iterate;
+mod kprgp;
 mod mprgp;
 mod proportioning;
 mod set;

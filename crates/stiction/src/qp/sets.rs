@@ -1,12 +1,9 @@
-use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use super::arc::{Arcs, face_steps, preconditioned};
-use super::face::{Direction, Preconditioner, conjugate};
-use super::iterate::{Iterate, Step, Stop};
-use super::mprgp::curvature;
-use super::{PointSet, QpStatus, project};
-use crate::linalg::{axpy, dot, norm};
+use super::iterate::{Iterate, Stop};
+use super::kprgp::{Kprgp, kprgp, reduced_gradient};
+use super::{PointSet, Preconditioner, QpStatus, project};
+use crate::linalg::norm;
 
 /// `min 1/2 x'Ax - b'x` over a product of [`PointSet`]s, `A` symmetric positive definite, in triples
 /// `[all x_0; all x_1; all x_2]`.
@@ -89,168 +86,21 @@ pub fn minimize_in_sets(
 ) -> SetSolution {
     let SetProblem { operator, b, largest_eigenvalue, preconditioner } = problem;
     assert!(b.len() == start.len() && b.len() == 3 * sets.len(), "three entries of b and start a set");
-    let (mut x, mut counts) = (start.to_vec(), SetCounts::default());
+    let mut x = start.to_vec();
     if !sets.iter().all(PointSet::is_valid) {
         let gradient = vec![f64::NAN; x.len()];
+        let counts = SetCounts::default();
         return SetSolution { x, gradient, reduced_gradient: f64::NAN, counts, status: QpStatus::Empty };
     }
     let finite = norm(start).is_finite() && norm(b).is_finite();
     project(sets, &mut x);
     let limit = if finite { max_products } else { 0 };
     let mut it = Iterate::new(operator, b, x, tolerance, limit, stop);
-    let mut a = f64::NAN;
-    let ControlFlow::Break(status) =
-        kprgp(&mut it, sets, settings, largest_eigenvalue, preconditioner, &mut a, &mut counts);
+    let mut run =
+        Kprgp { sets, settings, preconditioner, a: f64::NAN, measure: f64::NAN, counts: SetCounts::default() };
+    let ControlFlow::Break(status) = kprgp(&mut it, &mut run, largest_eigenvalue);
     let status = if finite { status } else { QpStatus::NotFinite };
-    counts.products = it.products;
-    counts.flops = it.flops;
-    let reduced_gradient = norm(&reduced_gradient(&mut it, sets, a));
+    let reduced_gradient = norm(&reduced_gradient(sets, &it.x, &it.g, run.a));
+    let counts = SetCounts { products: it.products, flops: it.flops, ..run.counts };
     SetSolution { x: it.x, gradient: it.g, reduced_gradient, counts, status }
-}
-
-/// Conjugate gradients on the face while it is proportional, projected gradient steps otherwise: Kučera 2008, SIAM J.
-/// Optim. 19, 846-862, in the form of Bouchala, Dostál, Kozubek, Pospíšil & Vodstrčil 2014, Appl. Math. Comput. 247,
-/// 848-864; steps up to twice the inverse of the norm after Bouchala, Dostál & Vodstrčil 2013, J. Optim. Theory Appl.
-/// 157. Each step lowers the objective.
-fn kprgp(
-    it: &mut Iterate,
-    sets: &[PointSet],
-    settings: &SetSettings,
-    norm_of_a: Option<f64>,
-    preconditioner: Option<&Preconditioner>,
-    a: &mut f64,
-    counts: &mut SetCounts,
-) -> Step<Infallible> {
-    it.refresh()?;
-    let (norm_of_a, products) = it.operator_norm(norm_of_a)?;
-    counts.estimation = products;
-    *a = settings.step / norm_of_a;
-    let mut last: Option<Direction> = None;
-    loop {
-        let reduced = reduced_gradient(it, sets, *a);
-        let measure = norm(&reduced);
-        if it.judge(measure)? {
-            last = None;
-            continue;
-        }
-        let arcs = Arcs::new(sets, &it.x, &it.g, settings.follow_boundaries);
-        it.count(3);
-        if arcs.share(&reduced) < settings.share {
-            last = None;
-            gradient_step(it, sets, a, counts)?;
-        } else if arcs.curved {
-            last = None;
-            curved_step(it, sets, settings, &arcs, preconditioner, measure, a, counts)?;
-        } else {
-            let p = conjugate(it, preconditioned(&arcs, &arcs.free, *a, preconditioner), last.take());
-            let ap = it.times(&p)?;
-            let curvature = curvature(it, &p, &ap)?;
-            let cg = dot(&it.g, &p) / curvature;
-            let feasible = arcs.feasible_step(sets, &it.x, &p);
-            if cg <= feasible {
-                it.advance(cg, &p, &ap);
-                last = Some(Direction { p, ap, curvature });
-                counts.cg_steps += 1;
-            } else if !projected(it, sets, &p.iter().map(|p| -cg * p).collect::<Vec<_>>(), *a, 0.0, measure, counts)? {
-                it.advance(feasible, &p, &ap);
-                project(sets, &mut it.x);
-                gradient_step(it, sets, a, counts)?;
-            }
-        }
-    }
-}
-
-/// Minimises the model on a face with curved boundaries and follows them by projection, which agrees with the
-/// boundary to second order; taken if it lowers the objective by a share of what the projected gradient step is sure
-/// of, so that the rate of that step holds for this one too. Otherwise a projected gradient step.
-#[allow(clippy::too_many_arguments)]
-fn curved_step(
-    it: &mut Iterate,
-    sets: &[PointSet],
-    settings: &SetSettings,
-    arcs: &Arcs,
-    preconditioner: Option<&Preconditioner>,
-    measure: f64,
-    a: &mut f64,
-    counts: &mut SetCounts,
-) -> Step<()> {
-    let precision = (settings.forcing * norm(&arcs.free)).max(0.5 * it.tolerance());
-    let steps = face_steps(it, sets, arcs, *a, precision, preconditioner)?;
-    counts.cg_steps += steps.steps;
-    let least = SURE_SHARE * *a * measure * measure;
-    if projected(it, sets, &steps.way, *a, least, measure, counts)? {
-        return ControlFlow::Continue(());
-    }
-    if let Some(way) = steps.feasible {
-        if projected(it, sets, &way, *a, least, measure, counts)? {
-            return ControlFlow::Continue(());
-        }
-    }
-    gradient_step(it, sets, a, counts)
-}
-
-/// Share of `a |reduced gradient|^2` by which a step on a curved face must lower the objective.
-const SURE_SHARE: f64 = 1e-2;
-
-/// Goes to the projection of `x + way` if that lowers the objective by more than `least`. Where rounding hides that
-/// much, the reduced gradient decides, which `measure` is the norm of.
-#[allow(clippy::too_many_arguments)]
-fn projected(
-    it: &mut Iterate,
-    sets: &[PointSet],
-    way: &[f64],
-    a: f64,
-    least: f64,
-    measure: f64,
-    counts: &mut SetCounts,
-) -> Step<bool> {
-    counts.expansions += 1;
-    let mut y: Vec<f64> = it.x.iter().zip(way).map(|(x, s)| x + s).collect();
-    project(sets, &mut y);
-    it.count(2);
-    let g = it.gradient_at(&y)?;
-    let (rise, noise) = (it.rise(&y, &g), boundary_rounding(it));
-    let hidden = least <= noise && rise <= noise;
-    let lower = rise < -least.max(noise) || (hidden && norm(&reduced_at(sets, &y, &g, a)) < measure);
-    if lower {
-        it.move_to(y, g);
-    }
-    ControlFlow::Continue(lower)
-}
-
-/// What the objective may change by because points on boundaries are rounded.
-fn boundary_rounding(it: &mut Iterate) -> f64 {
-    it.count(2);
-    4.0 * f64::EPSILON * norm(&it.x) * norm(&it.g)
-}
-
-/// The projection of `x - a g`. Where the objective rises, the norm of the operator was underestimated: `a` is halved
-/// and the step not taken.
-fn gradient_step(it: &mut Iterate, sets: &[PointSet], a: &mut f64, counts: &mut SetCounts) -> Step<()> {
-    counts.gradient_steps += 1;
-    let mut y = it.x.clone();
-    axpy(-*a, &it.g, &mut y);
-    project(sets, &mut y);
-    it.count(2);
-    let g = it.gradient_at(&y)?;
-    let moved = y.iter().zip(&it.x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>().sqrt();
-    if it.rise(&y, &g) > it.rounding() * moved + boundary_rounding(it) {
-        *a *= 0.5;
-    } else {
-        it.move_to(y, g);
-    }
-    ControlFlow::Continue(())
-}
-
-/// `(x - P(x - a g)) / a`, counted.
-fn reduced_gradient(it: &mut Iterate, sets: &[PointSet], a: f64) -> Vec<f64> {
-    it.count(3);
-    reduced_at(sets, &it.x, &it.g, a)
-}
-
-fn reduced_at(sets: &[PointSet], x: &[f64], g: &[f64], a: f64) -> Vec<f64> {
-    let mut y = x.to_vec();
-    axpy(-a, g, &mut y);
-    project(sets, &mut y);
-    y.iter().zip(x).map(|(y, x)| (x - y) / a).collect()
 }

@@ -66,20 +66,16 @@ impl Copies {
 fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     for k in 0..n {
-        for i in k + 1..n {
-            let f = a[i][k] / a[k][k];
-            for j in k..n {
-                let v = a[k][j];
-                a[i][j] -= f * v;
-            }
-            b[i] -= f * b[k];
+        let (pivot, below) = (a[k].clone(), k + 1..n);
+        for i in below {
+            let factor = a[i][k] / pivot[k];
+            a[i].iter_mut().zip(&pivot).for_each(|(a, p)| *a -= factor * p);
+            b[i] -= factor * b[k];
         }
     }
     for k in (0..n).rev() {
-        for j in k + 1..n {
-            b[k] -= a[k][j] * b[j];
-        }
-        b[k] /= a[k][k];
+        let known: f64 = a[k][k + 1..].iter().zip(&b[k + 1..]).map(|(a, b)| a * b).sum();
+        b[k] = (b[k] - known) / a[k][k];
     }
     b
 }

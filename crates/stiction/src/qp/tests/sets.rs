@@ -195,6 +195,53 @@ fn sets_without_extent_strips_and_free_triples_are_solved_together() {
 }
 
 #[test]
+fn segments_alone_are_bounds_in_turned_coordinates() {
+    let (m, angle) = (30, 0.6f64);
+    let mut numbers = Numbers::new(41);
+    let a = Dense::with_spectrum(&spread(3 * m, 1e-2, 1.0), &mut numbers);
+    let b = numbers.vector(3 * m);
+    let sets = vec![PointSet::HalfLineAndEllipse { radii: [0.7, 0.0], angle }; m];
+    let case = Case { name: "segments".into(), a: a.clone(), b: b.clone(), sets };
+    let (s, c) = angle.sin_cos();
+    let turn = |sign: f64, x: &[f64]| -> Vec<f64> {
+        let pair = |j: usize| (x[m + j], x[2 * m + j]);
+        let first = (0..m).map(|j| c * pair(j).0 + sign * s * pair(j).1);
+        let second = (0..m).map(|j| c * pair(j).1 - sign * s * pair(j).0);
+        x[..m].iter().copied().chain(first).chain(second).collect()
+    };
+    let one = |normal: f64, along: f64| -> Vec<f64> {
+        (0..3 * m)
+            .map(|k| {
+                if k < m {
+                    normal
+                } else if k < 2 * m {
+                    along
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    };
+    let bounds = Bounds { lower: one(0.0, -0.7), upper: one(f64::INFINITY, 0.7) };
+    let (mut operator, turned) = (|x: &[f64]| turn(1.0, &a.times(&turn(-1.0, x))), turn(1.0, &b));
+    let problem = BoundProblem {
+        operator: &mut operator,
+        b: &turned,
+        bounds: &bounds,
+        largest_eigenvalue: None,
+        preconditioner: None,
+    };
+    let method = BoundMethod::Mprgp(MprgpSettings::default());
+    let expected = minimize_in_bounds(problem, &vec![0.0; 3 * m], &method, 1e-11, 9999, &mut |_, _| false);
+    for settings in [SetSettings::default(), flat()] {
+        let ours = run(&case, &settings, 1e-12);
+        assert_eq!((ours.status, expected.status), (QpStatus::Solved, QpStatus::Solved));
+        assert!(apart(&turn(1.0, &ours.x), &expected.x) < 1e-8, "{:?}", ours.counts);
+        assert!(ours.counts.cg_steps > ours.counts.gradient_steps, "{:?}", ours.counts);
+    }
+}
+
+#[test]
 fn without_constraints_the_steps_are_those_of_conjugate_gradients() {
     let mut numbers = Numbers::new(3);
     let spectrum: Vec<f64> = (0..60).map(|i| 1.0 + (i % 7) as f64).collect();
