@@ -350,6 +350,26 @@ fn counts_do_not_depend_on_the_units() {
     }
 }
 
+#[test]
+fn a_matrix_that_is_not_stored_gives_the_same_steps() {
+    let p = partition_1(4.0, SurfaceFriction::GivenForce(5.25e4));
+    let dual = dual_of(&p, Form::Solves);
+    let [stored, applied] = [usize::MAX, 0].map(|most| Quadratic::stored_up_to(most, &p, &dual));
+    assert!(stored.is_stored() && !applied.is_stored() && close(stored.largest, applied.largest, 1e-9));
+    let partial = Given::alg1(Sweeps::One, Splitting::Partial);
+    for given in [ALG1, partial, ALG2, Given::alg2(Splitting::Complete), Given::AdaptiveUzawa, Given::Discs] {
+        // Preconditioners know less of a matrix that is not stored.
+        let settings = MethodSettings { precondition: false, ..tight(Method::Given(given), 2) };
+        let run = |q: &Quadratic| run_method(q, &p.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let (a, b) = (run(&stored), run(&applied));
+        assert!(distance(&a.lambda, &b.lambda) < 1e-7, "{given:?}");
+        assert_eq!(a.counts.iterations, b.counts.iterations, "{given:?}");
+        let with = MethodSettings { precondition: true, ..settings.clone() };
+        let b = run_method(&applied, &p.friction, &with, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert!(b.end == MethodEnd::Converged && distance(&a.lambda, &b.lambda) < 1e-6, "{given:?}");
+    }
+}
+
 /// Relative change of the multipliers from one number of squares to another, in the Euclidean norm.
 fn change(a: &[f64], b: &[f64]) -> f64 {
     let length = |x: &mut dyn Iterator<Item = f64>| x.map(|v| v * v).sum::<f64>().sqrt();
