@@ -37,11 +37,11 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line(
         "work",
         format!(
-            "{} iterations, {} products with B K^-1 B' ({}), {} restarts",
-            counts.newton_steps,
-            counts.products,
+            "{}, {} with B K^-1 B' ({}), {}",
+            counted(counts.newton_steps, "iteration"),
+            counted(counts.products, "product"),
             form(outcome.form),
-            counts.restarts
+            counted(counts.restarts, "restart")
         ),
     );
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
@@ -71,6 +71,9 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
             number(t.slip_area)
         ),
     );
+    if t.open == t.points {
+        line("", "no point touches the obstacle".into());
+    }
     if let Some(place) = t.max_pressure_at {
         line(
             "",
@@ -84,9 +87,14 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
     }
 }
 
+/// `1 iteration`, `7 iterations`.
+fn counted(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
 /// How the iteration ended.
 fn status(status: Status, iterations: usize) -> String {
-    let count = if iterations == 1 { "1 iteration".to_string() } else { format!("{iterations} iterations") };
+    let count = counted(iterations, "iteration");
     match status {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::place;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::dual::{Dual, DualSettings, Form, choose};
@@ -47,6 +48,8 @@ pub enum Event {
         unknowns: usize,
         bytes: u64,
     },
+    /// The factor stands, the iteration begins.
+    Solving,
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
@@ -118,13 +121,14 @@ pub fn solve(
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
 
     let _ = observer(&Event::Ordering);
-    let choice = choose(problem, &settings.dual)?;
+    let choice = choose(problem, &settings.dual).map_err(|error| place::at(&prepared.mesh_spot, error))?;
     seconds.ordering = lap();
     let form = choice.form;
     let _ = observer(&Event::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
     let dual = Dual::new(problem, choice)?;
     seconds.factorisation = lap();
 
+    let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
     let solution = friction::solve(problem, &dual, &settings.solver, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
