@@ -145,6 +145,36 @@ fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
 }
 
 #[test]
+fn a_method_is_chosen_told_and_judged_by_the_same_certificate() {
+    let folder = Folder::new("method", CASE);
+    let run = folder.run(&["solve", "case.toml", "-o", "cfs2", "--method", "cfs2", "--set", "solver.squares=3"]);
+    run.ends(1, &["tolerance was not reached"]);
+    // Three squares make a polygon of 12 sides that reaches sec(15 degrees) - 1 = 3.5 % beyond the disc.
+    for words in ["cfs2, 3 squares (star)", "converged by its own rule", "12 sides", "3.5276 %", "method = \"newton\""]
+    {
+        assert!(run.out.contains(words), "{words} {run:#?}");
+    }
+    let summary = folder.summary("cfs2");
+    assert_eq!((&summary["status"], &summary["method"]), (&"uncertified".into(), &"cfs2".into()));
+    assert_eq!(summary["method_details"]["end"], "converged");
+    let count = |name: &str| summary["counts"][name].as_u64().unwrap();
+    assert!(count("iterations") > 2 && count("cg_steps") > 10 && count("products") > 3 * count("cg_steps"));
+    assert_eq!(folder.names_in("cfs2"), FILES);
+    folder.run(&["check", "cfs2"]).ends(1, &[]);
+
+    let discs = ["solve", "case.toml", "-o", "discs", "--method", "msa1", "--set", "solver.inner=discs"];
+    folder.run(&discs).ends(0, &[]);
+    folder.run(&["check", "discs"]).ends(0, &[]);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let force = |folder_name: &str| folder.summary(folder_name)["contact"]["normal_force"].as_f64().unwrap();
+    assert!((force("discs") / force("case-results") - 1.0).abs() < 1e-6);
+    assert_eq!(folder.summary("case-results")["method"], "newton");
+
+    folder.run(&["solve", "case.toml", "--method", "alg2"]).ends(2, &["given friction", "coulomb", "msa1"]);
+    folder.run(&["solve", "case.toml", "--method", "alg3"]).ends(2, &["--set solver.method=alg3", "alg2"]);
+}
+
+#[test]
 fn a_case_without_contact_is_solved() {
     let (case, _) = CASE.split_once("[[contact]]").unwrap();
     let folder = Folder::new("free", case);
@@ -152,6 +182,42 @@ fn a_case_without_contact_is_solved() {
     assert_eq!(folder.names_in("case-results").len(), 7);
     assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
     folder.run(&["check", "case-results"]).ends(0, &[]);
+    for method in ["alg1", "smalbe", "discs", "cfs2"] {
+        folder.run(&["solve", "case.toml", "--method", method]).ends(0, &[]);
+    }
+}
+
+#[test]
+fn the_energy_counts_prescribed_displacements() {
+    let case = r#"
+        [mesh]
+        block = { size = [3, 2, 1], cells = [3, 2, 2] }
+        [materials.steel]
+        young = 2e11
+        poisson = 0.3
+        [[fix]]
+        on = "x-min"
+        components = "x"
+        [[fix]]
+        on = "y-min"
+        components = "y"
+        [[fix]]
+        on = "z-min"
+        components = "z"
+        [[fix]]
+        on = "x-max"
+        components = "x"
+        value = [3e-3]
+        [[load]]
+        on = "x-max"
+        traction = [5e7, 0, 0]
+    "#;
+    let folder = Folder::new("energy", case);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    // A bar in uniaxial tension stores 1/2 E A L eps^2; the load does work on its end, where that is prescribed.
+    let wanted = 0.5 * 2e11 * 2.0 * 3.0 * 1e-3 * 1e-3 - 5e7 * 2.0 * 3e-3;
+    let found = folder.summary("case-results")["energy"].as_f64().unwrap();
+    assert!((found - wanted).abs() < 1e-9 * wanted.abs(), "{found} instead of {wanted}");
 }
 
 #[test]
@@ -177,6 +243,38 @@ fn the_commented_cases_solve() {
         folder.run(&["solve", &format!("{name}/case.toml"), "-o", &format!("{name}-results")]).ends(0, &[]);
         folder.run(&["check", &format!("{name}-results")]).ends(0, &[]);
     }
+}
+
+#[test]
+fn the_comments_of_the_commented_cases_are_true() {
+    let folder = Folder::new("comments", CASE);
+    let states = |name: &str, set: &[&str]| {
+        folder.run(&[&["solve", &format!("{name}/case.toml"), "-o", name][..], set].concat()).ends(0, &[]);
+        let contact = folder.summary(name)["contact"].clone();
+        let ratio = contact["tangential_force"][0].as_f64().unwrap() / contact["normal_force"].as_f64().unwrap();
+        (["open", "stick", "slip"].map(|state| contact[state].as_u64().unwrap()), ratio)
+    };
+    for name in ["block", "brick", "punch"] {
+        folder.run(&["new", name, "--from", name]).ends(0, &[]);
+    }
+    let ([open, stick, slip], _) = states("block", &[]);
+    assert!(open == 0 && stick > 0 && slip > 0, "the edges slip, the rest sticks");
+    for (push, short) in [("3e-3", 0.02), ("1e-2", 0.001)] {
+        let ([open, stick, _], ratio) = states("block", &["--set", &format!("fix.0.value=[{push}, 0, -2e-3]")]);
+        assert!(open + stick == 0 && ratio > -0.3 && ratio < -0.3 * (1.0 - short), "{push}: all slip, {ratio}");
+    }
+    let ([open, stick, slip], _) = states("brick", &[]);
+    assert!(stick == 0 && (3 * slip..4 * slip).contains(&open), "a quarter bears, or a little less: {slip} of {open}");
+    let ([open, stick, slip], _) = states("punch", &[]);
+    assert!(open > 0 && stick > 0 && slip > 0, "a middle that sticks, a rim that slips, a gap");
+}
+
+#[test]
+fn contact_that_never_closes_is_said_so() {
+    let folder = Folder::new("far", &CASE.replace("point = [0, 0, 0]", "point = [0, 0, -1]"));
+    let run = folder.run(&["solve", "case.toml"]);
+    run.ends(0, &[]);
+    assert!(run.out.contains("no point touches the obstacle"), "{run:#?}");
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod fields;
 mod loads;
 mod materials;
 mod mesh;
+mod method_text;
 mod pictures;
 mod place;
 mod prepare;

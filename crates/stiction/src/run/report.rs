@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::summary::{form, largest_displacement};
-use super::{Outcome, Prepared, Totals, pair_totals, totals};
+use super::{Outcome, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
 use crate::friction::{CoulombFacts, Status};
 
@@ -16,7 +16,14 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<12} {value}");
     };
-    line("status", status(solution.status, counts.newton_steps));
+    let iterations = outcome.method.as_ref().map_or(counts.newton_steps, |report| report.counts.iterations);
+    if let Some(report) = &outcome.method {
+        line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
+    }
+    line("status", status(solution.status, iterations));
+    if let Some(why) = method_text::shortfall(outcome) {
+        line("", why);
+    }
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
@@ -37,11 +44,17 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line(
         "work",
         format!(
-            "{} iterations, {} products with B K^-1 B' ({}), {} restarts",
-            counts.newton_steps,
-            counts.products,
+            "{}, {} with B K^-1 B' ({}), {}",
+            counted(iterations, "iteration"),
+            counted(counts.products, "product"),
             form(outcome.form),
-            counts.restarts
+            match &outcome.method {
+                Some(report) => {
+                    let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
+                    format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+                }
+                None => counted(counts.restarts, "restart"),
+            }
         ),
     );
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
@@ -71,6 +84,9 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
             number(t.slip_area)
         ),
     );
+    if t.open == t.points {
+        line("", "no point touches the obstacle".into());
+    }
     if let Some(place) = t.max_pressure_at {
         line(
             "",
@@ -84,13 +100,19 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
     }
 }
 
+/// `1 iteration`, `7 iterations`.
+fn counted(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
 /// How the iteration ended.
 fn status(status: Status, iterations: usize) -> String {
-    let count = if iterations == 1 { "1 iteration".to_string() } else { format!("{iterations} iterations") };
+    let count = counted(iterations, "iteration");
     match status {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
         Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
+        Status::Uncertified => format!("NOT SOLVED: converged by its own rule after {count}, not by the certificate"),
         Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }
 }

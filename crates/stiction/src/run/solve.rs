@@ -3,10 +3,13 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::place;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::dual::{Dual, DualSettings, Form, choose};
-use crate::friction::{self, CoulombFacts, Progress, Solution, Status, coulomb_facts};
+use crate::friction::{
+    self, Answer, CoulombFacts, MethodReport, MethodSettings, Progress, Solution, Status, coulomb_facts, solve_with,
+};
 use crate::io::case::{DualPath, SolverSpec};
 use crate::io::machine;
 
@@ -17,6 +20,9 @@ const SHARE_OF_MEMORY: f64 = 0.9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     pub solver: friction::Settings,
+    /// What the summary calls the method.
+    pub method_name: String,
+    pub method: MethodSettings,
     pub dual: DualSettings,
 }
 
@@ -33,6 +39,8 @@ impl Settings {
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
             solver: friction::Settings { tolerance, max_iterations, start: None },
+            method_name: spec.method_name.clone(),
+            method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
         }
     }
@@ -92,6 +100,10 @@ impl Seconds {
 #[derive(Debug, Clone)]
 pub struct Outcome {
     pub solution: Solution,
+    /// The name and the settings of the method, and its own account if it is not Newton's.
+    pub method_name: String,
+    pub settings: MethodSettings,
+    pub method: Option<MethodReport>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
     /// The form of the dual operator that was taken.
@@ -106,7 +118,8 @@ pub struct Outcome {
 /// Solves a prepared case; a case without contact as well.
 ///
 /// # Errors
-/// If the factor does not fit the memory or the stiffness matrix is not positive definite. An iteration that ends
+/// If the factor does not fit the memory, the stiffness matrix is not positive definite, or the method is not for the
+/// friction of the case. An iteration that ends
 /// short of its tolerance is no error but a status of the solution.
 pub fn solve(
     prepared: &Prepared,
@@ -120,7 +133,7 @@ pub fn solve(
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
 
     let _ = observer(&Event::Ordering);
-    let choice = choose(problem, &settings.dual)?;
+    let choice = choose(problem, &settings.dual).map_err(|error| place::at(&prepared.mesh_spot, error))?;
     seconds.ordering = lap();
     let form = choice.form;
     let _ = observer(&Event::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
@@ -129,10 +142,11 @@ pub fn solve(
 
     let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
-    let solution = friction::solve(problem, &dual, &settings.solver, &mut |progress| {
+    let answer = solve_with(problem, &dual, &settings.solver, &settings.method, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
-    });
+    })?;
+    let Answer { solution, method } = answer;
     seconds.iteration = lap();
     let coulomb = if solution.status == Status::Interrupted {
         None
@@ -141,5 +155,16 @@ pub fn solve(
         coulomb_facts(problem, &dual, &solution)
     };
     seconds.coulomb = lap();
-    Ok(Outcome { solution, coulomb, form, times, seconds, peak_memory: machine::peak_memory() })
+    let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
+    Ok(Outcome {
+        solution,
+        method_name,
+        settings,
+        method,
+        coulomb,
+        form,
+        times,
+        seconds,
+        peak_memory: machine::peak_memory(),
+    })
 }

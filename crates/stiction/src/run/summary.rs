@@ -3,15 +3,15 @@
 use serde_json::{Map, Value, json};
 
 use super::write::Origin;
-use super::{Outcome, Prepared, Totals, fields, pair_totals, totals};
+use super::{Outcome, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
 use crate::dual::Form;
 use crate::friction::Status;
+use crate::linalg::Csr;
 
 /// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
     let solution = &outcome.solution;
-    let counts = solution.counts;
     let with_names = |(name, totals): (String, Totals)| {
         let mut entry = Map::from_iter([("name".to_string(), json!(name))]);
         entry.extend(contact(&totals));
@@ -42,14 +42,9 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "load": prepared.facts.resultant(),
         "dofs": prepared.problem.unknowns(),
         "dual_dofs": 3 * prepared.problem.points(),
-        "counts": {
-            "iterations": counts.newton_steps,
-            "restarts": counts.restarts,
-            "fixed_point_steps": counts.fixed_point_steps,
-            "products": counts.products,
-            "solves": counts.solves,
-            "coulomb_products": outcome.coulomb.map_or(0, |facts| facts.products),
-        },
+        "method": outcome.method_name,
+        "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
+        "counts": all_counts(outcome),
         "form": form(outcome.form),
         "seconds": seconds,
         "peak_memory_bytes": outcome.peak_memory,
@@ -60,12 +55,30 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
     format!("{value:#}\n")
 }
 
+/// What the iteration cost by name, that of Newton's method or that of another.
+fn all_counts(outcome: &Outcome) -> Value {
+    let counts = outcome.solution.counts;
+    let mut value = match &outcome.method {
+        Some(report) => method_text::counts(report),
+        None => json!({
+            "iterations": counts.newton_steps,
+            "restarts": counts.restarts,
+            "fixed_point_steps": counts.fixed_point_steps,
+            "products": counts.products,
+        }),
+    };
+    value["solves"] = json!(counts.solves);
+    value["coulomb_products"] = json!(outcome.coulomb.map_or(0, |facts| facts.products));
+    value
+}
+
 /// How the iteration ended, as in the summary.
 pub(super) fn status(status: Status) -> &'static str {
     match status {
         Status::Solved => "solved",
         Status::MaxIterations => "max_iterations",
         Status::Stalled => "stalled",
+        Status::Uncertified => "uncertified",
         Status::Interrupted => "interrupted",
     }
 }
@@ -116,10 +129,17 @@ pub(super) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
     sizes.fold((0.0, [0.0; 3]), |best, (size, x)| if size > best.0 { (size, *x) } else { best })
 }
 
-/// `1/2 u'Ku - f'u` over the unknown displacements.
+/// `1/2 u'Ku - f'u` over all degrees of freedom, the prescribed ones included: what the body stores less the work of
+/// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
 fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
     let (problem, u) = (&prepared.problem, &outcome.solution.u);
-    problem.K.times(u).iter().zip(&problem.f).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
+    let unknowns = potential(&problem.K, &problem.f, u);
+    unknowns + problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own, &s.load, &s.displacement))
+}
+
+/// `1/2 u'Ku - f'u`.
+fn potential(stiffness: &Csr, load: &[f64], u: &[f64]) -> f64 {
+    stiffness.times(u).iter().zip(load).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
 }
 
 /// The force of all supports on the body.
