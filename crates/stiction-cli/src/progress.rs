@@ -65,6 +65,7 @@ impl Progress {
 
 fn words(event: &Event) -> String {
     match event {
+        Event::SettingUp { unknowns } => format!("setting up multigrid for {unknowns} unknowns"),
         Event::Ordering => "ordering the unknowns".into(),
         Event::Factorising { unknowns, bytes } => {
             format!("factorising {unknowns} unknowns, {:.2} GB", *bytes as f64 / 1e9)
@@ -76,6 +77,7 @@ fn words(event: &Event) -> String {
                 Phase::Gradient => "gradient",
                 Phase::FixedPoint => "fixed point",
                 Phase::Uzawa => "uzawa",
+                Phase::Multigrid => "multigrid",
             };
             format!(
                 "{phase} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",

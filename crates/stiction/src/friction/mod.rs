@@ -1,6 +1,7 @@
-//! Solvers for contact with friction on the dual operator. Knows no mesh.
+//! Solvers for contact with friction. Knows no mesh.
 //!
-//! [`solve`] is Newton's method on the law itself with what helps it when it stalls. [`solve_with`] takes any
+//! [`solve`] is Newton's method on the law itself and on the dual operator, with what helps it when it stalls;
+//! [`solve_primal`] finds the displacements themselves by multigrid, for large problems. [`solve_with`] takes any
 //! [`Method`], among them those of Haslinger, Kucera & Dostal (2004): squares around the discs of friction, Uzawa's
 //! method on copies of the multipliers, and the fixed point on the bounds of friction. [`run_method`] is the same on
 //! the dual energy alone ([`Quadratic`]), without displacements and certificate.
@@ -16,6 +17,7 @@ mod method;
 mod minimize;
 mod newton;
 mod newton_system;
+mod primal;
 mod quadratic;
 mod run_method;
 mod solve;
@@ -28,6 +30,7 @@ pub use method::{
     CopiesAtOnce, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Minimization,
     ObserveMethod, Penalty, Splitting, Start, Sweeps,
 };
+pub use primal::{Primal, solve_primal};
 pub use quadratic::Quadratic;
 pub use run_method::{fixed_point_defect, run_method};
 pub use solve::{Counts, Phase, Progress, Settings, Solution, Status, solve};

@@ -53,6 +53,8 @@ pub enum Phase {
     FixedPoint,
     /// Uzawa's method on the copies of the multipliers, one a square.
     Uzawa,
+    /// Multigrid cycles on the displacements.
+    Multigrid,
 }
 
 /// Told to the observer at every iteration.
@@ -60,9 +62,9 @@ pub enum Phase {
 pub struct Progress {
     pub phase: Phase,
     pub iteration: usize,
-    /// Norm of the residual over the norm of the multipliers.
+    /// Norm of the residual over the norm of the multipliers; with multigrid over that of the load.
     pub residual: f64,
-    /// Products with `Q` so far.
+    /// Products with `Q` so far; with multigrid, products with `K`.
     pub products: usize,
     pub open: usize,
     pub stick: usize,
@@ -82,6 +84,8 @@ pub struct Counts {
     pub products: usize,
     /// Solves with the whole of `K`.
     pub solves: usize,
+    /// Multigrid cycles.
+    pub cycles: usize,
 }
 
 /// A solution with its certificate.

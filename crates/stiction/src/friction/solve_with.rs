@@ -129,6 +129,7 @@ fn judge(
         fixed_point_steps: report.counts.fixed_point_steps,
         products: report.counts.products,
         solves: dual.solves(),
+        cycles: 0,
     };
     Solution { status, u, lambda, states, certificate, counts, history: history.to_vec() }
 }

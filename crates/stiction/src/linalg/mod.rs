@@ -5,6 +5,7 @@ mod csr;
 mod gmres;
 mod kernels;
 mod lanczos;
+pub mod multigrid;
 mod ordering;
 mod symbolic;
 mod symmetric;

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{form, largest_displacement};
-use super::{Outcome, Prepared, Totals, method_text, pair_totals, totals};
+use super::summary::{largest_displacement, path};
+use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
+use crate::contact::Friction;
 use crate::friction::{CoulombFacts, Status};
 
 /// The result of a run, a few lines for a person.
@@ -16,7 +17,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<12} {value}");
     };
-    let iterations = outcome.method.as_ref().map_or(counts.newton_steps, |report| report.counts.iterations);
+    let iterations = match &outcome.method {
+        Some(report) => report.counts.iterations,
+        None => counts.newton_steps.max(counts.cycles),
+    };
     if let Some(report) = &outcome.method {
         line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
@@ -40,14 +44,19 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(facts) = &outcome.coulomb {
         line("uniqueness", uniqueness(facts));
+    } else if outcome.path == Path::Multigrid && has_coulomb(prepared) {
+        let why = "what can be said about others is estimated on the direct path only (path = \"solves\")";
+        line("uniqueness", format!("a solution; {why}"));
     }
-    line(
-        "work",
-        format!(
+    if outcome.path == Path::Multigrid {
+        let restarts = counted(counts.restarts, "restart");
+        line("work", format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle")));
+    } else {
+        line("work", format!(
             "{}, {} with B K^-1 B' ({}), {}",
             counted(iterations, "iteration"),
             counted(counts.products, "product"),
-            form(outcome.form),
+            path(outcome.path),
             match &outcome.method {
                 Some(report) => {
                     let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
@@ -55,8 +64,8 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
                 }
                 None => counted(counts.restarts, "restart"),
             }
-        ),
-    );
+        ));
+    }
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
     let phases = if phases.is_empty() { String::new() } else { format!(" ({})", phases.join(", ")) };
@@ -65,6 +74,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }
     text
+}
+
+fn has_coulomb(prepared: &Prepared) -> bool {
+    prepared.problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
 }
 
 fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {

@@ -3,9 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::write::Origin;
-use super::{Outcome, Prepared, Totals, fields, method_text, pair_totals, totals};
+use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
-use crate::dual::Form;
 use crate::friction::Status;
 use crate::linalg::Csr;
 
@@ -45,7 +44,7 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "method": outcome.method_name,
         "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
         "counts": all_counts(outcome),
-        "form": form(outcome.form),
+        "path": path(outcome.path),
         "seconds": seconds,
         "peak_memory_bytes": outcome.peak_memory,
         "coulomb": coulomb,
@@ -68,6 +67,7 @@ fn all_counts(outcome: &Outcome) -> Value {
         }),
     };
     value["solves"] = json!(counts.solves);
+    value["cycles"] = json!(counts.cycles);
     value["coulomb_products"] = json!(outcome.coulomb.map_or(0, |facts| facts.products));
     value
 }
@@ -83,11 +83,12 @@ pub(super) fn status(status: Status) -> &'static str {
     }
 }
 
-/// `dense` or `solves`.
-pub(super) fn form(form: Form) -> &'static str {
-    match form {
-        Form::Dense => "dense",
-        Form::Solves | Form::Auto => "solves",
+/// As a case names it.
+pub(super) fn path(path: Path) -> &'static str {
+    match path {
+        Path::Dense => "dense",
+        Path::Solves => "solves",
+        Path::Multigrid => "multigrid",
     }
 }
 

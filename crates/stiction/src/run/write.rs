@@ -117,6 +117,7 @@ fn log(outcome: &Outcome) -> String {
             Phase::Gradient => "gradient",
             Phase::FixedPoint => "fixed_point",
             Phase::Uzawa => "uzawa",
+            Phase::Multigrid => "multigrid",
         };
         let line = json!({
             "iteration": step.iteration,

@@ -122,7 +122,7 @@ pub struct SolverSpec {
     pub max_iterations: usize,
     /// Gigabytes (1e9 bytes) allowed for stored matrices, > 0; `None` is what the machine has.
     pub memory: Option<f64>,
-    pub path: DualPath,
+    pub path: SolverPath,
     /// As the case calls the method.
     pub method_name: String,
     /// The method, with its own tolerances.
@@ -132,19 +132,22 @@ pub struct SolverSpec {
 impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
-        let (tolerance, max_iterations, path, method_name) = (1e-8, 100, DualPath::Auto, "newton".into());
+        let (tolerance, max_iterations, path, method_name) = (1e-8, 100, SolverPath::Auto, "newton".into());
         SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
     }
 }
 
-/// The form of the operator `B K⁻¹ Bᵀ`.
+/// How Newton's method gets at the solution: through the operator `B K⁻¹ Bᵀ` by a factor of `K`, or the displacements
+/// themselves by multigrid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DualPath {
+pub enum SolverPath {
     /// The cheaper one that fits the memory.
     #[default]
     Auto,
-    /// A stored dense matrix.
+    /// A factor with a stored dense Schur complement.
     Dense,
-    /// Two triangular solves for each product.
+    /// A factor, two triangular solves for each product.
     Solves,
+    /// No factor.
+    Multigrid,
 }

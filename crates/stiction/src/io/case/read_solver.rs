@@ -1,6 +1,6 @@
 //! `[solver]`: the method and its settings.
 
-use super::data::{ContactSpec, DualPath, SolverSpec};
+use super::data::{ContactSpec, SolverPath, SolverSpec};
 use super::view::View;
 use crate::Error;
 use crate::contact::SurfaceFriction;
@@ -33,9 +33,10 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
         max_iterations: most_iterations(&table, method.method),
         memory: table.given("memory").map(|_| table.number("memory")),
         path: match table.text("path").as_str() {
-            "dense" => DualPath::Dense,
-            "solves" => DualPath::Solves,
-            _ => DualPath::Auto,
+            "dense" => SolverPath::Dense,
+            "solves" => SolverPath::Solves,
+            "multigrid" => SolverPath::Multigrid,
+            _ => SolverPath::Auto,
         },
         method_name: table.text("method"),
         method,

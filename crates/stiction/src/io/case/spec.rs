@@ -396,7 +396,7 @@ static SOLVER: Rules = Rules {
             "Most memory for stored matrices; what is there if absent.",
         )
         .unit("gigabyte"),
-        key("path", PATH, "path = \"auto\"", "The form of the operator B K⁻¹ Bᵀ.").default("\"auto\""),
+        key("path", PATH, "path = \"auto\"", "How Newton's method gets at the solution.").default("\"auto\""),
     ],
 };
 
@@ -439,8 +439,9 @@ const COUPLING: Kind = Kind::Choice {
 const PATH: Kind = Kind::Choice {
     names: &[
         ("auto", "the cheaper one that fits the memory"),
-        ("dense", "a stored dense matrix"),
-        ("solves", "two triangular solves for each product"),
+        ("dense", "B K⁻¹ Bᵀ as a dense factor"),
+        ("solves", "B K⁻¹ Bᵀ by triangular solves"),
+        ("multigrid", "the displacements themselves, without a factor"),
     ],
     absent: &[],
 };
