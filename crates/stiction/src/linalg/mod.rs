@@ -7,6 +7,7 @@ mod kernels;
 mod lanczos;
 mod ordering;
 mod symbolic;
+mod symmetric;
 mod trailing;
 
 pub use cholesky::{Cholesky, Path};
@@ -15,6 +16,7 @@ pub use gmres::{Krylov, gmres};
 pub use lanczos::{Ritz, largest_eigenvalue};
 pub use ordering::{NodeGraph, nested_dissection};
 pub use symbolic::{Plan, last, plan};
+pub use symmetric::Symmetric;
 pub use trailing::Trailing;
 
 /// Euclidean norm.

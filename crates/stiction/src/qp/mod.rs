@@ -1,7 +1,24 @@
 //! The second waist: `min 1/2 x'Ax - b'x` over a simple set, with `A` as an operator. Knows no mesh and no friction.
+//!
+//! [`minimize_in_bounds`] for bounds on single entries, [`accelerated_gradient`] for products of [`PointSet`].
 
 mod accelerated;
+mod bounds;
+mod face;
+mod iterate;
+mod mprgp;
+mod proportioning;
 mod set;
+mod status;
 
 pub use accelerated::{Accelerated, accelerated_gradient};
+pub use bounds::{BoundCounts, BoundMethod, BoundProblem, BoundSolution, Bounds, minimize_in_bounds};
+pub use face::Preconditioner;
+pub use iterate::Stop;
+pub use mprgp::{Expansion, MprgpSettings, mprgp_rate};
+pub use proportioning::ProportioningSettings;
 pub use set::{PointSet, project};
+pub use status::QpStatus;
+
+#[cfg(test)]
+mod tests;
