@@ -10,6 +10,7 @@ mod fields;
 mod loads;
 mod materials;
 mod mesh;
+pub mod paper;
 mod pictures;
 mod place;
 mod prepare;

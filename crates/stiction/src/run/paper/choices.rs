@@ -35,7 +35,7 @@ pub const FITTED: [(&str, &str); 6] = [
     (
         "precision of the inner problems",
         "The paper calls it adaptive and gives no number. Each quadratic program is solved until its projected gradient \
-         is at most 1e-8 of its right-hand side; for changes between N - 2 and N squares to 1e-10.",
+         is at most 1e-8 of its right-hand side.",
     ),
 ];
 
@@ -45,8 +45,15 @@ pub const INNER: f64 = 1e-8;
 pub const OUTER: f64 = 1e-6;
 /// Penalty of ALG1 and CFS1, length per newton (section 6.1 of the paper).
 pub const ALG1_RHO: f64 = 1e-10;
-/// Iterations after which the paper stopped its runs of ALG2, as its tables show.
-pub const ITERATION_LIMIT: usize = 100;
+/// Relative tolerance of reference solutions.
+pub const SHARP: f64 = 1e-12;
+/// Executions of Step 2 after which the paper stopped ALG2, as its tables show.
+pub const ALG2_LIMIT: usize = 100;
+/// Executions of Step 2 of the other methods at most; the longest published run has 2333.
+pub const LONGEST: usize = 5000;
+/// Steps after which a run of ALG2 or CFS2 is given up. The paper had such a limit without saying which; its longest
+/// run that ended has 6538.
+pub const CG_LIMIT: usize = 10_000;
 
 /// One way to fill in what the paper leaves open.
 #[derive(Debug, Clone, Copy, PartialEq)]

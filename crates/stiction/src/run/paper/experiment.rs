@@ -34,12 +34,40 @@ impl Method {
     }
 }
 
+impl Method {
+    /// Whether the friction is Coulomb's.
+    pub fn is_coulomb(self) -> bool {
+        matches!(self.family(), Family::Cfs1 | Family::Cfs2)
+    }
+}
+
 /// What is run: nothing but the setting is left open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Experiment {
     pub partition: u8,
     pub squares: usize,
     pub method: Method,
+}
+
+impl Experiment {
+    /// `CFS2, rho 1e-8, partition 1, N = 2`.
+    pub fn words(self) -> String {
+        let method = match self.method {
+            Method::Alg1 { variant, splitting } => format!("ALG1, variant {variant}, splitting {}", name(splitting)),
+            Method::Alg2 { log10_rho } => format!("ALG2, rho 1e{log10_rho}"),
+            Method::Cfs1 { splitting } => format!("CFS1, splitting {}", name(splitting)),
+            Method::Cfs2 { log10_rho } => format!("CFS2, rho 1e{log10_rho}"),
+        };
+        format!("{method}, partition {}, N = {}", self.partition, self.squares)
+    }
+}
+
+fn name(splitting: Splitting) -> &'static str {
+    match splitting {
+        Splitting::No => "no",
+        Splitting::Partial => "partial",
+        Splitting::Complete => "complete",
+    }
 }
 
 /// A line of a published table, or a part of it for one number of squares.

@@ -1,0 +1,122 @@
+//! One table: its runs in all settings, beside the published numbers.
+
+use std::time::Instant;
+
+use super::choices::{CG_LIMIT, FIT, FIT_CHAIN, FIT_PARITY, PRINTED, Setting};
+use super::compare::{Band, Comparison, Quantity, Verdict};
+use super::experiment::{Experiment, Line, Plan, band, plan};
+use super::known::known;
+use super::laboratory::{Laboratory, Measured, relative_change};
+use super::published::Published;
+use super::study::TableReport;
+use crate::Error;
+use crate::friction::MethodEnd;
+
+/// Settings in which a table is run; the first is judged.
+pub fn settings(table: usize, quick: bool) -> Vec<Setting> {
+    match table {
+        _ if quick => vec![FIT],
+        1 | 3 | 9 => vec![FIT, FIT_PARITY, PRINTED],
+        6 | 7 | 12 => vec![FIT, FIT_CHAIN, PRINTED],
+        _ => vec![FIT, PRINTED],
+    }
+}
+
+/// Whether the quick subset has this line: partition 1, and of ALG1 and CFS1 with many squares nothing.
+fn is_quick(table: usize, line: &Line) -> bool {
+    line.experiment.partition == 1 && !(table == 3 && line.experiment.squares > 4)
+}
+
+/// Runs a table.
+///
+/// # Errors
+/// If the observer of the laboratory asked to stop.
+pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) -> Result<TableReport, Error> {
+    let start = Instant::now();
+    let Plan { lines, reference } = plan(published);
+    let mut settings = settings(published.number, quick);
+    if !lines.iter().any(|line| line.experiment.squares > 2) {
+        settings.dedup_by(|a, b| a.coupling != b.coupling && Setting { coupling: b.coupling, name: b.name, ..*a } == *b);
+    }
+    let mut comparisons = Vec::new();
+    for (line, reference) in lines.iter().zip(&reference) {
+        if quick && !is_quick(published.number, line) {
+            continue;
+        }
+        for &setting in &settings {
+            compare(published.number, line, *reference, setting, laboratory, &mut comparisons)?;
+        }
+    }
+    Ok(TableReport {
+        number: published.number,
+        caption: published.caption.to_string(),
+        settings: settings.iter().map(|s| (s.name, s.words())).collect(),
+        comparisons,
+        notes: Vec::new(),
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn compare(
+    table: usize,
+    line: &Line,
+    reference: Option<Experiment>,
+    setting: Setting,
+    laboratory: &mut Laboratory,
+    comparisons: &mut Vec<Comparison>,
+) -> Result<(), Error> {
+    let measured = laboratory.run(line.experiment, setting)?;
+    let note = note(&measured);
+    for &(quantity, published) in &line.published {
+        let ours = value(quantity, line.experiment, &measured, reference, setting, laboratory)?;
+        let band = if setting.judged { band(table, line, quantity) } else { Band::None };
+        let verdict = match (band, published, ours) {
+            (Band::None, _, _) | (_, None, _) | (_, _, None) => Verdict::Unjudged,
+            (band, Some(published), Some(ours)) if band.holds(published, ours) => Verdict::Within,
+            _ => known(table, line, quantity).map_or(Verdict::Outside, Verdict::Known),
+        };
+        let (run, setting, note) = (line.label.clone(), setting.name, note.clone());
+        comparisons.push(Comparison { run, quantity, setting, published, ours, band, verdict, note });
+    }
+    Ok(())
+}
+
+fn note(measured: &Measured) -> String {
+    match measured.end {
+        MethodEnd::Converged | MethodEnd::Interrupted => String::new(),
+        MethodEnd::Limit if measured.cg_steps >= CG_LIMIT => format!("given up at {CG_LIMIT} steps"),
+        MethodEnd::Limit => "stopped at its limit of iterations".into(),
+        MethodEnd::Stalled => "stalled".into(),
+    }
+}
+
+fn value(
+    quantity: Quantity,
+    experiment: Experiment,
+    measured: &Measured,
+    reference: Option<Experiment>,
+    setting: Setting,
+    laboratory: &mut Laboratory,
+) -> Result<Option<f64>, Error> {
+    Ok(match quantity {
+        Quantity::Iterations => Some(measured.iterations as f64),
+        Quantity::QpProblems => Some(measured.qp_problems as f64),
+        Quantity::CgSteps => Some(measured.cg_steps as f64),
+        Quantity::Efficiency => match reference {
+            Some(reference) => Some(100.0 * measured.flops / laboratory.run(reference, setting)?.flops),
+            None => None,
+        },
+        Quantity::Precision => Some(laboratory.precision(measured, experiment, setting)?),
+        Quantity::FixedPoint => Some(laboratory.fixed_point(measured, experiment, setting)?),
+        Quantity::Change if experiment.squares > 2 => {
+            let squares = experiment.squares - 2;
+            let before = laboratory.run(Experiment { squares, ..experiment }, setting)?;
+            Some(if experiment.method.is_coulomb() {
+                relative_change(&measured.slip_bound, &before.slip_bound)
+            } else {
+                relative_change(&measured.lambda, &before.lambda)
+            })
+        }
+        Quantity::Change => None,
+    })
+}
