@@ -1,5 +1,6 @@
 use std::ops::ControlFlow;
 
+use super::PointState;
 use super::squares::Coupling;
 use crate::qp::{BoundMethod, MprgpSettings};
 
@@ -272,6 +273,8 @@ pub struct MethodReport {
     pub copies: Vec<f64>,
     /// Multipliers of the agreement in the axes of the problem, length, `3m(N - 1)`.
     pub w: Vec<f64>,
+    /// Open, sticking or slipping, from the bounds the copies meet; empty for the discs.
+    pub states: Vec<PointState>,
     /// `rho`, length per newton.
     pub penalty: f64,
     /// `|C lambda| / |lambda|`.

@@ -50,6 +50,11 @@ impl Squares {
         self.apply(c, -s, mu);
     }
 
+    /// Whether no point has a disc that the squares stand in for.
+    pub fn cuts_no_disc(&self) -> bool {
+        !self.round.contains(&true)
+    }
+
     /// The three rows of `M_i` at point `j`, in the order normal, first, second tangential.
     pub fn rotation(&self, i: usize, j: usize) -> [[f64; 3]; 3] {
         let [c, s] = if self.round[j] { self.turns[i] } else { [1.0, 0.0] };
