@@ -105,20 +105,4 @@ impl Setting {
             Family::Cfs1 | Family::Cfs2 => 0.7,
         }
     }
-
-    /// What the setting means, in words.
-    pub fn words(self) -> String {
-        let rho = if self.fitted_rho { "with the fitted factors" } else { "as printed" };
-        let coupling = match self.coupling {
-            Coupling::Chain => "chain",
-            Coupling::Star => "star",
-        };
-        format!(
-            "loads times {}, rho {rho}, coupling {coupling}, parity {}, g(0) = {:e}{}",
-            self.load,
-            self.parity,
-            self.start,
-            if self.judged { "; judged by the bands" } else { "" }
-        )
-    }
 }

@@ -5,7 +5,7 @@ use super::published::Published;
 use crate::friction::Splitting;
 
 /// The paper's four methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     Alg1,
     Alg2,
@@ -14,7 +14,7 @@ pub enum Family {
 }
 
 /// A method with the parameters that the tables vary.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Variant 1 or 2.
     Alg1 { variant: u8, splitting: Splitting },
@@ -39,10 +39,15 @@ impl Method {
     pub fn is_coulomb(self) -> bool {
         matches!(self.family(), Family::Cfs1 | Family::Cfs2)
     }
+
+    /// Whether Step 1 is one quadratic program of all copies.
+    pub fn is_one_program(self) -> bool {
+        matches!(self.family(), Family::Alg2 | Family::Cfs2)
+    }
 }
 
 /// What is run: nothing but the setting is left open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Experiment {
     pub partition: u8,
     pub squares: usize,

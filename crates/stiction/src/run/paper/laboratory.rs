@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::choices::{ALG1_RHO, CG_LIMIT, LONGEST, ALG2_LIMIT, INNER, OUTER, SHARP, Setting};
-use super::experiment::{Experiment, Family, Method};
+use super::experiment::{Experiment, Method};
 use super::model::{Brick, Law, brick};
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
@@ -184,10 +184,7 @@ fn quadratic<'q, 'a>(all: &'q mut [Option<Quadratic<'a>>], benches: &'a Benches,
 fn parameters(experiment: Experiment, setting: Setting) -> Parameters {
     let Experiment { partition, squares, method } = experiment;
     let family = method.family();
-    let coupling = match family {
-        Family::Alg2 | Family::Cfs2 if squares > 2 => setting.coupling,
-        _ => Coupling::Chain,
-    };
+    let coupling = if squares > 2 && method.is_one_program() { setting.coupling } else { Coupling::Chain };
     let printed = match method {
         Method::Alg1 { .. } | Method::Cfs1 { .. } => ALG1_RHO,
         Method::Alg2 { log10_rho } | Method::Cfs2 { log10_rho } => 10f64.powi(log10_rho),
@@ -209,14 +206,13 @@ fn settings(parameters: &Parameters) -> MethodSettings {
         Method::Cfs1 { splitting } => (friction::Method::cfs1(splitting), LONGEST),
         Method::Cfs2 { .. } => (friction::Method::cfs2(), LONGEST),
     };
-    let all_at_once = matches!(experiment.method, Method::Alg2 { .. } | Method::Cfs2 { .. });
     MethodSettings {
         coupling,
         penalty: Penalty::Absolute(rho),
         tolerance: OUTER,
         inner_tolerance: INNER,
         max_iterations: most,
-        max_cg_steps: if all_at_once { CG_LIMIT } else { usize::MAX },
+        max_cg_steps: if experiment.method.is_one_program() { CG_LIMIT } else { usize::MAX },
         ..MethodSettings::published(method, experiment.squares, rho)
     }
 }

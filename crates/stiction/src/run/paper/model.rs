@@ -21,7 +21,7 @@ pub struct Brick {
 }
 
 /// The law of friction on the floor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
     /// [`SLIP_BOUND`] at each node.
     Given,

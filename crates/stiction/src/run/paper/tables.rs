@@ -34,10 +34,7 @@ fn is_quick(table: usize, line: &Line) -> bool {
 pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) -> Result<TableReport, Error> {
     let start = Instant::now();
     let Plan { lines, reference } = plan(published);
-    let mut settings = settings(published.number, quick);
-    if !lines.iter().any(|line| line.experiment.squares > 2) {
-        settings.dedup_by(|a, b| a.coupling != b.coupling && Setting { coupling: b.coupling, name: b.name, ..*a } == *b);
-    }
+    let settings = settings(published.number, quick);
     let mut comparisons = Vec::new();
     for (line, reference) in lines.iter().zip(&reference) {
         if quick && !is_quick(published.number, line) {
@@ -50,11 +47,31 @@ pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) ->
     Ok(TableReport {
         number: published.number,
         caption: published.caption.to_string(),
-        settings: settings.iter().map(|s| (s.name, s.words())).collect(),
+        settings: settings.iter().map(|s| (s.name, words(*s, &lines))).collect(),
         comparisons,
         notes: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// What a setting means for these runs.
+fn words(setting: Setting, lines: &[Line]) -> String {
+    let mut parts = vec![format!("loads times {}", setting.load), format!("parity {}", setting.parity)];
+    let mut factors: Vec<String> = Vec::new();
+    for Experiment { partition, method, .. } in lines.iter().map(|l| l.experiment) {
+        let factor = format!("{} on partition {partition}", setting.rho_factor(method.family(), partition));
+        if !factors.contains(&factor) {
+            factors.push(factor);
+        }
+    }
+    parts.push(format!("rho times {}", factors.join(", ")));
+    if lines.iter().any(|l| l.experiment.squares > 2 && l.experiment.method.is_one_program()) {
+        parts.push(format!("{:?} coupling", setting.coupling).to_lowercase());
+    }
+    if lines.iter().any(|l| l.experiment.method.is_coulomb()) {
+        parts.push(format!("g(0) = {:e}", setting.start));
+    }
+    parts.join("; ")
 }
 
 fn compare(
