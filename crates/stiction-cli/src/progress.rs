@@ -83,6 +83,7 @@ fn words(event: &Event) -> String {
                 Phase::Newton => "newton",
                 Phase::Gradient => "gradient",
                 Phase::FixedPoint => "fixed point",
+                Phase::Uzawa => "uzawa",
             };
             format!(
                 "{phase} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",

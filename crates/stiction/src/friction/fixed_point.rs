@@ -44,8 +44,10 @@ impl<'a> SlipBounds<'a> {
     }
 }
 
+/// Returns the multipliers for given bounds.
+pub(super) type SolveGiven<'a> = dyn FnMut(&SlipBounds<'_>, &mut Record<'_, '_>) -> Result<Vec<f64>, MethodEnd> + 'a;
+
 /// MSA1: every problem with given friction solved (Haslinger, Kucera & Dostal 2004, section 5), with their rule (6.3).
-/// `solve_given` returns the multipliers for given bounds.
 ///
 /// # Errors
 /// That of `solve_given`.
@@ -53,7 +55,7 @@ pub(super) fn fixed_point(
     slip_bounds: &mut SlipBounds<'_>,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-    solve_given: &mut dyn FnMut(&SlipBounds<'_>, &mut Record<'_, '_>) -> Result<Vec<f64>, MethodEnd>,
+    solve_given: &mut SolveGiven<'_>,
 ) -> Result<(), MethodEnd> {
     loop {
         let lambda = solve_given(slip_bounds, record)?;

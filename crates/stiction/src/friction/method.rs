@@ -255,6 +255,18 @@ pub struct MethodCounts {
 }
 
 impl MethodCounts {
+    pub(super) fn add(&mut self, more: &MethodCounts) {
+        self.iterations += more.iterations;
+        self.fixed_point_steps += more.fixed_point_steps;
+        self.qp_problems += more.qp_problems;
+        self.short_problems += more.short_problems;
+        self.cg_steps += more.cg_steps;
+        self.expansions += more.expansions;
+        self.proportionings += more.proportionings;
+        self.products += more.products;
+        self.flops += more.flops;
+    }
+
     /// Steps of the quadratic programs of all kinds.
     pub fn steps(&self) -> usize {
         self.cg_steps + self.expansions + self.proportionings

@@ -1,3 +1,6 @@
+use std::iter::once;
+use std::ops::Range;
+
 use super::faces::PointBlocks;
 use super::lagrangian::{Block, Copies, Lagrangian};
 use super::method::{CopiesAtOnce, MethodCounts, MethodEnd, MethodSettings, Minimization, Splitting, Sweeps};
@@ -101,16 +104,16 @@ pub(super) fn verdict(status: QpStatus) -> Result<(), MethodEnd> {
 /// The blocks of unknowns in the order of a sweep.
 fn blocks(how: Minimization, count: usize, points: usize) -> Vec<Block> {
     let m = points;
-    let rows = match how.splitting {
-        Splitting::No => vec![0..3 * m],
+    let rows: Vec<Range<usize>> = match how.splitting {
+        Splitting::No => once(0..3 * m).collect(),
         Splitting::Partial => vec![0..m, m..3 * m],
         Splitting::Complete => vec![0..m, m..2 * m, 2 * m..3 * m],
     };
-    let copies = match how.copies {
+    let copies: Vec<Range<usize>> = match how.copies {
         CopiesAtOnce::One => (0..count).map(|i| i..i + 1).collect(),
-        CopiesAtOnce::All => vec![0..count],
+        CopiesAtOnce::All => once(0..count).collect(),
     };
-    let of = |copies: std::ops::Range<usize>| {
+    let of = |copies: Range<usize>| {
         rows.iter().map(move |rows| Block { copies: copies.clone(), rows: rows.clone() }).collect::<Vec<_>>()
     };
     copies.into_iter().flat_map(of).collect()

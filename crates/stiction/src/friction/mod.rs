@@ -1,5 +1,9 @@
-//! Solvers for contact with friction on the dual operator: Newton's method on the law itself and what helps it when
-//! it stalls. Knows no mesh.
+//! Solvers for contact with friction on the dual operator. Knows no mesh.
+//!
+//! [`solve`] is Newton's method on the law itself with what helps it when it stalls. [`solve_with`] takes any
+//! [`Method`], among them those of Haslinger, Kucera & Dostal (2004): squares around the discs of friction, Uzawa's
+//! method on copies of the multipliers, and the fixed point on the bounds of friction. [`run_method`] is the same on
+//! the dual energy alone ([`Quadratic`]), without displacements and certificate.
 
 mod coulomb;
 mod discs;
@@ -15,6 +19,7 @@ mod newton_system;
 mod quadratic;
 mod run_method;
 mod solve;
+mod solve_with;
 mod squares;
 
 pub use coulomb::{CoulombFacts, coulomb_facts};
@@ -26,4 +31,5 @@ pub use method::{
 pub use quadratic::Quadratic;
 pub use run_method::{fixed_point_defect, run_method};
 pub use solve::{Counts, Phase, Progress, Settings, Solution, Status, solve};
+pub use solve_with::{Answer, solve_with};
 pub use squares::{Coupling, polygon};

@@ -35,6 +35,8 @@ pub enum Status {
     MaxIterations,
     /// No method gains on the residual any more.
     Stalled,
+    /// The method has converged by its own rule, but the certificate does not pass.
+    Uncertified,
     /// The observer asked to stop.
     Interrupted,
 }
@@ -44,10 +46,13 @@ pub enum Status {
 pub enum Phase {
     /// Newton's method on the law itself.
     Newton,
-    /// Accelerated projected gradients with frozen bounds, after a stall.
+    /// Projected gradients with frozen bounds: after a stall, or as a method of its own.
     Gradient,
-    /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls.
+    /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls; or a
+    /// step of one of the methods that are fixed points.
     FixedPoint,
+    /// Uzawa's method on the copies of the multipliers, one a square.
+    Uzawa,
 }
 
 /// Told to the observer at every iteration.
@@ -323,7 +328,7 @@ impl<'a> Solver<'a> {
 }
 
 /// Removes what rounding and the tolerance left outside the law's set: tension, and friction beyond its bound.
-fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
+pub(super) fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
     let m = friction.len();
     for (j, &law) in friction.iter().enumerate() {
         if law == Friction::Bonded {

@@ -62,8 +62,8 @@ impl Symmetric {
         for i in (0..fours).step_by(4) {
             y[i..i + 4].copy_from_slice(&dot_columns(x, [row(i), row(i + 1), row(i + 2), row(i + 3)]));
         }
-        for i in fours..y.len() {
-            y[i] = dot_columns(x, [row(i); 4])[0];
+        for (i, y) in y.iter_mut().enumerate().skip(fours) {
+            *y = dot_columns(x, [row(i); 4])[0];
         }
     }
 }

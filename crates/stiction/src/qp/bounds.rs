@@ -118,14 +118,11 @@ pub fn minimize_in_bounds(
     }
     let finite = norm(start).is_finite() && norm(b).is_finite();
     bounds.project(&mut x);
-    let mut it = Iterate::new(operator, b, x, if finite { max_products } else { 0 });
+    let limit = if finite { max_products } else { 0 };
+    let mut it = Iterate::new(operator, b, x, tolerance, limit, stop);
     let ended = match method {
-        BoundMethod::Proportioning(s) => {
-            proportioning(&mut it, bounds, s, preconditioner, tolerance, &mut counts, stop)
-        }
-        BoundMethod::Mprgp(s) => {
-            mprgp(&mut it, bounds, s, largest_eigenvalue, preconditioner, tolerance, &mut counts, stop)
-        }
+        BoundMethod::Proportioning(s) => proportioning(&mut it, bounds, s, preconditioner, &mut counts),
+        BoundMethod::Mprgp(s) => mprgp(&mut it, bounds, s, largest_eigenvalue, preconditioner, &mut counts),
     };
     let std::ops::ControlFlow::Break(status) = ended;
     let status = if finite { status } else { QpStatus::NotFinite };

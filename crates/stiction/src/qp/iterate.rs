@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::QpStatus;
-use crate::linalg::{axpy, dot, norm};
+use crate::linalg::{axpy, largest_eigenvalue, norm};
 
 /// A part of an iteration: its value, or the status with which the iteration ends.
 pub(super) type Step<T> = ControlFlow<QpStatus, T>;
@@ -10,9 +10,13 @@ pub(super) type Step<T> = ControlFlow<QpStatus, T>;
 pub type Stop<'a> = dyn FnMut(&[f64], f64) -> bool + 'a;
 
 /// Iterations without halving the measure after which rounding is suspected.
-const PATIENCE: usize = 50;
+const PATIENCE: usize = 200;
 /// Multiple of the rounding level of the gradient below which no further progress is expected.
-const ROUNDING_MARGIN: f64 = 100.0;
+const ROUNDING_MARGIN: f64 = 1.0;
+/// Relative accuracy of the Lanczos estimate of the largest eigenvalue: a step length needs no more.
+const EIGENVALUE_ACCURACY: f64 = 0.05;
+/// Products that estimate may cost; where it fails for want of them, step lengths are halved as needed.
+const EIGENVALUE_PRODUCTS: usize = 30;
 /// Claims of optimality that may be refuted without the measure being halved in between.
 const REFUTATIONS: usize = 3;
 
@@ -20,6 +24,8 @@ const REFUTATIONS: usize = 3;
 pub(super) struct Iterate<'a> {
     operator: &'a mut dyn FnMut(&[f64]) -> Vec<f64>,
     b: &'a [f64],
+    tolerance: f64,
+    stop: &'a mut Stop<'a>,
     pub x: Vec<f64>,
     /// `A x - b`, by recurrence since the last product with `x` itself.
     pub g: Vec<f64>,
@@ -44,12 +50,16 @@ impl<'a> Iterate<'a> {
         operator: &'a mut dyn FnMut(&[f64]) -> Vec<f64>,
         b: &'a [f64],
         x: Vec<f64>,
+        tolerance: f64,
         max_products: usize,
+        stop: &'a mut Stop<'a>,
     ) -> Self {
         let g = vec![f64::NAN; x.len()];
         Iterate {
             operator,
             b,
+            tolerance,
+            stop,
             x,
             g,
             products: 0,
@@ -81,9 +91,36 @@ impl<'a> Iterate<'a> {
         ControlFlow::Continue(ap)
     }
 
-    /// Products that may still be spent.
-    pub fn remaining(&self) -> usize {
-        self.max_products - self.products
+    /// The gradient at `x` by a product instead of a recurrence.
+    pub fn refresh(&mut self) -> Step<()> {
+        let x = std::mem::take(&mut self.x);
+        let g = self.gradient_at(&x);
+        self.x = x;
+        self.g = g?;
+        self.drift = 0.0;
+        ControlFlow::Continue(())
+    }
+
+    /// The norm of the operator: `given`, or by Lanczos steps, with the products they cost.
+    pub fn operator_norm(&mut self, given: Option<f64>) -> Step<(f64, usize)> {
+        if let Some(norm) = given.filter(|n| *n > 0.0 && n.is_finite()) {
+            return ControlFlow::Continue((norm, 0));
+        }
+        let (n, mut failure) = (self.x.len(), None);
+        let limit = EIGENVALUE_PRODUCTS.min(self.max_products - self.products);
+        let operator = |v: &[f64]| match self.times(v) {
+            ControlFlow::Continue(av) => av,
+            ControlFlow::Break(status) => {
+                failure = Some(status);
+                vec![f64::NAN; n]
+            }
+        };
+        let ritz = largest_eigenvalue(n, operator, EIGENVALUE_ACCURACY, limit);
+        match failure {
+            Some(status) => ControlFlow::Break(status),
+            None if ritz.value > 0.0 => ControlFlow::Continue((ritz.value + ritz.residual, ritz.products)),
+            None => ControlFlow::Continue((1.0, ritz.products)),
+        }
     }
 
     /// `A y - b`, by a product.
@@ -128,14 +165,14 @@ impl<'a> Iterate<'a> {
     /// Decides whether the iteration ends with the measure of optimality `measure`. Where that rests on a recurrence
     /// that may have drifted, replaces the gradient instead and says so with `true`: the caller computes its measure
     /// and direction anew.
-    pub fn judge(&mut self, measure: f64, tolerance: f64, stop: &mut Stop) -> Step<bool> {
+    pub fn judge(&mut self, measure: f64) -> Step<bool> {
         if !measure.is_finite() {
             return ControlFlow::Break(QpStatus::NotFinite);
         }
-        let solved = measure <= tolerance;
+        let solved = measure <= self.tolerance;
         let claim = if solved {
-            Some((QpStatus::Solved, measure + self.drift <= tolerance))
-        } else if stop(&self.x, measure) {
+            Some((QpStatus::Solved, measure + self.drift <= self.tolerance))
+        } else if (self.stop)(&self.x, measure) {
             Some((QpStatus::Interrupted, self.drift <= 0.1 * measure))
         } else {
             None
@@ -143,9 +180,7 @@ impl<'a> Iterate<'a> {
         match claim {
             Some((status, trusted)) if trusted || self.drift == 0.0 => return ControlFlow::Break(status),
             Some(_) => {
-                let x = self.x.clone();
-                self.g = self.gradient_at(&x)?;
-                self.drift = 0.0;
+                self.refresh()?;
                 self.checking = true;
                 return ControlFlow::Continue(true);
             }

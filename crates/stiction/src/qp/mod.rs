@@ -4,6 +4,7 @@
 
 mod accelerated;
 mod bounds;
+mod ellipse;
 mod face;
 mod iterate;
 mod mprgp;

@@ -2,9 +2,9 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::face::{Direction, Face, Preconditioner, advance_to_bound, conjugate, feasible_step};
-use super::iterate::{Iterate, Step, Stop};
+use super::iterate::{Iterate, Step};
 use super::{BoundCounts, Bounds, QpStatus};
-use crate::linalg::{dot, largest_eigenvalue};
+use crate::linalg::dot;
 
 /// How [`mprgp`] goes on from a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,32 +31,27 @@ impl Default for MprgpSettings {
     }
 }
 
-/// Relative accuracy of the Lanczos estimate of the largest eigenvalue, and the products it may cost.
-const EIGENVALUE: (f64, usize) = (0.05, 30);
-
 /// Modified proportioning with reduced gradient projections: Dostál & Schöberl 2005, Comput. Optim. Appl. 30, 23-43;
 /// fixed steps up to twice the inverse of the norm after Dostál 2009, two-sided bounds and the preconditioning of the
 /// face after Dostál, Optimal Quadratic Programming Algorithms, chapter 5; the projected step after Kružík, Horák,
 /// Čermák, Pospíšil & Pecha 2020, Adv. Eng. Softw. 148.
-#[allow(clippy::too_many_arguments)]
 pub(super) fn mprgp(
     it: &mut Iterate,
     bounds: &Bounds,
     settings: &MprgpSettings,
     norm: Option<f64>,
     preconditioner: Option<&Preconditioner>,
-    tolerance: f64,
     counts: &mut BoundCounts,
-    stop: &mut Stop,
 ) -> Step<Infallible> {
-    let start = it.x.clone();
-    it.g = it.gradient_at(&start)?;
-    let mut a = settings.step / operator_norm(it, norm, counts)?;
+    it.refresh()?;
+    let (norm, products) = it.operator_norm(norm)?;
+    counts.estimation = products;
+    let mut a = settings.step / norm;
     let gamma2 = settings.proportion * settings.proportion;
     let mut last: Option<Direction> = None;
     loop {
         let face = split(it, bounds, a);
-        if it.judge(face.projected, tolerance, stop)? {
+        if it.judge(face.projected)? {
             last = None;
             continue;
         }
@@ -146,26 +141,4 @@ fn fixed_step(it: &mut Iterate, bounds: &Bounds, a: f64) -> Step<f64> {
     }
     it.move_to(y, g);
     ControlFlow::Continue(a)
-}
-
-fn operator_norm(it: &mut Iterate, given: Option<f64>, counts: &mut BoundCounts) -> Step<f64> {
-    if let Some(norm) = given.filter(|n| *n > 0.0 && n.is_finite()) {
-        return ControlFlow::Continue(norm);
-    }
-    let (n, mut status) = (it.x.len(), None);
-    let limit = EIGENVALUE.1.min(it.remaining());
-    let operator = |v: &[f64]| match it.times(v) {
-        ControlFlow::Continue(av) => av,
-        ControlFlow::Break(s) => {
-            status = Some(s);
-            vec![f64::NAN; n]
-        }
-    };
-    let ritz = largest_eigenvalue(n, operator, EIGENVALUE.0, limit);
-    counts.estimation = ritz.products;
-    match status {
-        Some(status) => ControlFlow::Break(status),
-        None if ritz.value > 0.0 => ControlFlow::Continue(ritz.value + ritz.residual),
-        None => ControlFlow::Continue(1.0),
-    }
 }

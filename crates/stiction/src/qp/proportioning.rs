@@ -2,7 +2,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::face::{Direction, Preconditioner, advance_to_bound, conjugate, feasible_step};
-use super::iterate::{Iterate, Step, Stop};
+use super::iterate::{Iterate, Step};
 use super::mprgp::{curvature, projected_step, split};
 use super::{BoundCounts, Bounds};
 use crate::linalg::dot;
@@ -31,17 +31,14 @@ pub(super) fn proportioning(
     bounds: &Bounds,
     settings: &ProportioningSettings,
     preconditioner: Option<&Preconditioner>,
-    tolerance: f64,
     counts: &mut BoundCounts,
-    stop: &mut Stop,
 ) -> Step<Infallible> {
-    let start = it.x.clone();
-    it.g = it.gradient_at(&start)?;
+    it.refresh()?;
     let gamma2 = settings.proportion * settings.proportion;
     let mut last: Option<Direction> = None;
     loop {
         let face = split(it, bounds, 1.0);
-        if it.judge(face.projected, tolerance, stop)? {
+        if it.judge(face.projected)? {
             last = None;
             continue;
         }

@@ -10,6 +10,7 @@ mod fields;
 mod loads;
 mod materials;
 mod mesh;
+mod method_text;
 pub mod paper;
 mod pictures;
 mod place;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::summary::{form, largest_displacement};
-use super::{Outcome, Prepared, Totals, pair_totals, totals};
+use super::{Outcome, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
 use crate::friction::{CoulombFacts, Status};
 
@@ -16,7 +16,14 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<12} {value}");
     };
-    line("status", status(solution.status, counts.newton_steps));
+    let iterations = outcome.method.as_ref().map_or(counts.newton_steps, |report| report.counts.iterations);
+    if let Some(report) = &outcome.method {
+        line("method", method_text::words(&outcome.settings, report));
+    }
+    line("status", status(solution.status, iterations));
+    if let Some(why) = method_text::shortfall(outcome) {
+        line("", why);
+    }
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
@@ -37,11 +44,15 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line(
         "work",
         format!(
-            "{} iterations, {} products with B K^-1 B' ({}), {} restarts",
-            counts.newton_steps,
+            "{} iterations, {} products with B K^-1 B' ({}), {}",
+            iterations,
             counts.products,
             form(outcome.form),
-            counts.restarts
+            match &outcome.method {
+                Some(report) =>
+                    format!("{} steps in {} quadratic programs", report.counts.steps(), report.counts.qp_problems),
+                None => format!("{} restarts", counts.restarts),
+            }
         ),
     );
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
@@ -91,6 +102,7 @@ fn status(status: Status, iterations: usize) -> String {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
         Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
+        Status::Uncertified => format!("NOT SOLVED: converged by its own rule after {count}, not by the certificate"),
         Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }
 }

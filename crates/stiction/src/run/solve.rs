@@ -6,7 +6,9 @@ use std::time::Instant;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::dual::{Dual, DualSettings, Form, choose};
-use crate::friction::{self, CoulombFacts, Progress, Solution, Status, coulomb_facts};
+use crate::friction::{
+    self, Answer, CoulombFacts, MethodReport, MethodSettings, Progress, Solution, Status, coulomb_facts, solve_with,
+};
 use crate::io::case::{DualPath, SolverSpec};
 use crate::io::machine;
 
@@ -17,6 +19,7 @@ const SHARE_OF_MEMORY: f64 = 0.9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     pub solver: friction::Settings,
+    pub method: MethodSettings,
     pub dual: DualSettings,
 }
 
@@ -33,6 +36,7 @@ impl Settings {
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
             solver: friction::Settings { tolerance, max_iterations, start: None },
+            method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
         }
     }
@@ -90,6 +94,9 @@ impl Seconds {
 #[derive(Debug, Clone)]
 pub struct Outcome {
     pub solution: Solution,
+    /// The settings of the method, and its own account if it is not Newton's.
+    pub settings: MethodSettings,
+    pub method: Option<MethodReport>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
     /// The form of the dual operator that was taken.
@@ -104,7 +111,8 @@ pub struct Outcome {
 /// Solves a prepared case; a case without contact as well.
 ///
 /// # Errors
-/// If the factor does not fit the memory or the stiffness matrix is not positive definite. An iteration that ends
+/// If the factor does not fit the memory, the stiffness matrix is not positive definite, or the method is not for the
+/// friction of the case. An iteration that ends
 /// short of its tolerance is no error but a status of the solution.
 pub fn solve(
     prepared: &Prepared,
@@ -126,10 +134,11 @@ pub fn solve(
     seconds.factorisation = lap();
 
     let (start, mut times) = (Instant::now(), Vec::new());
-    let solution = friction::solve(problem, &dual, &settings.solver, &mut |progress| {
+    let answer = solve_with(problem, &dual, &settings.solver, &settings.method, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
-    });
+    })?;
+    let Answer { solution, method } = answer;
     seconds.iteration = lap();
     let coulomb = if solution.status == Status::Interrupted {
         None
@@ -138,5 +147,6 @@ pub fn solve(
         coulomb_facts(problem, &dual, &solution)
     };
     seconds.coulomb = lap();
-    Ok(Outcome { solution, coulomb, form, times, seconds, peak_memory: machine::peak_memory() })
+    let settings = settings.method.clone();
+    Ok(Outcome { solution, settings, method, coulomb, form, times, seconds, peak_memory: machine::peak_memory() })
 }

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::write::Origin;
-use super::{Outcome, Prepared, Totals, fields, pair_totals, totals};
+use super::{Outcome, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
 use crate::dual::Form;
 use crate::friction::Status;
@@ -11,7 +11,6 @@ use crate::friction::Status;
 /// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
     let solution = &outcome.solution;
-    let counts = solution.counts;
     let with_names = |(name, totals): (String, Totals)| {
         let mut entry = Map::from_iter([("name".to_string(), json!(name))]);
         entry.extend(contact(&totals));
@@ -42,14 +41,9 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "load": prepared.facts.resultant(),
         "dofs": prepared.problem.unknowns(),
         "dual_dofs": 3 * prepared.problem.points(),
-        "counts": {
-            "iterations": counts.newton_steps,
-            "restarts": counts.restarts,
-            "fixed_point_steps": counts.fixed_point_steps,
-            "products": counts.products,
-            "solves": counts.solves,
-            "coulomb_products": outcome.coulomb.map_or(0, |facts| facts.products),
-        },
+        "method": method_text::name(outcome.settings.method),
+        "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
+        "counts": all_counts(outcome),
         "form": form(outcome.form),
         "seconds": seconds,
         "peak_memory_bytes": outcome.peak_memory,
@@ -60,12 +54,30 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
     format!("{value:#}\n")
 }
 
+/// What the iteration cost by name, that of Newton's method or that of another.
+fn all_counts(outcome: &Outcome) -> Value {
+    let counts = outcome.solution.counts;
+    let mut value = match &outcome.method {
+        Some(report) => method_text::counts(report),
+        None => json!({
+            "iterations": counts.newton_steps,
+            "restarts": counts.restarts,
+            "fixed_point_steps": counts.fixed_point_steps,
+            "products": counts.products,
+        }),
+    };
+    value["solves"] = json!(counts.solves);
+    value["coulomb_products"] = json!(outcome.coulomb.map_or(0, |facts| facts.products));
+    value
+}
+
 /// How the iteration ended, as in the summary.
 pub(super) fn status(status: Status) -> &'static str {
     match status {
         Status::Solved => "solved",
         Status::MaxIterations => "max_iterations",
         Status::Stalled => "stalled",
+        Status::Uncertified => "uncertified",
         Status::Interrupted => "interrupted",
     }
 }

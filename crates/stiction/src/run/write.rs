@@ -116,6 +116,7 @@ fn log(outcome: &Outcome) -> String {
             Phase::Newton => "newton",
             Phase::Gradient => "gradient",
             Phase::FixedPoint => "fixed_point",
+            Phase::Uzawa => "uzawa",
         };
         let line = json!({
             "iteration": step.iteration,

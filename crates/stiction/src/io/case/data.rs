@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::source::Spot;
 use crate::fem::{Field, Formulation};
+use crate::friction::{Method, MethodSettings};
 
 /// A whole case. Any consistent system of units.
 #[derive(Debug, Clone)]
@@ -180,7 +181,7 @@ pub enum FrictionSpec {
 }
 
 /// Settings of the solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SolverSpec {
     /// What every number of the certificate is held against, in [1e-14, 0.1].
     pub tolerance: f64,
@@ -189,11 +190,14 @@ pub struct SolverSpec {
     /// Gigabytes (1e9 bytes) allowed for stored matrices, > 0; `None` is what the machine has.
     pub memory: Option<f64>,
     pub path: DualPath,
+    /// The method, with its own tolerances.
+    pub method: MethodSettings,
 }
 
 impl Default for SolverSpec {
     fn default() -> Self {
-        SolverSpec { tolerance: 1e-8, max_iterations: 100, memory: None, path: DualPath::Auto }
+        let method = MethodSettings::new(Method::Newton);
+        SolverSpec { tolerance: 1e-8, max_iterations: 100, memory: None, path: DualPath::Auto, method }
     }
 }
 

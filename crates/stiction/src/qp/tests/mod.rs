@@ -1,6 +1,7 @@
 //! Small dense problems with a reason for their answers.
 
 mod bounds;
+mod penalty;
 
 use super::minimize_in_bounds;
 use super::{BoundMethod, BoundProblem, BoundSolution, Bounds, Expansion, MprgpSettings, ProportioningSettings};

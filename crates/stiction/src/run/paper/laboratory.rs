@@ -2,15 +2,17 @@
 
 use std::ops::ControlFlow;
 
-use super::choices::{ALG1_RHO, CG_LIMIT, LONGEST, ALG2_LIMIT, INNER, OUTER, SHARP, Setting};
+use super::choices::{
+    ALG1_RHO, ALG2_LIMIT, INNER_COULOMB, INNER_GIVEN, LONGEST, OUTER, SHARP, STEP_LIMIT, SWEEP, Setting,
+};
 use super::experiment::{Experiment, Method};
 use super::model::{Brick, Law, brick};
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, DualSettings, choose};
 use crate::friction::{
-    self, Coupling, Given, MethodEnd, MethodSettings, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect,
-    run_method,
+    self, Coupling, Given, MethodEnd, MethodSettings, Penalty, PointState, Quadratic, Splitting, Start, Sweeps,
+    fixed_point_defect, run_method,
 };
 use crate::linalg::norm;
 
@@ -52,6 +54,7 @@ struct Parameters {
     coupling: Coupling,
     /// Length per newton.
     rho: f64,
+    preconditioned: bool,
     /// Start of the fixed point, newton; zero for given friction.
     start: f64,
 }
@@ -62,14 +65,18 @@ pub struct Measured {
     /// Executions of Step 2.
     pub iterations: usize,
     pub qp_problems: usize,
-    /// All steps of the quadratic programs: a product with `Q` each.
+    /// Steps of conjugate gradients within their face.
     pub cg_steps: usize,
+    pub expansions: usize,
+    pub proportionings: usize,
     pub flops: f64,
     /// Mean of the copies, newton, 3m.
     pub lambda: Vec<f64>,
     /// Bounds of friction, newton, m.
     pub slip_bound: Vec<f64>,
     pub end: MethodEnd,
+    /// Whether no point slips.
+    pub stuck: bool,
     /// Quadratic programs that ended short of their tolerance at the level of rounding.
     pub short_problems: usize,
 }
@@ -120,7 +127,10 @@ impl<'a> Laboratory<'a> {
         let measured = Measured {
             iterations: report.counts.iterations,
             qp_problems: report.counts.qp_problems,
-            cg_steps: report.counts.steps(),
+            cg_steps: report.counts.cg_steps,
+            expansions: report.counts.expansions,
+            proportionings: report.counts.proportionings,
+            stuck: !report.states.contains(&PointState::Slip),
             flops: report.counts.flops,
             lambda: report.lambda,
             slip_bound: report.slip_bound,
@@ -192,11 +202,11 @@ fn parameters(experiment: Experiment, setting: Setting) -> Parameters {
     let rho = printed * setting.rho_factor(family, partition);
     let start = if method.is_coulomb() { setting.start } else { 0.0 };
     let brick = Brick { partition, parity: setting.parity, load: setting.load };
-    Parameters { experiment, brick, coupling, rho, start }
+    Parameters { experiment, brick, coupling, rho, preconditioned: setting.preconditioned, start }
 }
 
 fn settings(parameters: &Parameters) -> MethodSettings {
-    let Parameters { experiment, coupling, rho, .. } = *parameters;
+    let Parameters { experiment, coupling, rho, preconditioned, .. } = *parameters;
     let (method, most) = match experiment.method {
         Method::Alg1 { variant, splitting } => {
             let sweeps = if variant == 1 { Sweeps::UntilConverged } else { Sweeps::One };
@@ -210,9 +220,11 @@ fn settings(parameters: &Parameters) -> MethodSettings {
         coupling,
         penalty: Penalty::Absolute(rho),
         tolerance: OUTER,
-        inner_tolerance: INNER,
+        inner_tolerance: if experiment.method.is_coulomb() { INNER_COULOMB } else { INNER_GIVEN },
+        sweep_tolerance: SWEEP,
+        precondition: preconditioned,
         max_iterations: most,
-        max_cg_steps: if experiment.method.is_one_program() { CG_LIMIT } else { usize::MAX },
+        max_cg_steps: if experiment.method.is_one_program() { STEP_LIMIT } else { usize::MAX },
         ..MethodSettings::published(method, experiment.squares, rho)
     }
 }

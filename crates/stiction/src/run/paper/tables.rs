@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::choices::{CG_LIMIT, FIT, FIT_CHAIN, FIT_PARITY, PRINTED, Setting};
+use super::choices::{FIT, FIT_CHAIN, FIT_LOAD, FIT_PARITY, PRECONDITIONED, PRINTED, STEP_LIMIT, Setting};
 use super::compare::{Band, Comparison, Quantity, Verdict};
 use super::experiment::{Experiment, Line, Plan, band, plan};
 use super::known::known;
@@ -16,15 +16,19 @@ use crate::friction::MethodEnd;
 pub fn settings(table: usize, quick: bool) -> Vec<Setting> {
     match table {
         _ if quick => vec![FIT],
-        1 | 3 | 9 => vec![FIT, FIT_PARITY, PRINTED],
-        6 | 7 | 12 => vec![FIT, FIT_CHAIN, PRINTED],
+        1 | 9 => vec![FIT, FIT_PARITY, PRINTED],
+        3 => vec![FIT, FIT_PARITY, FIT_LOAD, PRINTED],
+        2 | 4 => vec![FIT, FIT_LOAD, PRINTED],
+        5 => vec![FIT, FIT_LOAD, PRECONDITIONED, PRINTED],
+        6 | 7 | 12 => vec![FIT, FIT_CHAIN, PRECONDITIONED, PRINTED],
+        11 => vec![FIT, PRECONDITIONED, PRINTED],
         _ => vec![FIT, PRINTED],
     }
 }
 
-/// Whether the quick subset has this line: partition 1, and of ALG1 and CFS1 with many squares nothing.
+/// Whether the quick subset has this line: partition 1, and judged.
 fn is_quick(table: usize, line: &Line) -> bool {
-    line.experiment.partition == 1 && !(table == 3 && line.experiment.squares > 4)
+    line.experiment.partition == 1 && line.published.iter().any(|&(quantity, _)| band(table, line, quantity) != Band::None)
 }
 
 /// Runs a table.
@@ -99,12 +103,22 @@ fn compare(
 }
 
 fn note(measured: &Measured) -> String {
-    match measured.end {
-        MethodEnd::Converged | MethodEnd::Interrupted => String::new(),
-        MethodEnd::Limit if measured.cg_steps >= CG_LIMIT => format!("given up at {CG_LIMIT} steps"),
-        MethodEnd::Limit => "stopped at its limit of iterations".into(),
+    let Measured { cg_steps, expansions, proportionings, end, stuck, short_problems, .. } = measured;
+    let mut parts = vec![match end {
+        MethodEnd::Limit if cg_steps + expansions + proportionings + 10 >= STEP_LIMIT => {
+            format!("given up at {STEP_LIMIT} products")
+        }
+        MethodEnd::Limit if *stuck => "no point slips: w tends to zero and rule (6.1) never holds".into(),
+        MethodEnd::Limit => "stopped at its limit".into(),
         MethodEnd::Stalled => "stalled".into(),
+        MethodEnd::Converged | MethodEnd::Interrupted => String::new(),
+    }];
+    if *short_problems > 0 {
+        parts.push(format!("{short_problems} programs ended at the level of rounding"));
     }
+    parts.push(format!("{cg_steps} cg, {expansions} expansions, {proportionings} proportionings"));
+    parts.retain(|part| !part.is_empty());
+    parts.join("; ")
 }
 
 fn value(
