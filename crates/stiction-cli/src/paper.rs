@@ -22,7 +22,7 @@ pub struct Arguments {
     /// A figure to draw, 1 to 6; may be repeated
     #[arg(long, value_name = "N")]
     figure: Vec<usize>,
-    /// Only what takes seconds: partition 1 with the fitted choices
+    /// Only what is judged by a band: half a minute instead of some
     #[arg(long)]
     quick: bool,
     /// Folder of the report

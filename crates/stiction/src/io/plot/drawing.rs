@@ -27,12 +27,30 @@ pub(super) struct Stroke {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     /// A filled polygon with or without its outline.
-    Polygon { corners: Vec<[f64; 2]>, fill: Rgb, edge: Option<Stroke> },
+    Polygon {
+        corners: Vec<[f64; 2]>,
+        fill: Rgb,
+        edge: Option<Stroke>,
+    },
     /// A line through all points.
-    Line { points: Vec<[f64; 2]>, stroke: Stroke },
-    Arrow { from: [f64; 2], to: [f64; 2], stroke: Stroke, head: f64 },
+    Line {
+        points: Vec<[f64; 2]>,
+        stroke: Stroke,
+    },
+    Arrow {
+        from: [f64; 2],
+        to: [f64; 2],
+        stroke: Stroke,
+        head: f64,
+    },
     /// One line of text, as [`Canvas::text`] takes it.
-    Text { text: String, at: [f64; 2], size: f64, color: Rgb, align: Align },
+    Text {
+        text: String,
+        at: [f64; 2],
+        size: f64,
+        color: Rgb,
+        align: Align,
+    },
 }
 
 impl Drawing {

@@ -77,9 +77,7 @@ fn faces(drawing: &mut Drawing, plot: &SpacePlot, frame: &Box3, placed: &[Vec3])
         FaceColors::Values(values) => range_of(values),
         FaceColors::Plain(_) => [0.0, 1.0],
     };
-    let depth = |face: &[u32]| {
-        face.iter().map(|&n| dot(toward, placed[n as usize])).sum::<f64>() / face.len() as f64
-    };
+    let depth = |face: &[u32]| face.iter().map(|&n| dot(toward, placed[n as usize])).sum::<f64>() / face.len() as f64;
     let drawable = |face: &&&[u32]| face.iter().all(|&n| placed[n as usize].iter().all(|x| x.is_finite()));
     let mut order: Vec<(f64, &[u32])> = plot.faces.iter().filter(drawable).map(|face| (depth(face), *face)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -191,6 +189,10 @@ impl<'a> Box3<'a> {
         for (t, text) in marks {
             let p = along(t);
             drawing.line(vec![p, beside(p, 8.0)], 1.0, INK);
+            // Where the first two axes meet, the first has its last number already.
+            if k == 1 && t == 0.0 {
+                continue;
+            }
             drawing.text(&text, beside(p, 24.0), SMALL, INK, align);
         }
         let name = with_unit(self.axes[k].label, exponent, self.axes[k].unit_label);
@@ -227,8 +229,7 @@ mod tests {
         let faces: [&[u32]; 2] = [&[0, 1, 2, 3], &[4, 5, 6, 7]];
         let values = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
         let colors = FaceColors::Values(&values);
-        let plot =
-            SpacePlot { points: &points, faces: &faces, colors, axes: [axis(1.0); 3], title: "", subtitle: "" };
+        let plot = SpacePlot { points: &points, faces: &faces, colors, axes: [axis(1.0); 3], title: "", subtitle: "" };
         let drawn = space(&plot).unwrap();
         let edged = drawn.shapes.iter().filter_map(|s| match s {
             Shape::Polygon { fill, edge: Some(stroke), .. } if stroke.color == EDGE => Some(*fill),

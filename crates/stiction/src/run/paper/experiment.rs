@@ -17,10 +17,19 @@ pub enum Family {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Variant 1 or 2.
-    Alg1 { variant: u8, splitting: Splitting },
-    Alg2 { log10_rho: i32 },
-    Cfs1 { splitting: Splitting },
-    Cfs2 { log10_rho: i32 },
+    Alg1 {
+        variant: u8,
+        splitting: Splitting,
+    },
+    Alg2 {
+        log10_rho: i32,
+    },
+    Cfs1 {
+        splitting: Splitting,
+    },
+    Cfs2 {
+        log10_rho: i32,
+    },
 }
 
 impl Method {
@@ -187,7 +196,7 @@ fn reference(table: usize, of: Experiment) -> Option<Experiment> {
 /// The band in which a number of ours is expected (stated before the program's own numbers were known, from two
 /// independent prototypes).
 pub fn band(table: usize, line: &Line, quantity: Quantity) -> Band {
-    use Quantity::{Change, CgSteps, Iterations};
+    use Quantity::{CgSteps, Change, Iterations};
     let Experiment { squares, method, .. } = line.experiment;
     let log10_rho = match method {
         Method::Alg2 { log10_rho } | Method::Cfs2 { log10_rho } => log10_rho,
@@ -230,8 +239,11 @@ mod tests {
             let table = published(number).unwrap();
             let printed = table.rows.iter().flatten().filter(|cell| !cell.is_empty()).count();
             // What names a run is not compared: one or two columns.
-            let names = table.columns.iter().filter(|c| matches!(**c, "variant" | "splitting" | "n_squares"
-                | "log10_rho" | "partition")).count();
+            let names = table
+                .columns
+                .iter()
+                .filter(|c| matches!(**c, "variant" | "splitting" | "n_squares" | "log10_rho" | "partition"))
+                .count();
             let compared = lines(number).iter().flat_map(|l| &l.published).filter(|p| p.1.is_some()).count();
             assert_eq!(printed - names * table.rows.len(), compared, "table {number}");
         }
@@ -246,11 +258,10 @@ mod tests {
         let star = lines(7).into_iter().find(|l| l.label == "log rho = -8, N = 6").unwrap();
         assert_eq!(star.published[1], (Quantity::CgSteps, Some(1375.0)));
         assert_eq!(band(7, &star, Quantity::CgSteps), Band::Factor(2.0));
-        assert_eq!(lines(12)[4].experiment, Experiment {
-            partition: 2,
-            squares: 4,
-            method: Method::Cfs2 { log10_rho: -8 }
-        });
+        assert_eq!(
+            lines(12)[4].experiment,
+            Experiment { partition: 2, squares: 4, method: Method::Cfs2 { log10_rho: -8 } }
+        );
         let eff = plan(&published(11).unwrap());
         assert!(eff.reference.iter().all(|r| r.unwrap().method == Method::Cfs1 { splitting: Splitting::No }));
     }

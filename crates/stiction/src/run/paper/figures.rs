@@ -73,8 +73,7 @@ fn mesh(prepared: &Prepared) -> Result<Figure, Error> {
     let subtitle =
         format!("{cells} tetrahedra, {} unknowns, {} contact points", prepared.facts.unknowns, prepared.facts.points);
     let colors = FaceColors::Plain([214, 226, 240]);
-    let plot =
-        SpacePlot { points: &mesh.nodes, faces: &faces, colors, axes: axes(1.0), title, subtitle: &subtitle };
+    let plot = SpacePlot { points: &mesh.nodes, faces: &faces, colors, axes: axes(1.0), title, subtitle: &subtitle };
     let caption = "Partition 2: 24 x 8 x 8 cubes, each of five tetrahedra (parity 0).".to_string();
     Ok(Figure { number: 3, title: title.into(), caption, drawing: space(&plot)? })
 }
@@ -82,9 +81,10 @@ fn mesh(prepared: &Prepared) -> Result<Figure, Error> {
 fn deformed(solved: &Solved) -> Result<Figure, Error> {
     let Solved { prepared, outcome } = solved;
     let u = full_displacement(&prepared.model, &outcome.solution.u);
-    let sizes: Vec<f64> = u.as_chunks().0.iter().map(|u: &[f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
+    let sizes: Vec<f64> =
+        u.as_chunks().0.iter().map(|u: &[f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
     let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let factor = SHOWN_DISPLACEMENT / largest;
+    let factor = 10.0 * (0.1 * SHOWN_DISPLACEMENT / largest).round();
     let moved = prepared.mesh.nodes.iter().zip(u.as_chunks().0);
     let moved: Vec<[f64; 3]> = moved.map(|(x, u): (_, &[f64; 3])| [0, 1, 2].map(|c| x[c] + factor * u[c])).collect();
     let faces: Vec<&[u32]> = prepared.mesh.faces.iter().map(|face| face.nodes()).collect();
@@ -131,7 +131,12 @@ fn forces(
          loads (4 times the printed ones; forces are in proportion); {}. The paper's axis ends at 1e5.",
         provenance(&solved.outcome)
     );
-    Ok(Figure { number, title: format!("The distribution of the {} contact stress", kind.to_lowercase()), caption, drawing: space(&plot)? })
+    Ok(Figure {
+        number,
+        title: format!("The distribution of the {} contact stress", kind.to_lowercase()),
+        caption,
+        drawing: space(&plot)?,
+    })
 }
 
 fn provenance(outcome: &Outcome) -> String {

@@ -77,6 +77,8 @@ pub struct Measured {
     pub end: MethodEnd,
     /// Whether no point slips.
     pub stuck: bool,
+    /// Whether the limit of steps was met: the run says nothing.
+    pub given_up: bool,
     /// Quadratic programs that ended short of their tolerance at the level of rounding.
     pub short_problems: usize,
 }
@@ -118,9 +120,8 @@ impl<'a> Laboratory<'a> {
             ..settings
         };
         let observe = &mut *self.observe;
-        let report = run_method(quadratic(&mut self.quadratics, self.benches, bench), laws, &settings, &mut |_| {
-            observe("")
-        })?;
+        let report =
+            run_method(quadratic(&mut self.quadratics, self.benches, bench), laws, &settings, &mut |_| observe(""))?;
         if report.end == MethodEnd::Interrupted {
             return Err(interrupted());
         }
@@ -134,6 +135,7 @@ impl<'a> Laboratory<'a> {
             flops: report.counts.flops,
             lambda: report.lambda,
             slip_bound: report.slip_bound,
+            given_up: report.end == MethodEnd::Limit && report.counts.iterations < settings.max_iterations,
             end: report.end,
             short_problems: report.counts.short_problems,
         };

@@ -45,7 +45,7 @@ pub struct Request {
     pub tables: Vec<usize>,
     /// Numbers of figures, 1 to 6.
     pub figures: Vec<usize>,
-    /// Only the fitted setting and partition 1: what can be run after every change.
+    /// Only the fitted setting, and of the tables only the lines that are judged: what can be run after every change.
     pub quick: bool,
 }
 
@@ -64,7 +64,10 @@ impl Request {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StudyEvent<'a> {
     /// A run of table `table` begins.
-    Run { table: usize, run: &'a str },
+    Run {
+        table: usize,
+        run: &'a str,
+    },
     /// A run goes on.
     Step,
     TableDone(&'a TableReport),
@@ -75,10 +78,7 @@ pub enum StudyEvent<'a> {
 ///
 /// # Errors
 /// If a number is not one of the paper's, memory runs out, or the observer asks to stop.
-pub fn study(
-    request: &Request,
-    observer: &mut dyn FnMut(StudyEvent) -> ControlFlow<()>,
-) -> Result<Study, Error> {
+pub fn study(request: &Request, observer: &mut dyn FnMut(StudyEvent) -> ControlFlow<()>) -> Result<Study, Error> {
     let start = Instant::now();
     let tables = ascending(&request.tables, TABLES, "table")?;
     let figures = ascending(&request.figures, FIGURES, "figure")?;

@@ -8,14 +8,15 @@ use super::study::{Study, TableReport, Tally};
 
 const STYLE: &str = "
 :root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, 'DejaVu Sans', Verdana, sans-serif; color: #222; max-width: 72rem; margin: 0 auto; padding: 1.5rem; }
+body { font: 16px/1.5 system-ui, 'DejaVu Sans', Verdana, sans-serif; color: #222; max-width: 80rem; margin: 0 auto; padding: 1.5rem; }
 h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.25rem; margin-top: 2.6rem; border-top: 1px solid #ddd; padding-top: 1.2rem; }
 .source, .caption, .small { color: #555; font-size: .9rem; }
 nav a { margin-right: .7rem; white-space: nowrap; }
 .wide { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8rem 0; }
-th, td { padding: .25rem .6rem; border-bottom: 1px solid #e4e4e4; text-align: right; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; }
+table { border-collapse: separate; border-spacing: 0; font-size: .88rem; font-variant-numeric: tabular-nums; margin: .8rem 0; }
+th, td { padding: .22rem .5rem; border-bottom: 1px solid #e4e4e4; text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: #fff; }
+th[colspan] { text-align: center; border-left: 2px solid #bbb; }
 thead th { font-weight: 600; } thead tr:last-child th { border-bottom: 2px solid #888; }
 td.paper, th.paper { background: #f4f4f4; border-left: 2px solid #bbb; }
 td.within { background: #e2f2e4; } td.outside { background: #f7d4d0; font-weight: 600; } td.known { background: #fbeac6; }
@@ -38,6 +39,7 @@ pub fn html(study: &Study) -> String {
     if study.quick {
         text += " This is the quick subset of the tables.";
     }
+    text += &format!(" Made by stiction {} in {:.0} s.", env!("CARGO_PKG_VERSION"), study.seconds);
     text += "</p>\n<p class=\"key\"><span class=\"within\">within its band</span><span class=\"outside\">outside</span>\
              <span class=\"known\">outside, documented</span> no colour: reported only. Deviation, band and reason are \
              shown when the pointer rests on a number, and stand in the CSV files.</p>\n<nav>";

@@ -9,7 +9,8 @@ use super::study::{Study, TableReport, Tally};
 /// The text of `report.md`; figures lie beside it.
 pub fn markdown(study: &Study) -> String {
     let mut text = format!("# The source paper's tables and figures beside our numbers\n\n{SOURCE}.\n\n");
-    text += &format!("{}.\n\n", study.tally().words());
+    let (tally, version) = (study.tally().words(), env!("CARGO_PKG_VERSION"));
+    text += &format!("{tally}. Made by stiction {version} in {:.0} s.\n\n", study.seconds);
     if study.quick {
         text += "This is the quick subset of the tables.\n\n";
     }
@@ -40,7 +41,12 @@ fn section(table: &TableReport) -> String {
         let show = |v: Option<f64>| v.map_or("–".into(), |v| c.quantity.show(v));
         let reason = if let Verdict::Known(reason) = c.verdict { reason } else { "no reason is known" };
         let (ours, published) = (show(c.ours), show(c.published));
-        text += &format!("- outside: {}, {name} ({}): {ours}, published {published}, band {}: {reason}\n", c.run, c.setting, c.band.words());
+        text += &format!(
+            "- outside: {}, {name} ({}): {ours}, published {published}, band {}: {reason}\n",
+            c.run,
+            c.setting,
+            c.band.words()
+        );
     }
     table.notes.iter().for_each(|note| text += &format!("- {note}\n"));
     text

@@ -26,9 +26,9 @@ pub fn settings(table: usize, quick: bool) -> Vec<Setting> {
     }
 }
 
-/// Whether the quick subset has this line: partition 1, and judged.
-fn is_quick(table: usize, line: &Line) -> bool {
-    line.experiment.partition == 1 && line.published.iter().any(|&(quantity, _)| band(table, line, quantity) != Band::None)
+/// Whether some number of the line is judged: the quick subset.
+fn is_judged(table: usize, line: &Line) -> bool {
+    line.published.iter().any(|&(quantity, _)| band(table, line, quantity) != Band::None)
 }
 
 /// Runs a table.
@@ -41,7 +41,7 @@ pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) ->
     let settings = settings(published.number, quick);
     let mut comparisons = Vec::new();
     for (line, reference) in lines.iter().zip(&reference) {
-        if quick && !is_quick(published.number, line) {
+        if quick && !is_judged(published.number, line) {
             continue;
         }
         for &setting in &settings {
@@ -50,7 +50,11 @@ pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) ->
     }
     Ok(TableReport {
         number: published.number,
-        caption: published.caption.to_string(),
+        caption: published
+            .caption
+            .replace("eff_percent", "Eff (%)")
+            .replace("rel_error", "Rel error")
+            .replace("; iter is", "; Iter is"),
         settings: settings.iter().map(|s| (s.name, words(*s, &lines))).collect(),
         comparisons,
         notes: Vec::new(),
@@ -89,7 +93,10 @@ fn compare(
     let measured = laboratory.run(line.experiment, setting)?;
     let note = note(&measured);
     for &(quantity, published) in &line.published {
-        let ours = value(quantity, line.experiment, &measured, reference, setting, laboratory)?;
+        let ours = match measured.given_up {
+            true => None,
+            false => value(quantity, line.experiment, &measured, reference, setting, laboratory)?,
+        };
         let band = if setting.judged { band(table, line, quantity) } else { Band::None };
         let verdict = match (band, published, ours) {
             (Band::None, _, _) | (_, None, _) | (_, _, None) => Verdict::Unjudged,
@@ -103,11 +110,9 @@ fn compare(
 }
 
 fn note(measured: &Measured) -> String {
-    let Measured { cg_steps, expansions, proportionings, end, stuck, short_problems, .. } = measured;
+    let Measured { cg_steps, expansions, proportionings, end, stuck, given_up, short_problems, .. } = measured;
     let mut parts = vec![match end {
-        MethodEnd::Limit if cg_steps + expansions + proportionings + 10 >= STEP_LIMIT => {
-            format!("given up at {STEP_LIMIT} products")
-        }
+        MethodEnd::Limit if *given_up => format!("given up at {STEP_LIMIT} products"),
         MethodEnd::Limit if *stuck => "no point slips: w tends to zero and rule (6.1) never holds".into(),
         MethodEnd::Limit => "stopped at its limit".into(),
         MethodEnd::Stalled => "stalled".into(),
