@@ -78,6 +78,7 @@ fn words(event: &Event) -> String {
         Event::Factorising { unknowns, bytes } => {
             format!("factorising {unknowns} unknowns, {:.2} GB", *bytes as f64 / 1e9)
         }
+        Event::Solving => "solving".into(),
         Event::Iteration(p) => {
             let phase = match p.phase {
                 Phase::Newton => "newton",

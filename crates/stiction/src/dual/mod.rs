@@ -18,6 +18,8 @@ pub struct Dual {
     /// The unknowns some row of `B` touches, in the order of the columns of `B_touched`.
     touched: Vec<u32>,
     B_touched: Csr,
+    /// The block of `K` on the touched unknowns.
+    K_touched: Csr,
     product: Product,
     /// `1 / |row|²` of `B`; zero for an empty row.
     row_scale: Vec<f64>,
@@ -29,9 +31,18 @@ pub struct Dual {
 enum Product {
     /// The Schur complement of `K` on the touched unknowns as a dense factor: products are two triangular solves.
     Dense(Trailing),
-    /// Products by sparse solves; the stiffness of the touched unknowns stands in for the Schur complement where an
-    /// approximate inverse is wanted.
-    Solves { path: Path, lumped: Csr },
+    /// Products by sparse solves.
+    Solves(Path),
+}
+
+/// What stands for the Schur complement `S` of `K` on the touched unknowns in [`Dual::approximate_inverse`]; names
+/// from the preconditioners of FETI (Farhat & Roux 1991; Farhat, Mandel & Roux 1994).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inverse {
+    /// The block of `K`: an upper bound of `S` at the cost of a sparse product.
+    Lumped,
+    /// `S` itself where it is at hand, at the cost of a product with `Q`; otherwise as lumped.
+    Dirichlet,
 }
 
 impl Dual {
@@ -49,15 +60,15 @@ impl Dual {
             }
             Form::Solves | Form::Auto => {
                 let path = factor.path(&touched);
-                let lumped = problem.K.select_rows(&touched).select_columns(&touched);
-                (touched, Product::Solves { path, lumped })
+                (touched, Product::Solves(path))
             }
         };
         let b_touched = problem.B.select_columns(&touched);
+        let k_touched = problem.K.select_rows(&touched).select_columns(&touched);
         let row_scale = (0..b_touched.rows).map(|i| b_touched.row(i).1.iter().map(|v| v * v).sum::<f64>());
         let row_scale = row_scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }).collect();
         let (products, solves) = Default::default();
-        Ok(Dual { factor, touched, B_touched: b_touched, product, row_scale, products, solves })
+        Ok(Dual { factor, touched, B_touched: b_touched, K_touched: k_touched, product, row_scale, products, solves })
     }
 
     /// `Q lambda`, length `3m`.
@@ -66,20 +77,18 @@ impl Dual {
         let force = self.B_touched.transpose_times(lambda);
         let displacement = match &self.product {
             Product::Dense(trailing) => trailing.solve(&force),
-            Product::Solves { path, .. } => self.factor.solve_on(path, &self.touched, &force),
+            Product::Solves(path) => self.factor.solve_on(path, &self.touched, &force),
         };
         self.B_touched.times(&displacement)
     }
 
-    /// An approximation of `Q⁻¹ v`: `D B S Bᵀ D v` with `D = diag(B Bᵀ)⁻¹` and `S` the Schur complement of `K` on the
-    /// touched unknowns (the Dirichlet preconditioner of FETI), or their block of `K` (the lumped one) where `S` is
-    /// not at hand.
-    pub fn approximate_inverse(&self, v: &[f64]) -> Vec<f64> {
+    /// An approximation of `Q⁻¹ v`: `D B S Bᵀ D v` with `D = diag(B Bᵀ)⁻¹`.
+    pub fn approximate_inverse(&self, v: &[f64], by: Inverse) -> Vec<f64> {
         let scaled: Vec<f64> = v.iter().zip(&self.row_scale).map(|(v, s)| v * s).collect();
         let jump = self.B_touched.transpose_times(&scaled);
-        let force = match &self.product {
-            Product::Dense(trailing) => trailing.times(&jump),
-            Product::Solves { lumped, .. } => lumped.times(&jump),
+        let force = match (&self.product, by) {
+            (Product::Dense(trailing), Inverse::Dirichlet) => trailing.times(&jump),
+            _ => self.K_touched.times(&jump),
         };
         let mut result = self.B_touched.times(&force);
         result.iter_mut().zip(&self.row_scale).for_each(|(r, s)| *r *= s);

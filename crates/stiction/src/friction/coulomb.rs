@@ -2,7 +2,7 @@ use super::law::bound;
 use super::newton_system::NewtonSystem;
 use super::solve::Solution;
 use crate::contact::{ContactProblem, Friction};
-use crate::dual::Dual;
+use crate::dual::{Dual, Inverse};
 use crate::linalg::{largest_eigenvalue, norm};
 
 /// What can be said about other solutions of a problem with Coulomb friction.
@@ -101,7 +101,7 @@ fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
     };
     let normal = |x: &[f64]| {
         let full: Vec<f64> = x.iter().copied().chain(std::iter::repeat_n(0.0, 2 * m)).collect();
-        dual.approximate_inverse(&full)[..m].to_vec()
+        dual.approximate_inverse(&full, Inverse::Dirichlet)[..m].to_vec()
     };
     let q = largest_eigenvalue(2 * m, tangential, ROUGH, 60);
     let s = largest_eigenvalue(m, normal, ROUGH, 200);

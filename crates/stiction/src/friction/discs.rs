@@ -1,18 +1,16 @@
 use std::ops::ControlFlow;
 
 use super::fixed_point::SlipBounds;
-use super::given::Record;
+use super::given::{Record, relative};
 use super::method::{MethodEnd, MethodSettings, MethodStep};
+use super::minimize::verdict;
 use super::quadratic::Quadratic;
 use crate::contact::Friction;
 use crate::linalg::norm;
-use crate::qp::{PointSet, accelerated_gradient, project};
+use crate::qp::{PointSet, QpStatus, SetProblem, SetSettings, minimize_in_sets};
 
-/// Steps between two looks at the residual.
-const ROUND: usize = 20;
-
-/// Given friction with the discs as they are: accelerated projected gradients from `lambda` until the reduced
-/// gradient `(lambda - P(lambda - a v)) / a`, `a = 1 / |Q|`, is at most the tolerance times `|h|`.
+/// Given friction with the discs as they are: one quadratic program over half-lines and discs from `lambda`, until its
+/// reduced gradient is at most the tolerance times `|h|`.
 ///
 /// # Errors
 /// How the method ended if not by its rule; `lambda` is where it came to.
@@ -23,25 +21,38 @@ pub(super) fn discs(
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
 ) -> Result<(), MethodEnd> {
-    let sets = sets(slip_bounds);
-    project(&sets, lambda);
-    let (target, weight) = (settings.tolerance * norm(&q.h), vec![1.0; q.points()]);
-    let products = q.products();
-    let mut image = q.times(lambda);
-    loop {
-        let reduced = reduced_gradient(q, &sets, lambda, &image);
-        record.counts.products = q.products() - products;
-        let ratio = if reduced == 0.0 { 0.0 } else { reduced / norm(&q.h) };
-        note(lambda, slip_bounds, ratio, record)?;
-        if reduced <= target {
-            return Ok(());
-        }
-        if record.counts.iterations >= settings.max_iterations {
-            return Err(MethodEnd::Limit);
-        }
-        let found = accelerated_gradient(|x| q.times(x), &q.h, &sets, &weight, lambda, &image, ROUND);
-        record.counts.iterations += ROUND;
-        (*lambda, image) = (found.x, found.a_times_x);
+    let (size, sets) = (norm(&q.h), sets(slip_bounds));
+    let (before, earlier) = (record.counts, q.products());
+    let most = settings.max_cg_steps.saturating_sub(before.steps());
+    let mut interrupted = false;
+    let mut stop = |x: &[f64], reduced: f64| {
+        record.counts.iterations += 1;
+        record.counts.products = before.products + q.products() - earlier;
+        interrupted = note(x, slip_bounds, relative(reduced, size), record);
+        interrupted || record.counts.iterations >= settings.max_iterations
+    };
+    let problem = SetProblem {
+        operator: &mut |x| q.times(x),
+        b: &q.h,
+        largest_eigenvalue: Some(q.largest_bound()),
+        preconditioner: None,
+    };
+    let target = settings.tolerance * size;
+    let found = minimize_in_sets(problem, &sets, lambda, &SetSettings::default(), target, most, &mut stop);
+    lambda.clone_from(&found.x);
+    let counts = &mut record.counts;
+    counts.products = before.products + q.products() - earlier;
+    counts.qp_problems += 1;
+    counts.short_problems += usize::from(found.status == QpStatus::Stalled);
+    counts.cg_steps += found.counts.cg_steps;
+    counts.expansions += found.counts.expansions;
+    counts.proportionings += found.counts.gradient_steps;
+    counts.flops += found.counts.flops + 2.0 * (found.counts.products * lambda.len() * lambda.len()) as f64;
+    match found.status {
+        QpStatus::Interrupted if interrupted => Err(MethodEnd::Interrupted),
+        QpStatus::Interrupted => Err(MethodEnd::Limit),
+        QpStatus::Stalled => Err(MethodEnd::Stalled),
+        status => verdict(status),
     }
 }
 
@@ -54,38 +65,29 @@ fn sets(slip_bounds: &SlipBounds<'_>) -> Vec<PointSet> {
     slip_bounds.friction.iter().zip(&slip_bounds.value).map(set).collect()
 }
 
-fn reduced_gradient(q: &Quadratic<'_>, sets: &[PointSet], lambda: &[f64], image: &[f64]) -> f64 {
-    let a = 1.0 / q.largest;
-    let mut moved: Vec<f64> = (0..lambda.len()).map(|i| lambda[i] - a * (image[i] - q.h[i])).collect();
-    project(sets, &mut moved);
-    norm(&moved.iter().zip(lambda).map(|(p, l)| (l - p) / a).collect::<Vec<_>>())
-}
-
-fn note(
-    lambda: &[f64],
-    slip_bounds: &SlipBounds<'_>,
-    change: f64,
-    record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+/// Tells one iteration; whether the observer wants to stop.
+fn note(lambda: &[f64], slip_bounds: &SlipBounds<'_>, change: f64, record: &mut Record<'_, '_>) -> bool {
+    /// Friction this close to its bound counts as being there.
+    const AT_BOUND: f64 = 1e-12;
     let m = slip_bounds.value.len();
-    let is_open = |j: usize| lambda[j] <= 0.0 && slip_bounds.friction[j] != Friction::Bonded;
-    let at_bound = |j: usize| lambda[m + j].hypot(lambda[2 * m + j]) >= slip_bounds.value[j] * (1.0 - 1e-12);
-    let open = (0..m).filter(|&j| is_open(j)).count();
-    let slip = (0..m).filter(|&j| !is_open(j) && slip_bounds.friction[j] != Friction::Bonded && at_bound(j)).count();
+    let loose = |j: &usize| slip_bounds.friction[*j] != Friction::Bonded;
+    let slips = |j: &usize| {
+        let friction = lambda[m + j].hypot(lambda[2 * m + j]);
+        lambda[*j] > 0.0 && friction >= slip_bounds.value[*j] * (1.0 - AT_BOUND)
+    };
+    let open = (0..m).filter(loose).filter(|&j| lambda[j] <= 0.0).count();
+    let slip = (0..m).filter(loose).filter(slips).count();
     let step = MethodStep {
         iteration: record.counts.iterations,
         fixed_point_step: record.counts.fixed_point_steps,
         change,
         disagreement: 0.0,
-        steps: record.counts.steps(),
+        steps: record.counts.iterations,
         products: record.counts.products,
         open,
         stick: m - open - slip,
         slip,
     };
     record.history.push(step);
-    match (record.observe)(&step) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(MethodEnd::Interrupted),
-    }
+    (record.observe)(&step) == ControlFlow::Break(())
 }

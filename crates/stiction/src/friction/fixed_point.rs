@@ -11,6 +11,8 @@ use crate::linalg::norm;
 pub(super) struct SlipBounds<'a> {
     pub friction: &'a [Friction],
     pub value: Vec<f64>,
+    /// Those before the last change: what the multipliers were found with.
+    pub last: Vec<f64>,
 }
 
 impl<'a> SlipBounds<'a> {
@@ -22,12 +24,13 @@ impl<'a> SlipBounds<'a> {
             Friction::Coulomb { .. } => coulomb.map_or(0.0, |g| if g[j] > 0.0 { g[j] } else { 0.0 }),
             Friction::None | Friction::Bonded => 0.0,
         };
-        SlipBounds { friction, value: friction.iter().enumerate().map(value).collect() }
+        let value: Vec<f64> = friction.iter().enumerate().map(value).collect();
+        SlipBounds { friction, last: value.clone(), value }
     }
 
     /// `g = F lambda_n` from multipliers `lambda`; how much it changed and how large it is, where it can change.
     pub fn follow(&mut self, lambda: &[f64]) -> (f64, f64) {
-        let before = self.value.clone();
+        self.last.clone_from(&self.value);
         let mut moving = Vec::new();
         for (j, law) in self.friction.iter().enumerate() {
             if let Friction::Coulomb { coefficient } = law {
@@ -35,7 +38,7 @@ impl<'a> SlipBounds<'a> {
                 moving.push(self.value[j]);
             }
         }
-        (norm_of_difference(&self.value, &before), norm(&moving))
+        (norm_of_difference(&self.value, &self.last), norm(&moving))
     }
 
     /// Whether some friction is Coulomb's.
@@ -109,18 +112,21 @@ pub(super) fn inexact_fixed_point(
             return Err(MethodEnd::Limit);
         }
         let bounds = boxes(slip_bounds.friction, &lagrangian.q.live, &slip_bounds.value);
-        if given == Given::AdaptiveUzawa {
-            adaptive.step(step1, copies, &bounds, settings.tolerance, &mut record.counts)?;
+        let settled = if given == Given::AdaptiveUzawa {
+            let gradient = adaptive.step(step1, copies, &bounds, settings.tolerance, &mut record.counts)?;
+            // A rough step may leave the bounds where they are and yet be far from the solution.
+            gradient.max(lagrangian.disagreement(&copies.x)) <= settings.tolerance
         } else {
             step1.minimize(copies, &bounds, &mut record.counts)?; // Step 1
             lagrangian.ascend(copies); // Step 2: w += rho C lambda
-        }
+            true
+        };
         let lambda = lagrangian.squares.mean(&copies.x);
         let (change, size) = slip_bounds.follow(&lambda); // g = F lambda_n
         record.counts.iterations += 1;
         record.counts.fixed_point_steps += 1;
         record.note(lagrangian, copies, &bounds, relative(change, size))?;
-        if change <= settings.tolerance * size {
+        if settled && change <= settings.tolerance * size {
             return Ok(());
         }
     }

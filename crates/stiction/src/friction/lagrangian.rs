@@ -120,8 +120,7 @@ impl<'a> Lagrangian<'a> {
 
     /// An upper bound of the largest eigenvalue of `A + rho CᵀC` and of all its blocks.
     pub fn largest(&self) -> f64 {
-        let q = self.q.largest * (1.0 + super::quadratic::SHARP);
-        q / self.count() as f64 + self.penalty * self.coupling.largest(self.count())
+        self.q.largest_bound() / self.count() as f64 + self.penalty * self.coupling.largest(self.count())
     }
 
     /// The entries of `x` that belong to the block.

@@ -133,7 +133,8 @@ pub struct MethodSettings {
     pub inner_tolerance: f64,
     /// Sweeps over the blocks end where they change the copies by at most this times their length.
     pub sweep_tolerance: f64,
-    /// Changes of the multipliers `w` (executions of Step 2), all together.
+    /// Changes of the multipliers `w` (executions of Step 2), for the discs iterations of the quadratic program, all
+    /// together.
     pub max_iterations: usize,
     /// Steps of the quadratic programs of all kinds, all together.
     pub max_cg_steps: usize,
@@ -233,7 +234,7 @@ pub struct MethodStep {
 /// What a method cost.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MethodCounts {
-    /// Executions of Step 2 ("Iter" of the source paper).
+    /// Executions of Step 2 ("Iter" of the source paper); for the discs iterations of the quadratic program.
     pub iterations: usize,
     /// Changes of the bounds `g`.
     pub fixed_point_steps: usize,
@@ -245,7 +246,7 @@ pub struct MethodCounts {
     pub cg_steps: usize,
     /// Steps of conjugate gradients that met a bound.
     pub expansions: usize,
-    /// Steps that left a bound.
+    /// Steps that left a bound; for the discs projected gradient steps.
     pub proportionings: usize,
     /// Products with `Q` or a block of it; a product of all `N` copies counts `N`.
     pub products: usize,

@@ -1,6 +1,6 @@
 use super::law::{augmented, bound};
 use crate::contact::Friction;
-use crate::dual::Dual;
+use crate::dual::{Dual, Inverse};
 use crate::linalg::{axpy, gmres};
 
 /// One unknown of a Newton step.
@@ -156,6 +156,15 @@ impl NewtonSystem {
         self.unknowns.iter().map(row).collect()
     }
 
+    /// Among slipping points the lumped inverse takes as few products as the exact one (measured) and costs nothing;
+    /// among sticking ones the exact one takes a third of them.
+    fn inverse(&self) -> Inverse {
+        let slipping = self.slips.len();
+        // A slipping point has at most two unknowns, a sticking one three.
+        let sticking = self.unknowns.len().saturating_sub(2 * slipping) / 3;
+        if slipping > sticking { Inverse::Lumped } else { Inverse::Dirichlet }
+    }
+
     /// An approximate inverse of `share Pᵀ Q P + softness`: `W Pᵀ S P W / share` with `S ~ Q⁻¹` and the diagonal
     /// `W = (1 + softness/share * stiffness)^(-1/2)`, exact for a diagonal `Q` without and with large softness.
     fn precondition(&self, dual: &Dual, x: &[f64]) -> Vec<f64> {
@@ -169,7 +178,7 @@ impl NewtonSystem {
                 }
             }
         }
-        let mut result = self.restrict(&dual.approximate_inverse(&full));
+        let mut result = self.restrict(&dual.approximate_inverse(&full, self.inverse()));
         result.iter_mut().zip(&self.weight).for_each(|(r, w)| *r *= w);
         result
     }

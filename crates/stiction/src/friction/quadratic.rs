@@ -31,7 +31,7 @@ enum Matrix<'a> {
 /// Most rows for which `Q` is stored: 72 MB, formed in the time of as many products.
 const MOST_STORED: usize = 3000;
 /// Relative accuracy of the largest eigenvalue: penalties are multiples of it.
-pub const SHARP: f64 = 1e-4;
+const SHARP: f64 = 1e-4;
 const LANCZOS_LIMIT: usize = 100;
 
 impl<'a> Quadratic<'a> {
@@ -59,6 +59,11 @@ impl<'a> Quadratic<'a> {
     /// Number of contact points.
     pub fn points(&self) -> usize {
         self.h.len() / 3
+    }
+
+    /// A number not below the largest eigenvalue of `Q`.
+    pub fn largest_bound(&self) -> f64 {
+        self.largest * (1.0 + SHARP)
     }
 
     /// `Q` times each of the vectors of length `3m` that stand one after the other in `x`.

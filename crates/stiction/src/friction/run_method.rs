@@ -28,6 +28,9 @@ pub fn run_method(
     validate(friction, settings)?;
     let mut record = Record { counts: MethodCounts::default(), history: Vec::new(), observe };
     let mut bounds = SlipBounds::new(friction, settings.start.slip_bound.as_deref());
+    if friction.is_empty() {
+        return Ok(report(MethodEnd::Converged, Vec::new(), &bounds, &mut record));
+    }
     let run = if settings.method.given() == Some(Given::Discs) { with_discs } else { with_squares };
     Ok(run(q, &mut bounds, settings, &mut record))
 }
@@ -46,8 +49,13 @@ fn with_discs(
     } else {
         discs(q, &mut lambda, bounds, settings, record)
     };
+    report(end.err().unwrap_or(MethodEnd::Converged), lambda, bounds, record)
+}
+
+/// Of a method that has no copies.
+fn report(end: MethodEnd, lambda: Vec<f64>, bounds: &SlipBounds<'_>, record: &mut Record<'_, '_>) -> MethodReport {
     MethodReport {
-        end: end.err().unwrap_or(MethodEnd::Converged),
+        end,
         copies: lambda.clone(),
         lambda,
         slip_bound: bounds.value.clone(),
@@ -84,13 +92,15 @@ fn with_squares(
     let end = match settings.method {
         Method::InexactFixedPoint(_) => inexact_fixed_point(given, &step1, &mut copies, slip_bounds, settings, record),
         Method::FixedPoint(_) => fixed_point(slip_bounds, settings, record, &mut |bounds, record| {
-            copies.w.fill(0.0);
+            if let Given::Uzawa(_) = given {
+                copies.w.fill(0.0); // as published; the adaptive method gains from what it knows
+            }
             uzawa_on(given, &step1, &mut copies, bounds, settings, record)?;
             Ok(lagrangian.squares.mean(&copies.x))
         }),
         Method::Given(_) | Method::Newton => uzawa_on(given, &step1, &mut copies, slip_bounds, settings, record),
     };
-    let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.value);
+    let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.last);
     MethodReport {
         end: end.err().unwrap_or(MethodEnd::Converged),
         lambda: lagrangian.squares.mean(&copies.x),

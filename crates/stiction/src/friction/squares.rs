@@ -164,3 +164,89 @@ pub fn polygon(count: usize, radius: f64) -> Vec<[f64; 2]> {
     };
     (0..4 * count).map(corner).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::dot;
+
+    fn numbers(n: usize) -> Vec<f64> {
+        (0..n).map(|i| (1.0 + i as f64 * 1.7).sin()).collect()
+    }
+
+    #[test]
+    fn a_point_is_in_all_squares_exactly_if_it_is_in_their_polygon() {
+        let laws = [Friction::Given { slip_bound: 2.0 }];
+        for count in [1, 2, 3, 6] {
+            let squares = Squares::new(count, &laws, &[true; 3]);
+            let corners = polygon(count, 2.0);
+            assert_eq!(corners.len(), 4 * count);
+            let largest = |x: [f64; 2]| {
+                let over = |i: usize| {
+                    let mut lambda = [0.0, x[0], x[1]];
+                    squares.turn(i, &mut lambda);
+                    lambda[1].abs().max(lambda[2].abs())
+                };
+                (0..count).map(over).fold(0.0, f64::max)
+            };
+            for (k, corner) in corners.iter().enumerate() {
+                // A corner lies sec(pi / 4N) beyond the disc, on two sides; the middle of a side touches the disc.
+                let beyond = 2.0 / (std::f64::consts::FRAC_PI_4 / count as f64).cos();
+                assert!((corner[0].hypot(corner[1]) - beyond).abs() < 1e-14);
+                assert!((largest(*corner) - 2.0).abs() < 1e-14);
+                let next = corners[(k + 1) % corners.len()];
+                let middle = [0.5 * (corner[0] + next[0]), 0.5 * (corner[1] + next[1])];
+                assert!((middle[0].hypot(middle[1]) - 2.0).abs() < 1e-14 && (largest(middle) - 2.0).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_slip_in_one_direction_or_not_at_all_are_not_turned() {
+        let given = Friction::Given { slip_bound: 1.0 };
+        let laws = [given, given, Friction::Bonded, Friction::None, given];
+        let mut live = [true; 15];
+        (live[6], live[11]) = (false, false);
+        let squares = Squares::new(3, &laws, &live);
+        let mut x = numbers(15);
+        let before = x.clone();
+        squares.turn(1, &mut x);
+        let moved: Vec<usize> = (0..15).filter(|&i| x[i] != before[i]).collect();
+        assert_eq!(moved, [5, 9, 10, 14]);
+        squares.turn_back(1, &mut x);
+        assert!(x.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-15));
+        let bounds = boxes(&laws, &live, &[1.0; 5]);
+        assert_eq!((bounds.lower[6], bounds.upper[6]), (0.0, 0.0));
+        assert_eq!((bounds.lower[2], bounds.upper[12]), (f64::NEG_INFINITY, f64::INFINITY));
+        assert_eq!((bounds.upper[8], bounds.upper[3], bounds.lower[5]), (0.0, f64::INFINITY, -1.0));
+    }
+
+    #[test]
+    fn differences_and_their_transpose_are_adjoint_and_as_large_as_told() {
+        for coupling in [Coupling::Chain, Coupling::Star] {
+            for count in 1..7 {
+                let (x, w) = (numbers(6 * count), numbers(6 * (count - 1)));
+                let (cx, cw) = (coupling.differences(count, 6, &x), coupling.transpose(count, 6, &w));
+                assert!((dot(&cx, &w) - dot(&x, &cw)).abs() < 1e-13);
+                let equal = numbers(6).repeat(count);
+                assert!(coupling.differences(count, 6, &equal).iter().all(|&d| d == 0.0));
+                // The largest eigenvalue by power steps on C'C, and its entries from unit vectors.
+                let mut v: Vec<f64> = numbers(count);
+                let square = |v: &[f64]| coupling.transpose(count, 1, &coupling.differences(count, 1, v));
+                for _ in 0..2000 {
+                    let next = square(&v);
+                    let size = dot(&next, &next).sqrt().max(f64::MIN_POSITIVE);
+                    v = next.iter().map(|x| x / size).collect();
+                }
+                let value = dot(&v, &square(&v)) / dot(&v, &v).max(f64::MIN_POSITIVE);
+                assert!((value - coupling.largest(count)).abs() < 1e-6, "{coupling:?} {count}");
+                for i in 0..count {
+                    let unit: Vec<f64> = (0..count).map(|k| f64::from(u8::from(k == i))).collect();
+                    for (k, entry) in square(&unit).into_iter().enumerate() {
+                        assert_eq!(entry, coupling.entry(count, k, i));
+                    }
+                }
+            }
+        }
+    }
+}

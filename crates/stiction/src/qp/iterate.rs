@@ -13,6 +13,8 @@ pub type Stop<'a> = dyn FnMut(&[f64], f64) -> bool + 'a;
 const PATIENCE: usize = 200;
 /// Multiple of the rounding level of the gradient below which no further progress is expected.
 const ROUNDING_MARGIN: f64 = 1.0;
+/// Fraction of the bound on its drift below which a recurrence is replaced: the bound exceeds the drift by orders.
+const RELIABLE: f64 = 1e-8;
 /// Relative accuracy of the Lanczos estimate of the largest eigenvalue: a step length needs no more.
 const EIGENVALUE_ACCURACY: f64 = 0.05;
 /// Products that estimate may cost; where it fails for want of them, step lengths are halved as needed.
@@ -123,6 +125,10 @@ impl<'a> Iterate<'a> {
         }
     }
 
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// `A y - b`, by a product.
     pub fn gradient_at(&mut self, y: &[f64]) -> Step<Vec<f64>> {
         let mut g = self.times(y)?;
@@ -174,6 +180,8 @@ impl<'a> Iterate<'a> {
             Some((QpStatus::Solved, measure + self.drift <= self.tolerance))
         } else if (self.stop)(&self.x, measure) {
             Some((QpStatus::Interrupted, self.drift <= 0.1 * measure))
+        } else if measure < RELIABLE * self.drift {
+            Some((QpStatus::Stalled, false))
         } else {
             None
         };

@@ -34,7 +34,7 @@ impl Default for MprgpSettings {
 /// Modified proportioning with reduced gradient projections: Dostál & Schöberl 2005, Comput. Optim. Appl. 30, 23-43;
 /// fixed steps up to twice the inverse of the norm after Dostál 2009, two-sided bounds and the preconditioning of the
 /// face after Dostál, Optimal Quadratic Programming Algorithms, chapter 5; the projected step after Kružík, Horák,
-/// Čermák, Pospíšil & Pecha 2020, Adv. Eng. Softw. 148.
+/// Čermák, Pospíšil & Pecha 2020, Active set expansion strategies in MPRGP algorithm, Adv. Eng. Softw.
 pub(super) fn mprgp(
     it: &mut Iterate,
     bounds: &Bounds,
@@ -91,7 +91,7 @@ pub(super) fn mprgp(
 
 /// The factor by which `f(x) - f(solution)` falls at least in each step of MPRGP with `Expansion::Fixed`, steps of
 /// length `step` in `(0, 2 / largest)` and `proportion`, for an operator with eigenvalues in `[smallest, largest]`:
-/// Dostál & Schöberl 2005, theorem 4.1, with the range of steps of Dostál 2009. Without a preconditioner.
+/// Dostál & Schöberl 2005, with the range of steps of Dostál 2009. Without a preconditioner.
 pub fn mprgp_rate(smallest: f64, largest: f64, step: f64, proportion: f64) -> f64 {
     let theta = 2.0 * (step * largest).max(1.0);
     let gamma = proportion.max(1.0 / proportion);

@@ -5,29 +5,8 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::report::number;
 use crate::friction::{
-    CopiesAtOnce, Coupling, Given, Method, MethodEnd, MethodReport, MethodSettings, Minimization, Splitting, Status,
-    Sweeps,
+    CopiesAtOnce, Coupling, Given, MethodEnd, MethodReport, MethodSettings, Minimization, Splitting, Status, Sweeps,
 };
-
-/// The name in a case file.
-pub(super) fn name(method: Method) -> &'static str {
-    match method {
-        Method::Newton => "newton",
-        Method::Given(given) => given_name(given),
-        Method::FixedPoint(_) => "msa1",
-        Method::InexactFixedPoint(Given::Uzawa(Minimization {
-            copies: CopiesAtOnce::One,
-            sweeps: Sweeps::One,
-            ..
-        })) => "cfs1",
-        Method::InexactFixedPoint(Given::Uzawa(Minimization {
-            copies: CopiesAtOnce::All,
-            splitting: Splitting::No,
-            ..
-        })) => "cfs2",
-        Method::InexactFixedPoint(_) => "msa2",
-    }
-}
 
 fn given_name(given: Given) -> &'static str {
     match given {
@@ -100,8 +79,7 @@ pub(super) fn counts(report: &MethodReport) -> Value {
 }
 
 /// The method in a few words.
-pub(super) fn words(settings: &MethodSettings, report: &MethodReport) -> String {
-    let name = name(settings.method);
+pub(super) fn words(name: &str, settings: &MethodSettings, report: &MethodReport) -> String {
     let Some(given) = settings.method.given() else { return name.into() };
     let inner = given_name(given);
     let inside = if name.starts_with("msa") { format!(" with {inner}") } else { String::new() };

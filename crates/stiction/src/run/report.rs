@@ -18,7 +18,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     };
     let iterations = outcome.method.as_ref().map_or(counts.newton_steps, |report| report.counts.iterations);
     if let Some(report) = &outcome.method {
-        line("method", method_text::words(&outcome.settings, report));
+        line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
     line("status", status(solution.status, iterations));
     if let Some(why) = method_text::shortfall(outcome) {

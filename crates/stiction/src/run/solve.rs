@@ -19,6 +19,8 @@ const SHARE_OF_MEMORY: f64 = 0.9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     pub solver: friction::Settings,
+    /// What the summary calls the method.
+    pub method_name: String,
     pub method: MethodSettings,
     pub dual: DualSettings,
 }
@@ -36,6 +38,7 @@ impl Settings {
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
             solver: friction::Settings { tolerance, max_iterations, start: None },
+            method_name: spec.method_name.clone(),
             method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
         }
@@ -51,6 +54,8 @@ pub enum Event {
         unknowns: usize,
         bytes: u64,
     },
+    /// The factor stands, the iteration begins.
+    Solving,
     /// An iteration has been done.
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
@@ -94,7 +99,8 @@ impl Seconds {
 #[derive(Debug, Clone)]
 pub struct Outcome {
     pub solution: Solution,
-    /// The settings of the method, and its own account if it is not Newton's.
+    /// The name and the settings of the method, and its own account if it is not Newton's.
+    pub method_name: String,
     pub settings: MethodSettings,
     pub method: Option<MethodReport>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
@@ -133,6 +139,7 @@ pub fn solve(
     let dual = Dual::new(problem, choice)?;
     seconds.factorisation = lap();
 
+    let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
     let answer = solve_with(problem, &dual, &settings.solver, &settings.method, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
@@ -147,6 +154,16 @@ pub fn solve(
         coulomb_facts(problem, &dual, &solution)
     };
     seconds.coulomb = lap();
-    let settings = settings.method.clone();
-    Ok(Outcome { solution, settings, method, coulomb, form, times, seconds, peak_memory: machine::peak_memory() })
+    let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
+    Ok(Outcome {
+        solution,
+        method_name,
+        settings,
+        method,
+        coulomb,
+        form,
+        times,
+        seconds,
+        peak_memory: machine::peak_memory(),
+    })
 }

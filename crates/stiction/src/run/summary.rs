@@ -41,7 +41,7 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "load": prepared.facts.resultant(),
         "dofs": prepared.problem.unknowns(),
         "dual_dofs": 3 * prepared.problem.points(),
-        "method": method_text::name(outcome.settings.method),
+        "method": outcome.method_name,
         "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
         "counts": all_counts(outcome),
         "form": form(outcome.form),

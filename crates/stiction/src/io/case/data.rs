@@ -190,6 +190,8 @@ pub struct SolverSpec {
     /// Gigabytes (1e9 bytes) allowed for stored matrices, > 0; `None` is what the machine has.
     pub memory: Option<f64>,
     pub path: DualPath,
+    /// As the case calls the method.
+    pub method_name: String,
     /// The method, with its own tolerances.
     pub method: MethodSettings,
 }
@@ -197,7 +199,8 @@ pub struct SolverSpec {
 impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
-        SolverSpec { tolerance: 1e-8, max_iterations: 100, memory: None, path: DualPath::Auto, method }
+        let (tolerance, max_iterations, path, method_name) = (1e-8, 100, DualPath::Auto, "newton".into());
+        SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
     }
 }
 

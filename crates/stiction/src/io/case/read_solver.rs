@@ -36,6 +36,7 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
             "solves" => DualPath::Solves,
             _ => DualPath::Auto,
         },
+        method_name: table.text("method"),
         method,
     })
 }
@@ -67,7 +68,7 @@ fn method(table: &View) -> Result<MethodSettings, Error> {
         "complete" => Splitting::Complete,
         _ => Splitting::No,
     };
-    let once = table.given("variant").map_or(name != "alg1" && name != "msa1", |_| table.count("variant") == 2);
+    let once = table.given("variant").is_none_or(|_| table.count("variant") == 2);
     let given = match inner.as_str() {
         "alg1" => Given::alg1(if once { Sweeps::One } else { Sweeps::UntilConverged }, splitting),
         "alg2" => Given::alg2(splitting),

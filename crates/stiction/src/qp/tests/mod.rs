@@ -2,6 +2,7 @@
 
 mod bounds;
 mod penalty;
+mod sets;
 
 use super::minimize_in_bounds;
 use super::{BoundMethod, BoundProblem, BoundSolution, Bounds, Expansion, MprgpSettings, ProportioningSettings};
