@@ -46,8 +46,8 @@ impl Published {
 /// Table `number`, 1 to 12.
 pub fn published(number: usize) -> Option<Published> {
     let text: &'static str = FILES.get(number.checked_sub(1)?)?;
-    let comments = text.lines().filter_map(|line| line.strip_prefix("# "));
-    let caption = comments.last().unwrap_or("");
+    let mut comments = text.lines().filter_map(|line| line.strip_prefix("# "));
+    let caption = comments.next_back().unwrap_or("");
     let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
     let cells = |line: &'static str| line.split(',').collect::<Vec<_>>();
     let columns = lines.next().map(cells)?;
