@@ -47,6 +47,11 @@ pub const FITTED: [(&str, &str); 7] = [
     ),
 ];
 
+/// What the column `Eff (%)` counts; see [`crate::friction::MethodCounts::flops`].
+pub const EFFICIENCY: &str = "Eff (%) compares counted floating-point operations: two for each entry of the block of Q in \
+     a product, and the work on vectors; forming Q is not counted. How the paper counted in 2003 is not known, so that it \
+     is reported without a band, as are QPPs, Prec and Cont.";
+
 /// Inner tolerances, relative to the right-hand side, and that of sweeps: see [`FITTED`].
 pub const INNER_GIVEN: f64 = 1e-8;
 pub const INNER_COULOMB: f64 = 1e-7;

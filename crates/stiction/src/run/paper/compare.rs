@@ -53,11 +53,21 @@ pub enum Verdict {
     Outside,
     /// Outside its band, as the project's study says, with what is known of it.
     Known(&'static str),
-    /// No band, or one of the numbers is missing.
+    /// No band, or nothing published.
     Unjudged,
 }
 
 impl Verdict {
+    /// Holds our number against the published one; `known` is what the study says of it should it lie outside. A run
+    /// that was given up where the paper's ended lies outside as well.
+    pub fn of(band: Band, published: Option<f64>, ours: Option<f64>, known: Option<&'static str>) -> Verdict {
+        match (band, published, ours) {
+            (Band::None, _, _) | (_, None, _) => Verdict::Unjudged,
+            (band, Some(published), Some(ours)) if band.holds(published, ours) => Verdict::Within,
+            _ => known.map_or(Verdict::Outside, Verdict::Known),
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Within => "within",
@@ -139,6 +149,16 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_given_up_lies_outside_and_what_was_not_published_is_not_judged() {
+        let band = Band::Relative(0.1);
+        assert_eq!(Verdict::of(band, Some(100.0), Some(109.0), Some("why")), Verdict::Within);
+        assert_eq!(Verdict::of(band, Some(100.0), Some(89.0), Some("why")), Verdict::Known("why"));
+        assert_eq!(Verdict::of(band, Some(100.0), None, None), Verdict::Outside);
+        assert_eq!(Verdict::of(band, None, Some(1.0), None), Verdict::Unjudged);
+        assert_eq!(Verdict::of(Band::None, Some(1.0), Some(9.0), None), Verdict::Unjudged);
+    }
 
     #[test]
     fn bands_hold_up_to_their_ends() {

@@ -14,6 +14,7 @@ pub fn markdown(study: &Study) -> String {
     if study.quick {
         text += "This is the quick subset of the tables.\n\n";
     }
+    text += &format!("{}\n\n", choices::EFFICIENCY);
     text += "✓ within its band, ✗ outside, (✗) outside as documented, no mark: reported only. Bands, deviations and \
              reasons stand below each table; the CSV files have all of them.\n\n## Fitted choices\n\n";
     for (name, words) in choices::FITTED {
@@ -48,7 +49,6 @@ fn section(table: &TableReport) -> String {
             c.band.words()
         );
     }
-    table.notes.iter().for_each(|note| text += &format!("- {note}\n"));
     text
 }
 

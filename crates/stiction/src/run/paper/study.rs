@@ -11,7 +11,6 @@ pub struct TableReport {
     /// Names of our settings and what they mean.
     pub settings: Vec<(&'static str, String)>,
     pub comparisons: Vec<Comparison>,
-    pub notes: Vec<String>,
     pub seconds: f64,
 }
 

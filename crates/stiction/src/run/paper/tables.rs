@@ -57,7 +57,6 @@ pub fn table(published: &Published, quick: bool, laboratory: &mut Laboratory) ->
             .replace("; iter is", "; Iter is"),
         settings: settings.iter().map(|s| (s.name, words(*s, &lines))).collect(),
         comparisons,
-        notes: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
     })
 }
@@ -97,12 +96,9 @@ fn compare(
             true => None,
             false => value(quantity, line.experiment, &measured, reference, setting, laboratory)?,
         };
-        let band = if setting.judged { band(table, line, quantity) } else { Band::None };
-        let verdict = match (band, published, ours) {
-            (Band::None, _, _) | (_, None, _) | (_, _, None) => Verdict::Unjudged,
-            (band, Some(published), Some(ours)) if band.holds(published, ours) => Verdict::Within,
-            _ => known(table, line, quantity).map_or(Verdict::Outside, Verdict::Known),
-        };
+        let judged = setting.judged && published.is_some();
+        let band = if judged { band(table, line, quantity) } else { Band::None };
+        let verdict = Verdict::of(band, published, ours, known(table, line, quantity));
         let (run, setting, note) = (line.label.clone(), setting.name, note.clone());
         comparisons.push(Comparison { run, quantity, setting, published, ours, band, verdict, note });
     }
