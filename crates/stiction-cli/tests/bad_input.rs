@@ -62,9 +62,11 @@ fn a_body_that_could_move_is_refused_with_its_motions() {
         "sliding",
         "on = \"x-min\"",
         "on = \"x-min\"\ncomponents = \"xz\"",
-        &["the body is not held", "translation along y", "[[fix]]", "contact alone does not hold a body"],
+        &["case.toml:12:1", "the body is not held", "translation along y", "contact alone does not hold a body"],
     );
-    refused("floating", "[[fix]]\non = \"x-min\"", "", &["not held at all"]);
+    refused("floating", "[[fix]]\non = \"x-min\"", "", &["case.toml:5:1", "not held at all"]);
+    let held = "on = [\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", \"body\"]";
+    refused("held", "on = \"x-min\"", held, &["case.toml:12:1", "nothing to solve"]);
 }
 
 #[test]
@@ -138,7 +140,9 @@ fn too_little_memory_is_refused() {
     // Enough for the mesh and its matrix, too little for the factor with its dense block.
     let sizes = ["--set", "mesh.block.cells=[24,8,8]", "--set", "solver.memory=0.0125"];
     let large = [&sizes[..], &["--set", "solver.path=dense"]].concat();
-    folder.run(&[&["solve", "case.toml"][..], &large[..]].concat()).ends(2, &["Cholesky factor", "coarsen the mesh"]);
+    folder
+        .run(&[&["solve", "case.toml"][..], &large[..]].concat())
+        .ends(2, &["case.toml:5:1", "Cholesky factor", "coarsen the mesh"]);
     assert_eq!(folder.names(), ["case.toml"]);
 }
 

@@ -188,6 +188,39 @@ fn a_case_without_contact_is_solved() {
 }
 
 #[test]
+fn the_energy_counts_prescribed_displacements() {
+    let case = r#"
+        [mesh]
+        block = { size = [3, 2, 1], cells = [3, 2, 2] }
+        [materials.steel]
+        young = 2e11
+        poisson = 0.3
+        [[fix]]
+        on = "x-min"
+        components = "x"
+        [[fix]]
+        on = "y-min"
+        components = "y"
+        [[fix]]
+        on = "z-min"
+        components = "z"
+        [[fix]]
+        on = "x-max"
+        components = "x"
+        value = [3e-3]
+        [[load]]
+        on = "x-max"
+        traction = [5e7, 0, 0]
+    "#;
+    let folder = Folder::new("energy", case);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    // A bar in uniaxial tension stores 1/2 E A L eps^2; the load does work on its end, where that is prescribed.
+    let wanted = 0.5 * 2e11 * 2.0 * 3.0 * 1e-3 * 1e-3 - 5e7 * 2.0 * 3e-3;
+    let found = folder.summary("case-results")["energy"].as_f64().unwrap();
+    assert!((found - wanted).abs() < 1e-9 * wanted.abs(), "{found} instead of {wanted}");
+}
+
+#[test]
 fn several_pairs_are_told_apart() {
     let second = "[[contact]]\non = \"y-max\"\nagainst = { plane = { point = [0, 1, 0], normal = [0, -1, 0] } }\n\
                   friction = \"none\"\n";
@@ -210,6 +243,38 @@ fn the_commented_cases_solve() {
         folder.run(&["solve", &format!("{name}/case.toml"), "-o", &format!("{name}-results")]).ends(0, &[]);
         folder.run(&["check", &format!("{name}-results")]).ends(0, &[]);
     }
+}
+
+#[test]
+fn the_comments_of_the_commented_cases_are_true() {
+    let folder = Folder::new("comments", CASE);
+    let states = |name: &str, set: &[&str]| {
+        folder.run(&[&["solve", &format!("{name}/case.toml"), "-o", name][..], set].concat()).ends(0, &[]);
+        let contact = folder.summary(name)["contact"].clone();
+        let ratio = contact["tangential_force"][0].as_f64().unwrap() / contact["normal_force"].as_f64().unwrap();
+        (["open", "stick", "slip"].map(|state| contact[state].as_u64().unwrap()), ratio)
+    };
+    for name in ["block", "brick", "punch"] {
+        folder.run(&["new", name, "--from", name]).ends(0, &[]);
+    }
+    let ([open, stick, slip], _) = states("block", &[]);
+    assert!(open == 0 && stick > 0 && slip > 0, "the edges slip, the rest sticks");
+    for (push, short) in [("3e-3", 0.02), ("1e-2", 0.001)] {
+        let ([open, stick, _], ratio) = states("block", &["--set", &format!("fix.0.value=[{push}, 0, -2e-3]")]);
+        assert!(open + stick == 0 && ratio > -0.3 && ratio < -0.3 * (1.0 - short), "{push}: all slip, {ratio}");
+    }
+    let ([open, stick, slip], _) = states("brick", &[]);
+    assert!(stick == 0 && (3 * slip..4 * slip).contains(&open), "a quarter bears, or a little less: {slip} of {open}");
+    let ([open, stick, slip], _) = states("punch", &[]);
+    assert!(open > 0 && stick > 0 && slip > 0, "a middle that sticks, a rim that slips, a gap");
+}
+
+#[test]
+fn contact_that_never_closes_is_said_so() {
+    let folder = Folder::new("far", &CASE.replace("point = [0, 0, 0]", "point = [0, 0, -1]"));
+    let run = folder.run(&["solve", "case.toml"]);
+    run.ends(0, &[]);
+    assert!(run.out.contains("no point touches the obstacle"), "{run:#?}");
 }
 
 #[test]

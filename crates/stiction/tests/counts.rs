@@ -60,11 +60,12 @@ fn a_solve_that_was_cut_short_says_so() {
 
 #[test]
 fn newton_ends_quadratically() {
-    // The last full step squares a small residual; asked for more than the certificate needs.
+    // Near the end one step gains four digits or more; asked for more than the certificate needs, so that such a step
+    // is not cut short. The very last may start at the rounding level.
     let p = brick(8, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
     let s = solved(&p, 1e-11);
-    let last: Vec<f64> = s.history.iter().rev().take(2).map(|p| p.residual).collect();
-    assert!(last[0] < 1e-4 * last[1], "{last:?}");
+    let residuals: Vec<f64> = s.history.iter().map(|p| p.residual).collect();
+    assert!(residuals.windows(2).any(|w| w[0] < 1e-2 && w[1] < 1e-4 * w[0]), "{residuals:?}");
 }
 
 // What the tuning of the globalisation is measured by.

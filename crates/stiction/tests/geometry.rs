@@ -114,6 +114,39 @@ fn problems_that_cannot_be_posed_are_refused_with_place_and_remedy() {
     }
 }
 
+#[test]
+fn bonded_nodes_that_are_prescribed_to_move_are_refused() {
+    // Held along the normal with one tangential component, guided, and clamped.
+    let moves = [
+        [Some(0.0), None, Some(1e-3)],
+        [Some(1e-3), None, Some(0.0)],
+        [Some(1e-3), None, None],
+        [None, None, Some(-1e-3)],
+        [Some(0.0), Some(1e-3), Some(0.0)],
+    ];
+    for value in moves {
+        let case = block_of([1.0; 3], [4; 3], BlockElement::Hex8, 1e9, 0.3).fix("x-min", value);
+        let error = case.contact("z-min", FLOOR, SurfaceFriction::Bonded).try_pose().map(|_| ()).unwrap_err();
+        let words = [&error.what, &error.remedy].map(String::as_str).join(" ");
+        assert!(error.place.contains("z-min"), "{error}");
+        assert!(["node 1 at [0.0, 0.0, 0.0]", "0.001", "prescribe zero"].iter().all(|w| words.contains(w)), "{error}");
+    }
+}
+
+#[test]
+fn bonded_nodes_held_in_part_are_the_same_as_fixed_ones() {
+    for value in [[Some(0.0), None, Some(0.0)], [None, None, Some(0.0)], [Some(0.0), None, None]] {
+        let pushed = || cube().fix("x-min", value).traction("x-max", [1e6, 5e5, -2e6]);
+        let bonded = pushed().contact("z-min", FLOOR, SurfaceFriction::Bonded).pose();
+        let tied = bonded.full(&solved(&bonded.problem, 1e-11).u);
+        // Contact that never closes: the second is an elastic body on supports.
+        let far = Obstacle::Plane { point: [9.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+        let fixed = pushed().fix("z-min", HELD).contact("x-max", far, SurfaceFriction::None).pose();
+        let held = fixed.full(&solved(&fixed.problem, 1e-11).u);
+        assert!(distance(tied.as_flattened(), held.as_flattened()) < 1e-9, "{value:?}");
+    }
+}
+
 /// A block whose top is pushed down on an obstacle symmetric about x = 1 and y = 1; the whole of
 /// it or the quarter beyond the two planes.
 fn pressed(quarter: bool, obstacle: Obstacle) -> Case {

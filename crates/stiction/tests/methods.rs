@@ -129,16 +129,18 @@ fn alg1_alg2_and_smalbe_are_clarabel_on_the_same_polygon() {
 fn splittings_variants_and_couplings_have_the_same_fixed_points() {
     let p = partition_1(4.0, SurfaceFriction::GivenForce(5.25e4));
     let reference = converged(&p, &tight(Method::Given(ALG2), 2)).lambda;
-    for splitting in [Splitting::No, Splitting::Partial, Splitting::Complete] {
-        for given in [
-            Given::alg1(Sweeps::One, splitting),
-            Given::alg1(Sweeps::UntilConverged, splitting),
-            Given::alg2(splitting),
-        ] {
-            let report = converged(&p, &tight(Method::Given(given), 2));
-            let error = distance(&report.lambda, &reference);
-            assert!(error < 1e-6, "{given:?}: {error:.1e}");
-        }
+    let others = [
+        Given::alg1(Sweeps::One, Splitting::No),
+        Given::alg1(Sweeps::One, Splitting::Partial),
+        Given::alg1(Sweeps::One, Splitting::Complete),
+        Given::alg1(Sweeps::UntilConverged, Splitting::Partial),
+        Given::alg2(Splitting::Partial),
+        Given::alg2(Splitting::Complete),
+    ];
+    for given in others {
+        let report = converged(&p, &tight(Method::Given(given), 2));
+        let error = distance(&report.lambda, &reference);
+        assert!(error < 1e-6, "{given:?}: {error:.1e}");
     }
     for squares in [3, 4] {
         for given in [ALG1, ALG2, Given::AdaptiveUzawa] {
@@ -347,6 +349,28 @@ fn counts_do_not_depend_on_the_units() {
         assert!(close(steps[0], steps[1], 0.05), "{method:?} {:?} {:?}", a.counts, b.counts);
         let smaller: Vec<f64> = b.lambda.iter().map(|l| l / 1024.0).collect();
         assert!(distance(&a.lambda, &smaller) < 1e-6);
+    }
+}
+
+#[test]
+fn a_matrix_that_is_not_stored_gives_the_same_steps() {
+    let p = partition_1(4.0, SurfaceFriction::GivenForce(5.25e4));
+    let dual = dual_of(&p, Form::Solves);
+    let [stored, applied] = [usize::MAX, 0].map(|most| Quadratic::stored_up_to(most, &p, &dual));
+    assert!(stored.is_stored() && !applied.is_stored() && close(stored.largest, applied.largest, 1e-9));
+    let partial = Given::alg1(Sweeps::One, Splitting::Partial);
+    for given in [partial, ALG2, Given::alg2(Splitting::Complete), Given::AdaptiveUzawa, Given::Discs] {
+        // Preconditioners know less of a matrix that is not stored.
+        let settings =
+            MethodSettings { precondition: false, sweep_tolerance: 1e-6, ..MethodSettings::new(Method::Given(given)) };
+        let run = |q: &Quadratic| run_method(q, &p.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let (a, b) = (run(&stored), run(&applied));
+        // A gradient of 1e-8 of the load and the condition of Q, 1.4e3, are an error of about 1e-5.
+        assert!(distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
+        assert!(a.counts.iterations.abs_diff(b.counts.iterations) <= 1, "{given:?}");
+        let with = MethodSettings { precondition: true, ..settings.clone() };
+        let b = run_method(&applied, &p.friction, &with, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert!(b.end == MethodEnd::Converged && distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
     }
 }
 

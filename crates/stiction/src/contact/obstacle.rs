@@ -1,3 +1,5 @@
+use crate::mesh::v3::{dot, norm, sub};
+
 /// Which side of a curved obstacle the body is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Side {
@@ -35,7 +37,7 @@ impl Obstacle {
     /// of the obstacle. `None` where the normal is not defined: at a centre or on an axis.
     pub fn distance(&self, x: [f64; 3]) -> Option<(f64, [f64; 3])> {
         let round = |from_axis: [f64; 3], radius: f64, side: Side| {
-            let r = length(from_axis);
+            let r = norm(from_axis);
             let normal = unit(from_axis)?;
             Some(match side {
                 Side::Outside => (r - radius, normal),
@@ -45,37 +47,22 @@ impl Obstacle {
         match *self {
             Obstacle::Plane { point, normal } => {
                 let n = unit(normal)?;
-                Some((dot(subtract(x, point), n), n))
+                Some((dot(sub(x, point), n), n))
             }
-            Obstacle::Sphere { center, radius, side } => round(subtract(x, center), radius, side),
+            Obstacle::Sphere { center, radius, side } => round(sub(x, center), radius, side),
             Obstacle::Cylinder { point, axis, radius, side } => {
                 let a = unit(axis)?;
-                let d = subtract(x, point);
+                let d = sub(x, point);
                 let along = dot(d, a);
-                round(subtract(d, a.map(|c| c * along)), radius, side)
+                round(sub(d, a.map(|c| c * along)), radius, side)
             }
         }
     }
 }
 
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
-pub(super) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
+/// `None` for a vector that has no direction.
 pub(super) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
-    let l = length(a);
+    let l = norm(a);
     (l > 0.0 && l.is_finite()).then(|| a.map(|c| c / l))
 }
 
@@ -95,7 +82,7 @@ mod tests {
         let x = [0.7, -0.3, 1.1];
         for obstacle in obstacles {
             let (gap, normal) = obstacle.distance(x).unwrap();
-            assert!((length(normal) - 1.0).abs() < 1e-14);
+            assert!((norm(normal) - 1.0).abs() < 1e-14);
             for c in 0..3 {
                 let mut moved = x;
                 moved[c] += 1e-6;

@@ -1,9 +1,13 @@
-use super::obstacle::{cross, dot, length, unit};
+use super::obstacle::unit;
 use super::{ContactProblem, Friction, Obstacle, Pair, Supports};
 use crate::Error;
 use crate::fem::{FeModel, nodal_areas, nodal_normals};
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
+use crate::mesh::v3::{cross, dot, norm};
+
+/// Prescribed displacements below this part of others are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Friction of a whole surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +65,7 @@ pub struct SurfaceFacts {
 ///
 /// # Errors
 /// A surface without faces or without a single free node, an obstacle without a normal at a node, a prescribed
-/// displacement that pushes a node into the obstacle or drags it along the surface.
+/// displacement that pushes a node into the obstacle, drags it along the surface or moves a bonded one.
 pub fn pose(
     mesh: &Mesh,
     model: &FeModel,
@@ -136,6 +140,7 @@ fn points_of(
         ..Default::default()
     };
     let outward = nodal_normals(mesh, &surface.faces);
+    let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
         let x = mesh.nodes[node as usize];
         let (distance, away) = surface.obstacle.distance(x).ok_or_else(|| {
@@ -147,6 +152,9 @@ fn points_of(
         let prescribed = [0, 1, 2].map(|c| prescribed_value(model, 3 * node + c));
         let free = prescribed.map(|p| p.is_none());
         let tied = surface.friction == SurfaceFriction::Bonded;
+        if tied {
+            refuse_moving_tied(&prescribed, negligible, node, x)?;
+        }
         let frame = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
         let imposed: f64 = (0..3).map(|c| normal[c] * prescribed[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
@@ -198,7 +206,7 @@ fn prescribed_value(model: &FeModel, dof: u32) -> Option<f64> {
 fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
     let keep = |v: [f64; 3]| [0, 1, 2].map(|c| if free[c] { v[c] } else { 0.0 });
     let within = keep(normal);
-    if length(within) < 1e-8 {
+    if norm(within) < 1e-8 {
         return None;
     }
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -246,6 +254,16 @@ fn refuse_imposed_overlap(
     Err(Error::new("", what, "reduce the prescribed displacement, or take the node out of the contact surface"))
 }
 
+/// A tie holds its node where it was meshed, as a prescribed zero would; a prescribed displacement contradicts it.
+fn refuse_moving_tied(prescribed: &[Option<f64>; 3], negligible: f64, node: u32, x: [f64; 3]) -> Result<(), Error> {
+    if prescribed.iter().flatten().all(|value| value.abs() <= negligible) {
+        return Ok(());
+    }
+    let value = prescribed.map(|value| value.map_or("free".to_string(), |v| v.to_string())).join(", ");
+    let what = format!("node {} at {x:?} is bonded to an obstacle at rest, and prescribed to move: {value}", node + 1);
+    Err(Error::new("", what, "take the node out of the bonded surface or out of the [[fix]], or prescribe zero there"))
+}
+
 fn refuse_dragging(
     prescribed: &[Option<f64>; 3],
     imposed: f64,
@@ -255,8 +273,8 @@ fn refuse_dragging(
     friction: SurfaceFriction,
 ) -> Result<(), Error> {
     let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
-    let size = length([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
-    if friction == SurfaceFriction::None || length(along) <= 1e-12 * size || size == 0.0 {
+    let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
+    if friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
         return Ok(());
     }
     let what =
@@ -334,7 +352,7 @@ mod tests {
         let [within, t1, t2] = frame(n, [false, true, true]).unwrap();
         assert_eq!(within, n);
         assert_eq!(t2, [0.0; 3]);
-        assert!(t1[0] == 0.0 && dot(t1, n).abs() < 1e-15 && (length(t1) - 1.0).abs() < 1e-15);
+        assert!(t1[0] == 0.0 && dot(t1, n).abs() < 1e-15 && (norm(t1) - 1.0).abs() < 1e-15);
         assert_eq!(frame(n, [true, false, false]), None);
     }
 }

@@ -1,13 +1,14 @@
 use rayon::prelude::*;
 
-use super::elements::{Element, Hex8, Law, Tet4, corners, folded};
+use super::elements::{Element, Hex8, Law, Tet4, folded};
 use super::incidence::{Incidence, NodeRange};
 use super::solid::CellList;
-use super::v3::V3;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
 use crate::linalg::Csr;
 use crate::mesh::CellKind;
+use crate::mesh::geometry::corners;
+use crate::mesh::v3::V3;
 
 /// Poses `K u = f` at time `t`: stiffness, loads and prescribed displacements, split into unknown and prescribed.
 ///
@@ -64,8 +65,12 @@ fn assemble_range(
         let (kind, nodes) = cells.get(cell);
         let law = laws[solid.material_of_cell[cell] as usize];
         let added = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(solid.mesh, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks)),
-            CellKind::Hex8 => Hex8::new(&corners(solid.mesh, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks)),
+            CellKind::Tet4 => {
+                Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
+            }
+            CellKind::Hex8 => {
+                Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
+            }
         };
         added.ok_or_else(|| folded(solid, cell, kind, nodes))?;
     }

@@ -1,8 +1,9 @@
 //! The linear tetrahedron and the trilinear hexahedron: shape functions, quadrature and stiffness.
 
-use super::v3::{V3, add, cross, dot, scale, sub};
 use super::{Material, Solid};
 use crate::Error;
+use crate::mesh::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
+use crate::mesh::v3::{V3, add, cross, dot, scale};
 use crate::mesh::{CellKind, Mesh};
 
 /// Gradients of the `N` shape functions of a cell at its `Q` integration points.
@@ -38,21 +39,6 @@ impl Law {
     }
 }
 
-/// Corners of the reference hexahedron `[-1, 1]^3` in the order of VTK.
-const CORNERS: [V3; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
-
-/// `1 / sqrt(3)`: the Gauss points of two.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
-
 /// Derivatives of the trilinear shape functions at each Gauss point.
 const HEX_DERIVATIVES: [[V3; 8]; 8] = hex_derivatives();
 
@@ -62,10 +48,10 @@ const fn hex_derivatives() -> [[V3; 8]; 8] {
     while q < 8 {
         let mut i = 0;
         while i < 8 {
-            let [a, b, c] = CORNERS[i];
-            let x = 1.0 + a * GAUSS * CORNERS[q][0];
-            let y = 1.0 + b * GAUSS * CORNERS[q][1];
-            let z = 1.0 + c * GAUSS * CORNERS[q][2];
+            let [a, b, c] = HEX_CORNERS[i];
+            let x = 1.0 + a * GAUSS * HEX_CORNERS[q][0];
+            let y = 1.0 + b * GAUSS * HEX_CORNERS[q][1];
+            let z = 1.0 + c * GAUSS * HEX_CORNERS[q][2];
             table[q][i] = [0.125 * a * y * z, 0.125 * b * x * z, 0.125 * c * x * y];
             i += 1;
         }
@@ -74,16 +60,17 @@ const fn hex_derivatives() -> [[V3; 8]; 8] {
     table
 }
 
+/// Determinant and rows of the inverse of a Jacobian given by its columns; `None` unless its volume is positive.
+fn inverse(column: [V3; 3]) -> Option<(f64, [V3; 3])> {
+    let normal = [cross(column[1], column[2]), cross(column[2], column[0]), cross(column[0], column[1])];
+    let det = dot(column[0], normal[0]);
+    (det > 0.0 && det.is_finite()).then(|| (det, normal.map(|n| scale(1.0 / det, n))))
+}
+
 impl Tet4 {
     /// The tetrahedron on the corners `x`; `None` unless its volume is positive.
     pub fn new(x: &[V3; 4]) -> Option<Self> {
-        let e = [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])];
-        let normal = [cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])];
-        let det = dot(e[0], normal[0]);
-        if !(det > 0.0 && det.is_finite()) {
-            return None;
-        }
-        let [g1, g2, g3] = normal.map(|n| scale(1.0 / det, n));
+        let (det, [g1, g2, g3]) = inverse(tet_jacobian(x))?;
         let g0 = scale(-1.0, add(add(g1, g2), g3));
         Some(Element { weight: [det / 6.0], gradient: [[g0, g1, g2, g3]] })
     }
@@ -93,19 +80,9 @@ impl Hex8 {
     /// The hexahedron on the corners `x`; `None` unless its mapping has positive volume at every Gauss point.
     pub fn new(x: &[V3; 8]) -> Option<Self> {
         let mut element = Element { weight: [0.0; 8], gradient: [[[0.0; 3]; 8]; 8] };
+        let edges = HexEdges::new(x);
         for (q, derivatives) in HEX_DERIVATIVES.iter().enumerate() {
-            let mut column = [[0.0; 3]; 3]; // ∂x/∂ξ, ∂x/∂η, ∂x/∂ζ
-            for (d, x) in derivatives.iter().zip(x) {
-                for (column, d) in column.iter_mut().zip(d) {
-                    *column = add(*column, scale(*d, *x));
-                }
-            }
-            let normal = [cross(column[1], column[2]), cross(column[2], column[0]), cross(column[0], column[1])];
-            let det = dot(column[0], normal[0]);
-            if !(det > 0.0 && det.is_finite()) {
-                return None;
-            }
-            let inverse = normal.map(|n| scale(1.0 / det, n));
+            let (det, inverse) = inverse(edges.jacobian(HEX_CORNERS[q].map(|c| c * GAUSS)))?;
             element.weight[q] = det;
             for (g, d) in element.gradient[q].iter_mut().zip(derivatives) {
                 *g = add(add(scale(d[0], inverse[0]), scale(d[1], inverse[1])), scale(d[2], inverse[2]));
@@ -175,11 +152,6 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
     }
 }
 
-/// Coordinates of the nodes of a cell.
-pub fn corners<const N: usize>(mesh: &Mesh, nodes: &[u32]) -> [V3; N] {
-    std::array::from_fn(|i| mesh.nodes[nodes[i] as usize])
-}
-
 /// A point of a volume quadrature.
 #[derive(Debug, Clone, Copy)]
 pub struct VolumePoint {
@@ -197,15 +169,15 @@ pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<V
         CellKind::Tet4 => {
             let near = (5.0 + 3.0 * 5f64.sqrt()) / 20.0;
             let far = (5.0 - 5f64.sqrt()) / 20.0;
-            let volume = Tet4::new(&corners(mesh, nodes))?.volume();
+            let volume = Tet4::new(&corners(&mesh.nodes, nodes))?.volume();
             let shape = |q: usize| std::array::from_fn(|i| if i > 3 { 0.0 } else { [far, near][(i == q) as usize] });
             ((0..4).map(shape).collect::<Vec<[f64; 8]>>(), vec![volume / 4.0; 4])
         }
         CellKind::Hex8 => {
-            let weight = Hex8::new(&corners(mesh, nodes))?.weight;
+            let weight = Hex8::new(&corners(&mesh.nodes, nodes))?.weight;
             let shape = |q: usize| {
                 std::array::from_fn(|i| {
-                    (0..3).map(|a| 0.5 * (1.0 + GAUSS * CORNERS[i][a] * CORNERS[q][a])).product::<f64>()
+                    (0..3).map(|a| 0.5 * (1.0 + GAUSS * HEX_CORNERS[i][a] * HEX_CORNERS[q][a])).product::<f64>()
                 })
             };
             ((0..8).map(shape).collect(), weight.to_vec())

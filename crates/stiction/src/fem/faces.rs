@@ -1,5 +1,5 @@
-use super::v3::{V3, add, cross, norm, scale, sub};
 use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, add, cross, norm, scale, sub};
 
 /// A point of a quadrature over a boundary face.
 #[derive(Debug, Clone, Copy)]

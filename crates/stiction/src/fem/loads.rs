@@ -2,10 +2,10 @@ use rayon::prelude::*;
 
 use super::elements::{folded, volume_points};
 use super::faces::{FacePoint, face_corners, face_points};
-use super::v3::{V3, add, norm, scale};
 use super::{Field, Load, Solid};
 use crate::Error;
 use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, add, norm, scale};
 
 /// Cells whose weight one task integrates.
 const CELLS_PER_TASK: usize = 4096;

@@ -1,8 +1,9 @@
 use rayon::prelude::*;
 
-use super::elements::{Element, Hex8, Law, Tet4, corners};
+use super::elements::{Element, Hex8, Law, Tet4};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
+use crate::mesh::geometry::corners;
 
 /// Displacements of all nodes, `3 i + c`, from those of the unknowns (length `n`).
 ///
@@ -44,8 +45,12 @@ pub fn cell_stress(solid: &Solid, u_full: &[f64]) -> Vec<[f64; 6]> {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
         let stress = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(solid.mesh, nodes)).map(|e| mean_stress(&e, law, nodes, u_full)),
-            CellKind::Hex8 => Hex8::new(&corners(solid.mesh, nodes)).map(|e| mean_stress(&e, law, nodes, u_full)),
+            CellKind::Tet4 => {
+                Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
+            }
+            CellKind::Hex8 => {
+                Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
+            }
         };
         stress.unwrap_or([f64::NAN; 6])
     };

@@ -2,8 +2,8 @@ use std::fmt;
 
 use super::DofMap;
 use super::field::{point, short};
-use super::v3::{V3, add, cross, dot, norm, scale, sub};
 use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 
 /// A rigid motion counts as free if the prescribed components see less than this part of it, with lengths measured
 /// in body sizes. It lies well above the rounding of coordinates in mesh files and below one element's width.

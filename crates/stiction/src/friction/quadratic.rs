@@ -25,18 +25,24 @@ pub struct Quadratic<'a> {
 #[derive(Debug)]
 enum Matrix<'a> {
     Stored(Symmetric),
-    Applied(&'a Dual),
+    /// With an estimate of the diagonal of `Q` for preconditioners.
+    Applied(&'a Dual, Vec<f64>),
 }
 
-/// Most rows for which `Q` is stored: 72 MB, formed in the time of as many products.
-const MOST_STORED: usize = 3000;
+/// Most rows for which `Q` is stored unless told otherwise: 72 MB, formed in the time of as many products.
+pub const MOST_STORED: usize = 3000;
 /// Relative accuracy of the largest eigenvalue: penalties are multiples of it.
 const SHARP: f64 = 1e-4;
 const LANCZOS_LIMIT: usize = 100;
 
 impl<'a> Quadratic<'a> {
-    /// Forms `Q` column by column if it has at most 3000 rows, estimates its norm and solves for `h`.
+    /// Solves for `h`, forms `Q` column by column if it has at most 3000 rows, and estimates its norm.
     pub fn new(problem: &ContactProblem, dual: &'a Dual) -> Self {
+        Quadratic::stored_up_to(MOST_STORED, problem, dual)
+    }
+
+    /// The same with `Q` stored if it has at most `most` rows.
+    pub fn stored_up_to(most: usize, problem: &ContactProblem, dual: &'a Dual) -> Self {
         let size = 3 * problem.points();
         let live: Vec<bool> = (0..size).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
         let free = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
@@ -46,10 +52,11 @@ impl<'a> Quadratic<'a> {
             unit[j] = 1.0;
             if live[j] { dual.times(&unit) } else { vec![0.0; size] }
         };
-        let matrix = if size <= MOST_STORED {
+        let matrix = if size <= most {
             Matrix::Stored(Symmetric::from_columns(size, column))
         } else {
-            Matrix::Applied(dual)
+            let stiffness = Dual::local_stiffness(problem);
+            Matrix::Applied(dual, stiffness.iter().map(|&k| if k > 0.0 { 1.0 / k } else { 0.0 }).collect())
         };
         let mut quadratic = Quadratic { Q: matrix, h, live, largest: 0.0, products: Cell::new(0) };
         quadratic.largest = largest_eigenvalue(size, |x| quadratic.times(x), SHARP, LANCZOS_LIMIT).value;
@@ -72,7 +79,7 @@ impl<'a> Quadratic<'a> {
         self.products.set(self.products.get() + x.len() / size);
         match &self.Q {
             Matrix::Stored(q) => q.times(x),
-            Matrix::Applied(dual) => x.chunks_exact(size).flat_map(|x| self.applied(dual, x)).collect(),
+            Matrix::Applied(dual, _) => x.chunks_exact(size).flat_map(|x| self.applied(dual, x)).collect(),
         }
     }
 
@@ -115,14 +122,15 @@ impl<'a> Quadratic<'a> {
         of.block_times(rows, columns, x)
     }
 
-    /// `Q` among the three multipliers of point `j`; where `Q` is not stored, its largest eigenvalue on the diagonal.
+    /// `Q` among the three multipliers of point `j`; where `Q` is not stored, an estimate of
+    /// its diagonal.
     pub(super) fn local(&self, j: usize) -> [[f64; 3]; 3] {
         let m = self.points();
         let rows = [j, m + j, 2 * m + j];
         match &self.Q {
             Matrix::Stored(q) => rows.map(|i| rows.map(|k| q.row(i)[k])),
-            Matrix::Applied(_) => {
-                std::array::from_fn(|a| std::array::from_fn(|b| if a == b { self.largest } else { 0.0 }))
+            Matrix::Applied(_, diagonal) => {
+                std::array::from_fn(|a| std::array::from_fn(|b| if a == b { diagonal[rows[a]] } else { 0.0 }))
             }
         }
     }

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use super::law::states;
 use super::method::{Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Start};
-use super::quadratic::Quadratic;
+use super::quadratic::{MOST_STORED, Quadratic};
 use super::run_method::{is_exact, run_method};
 use super::solve::{Counts, Phase, Progress, Settings, Solution, Status, make_admissible, solve};
 use crate::Error;
@@ -20,6 +20,9 @@ pub struct Answer {
 
 /// Targets below this part of the certificate's tolerance ask for rounding.
 const LOWEST_TARGET: f64 = 1e-4;
+
+/// Rows up to which storing `Q` pays for methods that take no more than some hundred products.
+const MOST_STORED_FRUGAL: usize = 600;
 
 /// Solves by any of the methods; the certificate judges all of them by the law itself.
 ///
@@ -39,7 +42,8 @@ pub fn solve_with(
     if method.method == Method::Newton {
         return Ok(Answer { solution: solve(problem, dual, settings, observer), method: None });
     }
-    let q = Quadratic::new(problem, dual);
+    let frugal = matches!(method.method.given(), Some(Given::AdaptiveUzawa | Given::Discs));
+    let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);
     let exact = is_exact(&problem.friction, &q.live, method);
     let phase = phase(method.method);
     let mut next = method.clone();

@@ -1,8 +1,8 @@
 //! From what a file says to a valid mesh.
 
 use super::face_table::FaceTable;
-use super::geometry::norm;
 use super::notes::SHOWN;
+use super::v3::norm;
 use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, check, groups};
 use crate::Error;
 

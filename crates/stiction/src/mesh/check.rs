@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::face_table::{Encounters, MAX_CELLS};
-use super::geometry::Vec3;
 use super::notes::{SHOWN, list, many};
 use super::quality::validity;
+use super::v3::V3;
 use super::{CellKind, RawMesh};
 use crate::Error;
 
@@ -112,9 +112,9 @@ fn cells_error(raw: &RawMesh, bad: &[usize], what: &str, remedy: &str) -> Result
 
 /// How many of the given nodes lie closer than `distance` (length, > 0) to one with a higher number, and the first
 /// such pair.
-pub(super) fn coincident(nodes: &[Vec3], which: &[u32], distance: f64) -> (usize, Option<[u32; 2]>) {
+pub(super) fn coincident(nodes: &[V3], which: &[u32], distance: f64) -> (usize, Option<[u32; 2]>) {
     // boxes of four distances: a ball of radius `distance` around a node reaches into few of them
-    let place = |x: Vec3| x.map(|c| (c / (4.0 * distance)).floor() as i64);
+    let place = |x: V3| x.map(|c| (c / (4.0 * distance)).floor() as i64);
     let mut boxed: Vec<([i64; 3], u32)> = which.iter().map(|&n| (place(nodes[n as usize]), n)).collect();
     boxed.par_sort_unstable();
     let partner = |&n: &u32| -> Option<[u32; 2]> {

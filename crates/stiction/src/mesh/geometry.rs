@@ -1,32 +1,10 @@
-//! Vectors of three numbers and the measures of single cells and faces.
+//! The measures of single cells and faces, and the mappings from reference cells.
 
 use super::CellKind;
-
-pub(super) type Vec3 = [f64; 3];
-
-pub(super) fn sub(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(super) fn norm(a: Vec3) -> f64 {
-    dot(a, a).sqrt()
-}
-
-/// `a . (b x c)`.
-pub(super) fn det(a: Vec3, b: Vec3, c: Vec3) -> f64 {
-    dot(a, cross(b, c))
-}
+use super::v3::{V3, cross, det, sub};
 
 /// Signs of the reference coordinates of a hexahedron's corners, in the node order of [`CellKind::Hex8`].
-pub(super) const HEX_CORNERS: [Vec3; 8] = [
+pub(crate) const HEX_CORNERS: [V3; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],
@@ -38,14 +16,19 @@ pub(super) const HEX_CORNERS: [Vec3; 8] = [
 ];
 
 /// Distance of the two Gauss points of an interval of length 2 from its middle, `1/sqrt(3)`.
-pub(super) const GAUSS: f64 = 0.577_350_269_189_625_8;
+pub(crate) const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// Columns of the Jacobian of the map from the unit tetrahedron, whose volume is 1/6: the edges from corner 0.
+pub(crate) fn tet_jacobian(x: &[V3; 4]) -> [V3; 3] {
+    [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])]
+}
 
 /// The edges of a hexahedron along each reference axis. Along x they lie at `(y, z)` = (-, -), (+, -), (-, +),
 /// (+, +), along y at `(x, z)`, along z at `(x, y)` in the same order.
-pub(super) struct HexEdges([[Vec3; 4]; 3]);
+pub(crate) struct HexEdges([[V3; 4]; 3]);
 
 impl HexEdges {
-    pub fn new(x: &[Vec3; 8]) -> Self {
+    pub fn new(x: &[V3; 8]) -> Self {
         const ALONG: [[[usize; 2]; 4]; 3] =
             [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [3, 7], [2, 6]]];
         let mut edges = [[[0.0; 3]; 4]; 3];
@@ -56,8 +39,8 @@ impl HexEdges {
     }
 
     /// Columns of the Jacobian of the trilinear map at the reference point `(x, y, z)`; length per reference length.
-    pub fn jacobian(&self, [x, y, z]: Vec3) -> [Vec3; 3] {
-        let column = |edges: &[Vec3; 4], s: f64, t: f64| {
+    pub fn jacobian(&self, [x, y, z]: V3) -> [V3; 3] {
+        let column = |edges: &[V3; 4], s: f64, t: f64| {
             let weights = [(1.0 - s) * (1.0 - t), (1.0 + s) * (1.0 - t), (1.0 - s) * (1.0 + t), (1.0 + s) * (1.0 + t)];
             let mut sum = [0.0; 3];
             for (weight, edge) in weights.iter().zip(edges) {
@@ -72,32 +55,28 @@ impl HexEdges {
 }
 
 /// The corners of a cell, or of as many of its nodes as are asked for.
-pub(super) fn corners<const N: usize>(nodes: &[Vec3], cell: &[u32]) -> [Vec3; N] {
+pub(crate) fn corners<const N: usize>(nodes: &[V3], cell: &[u32]) -> [V3; N] {
     std::array::from_fn(|i| nodes[cell[i] as usize])
 }
 
 /// Volume of a cell; negative if it is inverted. Exact for the trilinear hexahedron, whose Jacobian determinant
 /// is quadratic in each reference coordinate.
-pub(super) fn cell_volume(nodes: &[Vec3], kind: CellKind, cell: &[u32]) -> f64 {
+pub(crate) fn cell_volume(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => {
-            let x: [Vec3; 4] = corners(nodes, cell);
-            det(sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])) / 6.0
+            let x: [V3; 4] = corners(nodes, cell);
+            det(tet_jacobian(&x)) / 6.0
         }
         CellKind::Hex8 => {
             let edges = HexEdges::new(&corners(nodes, cell));
-            let at = |c: &Vec3| {
-                let [a, b, c] = edges.jacobian(c.map(|s| s * GAUSS));
-                det(a, b, c)
-            };
-            HEX_CORNERS.iter().map(at).sum()
+            HEX_CORNERS.iter().map(|corner| det(edges.jacobian(corner.map(|s| s * GAUSS)))).sum()
         }
     }
 }
 
 /// The integral of the unit normal over a face with three or four corners; area. Its length is the area of a
 /// plane face, and what a warped face shows to its mean normal.
-pub(super) fn vector_area(nodes: &[Vec3], face: &[u32]) -> Vec3 {
+pub(crate) fn vector_area(nodes: &[V3], face: &[u32]) -> V3 {
     let x = |i: usize| nodes[face[i] as usize];
     let twice = match face.len() {
         3 => cross(sub(x(1), x(0)), sub(x(2), x(0))),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::geometry::norm;
+use super::v3::norm;
 use super::{CellKind, Mesh, bodies, quality};
 
 /// A summary of a mesh.

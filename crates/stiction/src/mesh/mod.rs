@@ -8,13 +8,14 @@ mod build;
 mod check;
 mod components;
 mod face_table;
-mod geometry;
+pub(crate) mod geometry;
 mod groups;
 mod info;
 mod notes;
 mod quality;
 mod query;
 mod raw;
+pub(crate) mod v3;
 
 pub use block::{Block, BlockElement, block};
 pub use build::build;

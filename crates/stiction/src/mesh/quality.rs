@@ -1,7 +1,8 @@
 //! How well shaped a cell is.
 
 use super::CellKind;
-use super::geometry::{GAUSS, HEX_CORNERS, HexEdges, Vec3, corners, det, dot, norm, sub};
+use super::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
+use super::v3::{V3, det, dot, norm, sub};
 
 /// Quality of a cell: 1 at best, 0 where flat, negative where inverted, NaN where all its nodes coincide.
 ///
@@ -16,28 +17,28 @@ pub fn quality(nodes: &[[f64; 3]], kind: CellKind, cell: &[u32]) -> f64 {
 }
 
 /// The least scaled Jacobian a computation meets: as [`quality`], for hexahedra also at the 2 x 2 x 2 Gauss points.
-pub(super) fn validity(nodes: &[Vec3], kind: CellKind, cell: &[u32]) -> f64 {
+pub(super) fn validity(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => tet_quality(&corners(nodes, cell)),
         CellKind::Hex8 => least(&corners(nodes, cell), &[1.0, GAUSS]),
     }
 }
 
-fn tet_quality(x: &[Vec3; 4]) -> f64 {
-    let [a, b, c] = [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])];
+fn tet_quality(x: &[V3; 4]) -> f64 {
+    let [a, b, c] = tet_jacobian(x);
     let edges = [a, b, c, sub(x[2], x[1]), sub(x[3], x[2]), sub(x[1], x[3])];
     let rms = (edges.iter().map(|&e| dot(e, e)).sum::<f64>() / 6.0).sqrt();
-    std::f64::consts::SQRT_2 * det(a, b, c) / (rms * rms * rms)
+    std::f64::consts::SQRT_2 * det([a, b, c]) / (rms * rms * rms)
 }
 
 /// Least scaled Jacobian over the corners of the reference cube shrunk by each of `shrink`; NaN wins.
-fn least(x: &[Vec3; 8], shrink: &[f64]) -> f64 {
+fn least(x: &[V3; 8], shrink: &[f64]) -> f64 {
     let edges = HexEdges::new(x);
     let mut least = f64::INFINITY;
     for s in shrink {
         for corner in &HEX_CORNERS {
             let [a, b, c] = edges.jacobian(corner.map(|v| v * s));
-            let scaled = det(a, b, c) / (norm(a) * norm(b) * norm(c));
+            let scaled = det([a, b, c]) / (norm(a) * norm(b) * norm(c));
             if scaled.is_nan() || scaled < least {
                 least = scaled;
             }

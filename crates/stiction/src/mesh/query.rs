@@ -1,6 +1,7 @@
 //! Questions other modules ask of a mesh.
 
-use super::geometry::{cell_volume, norm, vector_area};
+use super::geometry::{cell_volume, vector_area};
+use super::v3::norm;
 use super::{CellKind, Group, Mesh};
 
 impl Mesh {

@@ -215,6 +215,9 @@ pub(super) fn face_steps(
 ) -> super::iterate::Step<FaceSteps> {
     let mut way = vec![0.0; it.x.len()];
     let mut r = arcs.free.clone();
+    // The caller's inverse has a scale of its own, against which the boundaries are stiff or not.
+    let scale = apply.map_or(f64::NAN, |apply| dot(&apply(&r, &arcs.is_free), &r) / dot(&r, &r));
+    let a = if scale > 0.0 && scale.is_finite() { scale } else { a };
     let mut z = preconditioned(arcs, &r, a, apply);
     let mut p = z.clone();
     let mut rz = dot(&r, &z);

@@ -6,7 +6,7 @@ use super::iterate::{Iterate, Step};
 use super::{BoundCounts, Bounds, QpStatus};
 use crate::linalg::dot;
 
-/// How [`mprgp`] goes on from a bound.
+/// How MPRGP goes on from a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expansion {
     /// To the bound, then a step of fixed length along the reduced free gradient (the one the rate is proved for).

@@ -34,7 +34,13 @@ const SAME: f64 = 1e-3;
 /// # Errors
 /// If a file is missing, damaged, or does not fit the others.
 pub fn check(folder: &Path) -> Result<Checked, Error> {
-    let (problem, tolerance) = problem::read_problem(&folder.join("problem.npz"))?;
+    let file = folder.join("problem.npz");
+    if !file.exists() {
+        let what = "there is no problem.npz in it";
+        let remedy = "name a folder that `stiction solve` has filled";
+        return Err(Error::new(folder.display().to_string(), what, remedy));
+    }
+    let (problem, tolerance) = problem::read_problem(&file)?;
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let path = folder.join("summary.json");

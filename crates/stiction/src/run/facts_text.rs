@@ -75,16 +75,15 @@ impl ContactFacts {
             }
         };
         let dropped = s.clamped + s.held_along_normal;
-        note(
-            dropped,
-            format!(
-                "{dropped} nodes cannot move towards the obstacle ({} of them are fixed altogether) and carry no \
-                 contact force; they stand for the area {}",
-                s.clamped,
-                number(s.dropped_area)
-            ),
-        );
-        note(s.guided, format!("{} points are guided: friction acts in their free directions only", s.guided));
+        let why = match s.clamped {
+            0 => "are held along the normal".to_string(),
+            all if all == dropped => "are fixed".to_string(),
+            some => format!("are held along the normal, {some} of them altogether,"),
+        };
+        let area = number(s.dropped_area);
+        note(dropped, format!("{dropped} nodes {why} and carry no contact force; they stand for the area {area}"));
+        let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
+        note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
         note(
             s.facing_away,
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),

@@ -4,7 +4,7 @@ use super::facts::{FixFacts, LoadFacts};
 use super::{place, regions};
 use crate::Error;
 use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read; everything acts in full.
@@ -25,10 +25,15 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     })?;
     if dofs.free.is_empty() {
         let what = "every displacement is prescribed: there is nothing to solve";
-        return Err(Error::new("[[fix]]", what, "leave a part of the body free"));
+        return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
-    held(mesh, &dofs)?;
+    held(mesh, &dofs).map_err(|error| place::at(support_spot(case), error))?;
     Ok((fixes, facts))
+}
+
+/// Where the case says how the body is held: its last support, or the body itself where it has none.
+fn support_spot(case: &Case) -> &Spot {
+    case.fixes.last().map_or(&case.mesh.spot, |fix| &fix.spot)
 }
 
 fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
@@ -62,7 +67,7 @@ fn held(mesh: &Mesh, dofs: &DofMap) -> Result<(), Error> {
         format!("{who} is not held: it is free in {}", motions.join("; "))
     };
     let remedy = "add a [[fix]] that stops these motions; in this version contact alone does not hold a body";
-    Err(Error::new("[[fix]]", what, remedy))
+    Err(Error::new("", what, remedy))
 }
 
 /// Loads with the force each adds up to.

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::place;
 use super::report::number;
 use crate::Error;
-use crate::io::case::{BlockElement as Element, BlockSpec, MeshSource, MeshSpec};
+use crate::io::case::{MeshSource, MeshSpec};
 use crate::io::{gmsh, machine};
-use crate::mesh::{Block, BlockElement, Mesh, MeshNotes, block};
+use crate::mesh::{Mesh, MeshNotes, block};
 
 /// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
 const BYTES_PER_NODE: f64 = 5000.0;
@@ -30,9 +30,9 @@ pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 /// Makes or reads the mesh that `spec` asks for; `memory` in bytes bounds what may be begun.
 pub(super) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
     let made = match &spec.source {
-        MeshSource::Block(spec) => {
-            let nodes: f64 = spec.cells.iter().map(|&n| n as f64 + 1.0).product();
-            fits(nodes, memory).and_then(|()| block(&of_spec(spec))).map(|mesh| (mesh, MeshNotes::default()))
+        MeshSource::Block(description) => {
+            let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
+            fits(nodes, memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
         MeshSource::File { path, scale } => {
             let read = read_mesh(path, *scale);
@@ -56,19 +56,5 @@ fn fits(nodes: f64, memory: Option<u64>) -> Result<(), Error> {
             Err(Error::new("", what, remedy))
         }
         _ => Ok(()),
-    }
-}
-
-fn of_spec(spec: &BlockSpec) -> Block {
-    Block {
-        size: spec.size,
-        cells: spec.cells,
-        origin: spec.origin,
-        grading: spec.grading,
-        element: match spec.element {
-            Element::FiveTets { parity } => BlockElement::Tet4Five { parity },
-            Element::SixTets => BlockElement::Tet4Six,
-            Element::Hex8 => BlockElement::Hex8,
-        },
     }
 }

@@ -8,7 +8,7 @@ use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, assemble, notes};
-use crate::io::case::Case;
+use crate::io::case::{Case, Spot};
 use crate::linalg::Csr;
 use crate::mesh::{Mesh, MeshNotes, info};
 
@@ -16,6 +16,8 @@ use crate::mesh::{Mesh, MeshNotes, info};
 #[derive(Debug, Clone)]
 pub struct Prepared {
     pub mesh: Mesh,
+    /// Where the case describes the mesh, for errors that its size causes.
+    pub mesh_spot: Spot,
     pub materials: Vec<Material>,
     /// Index into `materials` for each cell.
     pub material_of_cell: Vec<u32>,
@@ -69,7 +71,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         notes,
     };
     let seconds = [meshed, assembled - meshed, posed - assembled];
-    Ok(Prepared { mesh, materials, material_of_cell, model, surfaces, problem, facts, seconds })
+    let mesh_spot = case.mesh.spot.clone();
+    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, seconds })
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

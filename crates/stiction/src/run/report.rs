@@ -44,14 +44,16 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line(
         "work",
         format!(
-            "{} iterations, {} products with B K^-1 B' ({}), {}",
-            iterations,
-            counts.products,
+            "{}, {} with B K^-1 B' ({}), {}",
+            counted(iterations, "iteration"),
+            counted(counts.products, "product"),
             form(outcome.form),
             match &outcome.method {
-                Some(report) =>
-                    format!("{} steps in {} quadratic programs", report.counts.steps(), report.counts.qp_problems),
-                None => format!("{} restarts", counts.restarts),
+                Some(report) => {
+                    let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
+                    format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+                }
+                None => counted(counts.restarts, "restart"),
             }
         ),
     );
@@ -82,6 +84,9 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
             number(t.slip_area)
         ),
     );
+    if t.open == t.points {
+        line("", "no point touches the obstacle".into());
+    }
     if let Some(place) = t.max_pressure_at {
         line(
             "",
@@ -95,9 +100,14 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
     }
 }
 
+/// `1 iteration`, `7 iterations`.
+fn counted(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
 /// How the iteration ended.
 fn status(status: Status, iterations: usize) -> String {
-    let count = if iterations == 1 { "1 iteration".to_string() } else { format!("{iterations} iterations") };
+    let count = counted(iterations, "iteration");
     match status {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::place;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::dual::{Dual, DualSettings, Form, choose};
@@ -132,7 +133,7 @@ pub fn solve(
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
 
     let _ = observer(&Event::Ordering);
-    let choice = choose(problem, &settings.dual)?;
+    let choice = choose(problem, &settings.dual).map_err(|error| place::at(&prepared.mesh_spot, error))?;
     seconds.ordering = lap();
     let form = choice.form;
     let _ = observer(&Event::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });

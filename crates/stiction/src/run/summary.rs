@@ -7,6 +7,7 @@ use super::{Outcome, Prepared, Totals, fields, method_text, pair_totals, totals}
 use crate::certificate::Certificate;
 use crate::dual::Form;
 use crate::friction::Status;
+use crate::linalg::Csr;
 
 /// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
@@ -128,10 +129,17 @@ pub(super) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
     sizes.fold((0.0, [0.0; 3]), |best, (size, x)| if size > best.0 { (size, *x) } else { best })
 }
 
-/// `1/2 u'Ku - f'u` over the unknown displacements.
+/// `1/2 u'Ku - f'u` over all degrees of freedom, the prescribed ones included: what the body stores less the work of
+/// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
 fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
     let (problem, u) = (&prepared.problem, &outcome.solution.u);
-    problem.K.times(u).iter().zip(&problem.f).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
+    let unknowns = potential(&problem.K, &problem.f, u);
+    unknowns + problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own, &s.load, &s.displacement))
+}
+
+/// `1/2 u'Ku - f'u`.
+fn potential(stiffness: &Csr, load: &[f64], u: &[f64]) -> f64 {
+    stiffness.times(u).iter().zip(load).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
 }
 
 /// The force of all supports on the body.

@@ -2,8 +2,8 @@
 
 use super::regions;
 use crate::Error;
-use crate::contact::{ContactSurface, Obstacle, Side, SurfaceFriction};
-use crate::io::case::{ContactSpec, FrictionSpec, ObstacleSpec, Side as SpecSide};
+use crate::contact::ContactSurface;
+use crate::io::case::ContactSpec;
 use crate::mesh::Mesh;
 
 /// The surfaces and what they may touch.
@@ -12,8 +12,8 @@ pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
         Ok(ContactSurface {
             name: spec.name.clone(),
             faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
-            obstacle: obstacle(&spec.against),
-            friction: friction(spec.friction),
+            obstacle: spec.against,
+            friction: spec.friction,
         })
     };
     specs.iter().map(surface).collect()
@@ -31,28 +31,4 @@ pub(super) fn shared(surfaces: &[ContactSurface]) -> Vec<(String, String, usize)
         }
     }
     shared
-}
-
-fn obstacle(spec: &ObstacleSpec) -> Obstacle {
-    let side = |side: SpecSide| match side {
-        SpecSide::Outside => Side::Outside,
-        SpecSide::Inside => Side::Inside,
-    };
-    match *spec {
-        ObstacleSpec::Plane { point, normal } => Obstacle::Plane { point, normal },
-        ObstacleSpec::Sphere { center, radius, side: s } => Obstacle::Sphere { center, radius, side: side(s) },
-        ObstacleSpec::Cylinder { point, axis, radius, side: s } => {
-            Obstacle::Cylinder { point, axis, radius, side: side(s) }
-        }
-    }
-}
-
-fn friction(spec: FrictionSpec) -> SurfaceFriction {
-    match spec {
-        FrictionSpec::None => SurfaceFriction::None,
-        FrictionSpec::Bonded => SurfaceFriction::Bonded,
-        FrictionSpec::Coulomb(coefficient) => SurfaceFriction::Coulomb(coefficient),
-        FrictionSpec::TrescaStress(stress) => SurfaceFriction::GivenStress(stress),
-        FrictionSpec::TrescaNodal(force) => SurfaceFriction::GivenForce(force),
-    }
 }

@@ -12,7 +12,7 @@ use faer::linalg::solvers::Solve;
 
 use super::*;
 use crate::linalg::Csr;
-use crate::mesh::{CellKind, Cells, Face, Mesh};
+use crate::mesh::{CellKind, Cells, Face, Mesh, v3};
 
 /// A box `[0, size]` of `cells` bricks, hexahedra or five tetrahedra each.
 fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {

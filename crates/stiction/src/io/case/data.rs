@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use super::source::Spot;
+use crate::contact::{Obstacle, SurfaceFriction};
 use crate::fem::{Field, Formulation};
 use crate::friction::{Method, MethodSettings};
+use crate::mesh::Block;
 
 /// A whole case. Any consistent system of units.
 #[derive(Debug, Clone)]
@@ -31,39 +33,14 @@ pub struct MeshSpec {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSource {
-    Block(BlockSpec),
+    /// A box of cells with the groups `x-min` ... `z-max` and `body`.
+    Block(Block),
     File {
         /// Relative paths start at the folder of the case file.
         path: PathBuf,
         /// Factor on the coordinates, > 0.
         scale: f64,
     },
-}
-
-/// A box of cells with the groups `x-min` ... `z-max` and `body`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BlockSpec {
-    /// Lengths of the edges, > 0.
-    pub size: [f64; 3],
-    /// Boxes along each axis, >= 1.
-    pub cells: [usize; 3],
-    /// Lowest corner, length.
-    pub origin: [f64; 3],
-    /// Length of the last box over that of the first along each axis, > 0.
-    pub grading: [f64; 3],
-    pub element: BlockElement,
-}
-
-/// What becomes of each box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BlockElement {
-    /// Five tetrahedra, mirrored from box to box. At parity 0 the central tetrahedron of the box at the origin
-    /// stands on the corners 100 010 001 111, at parity 1 on the other four.
-    FiveTets { parity: u8 },
-    /// Six tetrahedra around the diagonal from the lowest to the highest corner.
-    SixTets,
-    /// One hexahedron.
-    Hex8,
 }
 
 /// An isotropic linear elastic material.
@@ -130,54 +107,10 @@ pub struct ContactSpec {
     pub name: String,
     /// Never a point.
     pub on: Region,
-    pub against: ObstacleSpec,
-    pub friction: FrictionSpec,
+    /// Directions have unit length.
+    pub against: Obstacle,
+    pub friction: SurfaceFriction,
     pub spot: Spot,
-}
-
-/// A rigid obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ObstacleSpec {
-    /// Half space; the unit normal points out of it, towards the body.
-    Plane {
-        point: [f64; 3],
-        normal: [f64; 3],
-    },
-    Sphere {
-        center: [f64; 3],
-        radius: f64,
-        side: Side,
-    },
-    /// Without ends; the axis has unit length.
-    Cylinder {
-        point: [f64; 3],
-        axis: [f64; 3],
-        radius: f64,
-        side: Side,
-    },
-}
-
-/// On which side of a round surface the body lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
-    #[default]
-    Outside,
-    /// As in a bore.
-    Inside,
-}
-
-/// A law of friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrictionSpec {
-    None,
-    /// The surface sticks wherever it is.
-    Bonded,
-    /// Coefficient of friction, >= 0.
-    Coulomb(f64),
-    /// Shear stress at which a point slips, >= 0.
-    TrescaStress(f64),
-    /// Force at which a contact point slips, >= 0.
-    TrescaNodal(f64),
 }
 
 /// Settings of the solver.

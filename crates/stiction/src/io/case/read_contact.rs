@@ -1,9 +1,10 @@
 //! `[[contact]]`: surfaces, obstacles and friction.
 
-use super::data::{ContactSpec, FrictionSpec, ObstacleSpec, Region, Side};
+use super::data::{ContactSpec, Region};
 use super::read_region::extended_region;
 use super::view::View;
 use crate::Error;
+use crate::contact::{Obstacle, Side, SurfaceFriction};
 
 /// All contacts; their names differ.
 pub(super) fn contacts(case: &View) -> Result<Vec<ContactSpec>, Error> {
@@ -30,16 +31,16 @@ fn contact(table: &View, i: usize) -> Result<ContactSpec, Error> {
     Ok(ContactSpec { name, on, against: obstacle(table)?, friction: friction(table)?, spot: table.spot() })
 }
 
-fn obstacle(table: &View) -> Result<ObstacleSpec, Error> {
+fn obstacle(table: &View) -> Result<Obstacle, Error> {
     let against = table.table("against");
     let inside = |name| against.as_ref().and_then(|view| view.table(name));
     if let Some(plane) = inside("plane") {
-        Ok(ObstacleSpec::Plane { point: plane.vector("point"), normal: direction(&plane, "normal")? })
+        Ok(Obstacle::Plane { point: plane.vector("point"), normal: direction(&plane, "normal")? })
     } else if let Some(sphere) = inside("sphere") {
         let (center, radius) = (sphere.vector("center"), sphere.number("radius"));
-        Ok(ObstacleSpec::Sphere { center, radius, side: side(&sphere) })
+        Ok(Obstacle::Sphere { center, radius, side: side(&sphere) })
     } else if let Some(cylinder) = inside("cylinder") {
-        Ok(ObstacleSpec::Cylinder {
+        Ok(Obstacle::Cylinder {
             point: cylinder.vector("point"),
             axis: direction(&cylinder, "axis")?,
             radius: cylinder.number("radius"),
@@ -68,20 +69,20 @@ fn direction(table: &View, key: &str) -> Result<[f64; 3], Error> {
     Ok(v.map(|x| x / length))
 }
 
-fn friction(table: &View) -> Result<FrictionSpec, Error> {
+fn friction(table: &View) -> Result<SurfaceFriction, Error> {
     let Some(law) = table.table("friction") else {
-        return Ok(FrictionSpec::None);
+        return Ok(SurfaceFriction::None);
     };
     if let Some(name) = law.node.text() {
-        return Ok(if name == "bonded" { FrictionSpec::Bonded } else { FrictionSpec::None });
+        return Ok(if name == "bonded" { SurfaceFriction::Bonded } else { SurfaceFriction::None });
     }
     if law.given("coulomb").is_some() {
         if law.given("nodal").is_some() {
             let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
             return Err(law.error("nodal", what, "take `nodal` out"));
         }
-        return Ok(FrictionSpec::Coulomb(law.number("coulomb")));
+        return Ok(SurfaceFriction::Coulomb(law.number("coulomb")));
     }
     let bound = law.number("tresca");
-    Ok(if law.flag("nodal") { FrictionSpec::TrescaNodal(bound) } else { FrictionSpec::TrescaStress(bound) })
+    Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
 }

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::data::{BlockElement, BlockSpec, MaterialSpec, MeshSource, MeshSpec};
+use super::data::{MaterialSpec, MeshSource, MeshSpec};
 use super::read_region::groups;
 use super::view::View;
 use crate::Error;
 use crate::fem::Formulation;
+use crate::mesh::{Block, BlockElement};
 
 /// The mesh; relative paths start at `folder`.
 pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
@@ -24,7 +25,7 @@ pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
     Ok(MeshSpec { source, spot: table.spot() })
 }
 
-fn block(table: &View) -> Result<BlockSpec, Error> {
+fn block(table: &View) -> Result<Block, Error> {
     let cells = table.counts("cells");
     // Nodes are numbered with 32 bits, degrees of freedom are three times as many.
     let nodes: f64 = cells.iter().map(|&c| c as f64 + 1.0).product();
@@ -32,7 +33,7 @@ fn block(table: &View) -> Result<BlockSpec, Error> {
         let what = format!("{cells:?} cells have {:.0} million nodes, more than can be numbered", nodes / 1e6);
         return Err(table.error("cells", what, "use fewer cells"));
     }
-    Ok(BlockSpec {
+    Ok(Block {
         size: table.vector("size"),
         cells,
         origin: table.vector("origin"),
@@ -57,10 +58,10 @@ fn element(table: &View) -> Result<BlockElement, Error> {
             let what = "`parity` is for split = \"five\", but the split is \"six\", the same in every cell";
             return Err(table.error("parity", what, "take `parity` out"));
         }
-        return Ok(BlockElement::SixTets);
+        return Ok(BlockElement::Tet4Six);
     }
     let parity = table.given("parity").map_or(0, |_| table.count("parity"));
-    Ok(BlockElement::FiveTets { parity: u8::from(parity == 1) })
+    Ok(BlockElement::Tet4Five { parity: u8::from(parity == 1) })
 }
 
 /// The materials, at least one.

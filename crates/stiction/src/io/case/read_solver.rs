@@ -1,8 +1,9 @@
 //! `[solver]`: the method and its settings.
 
-use super::data::{ContactSpec, DualPath, FrictionSpec, SolverSpec};
+use super::data::{ContactSpec, DualPath, SolverSpec};
 use super::view::View;
 use crate::Error;
+use crate::contact::SurfaceFriction;
 use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, Splitting, Sweeps};
 
 /// Programs within a method are solved this much more accurately than the method itself.
@@ -20,7 +21,7 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
         return Ok(SolverSpec::default());
     };
     let method = method(&table)?;
-    let coulomb = contacts.iter().find(|c| matches!(c.friction, FrictionSpec::Coulomb(_)));
+    let coulomb = contacts.iter().find(|c| matches!(c.friction, SurfaceFriction::Coulomb(_)));
     if let (Method::Given(_), Some(contact)) = (method.method, coulomb) {
         let name = table.text("method");
         let what = format!("{name:?} is for given friction, but the friction of contact {:?} is coulomb", contact.name);

@@ -54,7 +54,7 @@ static MESH: Rules = Rules {
             "file",
             Kind::Text,
             "file = \"part.msh\"",
-            "A mesh file, relative to the folder of the case file: Gmsh .msh, Abaqus or CalculiX .inp, .vtu.",
+            "A mesh file of Gmsh, .msh of version 2.2 or 4.1, relative to the folder of the case file.",
         ),
         key("scale", Kind::Number(POSITIVE), "scale = 1e-3", "Factor on the coordinates of the file.").default("1"),
     ],

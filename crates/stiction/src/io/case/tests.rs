@@ -4,7 +4,9 @@ mod mistakes;
 mod robustness;
 
 use super::*;
+use crate::contact::{Obstacle, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation};
+use crate::mesh::{Block, BlockElement};
 
 /// The case file of the design, with a title that is easy to move.
 const BRICK: &str = r#"title = "Brick on a rigid foundation"
@@ -46,12 +48,12 @@ fn the_brick_is_read_as_it_is_meant() {
     let case = read_text(BRICK);
     assert_eq!(case.title, "Brick on a rigid foundation");
     assert_eq!(case.units.as_deref(), Some("m, N, Pa"));
-    let block = BlockSpec {
+    let block = Block {
         size: [3.0, 1.0, 1.0],
         cells: [24, 8, 8],
         origin: [0.0; 3],
         grading: [1.0; 3],
-        element: BlockElement::FiveTets { parity: 0 },
+        element: BlockElement::Tet4Five { parity: 0 },
     };
     assert_eq!(case.mesh.source, MeshSource::Block(block));
     assert_eq!(case.mesh.spot.place, "case.toml:3:1");
@@ -69,8 +71,8 @@ fn the_brick_is_read_as_it_is_meant() {
     assert!(matches!(traction[0], Field::Constant(0.0)));
     let [contact] = case.contacts.as_slice() else { panic!() };
     assert_eq!(contact.name, "z-min");
-    assert_eq!(contact.against, ObstacleSpec::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
-    assert_eq!(contact.friction, FrictionSpec::Coulomb(0.35));
+    assert_eq!(contact.against, Obstacle::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+    assert_eq!(contact.friction, SurfaceFriction::Coulomb(0.35));
     assert_eq!(contact.spot.place, "case.toml:13:1");
     assert_eq!(case.solver, SolverSpec::default());
 }
@@ -122,8 +124,8 @@ fn blocks_are_cut_as_asked() {
         }
     };
     assert_eq!(element("element = \"hex8\""), BlockElement::Hex8);
-    assert_eq!(element("split = \"six\""), BlockElement::SixTets);
-    assert_eq!(element("parity = 1"), BlockElement::FiveTets { parity: 1 });
+    assert_eq!(element("split = \"six\""), BlockElement::Tet4Six);
+    assert_eq!(element("parity = 1"), BlockElement::Tet4Five { parity: 1 });
 }
 
 #[test]
@@ -145,24 +147,24 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     };
     let c =
         contact("on = [\"a\", \"b\"]\nagainst.plane = { point = [0, 0, 1], normal = [0, 3, 4] }\nfriction = \"none\"");
-    assert_eq!((c.name.as_str(), c.friction), ("a+b", FrictionSpec::None));
-    assert_eq!(c.against, ObstacleSpec::Plane { point: [0.0, 0.0, 1.0], normal: [0.0, 0.6, 0.8] });
+    assert_eq!((c.name.as_str(), c.friction), ("a+b", SurfaceFriction::None));
+    assert_eq!(c.against, Obstacle::Plane { point: [0.0, 0.0, 1.0], normal: [0.0, 0.6, 0.8] });
     let c = contact(
         "name = \"n\"\non.box = [[0, 0, 0], [1, 2, 0]]\nagainst.sphere = { center = [0, 0, 1], radius = 2, side = \"inside\" }\nfriction = \"bonded\"",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("n", FrictionSpec::Bonded));
+    assert_eq!((c.name.as_str(), c.friction), ("n", SurfaceFriction::Bonded));
     assert_eq!(c.on, Region::Box { min: [0.0; 3], max: [1.0, 2.0, 0.0] });
-    assert_eq!(c.against, ObstacleSpec::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
+    assert_eq!(c.against, Obstacle::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
     let c = contact(
         "on = \"a\"\nagainst.cylinder = { point = [0, 0, 1], axis = [0, -1e300, 0], radius = 2 }\nfriction = { tresca = 5 }",
     );
     let (point, axis) = ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]);
-    assert_eq!(c.against, ObstacleSpec::Cylinder { point, axis, radius: 2.0, side: Side::Outside });
-    assert_eq!(c.friction, FrictionSpec::TrescaStress(5.0));
+    assert_eq!(c.against, Obstacle::Cylinder { point, axis, radius: 2.0, side: Side::Outside });
+    assert_eq!(c.friction, SurfaceFriction::GivenStress(5.0));
     let c = contact(
         "on.box = [[0, 0, 0], [1, 1, 1]]\nagainst.plane = { point = [0, 0, 0], normal = [1, 0, 0] }\nfriction = { tresca = 5, nodal = true }",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("contact 1", FrictionSpec::TrescaNodal(5.0)));
+    assert_eq!((c.name.as_str(), c.friction), ("contact 1", SurfaceFriction::GivenForce(5.0)));
 }
 
 #[test]
@@ -180,7 +182,7 @@ fn overrides_replace_add_and_quote_as_needed() {
     let case = parse(BRICK, "case.toml", &pairs).unwrap_or_else(|e| panic!("{e}"));
     let MeshSource::Block(block) = &case.mesh.source else { panic!() };
     assert_eq!((block.cells, block.size), ([12, 4, 4], [5.0, 1.0, 1.0]));
-    assert_eq!(case.contacts[0].friction, FrictionSpec::Coulomb(0.2));
+    assert_eq!(case.contacts[0].friction, SurfaceFriction::Coulomb(0.2));
     assert_eq!((case.solver.max_iterations, case.solver.tolerance), (7, 1e-5));
     assert_eq!(case.materials[0].density, 1.0);
     let Region::Groups(groups) = &case.fixes[0].on else { panic!() };

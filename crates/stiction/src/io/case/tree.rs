@@ -139,7 +139,7 @@ fn syntax(source: &Source, error: &toml::de::Error) -> Error {
     let remedy = if error.message().contains("duplicate key") {
         "keep one of the two; entries that may come several times have double brackets, like [[contact]]"
     } else {
-        "lines read `key = value`, texts stand in double quotes, lists in [ ], tables in { } on one line"
+        "lines read `key = value`; numbers have a decimal point, texts stand in double quotes, lists in [ ], tables in { }"
     };
     source.spot(&At::File(span)).error(format!("this is not TOML: {}", error.message()), remedy)
 }

@@ -36,8 +36,7 @@ pub fn convergence(path: &Path, points: &[ConvergencePoint], tolerance: f64, tit
     let x = |products: f64| area.left + (area.right - area.left) * products / (1.02 * most);
     let y = |ten: f64| area.bottom - (area.bottom - area.top) * (ten - f64::from(low)) / f64::from(high - low);
 
-    let every = ((high - low) as usize).div_ceil(10).max(1);
-    for ten in (low..=high).step_by(every) {
+    for ten in decades(low, high) {
         let at = y(f64::from(ten));
         canvas.line([area.left, at], [area.right, at], 1.0, GRID);
         canvas.text(&ten_to(ten), [area.left - 14.0, at], SMALL, INK, Align::Right);
@@ -77,6 +76,13 @@ pub fn convergence(path: &Path, points: &[ConvergencePoint], tolerance: f64, tit
     canvas.write(path)
 }
 
+/// The powers of ten from `low` to `high` that are marked: all, or the multiples of the least step that leaves few.
+fn decades(low: i32, high: i32) -> impl Iterator<Item = i32> {
+    const MOST: i32 = 12; // labels on the axis that do not crowd it
+    let every = (high - low + MOST - 1) / MOST;
+    (low..=high).filter(move |ten| ten % every.max(1) == 0)
+}
+
 /// `5` for `5.0`.
 fn whole(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
@@ -86,4 +92,18 @@ fn summary(points: &[ConvergencePoint]) -> String {
     let Some(last) = points.last() else { return "no iterations".to_string() };
     let (iterations, products) = (grouped(last.iteration), grouped(last.products));
     format!("{iterations} iterations  ·  {products} products  ·  residual {}", number(last.residual))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marked_decades_are_all_or_round_and_within_the_axis() {
+        let marks = |low, high| decades(low, high).collect::<Vec<_>>();
+        assert_eq!(marks(-9, 1), (-9..=1).collect::<Vec<_>>());
+        assert_eq!(marks(-13, 2), [-12, -10, -8, -6, -4, -2, 0, 2]);
+        assert_eq!(marks(-20, 5), [-18, -15, -12, -9, -6, -3, 0, 3]);
+        assert_eq!(marks(-301, 0).len(), 12);
+    }
 }

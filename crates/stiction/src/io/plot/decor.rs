@@ -60,8 +60,7 @@ fn color_bar(canvas: &mut Canvas, area: Area, [low, high]: [f64; 2], label: &str
 }
 
 fn legend(canvas: &mut Canvas, area: Area, status: &[u8]) -> f64 {
-    let outside = status.iter().any(|&s| usize::from(s) >= STATUS.len()).then_some(OUTSIDE);
-    let entries: Vec<(&str, Rgb)> = STATUS.into_iter().chain(outside).collect();
+    let entries = states(status);
     let count = entries.len();
     for (i, (name, color)) in entries.into_iter().enumerate() {
         let y = area.top + 16.0 + 40.0 * i as f64;
@@ -70,6 +69,13 @@ fn legend(canvas: &mut Canvas, area: Area, status: &[u8]) -> f64 {
         canvas.text(name, [area.left + 44.0, y], BODY, INK, Align::Left);
     }
     area.top + 16.0 + 40.0 * count as f64
+}
+
+/// The states that occur, with their colours.
+fn states(status: &[u8]) -> Vec<(&'static str, Rgb)> {
+    let known = (0..).zip(STATUS).filter(|(state, _)| status.contains(state)).map(|(_, entry)| entry);
+    let outside = status.iter().any(|&s| usize::from(s) >= STATUS.len()).then_some(OUTSIDE);
+    known.chain(outside).collect()
 }
 
 /// The directions of x, y and z, in the lower left corner.
@@ -91,5 +97,18 @@ pub(super) fn triad(canvas: &mut Canvas, camera: &Camera) {
             let name = [tip[0] + 15.0 * dx / length, tip[1] + 15.0 * dy / length];
             canvas.text(["x", "y", "z"][axis], name, BODY, COLORS[axis], Align::Center);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_legend_names_the_states_that_occur() {
+        let names = |status: &[u8]| states(status).into_iter().map(|s| s.0).collect::<Vec<_>>();
+        assert_eq!(names(&[2, 0, 2]), ["open", "slip"]);
+        assert_eq!(names(&[1, 255, 1]), ["stick", "held"]);
+        assert!(names(&[]).is_empty());
     }
 }
