@@ -17,7 +17,7 @@ pub struct Quadratic<'a> {
     pub h: Vec<f64>,
     /// False for an empty row of `B`, whose multiplier is zero; `3m`.
     pub live: Vec<bool>,
-    /// The largest eigenvalue of `Q`, length per newton, to [`SHARP`] from below.
+    /// The largest eigenvalue of `Q`, length per newton, to 1e-4 from below.
     pub largest: f64,
     products: Cell<usize>,
 }
