@@ -47,10 +47,11 @@ pub const FITTED: [(&str, &str); 7] = [
     ),
 ];
 
-/// What the column `Eff (%)` counts; see [`crate::friction::MethodCounts::flops`].
-pub const EFFICIENCY: &str = "Eff (%) compares counted floating-point operations: two for each entry of the block of Q in \
+/// What the column `Eff (%)` counts, see [`crate::friction::MethodCounts::flops`], and where runs are stopped.
+pub const READING: &str = "Eff (%) compares counted floating-point operations: two for each entry of the block of Q in \
      a product, and the work on vectors; forming Q is not counted. How the paper counted in 2003 is not known, so that it \
-     is reported without a band, as are QPPs, Prec and Cont.";
+     is reported without a band, as are QPPs, Prec and Cont. ALG2 is stopped after 100 iterations, as in the paper, other \
+     methods after 5000; a run that has used 10 000 products is given up and shows a dash.";
 
 /// Inner tolerances, relative to the right-hand side, and that of sweeps: see [`FITTED`].
 pub const INNER_GIVEN: f64 = 1e-8;

@@ -40,7 +40,7 @@ pub fn html(study: &Study) -> String {
         text += " This is the quick subset of the tables.";
     }
     text += &format!(" Made by stiction {} in {:.0} s.", env!("CARGO_PKG_VERSION"), study.seconds);
-    text += &format!("</p>\n<p class=\"small\">{}", escaped(choices::EFFICIENCY));
+    text += &format!("</p>\n<p class=\"small\">{}", escaped(choices::READING));
     text += "</p>\n<p class=\"key\"><span class=\"within\">within its band</span><span class=\"outside\">outside</span>\
              <span class=\"known\">outside, documented</span> no colour: reported only. Deviation, band and reason are \
              shown when the pointer rests on a number, and stand in the CSV files.</p>\n<nav>";

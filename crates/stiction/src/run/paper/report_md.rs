@@ -14,7 +14,7 @@ pub fn markdown(study: &Study) -> String {
     if study.quick {
         text += "This is the quick subset of the tables.\n\n";
     }
-    text += &format!("{}\n\n", choices::EFFICIENCY);
+    text += &format!("{}\n\n", choices::READING);
     text += "✓ within its band, ✗ outside, (✗) outside as documented, no mark: reported only. Bands, deviations and \
              reasons stand below each table; the CSV files have all of them.\n\n## Fitted choices\n\n";
     for (name, words) in choices::FITTED {

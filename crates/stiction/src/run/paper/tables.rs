@@ -76,7 +76,7 @@ fn words(setting: Setting, lines: &[Line]) -> String {
         parts.push(format!("{:?} coupling", setting.coupling).to_lowercase());
     }
     if lines.iter().any(|l| l.experiment.method.is_coulomb()) {
-        parts.push(format!("g(0) = {:e}", setting.start));
+        parts.push(if setting.start == 0.0 { "g(0) = 0".into() } else { format!("g(0) = {:e}", setting.start) });
     }
     parts.join("; ")
 }
