@@ -22,7 +22,7 @@ pub struct Arguments {
     /// A figure to draw, 1 to 6; may be repeated
     #[arg(long, value_name = "N")]
     figure: Vec<usize>,
-    /// Only what is judged by a band: half a minute instead of some
+    /// Only what is judged by a band, in the fitted setting: seconds instead of minutes
     #[arg(long)]
     quick: bool,
     /// Folder of the report
