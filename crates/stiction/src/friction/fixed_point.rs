@@ -113,7 +113,9 @@ pub(super) fn inexact_fixed_point(
         }
         let bounds = boxes(slip_bounds.friction, &lagrangian.q.live, &slip_bounds.value);
         let settled = if given == Given::AdaptiveUzawa {
-            let gradient = adaptive.step(step1, copies, &bounds, settings.tolerance, &mut record.counts)?;
+            // What a program leaves undone moves the bounds: it must be less than what the rule for them sees.
+            let target = settings.inner_tolerance.min(settings.tolerance);
+            let gradient = adaptive.step(step1, copies, &bounds, target, &mut record.counts)?;
             // A rough step may leave the bounds where they are and yet be far from the solution.
             gradient.max(lagrangian.disagreement(&copies.x)) <= settings.tolerance
         } else {
