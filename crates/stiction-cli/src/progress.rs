@@ -55,6 +55,15 @@ impl Progress {
         self.say(words(event));
     }
 
+    /// A line that stays.
+    pub fn line(&self, text: &str) {
+        match self {
+            Progress::Line(bar) => bar.println(format!("  {text}")),
+            Progress::Plain => output::note(&format!("  {text}\n")),
+            Progress::None => {}
+        }
+    }
+
     /// Takes the moving line away.
     pub fn finish(&self) {
         if let Progress::Line(bar) = self {

@@ -11,6 +11,7 @@ mod loads;
 mod materials;
 mod mesh;
 mod method_text;
+pub mod paper;
 mod pictures;
 mod place;
 mod prepare;
