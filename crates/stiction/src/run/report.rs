@@ -52,19 +52,22 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         let restarts = counted(counts.restarts, "restart");
         line("work", format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle")));
     } else {
-        line("work", format!(
-            "{}, {} with B K^-1 B' ({}), {}",
-            counted(iterations, "iteration"),
-            counted(counts.products, "product"),
-            path(outcome.path),
-            match &outcome.method {
-                Some(report) => {
-                    let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
-                    format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+        line(
+            "work",
+            format!(
+                "{}, {} with B K^-1 B' ({}), {}",
+                counted(iterations, "iteration"),
+                counted(counts.products, "product"),
+                path(outcome.path),
+                match &outcome.method {
+                    Some(report) => {
+                        let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
+                        format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+                    }
+                    None => counted(counts.restarts, "restart"),
                 }
-                None => counted(counts.restarts, "restart"),
-            }
-        ));
+            ),
+        );
     }
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();

@@ -8,8 +8,8 @@ use super::prepare::Prepared;
 use crate::Error;
 use crate::dual::{Dual, DualSettings, Form, choose};
 use crate::friction::{
-    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status, coulomb_facts,
-    solve_primal, solve_with,
+    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
+    coulomb_facts, solve_primal, solve_with,
 };
 use crate::io::case::{SolverPath, SolverSpec};
 use crate::io::machine;

@@ -52,9 +52,8 @@ impl Turned {
         }
         for p in &points {
             let old = kernel[p.node];
-            kernel[p.node] = std::array::from_fn(|r| {
-                std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum())
-            });
+            kernel[p.node] =
+                std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum()));
         }
         let mut turned = Turned { nodes, k, f: Vec::new(), kernel, points };
         turned.set_load(&problem.f);
@@ -133,15 +132,12 @@ fn turn_matrix(k: &mut Blocks<3, 3>, taken: &[u32], points: &[Point]) {
             let block = &mut k.value[place];
             if let Some(left) = left {
                 let old = *block;
-                *block = std::array::from_fn(|r| {
-                    std::array::from_fn(|c| (0..3).map(|s| left[r][s] * old[s][c]).sum())
-                });
+                *block = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| left[r][s] * old[s][c]).sum()));
             }
             if let Some(right) = right {
                 let old = *block;
-                *block = std::array::from_fn(|r| {
-                    std::array::from_fn(|c| (0..3).map(|s| old[r][s] * right[c][s]).sum())
-                });
+                *block =
+                    std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| old[r][s] * right[c][s]).sum()));
             }
         }
     }

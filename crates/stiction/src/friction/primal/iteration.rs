@@ -32,6 +32,13 @@ pub(super) struct State {
     pub resets: usize,
 }
 
+impl State {
+    /// Zero displacements of so many nodes.
+    pub fn zero(nodes: usize) -> State {
+        State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() }
+    }
+}
+
 /// The coarse levels follow once this share of the points has changed its condition.
 const LAG: f64 = 0.003;
 /// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles.
@@ -68,9 +75,12 @@ pub(super) fn run(
     loop {
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
         let first = at.cycles == 0 && at.sets.is_empty();
-        at.sets = (points.iter().zip(laws))
-            .map(|(p, law)| if first { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) })
-            .collect();
+        at.sets =
+            (points.iter().zip(laws))
+                .map(|(p, law)| {
+                    if first && law.rest[0] <= 0.0 { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) }
+                })
+                .collect();
         let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
         at.history.push(eps);
         if observe(at.cycles, eps, &at.sets).is_break() {

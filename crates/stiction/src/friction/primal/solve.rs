@@ -73,8 +73,7 @@ pub fn solve_primal(
         Law { friction: problem.friction[j], rest, parameter: PARAMETER * (d[0][0] + d[1][1] + d[2][2]) / 3.0 }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
-    let nodes = turned.f.len();
-    let mut at = State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() };
+    let mut at = State::zero(turned.f.len());
     let mut history = Vec::new();
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
     let mut tolerance = 0.03 * settings.tolerance;

@@ -29,16 +29,19 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     let prolongation = smoothed(a, &inverses, omega, &of, &tentative, count);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
+    if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
+        return None;
+    }
     Some(Coarser { prolongation, a_times_p, matrix, kernel })
 }
 
+/// A coarse matrix with so many times the numbers of its finer one costs more than it saves: cells are stretched, and
+/// the prolongation reaches far across the weak couplings.
+const MOST_FILL: usize = 3;
+
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.
 /// Columns that depend on the earlier ones there are zero.
-fn tentative<const R: usize>(
-    of: &[u32],
-    count: usize,
-    kernel: &[Kernel<R>],
-) -> (Vec<Block<R, 6>>, Vec<Kernel<6>>) {
+fn tentative<const R: usize>(of: &[u32], count: usize, kernel: &[Kernel<R>]) -> (Vec<Block<R, 6>>, Vec<Kernel<6>>) {
     let mut start = vec![0usize; count + 1];
     of.iter().for_each(|&g| start[g as usize + 1] += 1);
     (0..count).for_each(|g| start[g + 1] += start[g]);
@@ -147,7 +150,9 @@ fn galerkin<const R: usize>(p: &Blocks<R, 6>, a_times_p: &Blocks<R, 6>) -> Block
     let (start, entry) = p.by_columns();
     let reached = |k: usize, name: &mut dyn FnMut(u32)| {
         name(k as u32);
-        entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| a_times_p.row(i as usize).0.iter().for_each(|&j| name(j)));
+        entry[start[k]..start[k + 1]]
+            .iter()
+            .for_each(|&(i, _)| a_times_p.row(i as usize).0.iter().for_each(|&j| name(j)));
     };
     Blocks::from_rows(p.cols, p.cols, reached, |k, row| {
         for &(i, place) in &entry[start[k]..start[k + 1]] {

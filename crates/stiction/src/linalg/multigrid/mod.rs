@@ -11,9 +11,9 @@ mod coarsen;
 mod dense;
 mod packed;
 mod smoother;
-mod truncate;
 #[cfg(test)]
 mod tests;
+mod truncate;
 
 pub use blocks::{Block, Blocks, Nodes};
 pub use coarsen::Kernel;
@@ -42,7 +42,7 @@ pub struct Multigrid {
 }
 
 /// Couplings weaker than this do not join nodes into aggregates; halved on each level.
-const STRONG: f64 = 0.08;
+const STRONG: f64 = 0.05;
 /// Nodes of the coarsest level at most, where that can be had.
 const BOTTOM: usize = 50;
 /// Coarsening ends here at the latest.

@@ -44,7 +44,12 @@ impl<const R: usize> Level<R> {
     }
 
     /// New values of the chunks of one colour, written after all of them are known.
-    fn sweep(&self, colour: &[u32], x: &mut [[f32; R]], new: impl Fn(Range<usize>, &[[f32; R]]) -> Vec<[f32; R]> + Sync) {
+    fn sweep(
+        &self,
+        colour: &[u32],
+        x: &mut [[f32; R]],
+        new: impl Fn(Range<usize>, &[[f32; R]]) -> Vec<[f32; R]> + Sync,
+    ) {
         let swept = |&chunk: &u32| new(self.nodes(chunk as usize), x);
         let parts: Vec<Vec<[f32; R]>> = colour.par_iter().map(swept).collect();
         for (&chunk, part) in colour.iter().zip(parts) {

@@ -101,7 +101,9 @@ impl Multigrid {
             self.fine.inverse[v as usize] = single(&inverse_on(&diagonal, &condition.held.map(|h| !h)));
         }
         self.held.clear();
-        self.held.extend(conditions.iter().zip(&local.nodes).filter(|(c, _)| c.held != [false; 3]).map(|(c, &v)| (v, c.held)));
+        self.held.extend(
+            conditions.iter().zip(&local.nodes).filter(|(c, _)| c.held != [false; 3]).map(|(c, &v)| (v, c.held)),
+        );
         if coarse {
             self.update_coarse(conditions);
         }
@@ -199,7 +201,8 @@ impl Local {
             let mut near = |i: u32, of: &Blocks<3, 6>| of.row(i as usize).0.iter().for_each(|&j| name(j));
             entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| near(i, &inner));
             let (start, entry) = &self.a_times_p_columns;
-            let held = entry[start[k]..start[k + 1]].iter().filter(|&&(i, _)| conditions[i as usize].held != [false; 3]);
+            let held =
+                entry[start[k]..start[k + 1]].iter().filter(|&&(i, _)| conditions[i as usize].held != [false; 3]);
             held.for_each(|&(i, _)| near(i, &self.p));
         };
         Blocks::from_rows(touched.len(), cols, reached, |t, row| {
@@ -228,7 +231,8 @@ impl Local {
 
 /// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
 fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
-    let block = |s: &Single<6, 6>| -> Block<6, 6> { std::array::from_fn(|r| std::array::from_fn(|c| f64::from(s[c][r]))) };
+    let block =
+        |s: &Single<6, 6>| -> Block<6, 6> { std::array::from_fn(|r| std::array::from_fn(|c| f64::from(s[c][r]))) };
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
