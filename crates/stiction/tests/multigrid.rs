@@ -34,16 +34,23 @@ fn elastic(n: usize, element: BlockElement, poisson: f64) -> ContactProblem {
     case.pose().problem
 }
 
+/// Cycles until the residual has fallen by eight digits.
+fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
+    let s = by_multigrid(problem, 1e-8);
+    assert_solved(&s);
+    let cycles = s.history.iter().find(|p| p.residual <= 1e-8).unwrap().iteration;
+    println!("{what}: {cycles}");
+    cycles
+}
+
 #[test]
 fn a_linear_solve_takes_thirty_cycles_at_most_at_every_size() {
     let elements = [BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Six, BlockElement::Hex8];
     for element in elements {
         for poisson in [0.0, 0.277, 0.45] {
-            let counts = [4, 8, 16].map(|n| {
-                assert_cycles(&elastic(n, element, poisson), 35, &format!("{element:?} nu {poisson} n = {n}"))
-            });
-            if poisson < 0.4 {
-                assert!(counts[2] <= 30, "{counts:?}");
+            for n in [4, 8, 16] {
+                let what = format!("{element:?} nu {poisson} n = {n}");
+                assert!(cycles_to_eight_digits(&elastic(n, element, poisson), &what) <= 30, "{what}");
             }
         }
     }
@@ -68,7 +75,7 @@ fn materials_with_a_contrast_of_ten_thousand_take_thirty_cycles_at_most() {
         let solid = Solid { mesh: &case.mesh, materials: &materials, material_of_cell: &material_of_cell };
         let model = assemble(&solid, &case.loads, &case.fixes, 1.0).unwrap();
         let (problem, _) = stiction::contact::pose(&case.mesh, &model, &[]).unwrap();
-        assert_cycles(&problem, 30, &format!("{element:?}"));
+        assert!(cycles_to_eight_digits(&problem, &format!("{element:?}")) <= 30);
     }
 }
 
@@ -126,9 +133,15 @@ fn large_coefficients_converge() {
     }
 }
 
+/// The model brick; without its supports `f` can be changed alone.
+fn brick_without_supports() -> ContactProblem {
+    let p = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    ContactProblem { supports: None, ..p }
+}
+
 #[test]
 fn units_and_threads_change_nothing() {
-    let metres = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    let metres = brick_without_supports();
     let one = by_multigrid(&metres, 1e-8);
     // Newton and millimetre: K in N/mm, lengths a thousand times as many.
     let mut millimetres = metres.clone();
@@ -146,7 +159,7 @@ fn units_and_threads_change_nothing() {
 
 #[test]
 fn one_set_up_serves_many_loads() {
-    let p = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    let p = brick_without_supports();
     let mut twice = p.clone();
     twice.f.iter_mut().for_each(|f| *f *= 2.0);
     let mut primal = Primal::new(&p).unwrap();
