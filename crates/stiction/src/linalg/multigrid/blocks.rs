@@ -1,7 +1,7 @@
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::linalg::{Csr, NodeGraph};
+use crate::linalg::{Csr, NodeGraph, in_huge_pages};
 
 /// A dense block, by rows.
 pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
@@ -84,13 +84,13 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
             )
             .collect();
         let mut start = vec![0];
-        let mut column = Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum());
+        let mut column = in_huge_pages(Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum()));
         for (ends, part) in &parts {
             start.extend(ends.iter().map(|end| column.len() + end));
             column.extend_from_slice(part);
         }
         drop(parts);
-        let mut value = vec![[[0.0; C]; R]; column.len()];
+        let mut value = in_huge_pages(vec![[[0.0; C]; R]; column.len()]);
         let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value.as_mut_slice());
         for &first in &tasks {
             let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);

@@ -1,6 +1,7 @@
 use rayon::prelude::*;
 
 use super::blocks::{Blocks, ROWS_PER_TASK};
+use crate::linalg::in_huge_pages;
 
 /// A block in single precision, by columns: what a cycle reads.
 pub type Single<const R: usize, const C: usize> = [[f32; R]; C];
@@ -50,7 +51,8 @@ fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R]
 
 impl<const R: usize, const C: usize> Packed<R, C> {
     pub fn new(a: &Blocks<R, C>) -> Self {
-        let value = a.value.par_iter().map(single).collect();
+        let mut value = in_huge_pages(vec![[[0.0; R]; C]; a.value.len()]);
+        value.par_iter_mut().zip(&a.value).for_each(|(v, a)| *v = single(a));
         Packed { rows: a.rows, start: a.start.clone(), column: a.column.clone(), value }
     }
 

@@ -4,6 +4,7 @@ use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product, inverse, inverse_on};
 use super::packed::{Packed, Single, single};
 use super::smoother::Level;
+use crate::linalg::copy_in_huge_pages;
 use crate::linalg::multigrid::bottom::Bottom;
 
 /// What is constrained at a node: components held at their value, and a stiffness added to its diagonal block
@@ -82,7 +83,7 @@ impl Local {
         next.sort_unstable();
         next.dedup();
         self.touched.push(next);
-        self.free.push(level.matrix.value.clone());
+        self.free.push(copy_in_huge_pages(&level.matrix.value));
     }
 
     pub fn set_bottom(&mut self, bottom: Blocks<6, 6>) {
