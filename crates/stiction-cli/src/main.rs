@@ -9,6 +9,7 @@ mod interrupt;
 mod mesh;
 mod new;
 mod output;
+mod paper;
 mod progress;
 mod schema;
 mod solve;
@@ -31,6 +32,7 @@ enum Command {
     #[command(subcommand)]
     Mesh(mesh::Command),
     New(new::Arguments),
+    Paper(paper::Arguments),
     Schema(schema::Arguments),
 }
 
@@ -53,6 +55,7 @@ fn main() -> std::process::ExitCode {
         Command::Algebraic(arguments) => algebraic::run(&arguments),
         Command::Mesh(command) => mesh::run(&command),
         Command::New(arguments) => new::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
     };
     let code = result.unwrap_or_else(|error| {

@@ -55,6 +55,15 @@ impl Progress {
         self.say(words(event));
     }
 
+    /// A line that stays.
+    pub fn line(&self, text: &str) {
+        match self {
+            Progress::Line(bar) => bar.println(format!("  {text}")),
+            Progress::Plain => output::note(&format!("  {text}\n")),
+            Progress::None => {}
+        }
+    }
+
     /// Takes the moving line away.
     pub fn finish(&self) {
         if let Progress::Line(bar) = self {
@@ -65,6 +74,7 @@ impl Progress {
 
 fn words(event: &Event) -> String {
     match event {
+        Event::SettingUp { unknowns } => format!("setting up multigrid for {unknowns} unknowns"),
         Event::Ordering => "ordering the unknowns".into(),
         Event::Factorising { unknowns, bytes } => {
             format!("factorising {unknowns} unknowns, {:.2} GB", *bytes as f64 / 1e9)
@@ -75,6 +85,8 @@ fn words(event: &Event) -> String {
                 Phase::Newton => "newton",
                 Phase::Gradient => "gradient",
                 Phase::FixedPoint => "fixed point",
+                Phase::Uzawa => "uzawa",
+                Phase::Multigrid => "multigrid",
             };
             format!(
                 "{phase} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",

@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set: Vec<(String, String)>,
+    /// The method, short for --set solver.method=NAME: newton, alg1, alg2, smalbe, discs, msa1, msa2, cfs1, cfs2
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
     /// How progress is shown, on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
@@ -43,11 +46,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     threads(arguments.threads)?;
     interrupt::watch()?;
     let say = if arguments.json { output::note } else { output::out };
-    let case = case::read(&arguments.case, &arguments.set)?;
+    let mut overrides = arguments.set.clone();
+    overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
+    let case = case::read(&arguments.case, &overrides)?;
     let origin = Origin {
         path: Some(arguments.case.clone()),
         case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
-        overrides: arguments.set.clone(),
+        overrides,
     };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     run::writable(&folder)?;
@@ -77,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(match outcome.solution.status {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
-        Status::MaxIterations | Status::Stalled => {
+        Status::MaxIterations | Status::Stalled | Status::Uncertified => {
             output::note(
                 "warning: the tolerance was not reached; the files hold the last step and a certificate that says so\n",
             );

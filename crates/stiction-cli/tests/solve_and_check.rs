@@ -145,6 +145,36 @@ fn an_iteration_that_ends_short_says_so_and_keeps_its_files() {
 }
 
 #[test]
+fn a_method_is_chosen_told_and_judged_by_the_same_certificate() {
+    let folder = Folder::new("method", CASE);
+    let run = folder.run(&["solve", "case.toml", "-o", "cfs2", "--method", "cfs2", "--set", "solver.squares=3"]);
+    run.ends(1, &["tolerance was not reached"]);
+    // Three squares make a polygon of 12 sides that reaches sec(15 degrees) - 1 = 3.5 % beyond the disc.
+    for words in ["cfs2, 3 squares (star)", "converged by its own rule", "12 sides", "3.5276 %", "method = \"newton\""]
+    {
+        assert!(run.out.contains(words), "{words} {run:#?}");
+    }
+    let summary = folder.summary("cfs2");
+    assert_eq!((&summary["status"], &summary["method"]), (&"uncertified".into(), &"cfs2".into()));
+    assert_eq!(summary["method_details"]["end"], "converged");
+    let count = |name: &str| summary["counts"][name].as_u64().unwrap();
+    assert!(count("iterations") > 2 && count("cg_steps") > 10 && count("products") > 3 * count("cg_steps"));
+    assert_eq!(folder.names_in("cfs2"), FILES);
+    folder.run(&["check", "cfs2"]).ends(1, &[]);
+
+    let discs = ["solve", "case.toml", "-o", "discs", "--method", "msa1", "--set", "solver.inner=discs"];
+    folder.run(&discs).ends(0, &[]);
+    folder.run(&["check", "discs"]).ends(0, &[]);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let force = |folder_name: &str| folder.summary(folder_name)["contact"]["normal_force"].as_f64().unwrap();
+    assert!((force("discs") / force("case-results") - 1.0).abs() < 1e-6);
+    assert_eq!(folder.summary("case-results")["method"], "newton");
+
+    folder.run(&["solve", "case.toml", "--method", "alg2"]).ends(2, &["given friction", "coulomb", "msa1"]);
+    folder.run(&["solve", "case.toml", "--method", "alg3"]).ends(2, &["--set solver.method=alg3", "alg2"]);
+}
+
+#[test]
 fn a_case_without_contact_is_solved() {
     let (case, _) = CASE.split_once("[[contact]]").unwrap();
     let folder = Folder::new("free", case);
@@ -152,6 +182,9 @@ fn a_case_without_contact_is_solved() {
     assert_eq!(folder.names_in("case-results").len(), 7);
     assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
     folder.run(&["check", "case-results"]).ends(0, &[]);
+    for method in ["alg1", "smalbe", "discs", "cfs2"] {
+        folder.run(&["solve", "case.toml", "--method", method]).ends(0, &[]);
+    }
 }
 
 #[test]

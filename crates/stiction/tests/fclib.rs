@@ -85,11 +85,12 @@ fn a_file_read_back_is_what_was_written() {
 fn what_is_damaged_is_named() {
     let file = Temporary::new("named");
     let DiscreteProblem::Local(local) = small(3) else { unreachable!() };
-    let mut cases = Vec::new();
-    cases.push((LocalProblem { mu: vec![0.3; 3], ..local.clone() }, "q: 6 where 9 are needed"));
-    cases.push((LocalProblem { mu: vec![0.3, -0.1], ..local.clone() }, "mu[1] is -0.1"));
-    cases.push((LocalProblem { q: vec![f64::NAN; 6], ..local.clone() }, "q[0] is NaN"));
-    cases.push((LocalProblem { dimension: 5, ..local.clone() }, "fclib_local/spacedim: it is 5"));
+    let mut cases = vec![
+        (LocalProblem { mu: vec![0.3; 3], ..local.clone() }, "q: 6 where 9 are needed"),
+        (LocalProblem { mu: vec![0.3, -0.1], ..local.clone() }, "mu[1] is -0.1"),
+        (LocalProblem { q: vec![f64::NAN; 6], ..local.clone() }, "q[0] is NaN"),
+        (LocalProblem { dimension: 5, ..local.clone() }, "fclib_local/spacedim: it is 5"),
+    ];
     let mut outside = local.clone();
     outside.W.column[5] = 77;
     cases.push((outside, "fclib_local/W: entry (0, 77) lies outside 6 x 6"));

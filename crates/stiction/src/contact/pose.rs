@@ -85,7 +85,7 @@ pub fn pose(
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let problem = ContactProblem {
-        K: model.stiffness.clone(),
+        K: model.stiffness.copy(),
         f: model.load.clone(),
         B: free,
         gap: points.iter().map(|p| p.gap).collect(),

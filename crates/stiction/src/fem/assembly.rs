@@ -5,7 +5,7 @@ use super::incidence::{Incidence, NodeRange};
 use super::solid::CellList;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
-use crate::linalg::Csr;
+use crate::linalg::{Csr, in_huge_pages};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
 use crate::mesh::v3::V3;
@@ -189,8 +189,8 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     }
     for matrix in [&mut model.stiffness, &mut model.support_stiffness, &mut model.support_support] {
         let entries = matrix.start[matrix.rows];
-        matrix.column = vec![0; entries];
-        matrix.value = vec![0.0; entries];
+        matrix.column = in_huge_pages(vec![0; entries]);
+        matrix.value = in_huge_pages(vec![0.0; entries]);
     }
     model
 }

@@ -35,6 +35,8 @@ pub enum Status {
     MaxIterations,
     /// No method gains on the residual any more.
     Stalled,
+    /// The method has converged by its own rule, but the certificate does not pass.
+    Uncertified,
     /// The observer asked to stop.
     Interrupted,
 }
@@ -44,10 +46,15 @@ pub enum Status {
 pub enum Phase {
     /// Newton's method on the law itself.
     Newton,
-    /// Accelerated projected gradients with frozen bounds, after a stall.
+    /// Projected gradients with frozen bounds: after a stall, or as a method of its own.
     Gradient,
-    /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls.
+    /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls; or a
+    /// step of one of the methods that are fixed points.
     FixedPoint,
+    /// Uzawa's method on the copies of the multipliers, one a square.
+    Uzawa,
+    /// Multigrid cycles on the displacements.
+    Multigrid,
 }
 
 /// Told to the observer at every iteration.
@@ -55,9 +62,9 @@ pub enum Phase {
 pub struct Progress {
     pub phase: Phase,
     pub iteration: usize,
-    /// Norm of the residual over the norm of the multipliers.
+    /// Norm of the residual over the norm of the multipliers; with multigrid over that of the load.
     pub residual: f64,
-    /// Products with `Q` so far.
+    /// Products with `Q` so far; with multigrid, products with `K`.
     pub products: usize,
     pub open: usize,
     pub stick: usize,
@@ -77,6 +84,8 @@ pub struct Counts {
     pub products: usize,
     /// Solves with the whole of `K`.
     pub solves: usize,
+    /// Multigrid cycles.
+    pub cycles: usize,
 }
 
 /// A solution with its certificate.
@@ -323,7 +332,7 @@ impl<'a> Solver<'a> {
 }
 
 /// Removes what rounding and the tolerance left outside the law's set: tension, and friction beyond its bound.
-fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
+pub(super) fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
     let m = friction.len();
     for (j, &law) in friction.iter().enumerate() {
         if law == Friction::Bonded {

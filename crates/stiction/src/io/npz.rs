@@ -14,6 +14,7 @@ use npyz::zip::write::FileOptions;
 
 use super::replace::replace;
 use crate::Error;
+use crate::linalg::copy_in_huge_pages;
 
 /// Numbers of one kind.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +35,7 @@ pub struct Array {
 impl Array {
     /// A list of numbers.
     pub fn f64(values: &[f64]) -> Self {
-        Array { shape: vec![values.len()], data: Data::F64(values.to_vec()) }
+        Array { shape: vec![values.len()], data: Data::F64(copy_in_huge_pages(values)) }
     }
 
     /// A list of vectors, shape `[n, 3]`.
@@ -44,7 +45,7 @@ impl Array {
 
     /// A list of node numbers or the like.
     pub fn u32(values: &[u32]) -> Self {
-        Array { shape: vec![values.len()], data: Data::U32(values.to_vec()) }
+        Array { shape: vec![values.len()], data: Data::U32(copy_in_huge_pages(values)) }
     }
 
     /// A list of counts or positions.

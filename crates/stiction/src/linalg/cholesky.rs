@@ -10,7 +10,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 use super::symbolic::permuted;
-use super::{Csr, NodeGraph, Plan, Trailing, axpy, kernels, max_abs};
+use super::{Csr, NodeGraph, Plan, Trailing, axpy, in_huge_pages, kernels, max_abs};
 use crate::Error;
 
 /// `P K Pᵀ = L Lᵀ`, `L` by supernodes: dense panels of columns that share their structure.
@@ -43,7 +43,7 @@ impl Cholesky {
         let (start, rows, entries) = permuted(k, graph, &plan);
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &rows);
         let supernodes = supernodes(pattern, &plan)?;
-        let mut values = vec![0.0; supernodes.len_val()];
+        let mut values = in_huge_pages(vec![0.0; supernodes.len_val()]);
         let scratch = factorize_supernodal_numeric_llt_scratch::<usize, f64>(&supernodes, Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
         let outcome = factorize_supernodal_numeric_llt(
@@ -141,7 +141,7 @@ impl Cholesky {
     pub fn trailing(&self) -> Trailing {
         let n = self.plan.unknown.len();
         let (size, interior) = (self.plan.trailing, n - self.plan.trailing);
-        let mut lower = vec![0.0; size * size];
+        let mut lower = in_huge_pages(vec![0.0; size * size]);
         for s in 0..self.supernodes.n_supernodes() {
             let panel = self.panel(s);
             let rows = panel.columns + panel.pattern.len();

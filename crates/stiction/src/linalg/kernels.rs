@@ -17,7 +17,7 @@ fn subtract_columns(y: &mut [f64], c: [&[f64]; 4], a: [f64; 4]) {
 
 /// `[c0.x, c1.x, c2.x, c3.x]`.
 #[inline(always)]
-fn dot_columns(x: &[f64], c: [&[f64]; 4]) -> [f64; 4] {
+pub(super) fn dot_columns(x: &[f64], c: [&[f64]; 4]) -> [f64; 4] {
     const LANES: usize = 8;
     let n = x.len();
     let c = c.map(|c| &c[..n]);

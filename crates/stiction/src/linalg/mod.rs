@@ -6,8 +6,11 @@ mod gmres;
 mod kernels;
 mod lanczos;
 mod lu;
+pub mod multigrid;
 mod ordering;
+mod pages;
 mod symbolic;
+mod symmetric;
 mod trailing;
 
 pub use cholesky::{Cholesky, Path};
@@ -16,7 +19,9 @@ pub use gmres::{Krylov, gmres};
 pub use lanczos::{Ritz, largest_eigenvalue};
 pub use lu::Lu;
 pub use ordering::{NodeGraph, nested_dissection};
+pub use pages::{copy_in_huge_pages, in_huge_pages};
 pub use symbolic::{Plan, last, plan};
+pub use symmetric::Symmetric;
 pub use trailing::Trailing;
 
 /// Euclidean norm.

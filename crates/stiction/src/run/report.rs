@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{form, largest_displacement};
-use super::{Outcome, Prepared, Totals, pair_totals, totals};
+use super::summary::{largest_displacement, path};
+use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
+use crate::contact::Friction;
 use crate::friction::{CoulombFacts, Status};
 
 /// The result of a run, a few lines for a person.
@@ -16,7 +17,17 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<12} {value}");
     };
-    line("status", status(solution.status, counts.newton_steps));
+    let iterations = match &outcome.method {
+        Some(report) => report.counts.iterations,
+        None => counts.newton_steps.max(counts.cycles),
+    };
+    if let Some(report) = &outcome.method {
+        line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
+    }
+    line("status", status(solution.status, iterations));
+    if let Some(why) = method_text::shortfall(outcome) {
+        line("", why);
+    }
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
@@ -33,17 +44,31 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(facts) = &outcome.coulomb {
         line("uniqueness", uniqueness(facts));
+    } else if outcome.path == Path::Multigrid && has_coulomb(prepared) {
+        let why = "what can be said about others is estimated on the direct path only (path = \"solves\")";
+        line("uniqueness", format!("a solution; {why}"));
     }
-    line(
-        "work",
-        format!(
-            "{}, {} with B K^-1 B' ({}), {}",
-            counted(counts.newton_steps, "iteration"),
-            counted(counts.products, "product"),
-            form(outcome.form),
-            counted(counts.restarts, "restart")
-        ),
-    );
+    if outcome.path == Path::Multigrid {
+        let restarts = counted(counts.restarts, "restart");
+        line("work", format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle")));
+    } else {
+        line(
+            "work",
+            format!(
+                "{}, {} with B K^-1 B' ({}), {}",
+                counted(iterations, "iteration"),
+                counted(counts.products, "product"),
+                path(outcome.path),
+                match &outcome.method {
+                    Some(report) => {
+                        let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
+                        format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+                    }
+                    None => counted(counts.restarts, "restart"),
+                }
+            ),
+        );
+    }
     let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
     let phases = if phases.is_empty() { String::new() } else { format!(" ({})", phases.join(", ")) };
@@ -52,6 +77,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }
     text
+}
+
+fn has_coulomb(prepared: &Prepared) -> bool {
+    prepared.problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
 }
 
 fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
@@ -99,6 +128,7 @@ fn status(status: Status, iterations: usize) -> String {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
         Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
+        Status::Uncertified => format!("NOT SOLVED: converged by its own rule after {count}, not by the certificate"),
         Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }
 }

@@ -3,16 +3,14 @@
 use serde_json::{Map, Value, json};
 
 use super::write::Origin;
-use super::{Outcome, Prepared, Totals, fields, pair_totals, totals};
+use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
-use crate::dual::Form;
 use crate::friction::Status;
 use crate::linalg::Csr;
 
 /// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
     let solution = &outcome.solution;
-    let counts = solution.counts;
     let with_names = |(name, totals): (String, Totals)| {
         let mut entry = Map::from_iter([("name".to_string(), json!(name))]);
         entry.extend(contact(&totals));
@@ -43,15 +41,10 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "load": prepared.facts.resultant(),
         "dofs": prepared.problem.unknowns(),
         "dual_dofs": 3 * prepared.problem.points(),
-        "counts": {
-            "iterations": counts.newton_steps,
-            "restarts": counts.restarts,
-            "fixed_point_steps": counts.fixed_point_steps,
-            "products": counts.products,
-            "solves": counts.solves,
-            "coulomb_products": outcome.coulomb.map_or(0, |facts| facts.products),
-        },
-        "form": form(outcome.form),
+        "method": outcome.method_name,
+        "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
+        "counts": all_counts(outcome),
+        "path": path(outcome.path),
         "seconds": seconds,
         "peak_memory_bytes": outcome.peak_memory,
         "coulomb": coulomb,
@@ -61,21 +54,41 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
     format!("{value:#}\n")
 }
 
+/// What the iteration cost by name, that of Newton's method or that of another.
+fn all_counts(outcome: &Outcome) -> Value {
+    let counts = outcome.solution.counts;
+    let mut value = match &outcome.method {
+        Some(report) => method_text::counts(report),
+        None => json!({
+            "iterations": counts.newton_steps,
+            "restarts": counts.restarts,
+            "fixed_point_steps": counts.fixed_point_steps,
+            "products": counts.products,
+        }),
+    };
+    value["solves"] = json!(counts.solves);
+    value["cycles"] = json!(counts.cycles);
+    value["coulomb_products"] = json!(outcome.coulomb.map_or(0, |facts| facts.products));
+    value
+}
+
 /// How the iteration ended, as in the summary.
 pub(super) fn status(status: Status) -> &'static str {
     match status {
         Status::Solved => "solved",
         Status::MaxIterations => "max_iterations",
         Status::Stalled => "stalled",
+        Status::Uncertified => "uncertified",
         Status::Interrupted => "interrupted",
     }
 }
 
-/// `dense` or `solves`.
-pub(super) fn form(form: Form) -> &'static str {
-    match form {
-        Form::Dense => "dense",
-        Form::Solves | Form::Auto => "solves",
+/// As a case names it.
+pub(super) fn path(path: Path) -> &'static str {
+    match path {
+        Path::Dense => "dense",
+        Path::Solves => "solves",
+        Path::Multigrid => "multigrid",
     }
 }
 

@@ -116,6 +116,8 @@ fn log(outcome: &Outcome) -> String {
             Phase::Newton => "newton",
             Phase::Gradient => "gradient",
             Phase::FixedPoint => "fixed_point",
+            Phase::Uzawa => "uzawa",
+            Phase::Multigrid => "multigrid",
         };
         let line = json!({
             "iteration": step.iteration,

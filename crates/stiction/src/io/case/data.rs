@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::source::Spot;
 use crate::contact::{Obstacle, SurfaceFriction};
 use crate::fem::{Field, Formulation};
+use crate::friction::{Method, MethodSettings};
 use crate::mesh::Block;
 
 /// A whole case. Any consistent system of units.
@@ -113,7 +114,7 @@ pub struct ContactSpec {
 }
 
 /// Settings of the solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SolverSpec {
     /// What every number of the certificate is held against, in [1e-14, 0.1].
     pub tolerance: f64,
@@ -121,23 +122,32 @@ pub struct SolverSpec {
     pub max_iterations: usize,
     /// Gigabytes (1e9 bytes) allowed for stored matrices, > 0; `None` is what the machine has.
     pub memory: Option<f64>,
-    pub path: DualPath,
+    pub path: SolverPath,
+    /// As the case calls the method.
+    pub method_name: String,
+    /// The method, with its own tolerances.
+    pub method: MethodSettings,
 }
 
 impl Default for SolverSpec {
     fn default() -> Self {
-        SolverSpec { tolerance: 1e-8, max_iterations: 100, memory: None, path: DualPath::Auto }
+        let method = MethodSettings::new(Method::Newton);
+        let (tolerance, max_iterations, path, method_name) = (1e-8, 100, SolverPath::Auto, "newton".into());
+        SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
     }
 }
 
-/// The form of the operator `B K⁻¹ Bᵀ`.
+/// How Newton's method gets at the solution: through the operator `B K⁻¹ Bᵀ` by a factor of `K`, or the displacements
+/// themselves by multigrid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DualPath {
+pub enum SolverPath {
     /// The cheaper one that fits the memory.
     #[default]
     Auto,
-    /// A stored dense matrix.
+    /// A factor with a stored dense Schur complement.
     Dense,
-    /// Two triangular solves for each product.
+    /// A factor, two triangular solves for each product.
     Solves,
+    /// No factor.
+    Multigrid,
 }

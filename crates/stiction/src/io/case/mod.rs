@@ -12,6 +12,7 @@ mod read_body;
 mod read_contact;
 mod read_mesh;
 mod read_region;
+mod read_solver;
 mod schema;
 mod set;
 mod source;
@@ -67,6 +68,8 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
     let case = View { source: &source, rules: &spec::CASE, node: &root };
+    let contacts = read_contact::contacts(&case)?;
+    let solver = read_solver::solver(&case, &contacts)?;
     let case = Case {
         title: title(&case),
         units: case.given("units").map(|_| case.text("units")),
@@ -74,8 +77,8 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
         materials: read_mesh::materials(&case)?,
         fixes: each(&case, "fix", read_body::fix)?,
         loads: each(&case, "load", read_body::load)?,
-        contacts: read_contact::contacts(&case)?,
-        solver: solver(&case),
+        contacts,
+        solver,
     };
     weighs_something(&case)?;
     Ok(case)
@@ -89,22 +92,6 @@ fn title(case: &View) -> String {
     match case.given("title") {
         Some(_) => case.text("title"),
         None => Path::new(case.source.name).file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned()),
-    }
-}
-
-fn solver(case: &View) -> SolverSpec {
-    let Some(table) = case.table("solver") else {
-        return SolverSpec::default();
-    };
-    SolverSpec {
-        tolerance: table.number("tolerance"),
-        max_iterations: table.count("max_iterations"),
-        memory: table.given("memory").map(|_| table.number("memory")),
-        path: match table.text("path").as_str() {
-            "dense" => DualPath::Dense,
-            "solves" => DualPath::Solves,
-            _ => DualPath::Auto,
-        },
     }
 }
 

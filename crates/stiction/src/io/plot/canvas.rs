@@ -16,8 +16,8 @@ pub(super) const FINE: usize = 2;
 const FONT: &str = "stiction";
 
 /// Which point of a text lies at its coordinates, across.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Align {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
     Left,
     Center,
     Right,

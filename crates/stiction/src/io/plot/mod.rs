@@ -7,15 +7,20 @@ mod color;
 mod convergence;
 mod decor;
 mod deformed;
+mod drawing;
 mod edges;
 mod plane;
 mod raster;
 mod scene;
+mod space;
 mod surface;
+mod svg;
 mod ticks;
 
 pub use convergence::{ConvergencePoint, convergence};
 pub use deformed::{DeformedPlot, deformed};
+pub use drawing::{Align, Drawing};
+pub use space::{Axis, FaceColors, SpacePlot, space};
 pub use surface::{MapValues, MapVectors, SurfaceMap, surface_map};
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! One mistake at a time: the place and the remedy.
 
 use super::{BRICK, edited, parse, set};
+use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, Splitting, Sweeps};
 
 /// The error for `text`: its place without the file name, and the whole message.
 fn error(text: &str) -> (String, String) {
@@ -156,4 +157,38 @@ fn wrong_overrides_are_shown_as_they_were_given() {
         assert_eq!(error.place, format!("--set {key}={value}"), "{error}");
         assert!(error.to_string().contains(part), "{error}");
     }
+}
+
+#[test]
+fn settings_of_methods_are_held_against_the_method_and_the_friction() {
+    let solver = |text: &str| format!("[solver]\n{text}\n");
+    let given = |text: &str| BRICK.replace("{ coulomb = 0.35 }", "{ tresca = 1e5 }").replace("[solver]\n", text);
+    let coulomb = "alg1\" is for given friction, but the friction of contact \"z-min\" is coulomb";
+    fails("[solver]", &solver("method = \"alg1\""), "18:10", &[coulomb, "\"msa1\"", "tresca"]);
+    fails("[solver]", &solver("method = \"cfs3\""), "18:10", &["did you mean \"cfs1\"?", "\"newton\""]);
+    fails("[solver]", &solver("squares = 4"), "18:11", &["`squares` is not used by the method \"newton\""]);
+    fails("[solver]", &solver("method = \"cfs2\"\nsquares = 0"), "19:11", &["whole number from 1"]);
+    fails("[solver]", &solver("method = \"cfs2\"\nrho = 0"), "19:7", &["greater than 0"]);
+    fails("[solver]", &solver("method = \"cfs2\"\nrho-factor = 1"), "19:1", &["did you mean `rho_factor`?"]);
+    fails("[solver]", &solver("method = \"cfs2\"\nvariant = 1"), "19:11", &["`variant` is not used", "rho_factor"]);
+    fails("[solver]", &solver("method = \"cfs2\"\ninner_tolerance = -1"), "19:19", &["of at least 1e-14"]);
+    fails("[solver]", &solver("method = \"cfs2\"\nrho = 1\nrho_factor = 1"), "20:14", &["twice"]);
+    fails("[solver]", &solver("method = \"msa2\"\ninner = \"discs\""), "19:9", &["\"discs\" has none", "msa1"]);
+    fails(
+        "[solver]",
+        &solver("method = \"msa1\"\ninner = \"smalbe\"\nsplitting = \"no\""),
+        "20:13",
+        &["`splitting` is not used by the method \"msa1\" with \"smalbe\" inside"],
+    );
+    let read = |text: &str| parse(&given(&solver(text)), "a", &[]).unwrap_or_else(|e| panic!("{e}")).solver;
+    let alg1 =
+        read("method = \"alg1\"\nsquares = 4\nrho = 1e-9\nvariant = 1\nsplitting = \"partial\"\ncoupling = \"chain\"");
+    assert_eq!(alg1.method.method, Method::Given(Given::alg1(Sweeps::UntilConverged, Splitting::Partial)));
+    assert_eq!((alg1.method.squares, alg1.method.penalty), (4, Penalty::Absolute(1e-9)));
+    assert_eq!((alg1.method.coupling, alg1.max_iterations), (Coupling::Chain, 10_000));
+    assert_eq!(read("method = \"discs\"").method.method, Method::Given(Given::Discs));
+    assert_eq!(read("method = \"cfs1\"\nmax_iterations = 7").method.max_iterations, 7);
+    assert_eq!(read("method = \"msa2\"").method.method, Method::cfs2());
+    assert_eq!(read("method = \"msa1\"\ninner = \"discs\"").method.method, Method::FixedPoint(Given::Discs));
+    assert_eq!(read("").method, MethodSettings::new(Method::Newton));
 }

@@ -1,0 +1,221 @@
+use std::ops::ControlFlow;
+
+use super::directions::{Direction, MOST, Vector, advance, norm};
+use super::frames::Turned;
+use super::sets::{Law, Set, set, stuck};
+use crate::friction::PointState;
+use crate::linalg::multigrid::{Blocks, Condition, Multigrid};
+
+/// How a run of cycles ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Converged,
+    Limit,
+    /// Not a number, or no gain over many cycles.
+    Failed,
+    Interrupted,
+}
+
+/// Where the iteration is: displacements in the frames, their forces, the directions kept.
+#[derive(Debug, Clone, Default)]
+pub(super) struct State {
+    pub u: Vector,
+    pub ku: Vector,
+    pub sets: Vec<Set>,
+    kept: Vec<Direction>,
+    /// Sets the coarse levels of the hierarchy follow.
+    coarse: Vec<Condition>,
+    /// The residual after each cycle.
+    history: Vec<f64>,
+    last_reset: usize,
+    pub cycles: usize,
+    pub resets: usize,
+}
+
+impl State {
+    /// Zero displacements of so many nodes.
+    pub fn zero(nodes: usize) -> State {
+        State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() }
+    }
+}
+
+/// The coarse levels follow once this share of the points has changed its condition.
+const LAG: f64 = 0.003;
+/// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles.
+const PATIENCE: usize = 15;
+const GAIN: f64 = 0.7;
+const HIGH: f64 = 0.05;
+/// Resets at most, and the cycles with frozen sets after one.
+const RESETS: usize = 4;
+const FROZEN: usize = 5;
+/// Cycles without a halving of the best residual that count as a failure.
+const HOPELESS: usize = 60;
+
+/// Told the residual and the sets after each cycle; may stop the run.
+pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> + 'a;
+
+/// Cycles until the law and the balance hold to `tolerance` of the load.
+///
+/// Every cycle the sets are those of the present iterate; held components take their values and are truncated from
+/// the hierarchy, slipping points add the spring of their turning friction, and the energy is minimised over the
+/// preconditioned residual and the last two steps. Keeping those steps across changes of the sets is what makes the
+/// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
+/// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
+/// 1991).
+pub(super) fn run(
+    turned: &Turned,
+    laws: &[Law],
+    multigrid: &mut Multigrid,
+    at: &mut State,
+    tolerance: f64,
+    max_cycles: usize,
+    observe: &mut Observe<'_>,
+) -> End {
+    let (k, f, points) = (&turned.k, &turned.f, &turned.points);
+    loop {
+        let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
+        let first = at.cycles == 0 && at.sets.is_empty();
+        at.sets =
+            (points.iter().zip(laws))
+                .map(|(p, law)| {
+                    if first && law.rest[0] <= 0.0 { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) }
+                })
+                .collect();
+        let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
+        at.history.push(eps);
+        if observe(at.cycles, eps, &at.sets).is_break() {
+            return End::Interrupted;
+        }
+        if eps <= tolerance && !first {
+            // The forces were carried along; they are believed once a fresh product agrees.
+            let fresh = k.times(&at.u);
+            let drift: Vector = fresh.iter().zip(&at.ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+            at.ku = fresh;
+            if norm(&drift) <= 0.1 * tolerance * load(turned, &at.ku) {
+                return End::Converged;
+            }
+            at.history.pop();
+            continue;
+        }
+        if at.cycles >= max_cycles {
+            return End::Limit;
+        }
+        if !eps.is_finite() || hopeless(&at.history) {
+            return End::Failed;
+        }
+        let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
+        if reset {
+            for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
+                if s.condition.held[0] {
+                    *s = stuck(law, p);
+                }
+            }
+            at.kept.clear();
+            at.resets += 1;
+            at.last_reset = at.cycles;
+        }
+        constrain(multigrid, at);
+        hold(k, points, laws, at);
+        for _ in 0..if reset { FROZEN } else { 1 } {
+            let r = residual(turned, laws, at);
+            let p = multigrid.cycle(&r);
+            let kp = k.times(&p);
+            at.kept.insert(0, Direction { p, kp });
+            advance(&mut at.kept, &r, points, &at.sets, &mut at.u, &mut at.ku);
+            at.kept.truncate(MOST - 1);
+            at.cycles += 1;
+        }
+    }
+}
+
+fn hopeless(history: &[f64]) -> bool {
+    let Some(before) = history.len().checked_sub(HOPELESS) else { return false };
+    let best = |part: &[f64]| part.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+    best(&history[before..]) > 0.5 * best(&history[..before])
+}
+
+fn goes_round(history: &[f64], since_reset: usize) -> bool {
+    let Some(before) = history.len().checked_sub(PATIENCE) else { return false };
+    let best = history[..before].iter().fold(f64::INFINITY, |a, &b| a.min(b));
+    let now = history[history.len() - 1];
+    since_reset > PATIENCE && now > HIGH && now > GAIN * best
+}
+
+/// Tells the hierarchy the conditions; its coarse levels lag while few of them have changed.
+fn constrain(multigrid: &mut Multigrid, at: &mut State) {
+    let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
+    let changed = conditions.iter().zip(&at.coarse).filter(|(a, b)| a.held != b.held).count();
+    let coarse = at.coarse.len() != conditions.len() || changed as f64 > LAG * conditions.len() as f64;
+    multigrid.constrain(&conditions, coarse);
+    if coarse {
+        at.coarse = conditions;
+    }
+}
+
+/// Held components take their values; the directions kept lose them.
+fn hold(k: &Blocks<3, 3>, points: &[super::frames::Point], laws: &[Law], at: &mut State) {
+    for ((s, p), law) in at.sets.iter().zip(points).zip(laws) {
+        for c in (0..3).filter(|&c| s.condition.held[c]) {
+            let change = law.rest[c] - std::mem::replace(&mut at.u[p.node][c], law.rest[c]);
+            add_column(k, p.node, c, change, &mut at.ku);
+            for d in &mut at.kept {
+                let change = -std::mem::take(&mut d.p[p.node][c]);
+                add_column(k, p.node, c, change, &mut d.kp);
+            }
+        }
+    }
+}
+
+/// `y += change` times the column of `K` at a component of a node; `K` is symmetric.
+fn add_column(k: &Blocks<3, 3>, node: usize, component: usize, change: f64, y: &mut Vector) {
+    if change == 0.0 {
+        return;
+    }
+    let (columns, blocks) = k.row(node);
+    for (&j, block) in columns.iter().zip(blocks) {
+        (0..3).for_each(|c| y[j as usize][c] += change * block[component][c]);
+    }
+}
+
+fn balance(turned: &Turned, ku: &Vector) -> Vector {
+    turned.f.iter().zip(ku).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect()
+}
+
+/// The residual on the components that are not held: `f - K u` less friction.
+fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
+    let mut r = balance(turned, &at.ku);
+    for ((p, s), law) in turned.points.iter().zip(&at.sets).zip(laws) {
+        let (r, u) = (&mut r[p.node], at.u[p.node]);
+        for c in 1..3 {
+            let spring = &s.condition.spring[c];
+            r[c] -= s.friction[c - 1] + spring[1] * (u[1] - law.rest[1]) + spring[2] * (u[2] - law.rest[2]);
+        }
+        (0..3).filter(|&c| s.condition.held[c]).for_each(|c| r[c] = 0.0);
+    }
+    r
+}
+
+/// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
+/// not held.
+fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
+    let mut r = balance(turned, ku);
+    for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
+        let (r, u) = (&mut r[p.node], u[p.node]);
+        for c in 0..3 {
+            if s.condition.held[c] {
+                r[c] = law.parameter * (u[c] - law.rest[c]);
+            } else if c > 0 && s.state == PointState::Slip {
+                r[c] -= s.friction[c - 1];
+            }
+        }
+    }
+    let scale = load(turned, ku);
+    if scale > 0.0 { norm(&r) / scale } else { norm(&r) }
+}
+
+/// The larger of the load and the contact forces, newton.
+fn load(turned: &Turned, ku: &Vector) -> f64 {
+    let at = |v: usize| (0..3).map(|c| (turned.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
+    let contact: f64 = turned.points.iter().map(|p| at(p.node)).sum();
+    norm(&turned.f).max(contact.sqrt())
+}

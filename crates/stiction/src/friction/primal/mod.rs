@@ -1,0 +1,13 @@
+//! The primal path: the displacements themselves by multigrid, one cycle for each change of the active sets. Costs
+//! little more than one linear solve and needs no factor, so it is the path of large problems.
+
+// Three components and three directions are told by their indices.
+#![allow(clippy::needless_range_loop)]
+
+mod directions;
+mod frames;
+mod iteration;
+mod sets;
+mod solve;
+
+pub use solve::{Primal, solve_primal};

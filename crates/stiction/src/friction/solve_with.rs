@@ -1,0 +1,135 @@
+use std::ops::ControlFlow;
+
+use super::law::states;
+use super::method::{Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Start};
+use super::quadratic::{MOST_STORED, Quadratic};
+use super::run_method::{is_exact, run_method};
+use super::solve::{Counts, Phase, Progress, Settings, Solution, Status, make_admissible, solve};
+use crate::Error;
+use crate::certificate::certify;
+use crate::contact::ContactProblem;
+use crate::dual::Dual;
+
+/// A solution and what the method has to tell about how it got there.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    pub solution: Solution,
+    /// `None` for Newton's method, which ends by the certificate.
+    pub method: Option<MethodReport>,
+}
+
+/// Targets below this part of the certificate's tolerance ask for rounding.
+const LOWEST_TARGET: f64 = 1e-4;
+
+/// Rows up to which storing `Q` pays for methods that take no more than some hundred products.
+const MOST_STORED_FRUGAL: usize = 600;
+
+/// Solves by any of the methods; the certificate judges all of them by the law itself.
+///
+/// Methods with squares solve a problem with polygons around the discs of friction. Where there is such a disc their
+/// answer does not pass the certificate however far they converge: its status is [`Status::Uncertified`] then. The
+/// others are run to tolerances of their own that fall until the certificate passes.
+///
+/// # Errors
+/// As [`run_method`].
+pub fn solve_with(
+    problem: &ContactProblem,
+    dual: &Dual,
+    settings: &Settings,
+    method: &MethodSettings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Answer, Error> {
+    if method.method == Method::Newton {
+        return Ok(Answer { solution: solve(problem, dual, settings, observer), method: None });
+    }
+    let frugal = matches!(method.method.given(), Some(Given::AdaptiveUzawa | Given::Discs));
+    let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);
+    let exact = is_exact(&problem.friction, &q.live, method);
+    let phase = phase(method.method);
+    let mut next = method.clone();
+    if settings.start.is_some() && next.start.lambda.is_none() {
+        next.start.lambda.clone_from(&settings.start);
+    }
+    let mut spent = MethodCounts::default();
+    let mut history = Vec::new();
+    loop {
+        let before = spent;
+        let mut observe = |step: &MethodStep| {
+            let step = progress(phase, step, &before);
+            history.push(step);
+            observer(&step)
+        };
+        let mut report = run_method(&q, &problem.friction, &next, &mut observe)?;
+        spent.add(&report.counts);
+        report.counts = spent;
+        let solution = judge(problem, dual, exact, &report, settings.tolerance, &history);
+        next.tolerance *= 0.1;
+        next.agreement *= 0.1;
+        next.inner_tolerance *= 0.1;
+        next.max_iterations = method.max_iterations.saturating_sub(spent.iterations);
+        let hopeless = !exact || next.tolerance < LOWEST_TARGET * settings.tolerance || next.max_iterations == 0;
+        if report.end != MethodEnd::Converged || solution.certificate.passed || hopeless {
+            return Ok(Answer { solution, method: Some(report) });
+        }
+        next.start = Start { slip_bound: Some(report.slip_bound), w: Some(report.w), lambda: Some(report.lambda) };
+    }
+}
+
+fn phase(method: Method) -> Phase {
+    match method {
+        Method::FixedPoint(_) | Method::InexactFixedPoint(_) => Phase::FixedPoint,
+        Method::Given(Given::Discs) => Phase::Gradient,
+        Method::Given(_) | Method::Newton => Phase::Uzawa,
+    }
+}
+
+fn progress(phase: Phase, step: &MethodStep, before: &MethodCounts) -> Progress {
+    Progress {
+        phase,
+        iteration: before.iterations + step.iteration,
+        residual: step.change,
+        products: before.products + step.products,
+        open: step.open,
+        stick: step.stick,
+        slip: step.slip,
+    }
+}
+
+/// Recomputes everything from the multipliers and lets the certificate judge.
+fn judge(
+    problem: &ContactProblem,
+    dual: &Dual,
+    exact: bool,
+    report: &MethodReport,
+    tolerance: f64,
+    history: &[Progress],
+) -> Solution {
+    let mut lambda = report.lambda.clone();
+    if exact {
+        make_admissible(&problem.friction, &mut lambda);
+    }
+    let u = dual.displacement(problem, &lambda);
+    let certificate = certify(problem, &u, &lambda, tolerance);
+    let status = match report.end {
+        MethodEnd::Interrupted => Status::Interrupted,
+        _ if certificate.passed => Status::Solved,
+        MethodEnd::Converged => Status::Uncertified,
+        MethodEnd::Limit => Status::MaxIterations,
+        MethodEnd::Stalled => Status::Stalled,
+    };
+    let local = Dual::local_stiffness(problem);
+    let fallback = local.iter().fold(f64::MIN_POSITIVE, |a, &b| a.max(b));
+    let mean = |j: usize| problem.rows(j).iter().map(|&i| local[i]).sum::<f64>() / 3.0;
+    let r: Vec<f64> = (0..problem.points()).map(|j| if mean(j) > 0.0 { 0.1 * mean(j) } else { fallback }).collect();
+    let states =
+        if exact { states(&problem.friction, &lambda, &problem.opening(&u), &r) } else { report.states.clone() };
+    let counts = Counts {
+        newton_steps: 0,
+        restarts: 0,
+        fixed_point_steps: report.counts.fixed_point_steps,
+        products: report.counts.products,
+        solves: dual.solves(),
+        cycles: 0,
+    };
+    Solution { status, u, lambda, states, certificate, counts, history: history.to_vec() }
+}

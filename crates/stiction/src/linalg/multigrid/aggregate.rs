@@ -1,0 +1,64 @@
+use super::blocks::{Block, Blocks};
+
+/// No aggregate.
+pub const NONE: u32 = u32::MAX;
+
+/// Neighbours of each node whose coupling is strong: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius norms), as
+/// compressed rows without the node itself.
+pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> (Vec<usize>, Vec<u32>) {
+    let own: Vec<f64> = (0..a.rows).map(|i| square(&a.diagonal(i)).sqrt()).collect();
+    let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
+    for i in 0..a.rows {
+        let (columns, blocks) = a.row(i);
+        for (&j, block) in columns.iter().zip(blocks) {
+            let coupling = square(block);
+            if j as usize != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j as usize] {
+                neighbour.push(j);
+            }
+        }
+        start.push(neighbour.len());
+    }
+    (start, neighbour)
+}
+
+fn square<const R: usize>(block: &Block<R, R>) -> f64 {
+    block.iter().flatten().map(|a| a * a).sum()
+}
+
+/// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then what is
+/// left joins a neighbouring aggregate, then the rest among itself. Returns the aggregate of each node and their
+/// number; a node without strong neighbours makes one of its own.
+pub fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
+    let n = start.len() - 1;
+    let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
+    let mut of = vec![NONE; n];
+    let mut count = 0;
+    for i in 0..n {
+        let free = of[i] == NONE && neighbours(i).iter().all(|&j| of[j as usize] == NONE);
+        if free && !neighbours(i).is_empty() {
+            of[i] = count;
+            neighbours(i).iter().for_each(|&j| of[j as usize] = count);
+            count += 1;
+        }
+    }
+    let first = of.clone();
+    for i in 0..n {
+        if of[i] == NONE
+            && let Some(&j) = neighbours(i).iter().find(|&&j| first[j as usize] != NONE)
+        {
+            of[i] = first[j as usize];
+        }
+    }
+    for i in 0..n {
+        if of[i] == NONE {
+            of[i] = count;
+            for &j in neighbours(i) {
+                if of[j as usize] == NONE {
+                    of[j as usize] = count;
+                }
+            }
+            count += 1;
+        }
+    }
+    (of, count as usize)
+}

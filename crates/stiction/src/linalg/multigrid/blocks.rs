@@ -1,0 +1,209 @@
+use pulp::Arch;
+use rayon::prelude::*;
+
+use crate::linalg::{Csr, NodeGraph, in_huge_pages};
+
+/// A dense block, by rows.
+pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
+
+/// A sparse matrix of dense blocks by compressed rows; columns ascend in each row and are unique.
+#[derive(Debug, Clone, Default)]
+pub struct Blocks<const R: usize, const C: usize> {
+    pub rows: usize,
+    pub cols: usize,
+    /// Row `i` occupies `start[i]..start[i + 1]`.
+    pub start: Vec<usize>,
+    pub column: Vec<u32>,
+    pub value: Vec<Block<R, C>>,
+}
+
+/// Rows handed to a thread at a time; results do not depend on it.
+pub(super) const ROWS_PER_TASK: usize = 1024;
+
+impl<const R: usize, const C: usize> Blocks<R, C> {
+    /// Columns and blocks of row `i`.
+    pub fn row(&self, i: usize) -> (&[u32], &[Block<R, C>]) {
+        let range = self.start[i]..self.start[i + 1];
+        (&self.column[range.clone()], &self.value[range])
+    }
+
+    /// The place of block `(i, j)` among the values, if it is stored.
+    pub fn place(&self, i: usize, j: usize) -> Option<usize> {
+        let (columns, _) = self.row(i);
+        columns.binary_search(&(j as u32)).ok().map(|k| self.start[i] + k)
+    }
+
+    /// `A x`.
+    pub fn times(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
+        let mut y = vec![[0.0; R]; self.rows];
+        y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
+            for (k, y) in y.iter_mut().enumerate() {
+                let (columns, blocks) = self.row(task * ROWS_PER_TASK + k);
+                for (&j, a) in columns.iter().zip(blocks) {
+                    let x = &x[j as usize];
+                    for r in 0..R {
+                        for c in 0..C {
+                            y[r] += a[r][c] * x[c];
+                        }
+                    }
+                }
+            }
+        });
+        y
+    }
+
+    /// A matrix whose row `i` has the columns that `columns` names (in any order, repeated or not) and the values that
+    /// `fill` adds up in its zeroed blocks. Rows are made in parallel, each by one thread, straight into their place:
+    /// at this size copies and fresh pages cost more than the arithmetic.
+    pub(super) fn from_rows(
+        rows: usize,
+        cols: usize,
+        columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync,
+        fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
+    ) -> Blocks<R, C> {
+        let tasks: Vec<usize> = (0..rows).step_by(ROWS_PER_TASK).collect();
+        let of_task = |first: usize| first..rows.min(first + ROWS_PER_TASK);
+        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.par_iter())
+            .map_init(
+                || vec![u32::MAX; cols],
+                |seen, &first| {
+                    let (mut ends, mut column) = (Vec::with_capacity(ROWS_PER_TASK), Vec::new());
+                    for i in of_task(first) {
+                        let begin = column.len();
+                        columns(i, &mut |j| {
+                            if seen[j as usize] != i as u32 {
+                                seen[j as usize] = i as u32;
+                                column.push(j);
+                            }
+                        });
+                        column[begin..].sort_unstable();
+                        ends.push(column.len());
+                    }
+                    (ends, column)
+                },
+            )
+            .collect();
+        let mut start = vec![0];
+        let mut column = in_huge_pages(Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum()));
+        for (ends, part) in &parts {
+            start.extend(ends.iter().map(|end| column.len() + end));
+            column.extend_from_slice(part);
+        }
+        drop(parts);
+        let mut value = in_huge_pages(vec![[[0.0; C]; R]; column.len()]);
+        let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value.as_mut_slice());
+        for &first in &tasks {
+            let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);
+            slices.push((first, head));
+            rest = tail;
+        }
+        slices.into_par_iter().for_each_init(
+            || vec![0u32; cols],
+            |slot, (first, slice)| {
+                let base = start[first];
+                Arch::new().dispatch(|| {
+                    for i in of_task(first) {
+                        let own = &column[start[i]..start[i + 1]];
+                        own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
+                        let values = &mut slice[start[i] - base..start[i + 1] - base];
+                        fill(i, &mut Row { slot, values });
+                    }
+                });
+            },
+        );
+        Blocks { rows, cols, start, column, value }
+    }
+
+    /// The transpose's pattern: for each column the rows that hold it, with the places of the blocks.
+    pub(super) fn by_columns(&self) -> (Vec<usize>, Vec<(u32, u32)>) {
+        let mut start = vec![0usize; self.cols + 1];
+        self.column.iter().for_each(|&j| start[j as usize + 1] += 1);
+        (0..self.cols).for_each(|j| start[j + 1] += start[j]);
+        let (mut next, mut entry) = (start.clone(), vec![(0, 0); self.column.len()]);
+        for i in 0..self.rows {
+            for place in self.start[i]..self.start[i + 1] {
+                let j = self.column[place] as usize;
+                entry[next[j]] = (i as u32, place as u32);
+                next[j] += 1;
+            }
+        }
+        (start, entry)
+    }
+}
+
+impl<const R: usize> Blocks<R, R> {
+    /// The diagonal block of row `i`; zero where none is stored.
+    pub fn diagonal(&self, i: usize) -> Block<R, R> {
+        self.place(i, i).map_or([[0.0; R]; R], |place| self.value[place])
+    }
+}
+
+/// One row of blocks being filled.
+pub(super) struct Row<'a, const R: usize, const C: usize> {
+    /// Place of each of the row's columns in `values`.
+    slot: &'a [u32],
+    pub values: &'a mut [Block<R, C>],
+}
+
+impl<const R: usize, const C: usize> Row<'_, R, C> {
+    /// The block of column `j`, one of those the row was declared with.
+    pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
+        &mut self.values[self.slot[j as usize] as usize]
+    }
+}
+
+/// Where the unknowns of a matrix stand in vectors of nodes with three components.
+#[derive(Debug, Clone)]
+pub struct Nodes {
+    /// Node and component of each unknown.
+    pub of: Vec<(u32, u8)>,
+    pub count: usize,
+}
+
+impl Nodes {
+    /// Nodes of the graph; `None` if one has more than three unknowns.
+    pub fn new(graph: &NodeGraph, unknowns: usize) -> Option<Nodes> {
+        let mut of = vec![(0, 0); unknowns];
+        for v in 0..graph.len() {
+            let own = graph.unknowns_of(v);
+            if own.len() > 3 {
+                return None;
+            }
+            own.iter().enumerate().for_each(|(c, &i)| of[i as usize] = (v as u32, c as u8));
+        }
+        Some(Nodes { of, count: graph.len() })
+    }
+
+    /// A vector of unknowns as one of nodes; components no unknown stands for are zero.
+    pub fn gather(&self, x: &[f64]) -> Vec<[f64; 3]> {
+        let mut y = vec![[0.0; 3]; self.count];
+        self.of.iter().zip(x).for_each(|(&(v, c), &x)| y[v as usize][c as usize] = x);
+        y
+    }
+
+    /// The inverse of [`Self::gather`].
+    pub fn scatter(&self, y: &[[f64; 3]]) -> Vec<f64> {
+        self.of.iter().map(|&(v, c)| y[v as usize][c as usize]).collect()
+    }
+
+    /// The matrix by nodes; components no unknown stands for get the identity, so that it stays positive definite.
+    pub fn blocks(&self, k: &Csr, graph: &NodeGraph) -> Blocks<3, 3> {
+        let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
+            name(v as u32);
+            graph.neighbours_of(v).iter().for_each(|&w| name(w));
+        };
+        Blocks::from_rows(self.count, self.count, neighbours, |v, row| {
+            let own = graph.unknowns_of(v);
+            for (r, &i) in own.iter().enumerate() {
+                let (columns, values) = k.row(i as usize);
+                for (&j, &a) in columns.iter().zip(values) {
+                    let (w, c) = self.of[j as usize];
+                    row.at(w)[r][c as usize] += a;
+                }
+            }
+            let diagonal = row.at(v as u32);
+            let scale = (0..own.len()).map(|c| diagonal[c][c]).fold(f64::MIN_POSITIVE, f64::max);
+            (own.len()..3).for_each(|c| diagonal[c][c] = scale);
+        })
+    }
+}

@@ -1,0 +1,63 @@
+use crate::linalg::kernels;
+
+use super::blocks::Blocks;
+
+/// The dense Cholesky factor of the coarsest matrix; directions it does not resist are left out.
+#[derive(Debug, Clone, Default)]
+pub struct Bottom {
+    size: usize,
+    /// By columns.
+    lower: Vec<f64>,
+}
+
+/// A pivot below this share of its diagonal entry is taken for zero.
+const SINGULAR: f64 = 1e-10;
+
+impl Bottom {
+    pub fn new(a: &Blocks<6, 6>) -> Self {
+        let n = 6 * a.rows;
+        let mut lower = vec![0.0; n * n];
+        for i in 0..a.rows {
+            let (columns, blocks) = a.row(i);
+            for (&j, block) in columns.iter().zip(blocks) {
+                for (r, row) in block.iter().enumerate() {
+                    for (c, &v) in row.iter().enumerate() {
+                        lower[(6 * j as usize + c) * n + 6 * i + r] = v;
+                    }
+                }
+            }
+        }
+        for k in 0..n {
+            let (done, rest) = lower.split_at_mut(k * n);
+            let column = &mut rest[..n];
+            let diagonal = column[k];
+            for j in 0..k {
+                let factor = done[j * n + k];
+                if factor != 0.0 {
+                    column[k..].iter_mut().zip(&done[j * n + k..(j + 1) * n]).for_each(|(c, l)| *c -= factor * l);
+                }
+            }
+            let pivot = column[k];
+            if pivot > SINGULAR * diagonal {
+                let scale = 1.0 / pivot.sqrt();
+                column[k..].iter_mut().for_each(|c| *c *= scale);
+            } else {
+                column[k..].fill(0.0);
+                column[k] = f64::INFINITY;
+            }
+        }
+        Bottom { size: n, lower }
+    }
+
+    pub fn nodes(&self) -> usize {
+        self.size / 6
+    }
+
+    /// `A⁻¹ b`.
+    pub fn solve(&self, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
+        let mut x: Vec<f64> = b.iter().flatten().map(|&v| f64::from(v)).collect();
+        kernels::forward(&self.lower, self.size, self.size, &mut x);
+        kernels::backward(&self.lower, self.size, self.size, &mut x);
+        x.as_chunks().0.iter().map(|c: &[f64; 6]| c.map(|v| v as f32)).collect()
+    }
+}

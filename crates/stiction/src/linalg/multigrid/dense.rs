@@ -1,0 +1,102 @@
+//! Small dense algebra on blocks.
+
+use super::blocks::Block;
+
+/// `c += a b`.
+#[inline(always)]
+pub fn add_product<const R: usize, const M: usize, const C: usize>(
+    a: &Block<R, M>,
+    b: &Block<M, C>,
+    c: &mut Block<R, C>,
+) {
+    for r in 0..R {
+        for m in 0..M {
+            let factor = a[r][m];
+            for k in 0..C {
+                c[r][k] += factor * b[m][k];
+            }
+        }
+    }
+}
+
+/// `c += aᵀ b`.
+#[inline(always)]
+pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
+    a: &Block<M, R>,
+    b: &Block<M, C>,
+    c: &mut Block<R, C>,
+) {
+    for m in 0..M {
+        for r in 0..R {
+            let factor = a[m][r];
+            for k in 0..C {
+                c[r][k] += factor * b[m][k];
+            }
+        }
+    }
+}
+
+/// The inverse of a symmetric positive semidefinite block by its Cholesky factor; directions whose pivot is below
+/// `1e-12` of their diagonal entry are left out (zero rows and columns).
+pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
+    let (mut l, mut reciprocal) = ([[0.0; R]; R], [0.0; R]);
+    for k in 0..R {
+        let pivot = a[k][k] - (0..k).map(|j| l[k][j] * l[k][j]).sum::<f64>();
+        if pivot > 1e-12 * a[k][k] {
+            reciprocal[k] = 1.0 / pivot.sqrt();
+        }
+        for i in k..R {
+            l[i][k] = (a[i][k] - (0..k).map(|j| l[i][j] * l[k][j]).sum::<f64>()) * reciprocal[k];
+        }
+    }
+    let mut result = [[0.0; R]; R];
+    for c in 0..R {
+        if reciprocal[c] == 0.0 {
+            continue;
+        }
+        let mut x = [0.0; R];
+        for i in c..R {
+            let b = f64::from(u8::from(i == c));
+            x[i] = (b - (c..i).map(|j| l[i][j] * x[j]).sum::<f64>()) * reciprocal[i];
+        }
+        for i in (0..R).rev() {
+            x[i] = (x[i] - (i + 1..R).map(|j| l[j][i] * x[j]).sum::<f64>()) * reciprocal[i];
+        }
+        (0..R).for_each(|i| result[i][c] = x[i]);
+    }
+    result
+}
+
+/// The inverse of a symmetric positive definite block on the components where `free` is true, zero elsewhere.
+pub fn inverse_on<const R: usize>(a: &Block<R, R>, free: &[bool; R]) -> Block<R, R> {
+    let mut part = *a;
+    for i in 0..R {
+        for j in 0..R {
+            if !(free[i] && free[j]) {
+                part[i][j] = 0.0;
+            }
+        }
+    }
+    inverse(&part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_leaves_out_what_carries_nothing() {
+        let a = [[4.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 0.0]];
+        let b = inverse(&a);
+        let mut product = [[0.0; 3]; 3];
+        add_product(&a, &b, &mut product);
+        for i in 0..3 {
+            for j in 0..3 {
+                let expected = f64::from(u8::from(i == j && i < 2));
+                assert!((product[i][j] - expected).abs() < 1e-14);
+            }
+        }
+        let only_second = inverse_on(&a, &[false, true, true]);
+        assert!((only_second[1][1] - 1.0 / 3.0).abs() < 1e-15 && only_second[0] == [0.0; 3]);
+    }
+}

@@ -1,0 +1,120 @@
+//! Smoothed-aggregation multigrid for elasticity (Vanek, Mandel & Brezina 1996): blocks by nodes, six rigid motions a
+//! coarse node, set up in double and cycled in single precision.
+
+// Small dense blocks are told by their indices.
+#![allow(clippy::needless_range_loop)]
+
+mod aggregate;
+mod blocks;
+mod bottom;
+mod coarsen;
+mod dense;
+mod packed;
+mod smoother;
+#[cfg(test)]
+mod tests;
+mod truncate;
+
+pub use blocks::{Block, Blocks, Nodes};
+pub use coarsen::Kernel;
+pub use truncate::Condition;
+
+use bottom::Bottom;
+use coarsen::coarsen;
+use packed::Packed;
+use smoother::Level;
+use truncate::Local;
+
+/// A hierarchy of matrices, used as a preconditioner: one V-cycle with a forward Gauss-Seidel sweep before and a
+/// backward one after the coarse correction, which is symmetric and positive definite.
+#[derive(Debug, Clone)]
+pub struct Multigrid {
+    fine: Level<3>,
+    /// From the first coarse level to the fine one.
+    first: Packed<3, 6>,
+    coarse: Vec<Level<6>>,
+    /// From each further level to the one before it.
+    further: Vec<Packed<6, 6>>,
+    bottom: Bottom,
+    /// Nodes with held components.
+    held: Vec<(u32, [bool; 3])>,
+    local: Local,
+}
+
+/// Couplings weaker than this do not join nodes into aggregates; halved on each level.
+const STRONG: f64 = 0.05;
+/// Nodes of the coarsest level at most, where that can be had.
+const BOTTOM: usize = 50;
+/// Coarsening ends here at the latest.
+const LEVELS: usize = 12;
+
+impl Multigrid {
+    /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
+    /// rigid motions for elasticity). Only `constrained` nodes can be constrained later. `None` if the matrix does
+    /// not get coarser by aggregation.
+    pub fn new(a: &Blocks<3, 3>, kernel: &[Kernel<3>], constrained: &[u32]) -> Option<Multigrid> {
+        let fine = Level::new(a);
+        let step = coarsen(a, kernel, STRONG)?;
+        let first = Packed::new(&step.prolongation);
+        let mut local = Local::new(a, &step, constrained);
+        let (mut matrix, mut kernel) = (step.matrix, step.kernel);
+        let (mut coarse, mut further) = (Vec::new(), Vec::new());
+        let mut threshold = STRONG;
+        while matrix.rows > BOTTOM && coarse.len() < LEVELS {
+            threshold *= 0.5;
+            let Some(step) = coarsen(&matrix, &kernel, threshold) else { break };
+            let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
+            local.add_level(&level, &prolongation);
+            coarse.push(level);
+            further.push(prolongation);
+            (matrix, kernel) = (step.matrix, step.kernel);
+        }
+        let bottom = Bottom::new(&matrix);
+        local.set_bottom(matrix);
+        Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
+    }
+
+    /// Nodes of each level, the finest first.
+    pub fn levels(&self) -> Vec<usize> {
+        let coarse = self.coarse.iter().map(|l| l.matrix.rows);
+        std::iter::once(self.fine.matrix.rows).chain(coarse).chain([self.bottom.nodes()]).collect()
+    }
+
+    /// One V-cycle for `A x = b` from zero.
+    pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        // Single precision has a narrow range: the cycle is linear, so it works on a unit vector.
+        let scale = b.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+        if !(scale > 0.0 && scale.is_finite()) {
+            return vec![[0.0; 3]; b.len()];
+        }
+        let b: Vec<[f32; 3]> = b.iter().map(|b| b.map(|v| (v / scale) as f32)).collect();
+        let (mut x, mut residual) = self.fine.forward(&b);
+        self.hold(&mut residual);
+        let coarse = self.first.transpose_times(&residual, self.first_coarse());
+        self.first.add_times(&self.cycle_from(0, &coarse), &mut x);
+        self.hold(&mut x);
+        self.fine.backward(&b, &mut x);
+        x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
+    }
+
+    /// Zeroes held components.
+    fn hold(&self, x: &mut [[f32; 3]]) {
+        for &(v, held) in &self.held {
+            (0..3).filter(|&c| held[c]).for_each(|c| x[v as usize][c] = 0.0);
+        }
+    }
+
+    fn first_coarse(&self) -> usize {
+        self.coarse.first().map_or(self.bottom.nodes(), |l| l.matrix.rows)
+    }
+
+    fn cycle_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
+        let Some(here) = self.coarse.get(level) else { return self.bottom.solve(b) };
+        let (mut x, residual) = here.forward(b);
+        let coarser = self.coarse.get(level + 1).map_or(self.bottom.nodes(), |l| l.matrix.rows);
+        let coarse = self.further[level].transpose_times(&residual, coarser);
+        self.further[level].add_times(&self.cycle_from(level + 1, &coarse), &mut x);
+        here.backward(b, &mut x);
+        x
+    }
+}

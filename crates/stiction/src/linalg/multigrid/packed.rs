@@ -1,0 +1,83 @@
+use rayon::prelude::*;
+
+use super::blocks::{Blocks, ROWS_PER_TASK};
+use crate::linalg::in_huge_pages;
+
+/// A block in single precision, by columns: what a cycle reads.
+pub type Single<const R: usize, const C: usize> = [[f32; R]; C];
+
+/// A sparse matrix of blocks in single precision.
+#[derive(Debug, Clone, Default)]
+pub struct Packed<const R: usize, const C: usize> {
+    pub rows: usize,
+    pub start: Vec<usize>,
+    pub column: Vec<u32>,
+    pub value: Vec<Single<R, C>>,
+}
+
+pub fn single<const R: usize, const C: usize>(a: &[[f64; C]; R]) -> Single<R, C> {
+    std::array::from_fn(|c| std::array::from_fn(|r| a[r][c] as f32))
+}
+
+/// `y += a x`.
+#[inline(always)]
+pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
+    for c in 0..C {
+        for r in 0..R {
+            y[r] += a[c][r] * x[c];
+        }
+    }
+}
+
+/// `y -= a x`.
+#[inline(always)]
+pub fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
+    for c in 0..C {
+        for r in 0..R {
+            y[r] -= a[c][r] * x[c];
+        }
+    }
+}
+
+/// `y += aᵀ x`.
+#[inline(always)]
+fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R], y: &mut [f32; C]) {
+    for c in 0..C {
+        for r in 0..R {
+            y[c] += a[c][r] * x[r];
+        }
+    }
+}
+
+impl<const R: usize, const C: usize> Packed<R, C> {
+    pub fn new(a: &Blocks<R, C>) -> Self {
+        let mut value = in_huge_pages(vec![[[0.0; R]; C]; a.value.len()]);
+        value.par_iter_mut().zip(&a.value).for_each(|(v, a)| *v = single(a));
+        Packed { rows: a.rows, start: a.start.clone(), column: a.column.clone(), value }
+    }
+
+    pub fn row(&self, i: usize) -> (&[u32], &[Single<R, C>]) {
+        let range = self.start[i]..self.start[i + 1];
+        (&self.column[range.clone()], &self.value[range])
+    }
+
+    /// `y += A x`.
+    pub fn add_times(&self, x: &[[f32; C]], y: &mut [[f32; R]]) {
+        y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
+            for (k, y) in y.iter_mut().enumerate() {
+                let (columns, blocks) = self.row(task * ROWS_PER_TASK + k);
+                columns.iter().zip(blocks).for_each(|(&j, a)| add(a, &x[j as usize], y));
+            }
+        });
+    }
+
+    /// `Aᵀ x` for a matrix with `cols` columns; one thread, so that its result is always the same.
+    pub fn transpose_times(&self, x: &[[f32; R]], cols: usize) -> Vec<[f32; C]> {
+        let mut y = vec![[0.0; C]; cols];
+        for (i, x) in x.iter().enumerate() {
+            let (columns, blocks) = self.row(i);
+            columns.iter().zip(blocks).for_each(|(&j, a)| add_transposed(a, x, &mut y[j as usize]));
+        }
+        y
+    }
+}

@@ -1,0 +1,263 @@
+use super::Multigrid;
+use super::blocks::{Block, Blocks};
+use super::coarsen::Coarser;
+use super::dense::{add_product, add_transpose_product, inverse, inverse_on};
+use super::packed::{Packed, Single, single};
+use super::smoother::Level;
+use crate::linalg::copy_in_huge_pages;
+use crate::linalg::multigrid::bottom::Bottom;
+
+/// What is constrained at a node: components held at their value, and a stiffness added to its diagonal block
+/// (positive semidefinite, on components that are free).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Condition {
+    pub held: [bool; 3],
+    pub spring: Block<3, 3>,
+}
+
+/// What local changes of the hierarchy need: everything about the nodes that may be constrained, and the matrices of
+/// all levels without constraints.
+///
+/// Held components are truncated from the finest prolongation (Kornhuber 1997; Graeser & Kornhuber 2009). With `S` the
+/// projector on them the coarse matrix `Pᵀ (I - S)(A + spring)(I - S) P` is the one without constraints plus
+/// `Pᵀ (S A S + spring) P - G - Gᵀ`, `G = Pᵀ S A P`, which is supported near the constrained nodes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Local {
+    nodes: Vec<u32>,
+    diagonal: Vec<Block<3, 3>>,
+    /// Couplings of the nodes among themselves, by their places in `nodes`.
+    among: Blocks<3, 3>,
+    /// Rows of `P` and `A P` at the nodes.
+    p: Blocks<3, 6>,
+    a_times_p: Blocks<3, 6>,
+    p_columns: Columns,
+    a_times_p_columns: Columns,
+    /// Coarse nodes whose rows may change, by coarse level, the bottom last.
+    pub touched: Vec<Vec<u32>>,
+    /// Values without constraints, by coarse level.
+    free: Vec<Vec<Single<6, 6>>>,
+    bottom: Blocks<6, 6>,
+}
+
+/// For each column the rows that hold it, with the places of the blocks.
+type Columns = (Vec<usize>, Vec<(u32, u32)>);
+
+impl Local {
+    pub fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
+        let mut place = vec![u32::MAX; a.rows];
+        nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
+        let others = |k: usize, name: &mut dyn FnMut(u32)| {
+            let own = a.row(nodes[k] as usize).0.iter().map(|&j| place[j as usize]);
+            own.filter(|&p| p != u32::MAX).for_each(name);
+        };
+        let among = Blocks::from_rows(nodes.len(), nodes.len(), others, |k, row| {
+            let (columns, blocks) = a.row(nodes[k] as usize);
+            for (&j, block) in columns.iter().zip(blocks) {
+                if place[j as usize] != u32::MAX {
+                    *row.at(place[j as usize]) = *block;
+                }
+            }
+        });
+        let rows_of = |m: &Blocks<3, 6>| {
+            let all = |k: usize, name: &mut dyn FnMut(u32)| m.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
+            Blocks::from_rows(nodes.len(), m.cols, all, |k, row| {
+                let (columns, blocks) = m.row(nodes[k] as usize);
+                columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            })
+        };
+        let (p, a_times_p) = (rows_of(&step.prolongation), rows_of(&step.a_times_p));
+        let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
+        let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
+        let mut touched = a_times_p.column.clone();
+        touched.sort_unstable();
+        touched.dedup();
+        let (free, bottom) = Default::default();
+        let (nodes, touched) = (nodes.to_vec(), vec![touched]);
+        Local { nodes, diagonal, among, p, a_times_p, p_columns, a_times_p_columns, touched, free, bottom }
+    }
+
+    /// The next coarser level stands: where changes of this one reach there, and its matrix without constraints.
+    pub fn add_level(&mut self, level: &Level<6>, prolongation: &Packed<6, 6>) {
+        let here = &self.touched[self.touched.len() - 1];
+        let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
+        next.sort_unstable();
+        next.dedup();
+        self.touched.push(next);
+        self.free.push(copy_in_huge_pages(&level.matrix.value));
+    }
+
+    pub fn set_bottom(&mut self, bottom: Blocks<6, 6>) {
+        self.bottom = bottom;
+    }
+}
+
+impl Multigrid {
+    /// Constrains the nodes the hierarchy was made for, one condition each in their order. The finest level follows
+    /// at once; the coarse levels only if `coarse` is true (they may lag a few changes behind).
+    pub fn constrain(&mut self, conditions: &[Condition], coarse: bool) {
+        let local = &self.local;
+        for ((condition, &v), block) in conditions.iter().zip(&local.nodes).zip(&local.diagonal) {
+            let mut diagonal = *block;
+            diagonal.iter_mut().flatten().zip(condition.spring.iter().flatten()).for_each(|(d, s)| *d += s);
+            self.fine.inverse[v as usize] = single(&inverse_on(&diagonal, &condition.held.map(|h| !h)));
+        }
+        self.held.clear();
+        self.held.extend(
+            conditions.iter().zip(&local.nodes).filter(|(c, _)| c.held != [false; 3]).map(|(c, &v)| (v, c.held)),
+        );
+        if coarse {
+            self.update_coarse(conditions);
+        }
+    }
+
+    fn update_coarse(&mut self, conditions: &[Condition]) {
+        let local = &self.local;
+        let mut change = local.change(conditions, self.first_coarse());
+        for (k, level) in self.coarse.iter_mut().enumerate() {
+            let rows = &local.touched[k];
+            for (t, &i) in rows.iter().enumerate() {
+                let i = i as usize;
+                let range = level.matrix.start[i]..level.matrix.start[i + 1];
+                level.matrix.value[range.clone()].copy_from_slice(&local.free[k][range.clone()]);
+                let (columns, blocks) = change.row(t);
+                let mut place = range.start;
+                for (&j, block) in columns.iter().zip(blocks) {
+                    // Columns ascend in both, and the change lies within the pattern.
+                    while place < range.end && level.matrix.column[place] < j {
+                        place += 1;
+                    }
+                    if place < range.end && level.matrix.column[place] == j {
+                        let target = &mut level.matrix.value[place];
+                        for c in 0..6 {
+                            for r in 0..6 {
+                                target[c][r] = (f64::from(target[c][r]) + block[r][c]) as f32;
+                            }
+                        }
+                    }
+                }
+                if let Ok(place) = level.matrix.row(i).0.binary_search(&(i as u32)) {
+                    let block = level.matrix.row(i).1[place];
+                    let diagonal = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(block[c][r])));
+                    level.inverse[i] = single(&inverse(&diagonal));
+                }
+            }
+            let prolongation = &self.further[k];
+            change = coarser_change(&change, rows, prolongation, &local.touched[k + 1]);
+        }
+        let mut bottom = local.bottom.clone();
+        for (t, &i) in local.touched[self.coarse.len()].iter().enumerate() {
+            let (columns, blocks) = change.row(t);
+            for (&j, block) in columns.iter().zip(blocks) {
+                if let Some(place) = bottom.place(i as usize, j as usize) {
+                    let target = bottom.value[place].iter_mut().flatten();
+                    target.zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
+                }
+            }
+        }
+        self.bottom = Bottom::new(&bottom);
+    }
+}
+
+impl Local {
+    /// The change of the first coarse matrix under the conditions: a row for each of its touched nodes.
+    pub fn change(&self, conditions: &[Condition], cols: usize) -> Blocks<6, 6> {
+        // Row i of (S A S + spring) P - S A P.
+        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+            if conditions[i] != Condition::default() {
+                self.a_times_p.row(i).0.iter().for_each(|&j| name(j));
+            }
+        };
+        let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
+            let condition = &conditions[i];
+            let (columns, blocks) = self.p.row(i);
+            if condition.spring != [[0.0; 3]; 3] {
+                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&condition.spring, p, row.at(j)));
+            }
+            if condition.held == [false; 3] {
+                return;
+            }
+            let (columns, blocks) = self.among.row(i);
+            for (&k, a) in columns.iter().zip(blocks) {
+                let other = conditions[k as usize].held;
+                if other == [false; 3] {
+                    continue;
+                }
+                let held = |r: usize, c: usize| if condition.held[r] && other[c] { a[r][c] } else { 0.0 };
+                let part = std::array::from_fn(|r| std::array::from_fn(|c| held(r, c)));
+                let (columns, blocks) = self.p.row(k as usize);
+                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&part, p, row.at(j)));
+            }
+            let (columns, blocks) = self.a_times_p.row(i);
+            for (&j, block) in columns.iter().zip(blocks) {
+                let target = row.at(j);
+                for r in (0..3).filter(|&r| condition.held[r]) {
+                    (0..6).for_each(|c| target[r][c] -= block[r][c]);
+                }
+            }
+        });
+        let touched = &self.touched[0];
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            let k = touched[t] as usize;
+            let (start, entry) = &self.p_columns;
+            let mut near = |i: u32, of: &Blocks<3, 6>| of.row(i as usize).0.iter().for_each(|&j| name(j));
+            entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| near(i, &inner));
+            let (start, entry) = &self.a_times_p_columns;
+            let held =
+                entry[start[k]..start[k + 1]].iter().filter(|&&(i, _)| conditions[i as usize].held != [false; 3]);
+            held.for_each(|&(i, _)| near(i, &self.p));
+        };
+        Blocks::from_rows(touched.len(), cols, reached, |t, row| {
+            let k = touched[t] as usize;
+            let (start, entry) = &self.p_columns;
+            for &(i, place) in &entry[start[k]..start[k + 1]] {
+                let (columns, blocks) = inner.row(i as usize);
+                for (&j, block) in columns.iter().zip(blocks) {
+                    add_transpose_product(&self.p.value[place as usize], block, row.at(j));
+                }
+            }
+            let (start, entry) = &self.a_times_p_columns;
+            for &(i, place) in &entry[start[k]..start[k + 1]] {
+                let held = conditions[i as usize].held;
+                if held == [false; 3] {
+                    continue;
+                }
+                let mut part = self.a_times_p.value[place as usize];
+                (0..3).for_each(|r| part[r] = if held[r] { part[r].map(|v| -v) } else { [0.0; 6] });
+                let (columns, blocks) = self.p.row(i as usize);
+                columns.iter().zip(blocks).for_each(|(&j, p)| add_transpose_product(&part, p, row.at(j)));
+            }
+        })
+    }
+}
+
+/// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
+fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
+    let block =
+        |s: &Single<6, 6>| -> Block<6, 6> { std::array::from_fn(|r| std::array::from_fn(|c| f64::from(s[c][r]))) };
+    let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
+    let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+        change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    let right: Blocks<6, 6> = Blocks::from_rows(rows.len(), cols, reached, |t, row| {
+        let (columns, blocks) = change.row(t);
+        for (&j, d) in columns.iter().zip(blocks) {
+            let (coarse, values) = p.row(j as usize);
+            coarse.iter().zip(values).for_each(|(&k, value)| add_product(d, &block(value), row.at(k)));
+        }
+    });
+    let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
+    for (t, &i) in rows.iter().enumerate() {
+        let (coarse, values) = p.row(i as usize);
+        coarse.iter().zip(values).for_each(|(&k, value)| by_column[k as usize].push((t as u32, block(value))));
+    }
+    let reached = |k: usize, name: &mut dyn FnMut(u32)| {
+        let above = by_column[touched[k] as usize].iter();
+        above.for_each(|(t, _)| right.row(*t as usize).0.iter().for_each(|&j| name(j)));
+    };
+    Blocks::from_rows(touched.len(), cols, reached, |k, row| {
+        for (t, value) in &by_column[touched[k] as usize] {
+            let (columns, blocks) = right.row(*t as usize);
+            columns.iter().zip(blocks).for_each(|(&j, b)| add_transpose_product(value, b, row.at(j)));
+        }
+    })
+}

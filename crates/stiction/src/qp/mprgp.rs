@@ -1,0 +1,144 @@
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use super::face::{Direction, Face, Preconditioner, advance_to_bound, conjugate, feasible_step};
+use super::iterate::{Iterate, Step};
+use super::{BoundCounts, Bounds, QpStatus};
+use crate::linalg::dot;
+
+/// How MPRGP goes on from a bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expansion {
+    /// To the bound, then a step of fixed length along the reduced free gradient (the one the rate is proved for).
+    Fixed,
+    /// The whole step of conjugate gradients, projected; the fixed one where that does not lower the objective.
+    ProjectedCg,
+}
+
+/// Parameters of [`super::BoundMethod::Mprgp`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MprgpSettings {
+    /// An iterate is proportional if `|chopped|^2 <= proportion^2 reduced'free`; positive, 1 is best for the rate.
+    pub proportion: f64,
+    /// Length of the expansion step times the largest eigenvalue, in `(0, 2)`.
+    pub step: f64,
+    pub expansion: Expansion,
+}
+
+impl Default for MprgpSettings {
+    fn default() -> Self {
+        MprgpSettings { proportion: 1.0, step: 1.9, expansion: Expansion::ProjectedCg }
+    }
+}
+
+/// Modified proportioning with reduced gradient projections: Dostál & Schöberl 2005, Comput. Optim. Appl. 30, 23-43;
+/// fixed steps up to twice the inverse of the norm after Dostál 2009, two-sided bounds and the preconditioning of the
+/// face after Dostál, Optimal Quadratic Programming Algorithms, chapter 5; the projected step after Kružík, Horák,
+/// Čermák, Pospíšil & Pecha 2020, Active set expansion strategies in MPRGP algorithm, Adv. Eng. Softw.
+pub(super) fn mprgp(
+    it: &mut Iterate,
+    bounds: &Bounds,
+    settings: &MprgpSettings,
+    norm: Option<f64>,
+    preconditioner: Option<&Preconditioner>,
+    counts: &mut BoundCounts,
+) -> Step<Infallible> {
+    it.refresh()?;
+    let (norm, products) = it.operator_norm(norm)?;
+    counts.estimation = products;
+    let mut a = settings.step / norm;
+    let gamma2 = settings.proportion * settings.proportion;
+    let mut last: Option<Direction> = None;
+    loop {
+        let face = split(it, bounds, a);
+        if it.judge(face.projected)? {
+            last = None;
+            continue;
+        }
+        if face.chopped2 <= gamma2 * face.reduced2 {
+            let p = conjugate(it, face.preconditioned(preconditioner), last.take());
+            let ap = it.times(&p)?;
+            let curvature = curvature(it, &p, &ap)?;
+            let cg = dot(&it.g, &p) / curvature;
+            let feasible = feasible_step(bounds, &it.x, &p);
+            if cg <= feasible {
+                it.advance(cg, &p, &ap);
+                last = Some(Direction { p, ap, curvature });
+                counts.cg_steps += 1;
+            } else {
+                counts.expansions += 1;
+                if settings.expansion == Expansion::ProjectedCg && projected_step(it, bounds, cg, &p)? {
+                    continue;
+                }
+                advance_to_bound(it, bounds, feasible, &p, &ap);
+                a = fixed_step(it, bounds, a)?;
+            }
+        } else {
+            let p = face.chopped;
+            let ap = it.times(&p)?;
+            let cg = dot(&it.g, &p) / curvature(it, &p, &ap)?;
+            let feasible = feasible_step(bounds, &it.x, &p);
+            if cg <= feasible {
+                it.advance(cg, &p, &ap)
+            } else {
+                advance_to_bound(it, bounds, feasible, &p, &ap)
+            }
+            last = None;
+            counts.proportionings += 1;
+        }
+    }
+}
+
+/// The factor by which `f(x) - f(solution)` falls at least in each step of MPRGP with `Expansion::Fixed`, steps of
+/// length `step` in `(0, 2 / largest)` and `proportion`, for an operator with eigenvalues in `[smallest, largest]`:
+/// Dostál & Schöberl 2005, with the range of steps of Dostál 2009. Without a preconditioner.
+pub fn mprgp_rate(smallest: f64, largest: f64, step: f64, proportion: f64) -> f64 {
+    let theta = 2.0 * (step * largest).max(1.0);
+    let gamma = proportion.max(1.0 / proportion);
+    let effective = step.min(2.0 / largest - step);
+    1.0 - effective * smallest / (theta + theta * gamma * gamma)
+}
+
+/// Splits the gradient of `it`, counted.
+pub(super) fn split(it: &mut Iterate, bounds: &Bounds, step: f64) -> Face {
+    it.count(4);
+    Face::new(bounds, &it.x, &it.g, step)
+}
+
+/// `p'Ap`, which must be positive.
+pub(super) fn curvature(it: &mut Iterate, p: &[f64], ap: &[f64]) -> Step<f64> {
+    // This product, and the two that follow each product: the step length and the room to the bounds.
+    it.count(3);
+    let curvature = dot(p, ap);
+    if curvature > 0.0 { ControlFlow::Continue(curvature) } else { ControlFlow::Break(QpStatus::Indefinite) }
+}
+
+/// Goes to the projection of `x - step p` if the objective is lower there.
+pub(super) fn projected_step(it: &mut Iterate, bounds: &Bounds, step: f64, p: &[f64]) -> Step<bool> {
+    let mut y: Vec<f64> = it.x.iter().zip(p).map(|(x, p)| x - step * p).collect();
+    bounds.project(&mut y);
+    it.count(2);
+    // The gradient is computed here, not by recurrence: the step is not along p.
+    let g = it.gradient_at(&y)?;
+    let lower = it.rise(&y, &g) < 0.0;
+    if lower {
+        it.move_to(y, g);
+    }
+    ControlFlow::Continue(lower)
+}
+
+/// A step of length `a` along the reduced free gradient. Returns `a`, halved if the objective rose: then the norm of
+/// the operator was underestimated, and the step is not taken.
+fn fixed_step(it: &mut Iterate, bounds: &Bounds, a: f64) -> Step<f64> {
+    let face = split(it, bounds, a);
+    let mut y: Vec<f64> = it.x.iter().zip(&face.free).map(|(x, g)| x - a * g).collect();
+    bounds.project(&mut y);
+    it.count(2);
+    let g = it.gradient_at(&y)?;
+    let moved = y.iter().zip(&it.x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>().sqrt();
+    if it.rise(&y, &g) > it.rounding() * moved {
+        return ControlFlow::Continue(0.5 * a);
+    }
+    it.move_to(y, g);
+    ControlFlow::Continue(a)
+}

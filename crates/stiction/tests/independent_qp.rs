@@ -1,0 +1,185 @@
+//! Quadratic programs over bounds, discs and ellipses, solved again by Clarabel as cone programs.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::SupportedConeT::{self, NonnegativeConeT, SecondOrderConeT};
+use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
+use stiction::qp::*;
+
+/// Numbers in `(-1, 1)`, the same in every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self, n: usize) -> Vec<f64> {
+        (0..n).map(|_| self.next()).collect()
+    }
+}
+
+/// `G G' / n + shift`, symmetric positive definite.
+fn random_matrix(n: usize, shift: f64, numbers: &mut Numbers) -> Vec<Vec<f64>> {
+    let g: Vec<Vec<f64>> = (0..n).map(|_| numbers.vector(n)).collect();
+    let entry = |i: usize, j: usize| dot(&g[i], &g[j]) / n as f64 + if i == j { shift } else { 0.0 };
+    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+}
+
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+fn times(a: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
+    a.iter().map(|row| dot(row, x)).collect()
+}
+
+fn objective(a: &[Vec<f64>], b: &[f64], x: &[f64]) -> f64 {
+    0.5 * dot(x, &times(a, x)) - dot(b, x)
+}
+
+/// Rows of `offset - C x` in cones, in the order they are added.
+#[derive(Default)]
+struct Cones {
+    entries: Vec<(usize, usize, f64)>,
+    offset: Vec<f64>,
+    kinds: Vec<SupportedConeT<f64>>,
+}
+
+impl Cones {
+    fn row(&mut self, offset: f64, entries: &[(usize, f64)]) {
+        let row = self.offset.len();
+        self.entries.extend(entries.iter().map(|(column, value)| (row, *column, *value)));
+        self.offset.push(offset);
+    }
+
+    fn nonnegative(&mut self, offset: f64, column: usize, value: f64) {
+        self.row(offset, &[(column, value)]);
+        self.kinds.push(NonnegativeConeT(1));
+    }
+
+    fn solve(self, a: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
+        let n = b.len();
+        let upper: Vec<(usize, usize, f64)> =
+            (0..n).flat_map(|j| (0..=j).map(move |i| (i, j))).map(|(i, j)| (i, j, a[i][j])).collect();
+        let matrix = |rows: usize, t: &[(usize, usize, f64)]| {
+            let column = |f: fn(&(usize, usize, f64)) -> usize| t.iter().map(f).collect::<Vec<_>>();
+            let values = t.iter().map(|t| t.2).collect();
+            CscMatrix::new_from_triplets(rows, n, column(|t| t.0), column(|t| t.1), values)
+        };
+        let linear: Vec<f64> = b.iter().map(|b| -b).collect();
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .tol_gap_abs(1e-12)
+            .tol_gap_rel(1e-12)
+            .tol_feas(1e-12)
+            .build()
+            .unwrap();
+        let rows = self.offset.len();
+        let (p, c) = (matrix(n, &upper), matrix(rows, &self.entries));
+        let mut solver = DefaultSolver::new(&p, &linear, &c, &self.offset, &self.kinds, settings).unwrap();
+        solver.solve();
+        let status = solver.solution.status;
+        assert!(matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved), "{status:?}");
+        solver.solution.x
+    }
+}
+
+fn agree(a: &[Vec<f64>], b: &[f64], ours: &[f64], theirs: &[f64], shift: f64, what: &str) {
+    let (f, g) = (objective(a, b, ours), objective(a, b, theirs));
+    assert!((f - g).abs() < 1e-9 * g.abs(), "{what}: {f} {g}");
+    let d: Vec<f64> = ours.iter().zip(theirs).map(|(x, y)| x - y).collect();
+    // 1/2 shift |x - y|^2 is at most the difference of the objectives, up to what Clarabel is outside by.
+    assert!(0.5 * shift * dot(&d, &d) < 1e-8 * g.abs(), "{what}: {}", dot(&d, &d).sqrt());
+}
+
+#[test]
+fn clarabel_finds_the_same_minimum_within_bounds() {
+    for seed in 0..6 {
+        let (n, shift, mut numbers) = (50, 0.01, Numbers(seed));
+        let a = random_matrix(n, shift, &mut numbers);
+        let b: Vec<f64> = numbers.vector(n).iter().map(|b| 3.0 * b).collect();
+        let lower: Vec<f64> = (0..n).map(|i| if i % 4 == 0 { f64::NEG_INFINITY } else { numbers.next() }).collect();
+        let upper = (0..n)
+            .map(|i| match i % 5 {
+                0 => f64::INFINITY,
+                _ => lower[i].max(-1.0) + 0.6 * (1.0 + numbers.next()),
+            })
+            .collect();
+        let bounds = Bounds { lower, upper };
+        let mut cones = Cones::default();
+        for i in 0..n {
+            if bounds.lower[i].is_finite() {
+                cones.nonnegative(-bounds.lower[i], i, -1.0);
+            }
+            if bounds.upper[i].is_finite() {
+                cones.nonnegative(bounds.upper[i], i, 1.0);
+            }
+        }
+        let theirs = cones.solve(&a, &b);
+        let methods = [
+            BoundMethod::Proportioning(ProportioningSettings::default()),
+            BoundMethod::Mprgp(MprgpSettings::default()),
+            BoundMethod::Mprgp(MprgpSettings { expansion: Expansion::Fixed, ..MprgpSettings::default() }),
+        ];
+        for method in methods {
+            let mut operator = |x: &[f64]| times(&a, x);
+            let problem = BoundProblem {
+                operator: &mut operator,
+                b: &b,
+                bounds: &bounds,
+                largest_eigenvalue: None,
+                preconditioner: None,
+            };
+            let ours = minimize_in_bounds(problem, &vec![0.0; n], &method, 1e-10, 5000, &mut |_, _| false);
+            assert_eq!(ours.status, QpStatus::Solved);
+            let held = ours.x.iter().zip(&bounds.lower).filter(|(x, l)| x == l).count();
+            assert!(held > 3, "the bounds must matter: {held}");
+            agree(&a, &b, &ours.x, &theirs, shift, &format!("{seed} {method:?}"));
+        }
+    }
+}
+
+#[test]
+fn clarabel_finds_the_same_minimum_over_discs_and_ellipses() {
+    for seed in 0..6 {
+        let (m, shift, mut numbers) = (25, 0.01, Numbers(seed + 100));
+        let a = random_matrix(3 * m, shift, &mut numbers);
+        let b: Vec<f64> = numbers.vector(3 * m).iter().map(|b| 3.0 * b).collect();
+        let sets: Vec<PointSet> = (0..m)
+            .map(|j| match (seed % 2, j % 5) {
+                (_, 0) => PointSet::Free,
+                (0, _) => PointSet::HalfLineAndDisc { radius: 1.0 + numbers.next() },
+                _ => PointSet::HalfLineAndEllipse {
+                    radii: [1.1 + numbers.next(), 1.1 + numbers.next()],
+                    angle: 3.0 * numbers.next(),
+                },
+            })
+            .collect();
+        let mut cones = Cones::default();
+        for (j, set) in sets.iter().enumerate() {
+            let (radii, angle) = match *set {
+                PointSet::Free => continue,
+                PointSet::HalfLineAndDisc { radius } => ([radius; 2], 0.0f64),
+                PointSet::HalfLineAndEllipse { radii, angle } => (radii, angle),
+            };
+            cones.nonnegative(0.0, j, -1.0);
+            let (s, c) = angle.sin_cos();
+            // (1, components along the axes over the radii) in the second-order cone.
+            cones.row(1.0, &[]);
+            cones.row(0.0, &[(m + j, -c / radii[0]), (2 * m + j, -s / radii[0])]);
+            cones.row(0.0, &[(m + j, s / radii[1]), (2 * m + j, -c / radii[1])]);
+            cones.kinds.push(SecondOrderConeT(3));
+        }
+        let theirs = cones.solve(&a, &b);
+        for follow_boundaries in [true, false] {
+            let mut operator = |x: &[f64]| times(&a, x);
+            let problem = SetProblem { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: None };
+            let settings = SetSettings { follow_boundaries, ..SetSettings::default() };
+            let start = vec![0.0; 3 * m];
+            let ours = minimize_in_sets(problem, &sets, &start, &settings, 1e-10, 20_000, &mut |_, _| false);
+            assert_eq!(ours.status, QpStatus::Solved, "{:?}", ours.counts);
+            agree(&a, &b, &ours.x, &theirs, shift, &format!("{seed} {follow_boundaries}"));
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The multigrid path against the direct one, and its cycles in bands. Bands follow a prototype that shares no code
+//! with this one.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::*;
+use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
+use stiction::fem::{Formulation, Material, Solid, assemble};
+use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
+use stiction::linalg::Csr;
+use stiction::mesh::BlockElement;
+
+fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
+    let mut primal = Primal::new(problem).unwrap();
+    let settings = Settings { max_iterations: 1000, ..settings(tolerance) };
+    solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()))
+}
+
+fn assert_cycles(problem: &ContactProblem, most: usize, what: &str) -> usize {
+    let s = by_multigrid(problem, 1e-8);
+    println!("{what}: {:?} {:?} worst {:.1e}", s.status, s.counts, s.certificate.worst);
+    assert_solved(&s);
+    assert!(s.counts.cycles <= most, "{what}: {:?}", s.counts);
+    s.counts.cycles
+}
+
+/// The clamped brick without contact.
+fn elastic(n: usize, element: BlockElement, poisson: f64) -> ContactProblem {
+    let mut case = brick(n, element, BrickLoad::Press, SurfaceFriction::None);
+    case.surfaces.clear();
+    case.poisson = poisson;
+    case.pose().problem
+}
+
+/// Cycles until the residual has fallen by eight digits.
+fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
+    let s = by_multigrid(problem, 1e-8);
+    assert_solved(&s);
+    let cycles = s.history.iter().find(|p| p.residual <= 1e-8).unwrap().iteration;
+    println!("{what}: {cycles}");
+    cycles
+}
+
+#[test]
+fn a_linear_solve_takes_thirty_cycles_at_most_at_every_size() {
+    let elements = [BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Six, BlockElement::Hex8];
+    for element in elements {
+        for poisson in [0.0, 0.277, 0.45] {
+            for n in [4, 8, 16] {
+                let what = format!("{element:?} nu {poisson} n = {n}");
+                assert!(cycles_to_eight_digits(&elastic(n, element, poisson), &what) <= 30, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn materials_with_a_contrast_of_ten_thousand_take_thirty_cycles_at_most() {
+    for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
+        let mut case = brick(8, element, BrickLoad::Press, SurfaceFriction::None);
+        case.surfaces.clear();
+        let material = |young: f64| Material {
+            name: "layer".into(),
+            young,
+            poisson: 0.3,
+            density: 0.0,
+            formulation: Formulation::Full,
+        };
+        let materials = [material(2e11), material(2e7)];
+        // Layers along x of two cells each.
+        let cells = case.mesh.cell_count();
+        let material_of_cell: Vec<u32> = (0..cells).map(|c| u32::from(c * 4 / cells % 2 == 1)).collect();
+        let solid = Solid { mesh: &case.mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let model = assemble(&solid, &case.loads, &case.fixes, 1.0).unwrap();
+        let (problem, _) = stiction::contact::pose(&case.mesh, &model, &[]).unwrap();
+        assert!(cycles_to_eight_digits(&problem, &format!("{element:?}")) <= 30);
+    }
+}
+
+const LAWS: [SurfaceFriction; 7] = [
+    SurfaceFriction::None,
+    SurfaceFriction::Coulomb(0.1),
+    SurfaceFriction::Coulomb(0.35),
+    SurfaceFriction::Coulomb(1.0),
+    SurfaceFriction::GivenForce(1.3e4),
+    SurfaceFriction::GivenStress(3e6),
+    SurfaceFriction::Bonded,
+];
+
+#[test]
+fn both_paths_find_the_same_solution() {
+    for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
+        for load in [BrickLoad::Lift, BrickLoad::Press] {
+            for law in LAWS {
+                let p = brick(5, element, load, law).pose().problem;
+                let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
+                println!("{element:?} {load:?} {law:?}: {:?}", b.counts);
+                assert_solved(&b);
+                assert!(distance(&a.u, &b.u) < 1e-8, "{load:?} {law:?}: {:.1e}", distance(&a.u, &b.u));
+                assert!(distance(&a.lambda, &b.lambda) < 1e-7, "{:.1e}", distance(&a.lambda, &b.lambda));
+            }
+        }
+    }
+}
+
+#[test]
+fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
+    for (load, coefficient, most) in [
+        (BrickLoad::Press, 0.35, 2.2),
+        (BrickLoad::Press, 1.0, 2.4),
+        (BrickLoad::Lift, 0.35, 2.8),
+        (BrickLoad::Lift, 0.0, 2.6),
+    ] {
+        let counts = [8, 16].map(|n| {
+            let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
+            let linear = by_multigrid(&elastic(n, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
+            let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");
+            assert_cycles(&p, (most * linear as f64) as usize, &what)
+        });
+        assert!(counts[1] as f64 <= 1.4 * counts[0] as f64, "{counts:?}");
+    }
+}
+
+#[test]
+fn large_coefficients_converge() {
+    for load in [BrickLoad::Lift, BrickLoad::Press] {
+        for coefficient in [2.0, 5.0, 10.0, 100.0] {
+            let p = brick(8, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
+            assert_cycles(&p, 150, &format!("{load:?} {coefficient}"));
+        }
+    }
+}
+
+/// The model brick; without its supports `f` can be changed alone.
+fn brick_without_supports() -> ContactProblem {
+    let p = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    ContactProblem { supports: None, ..p }
+}
+
+#[test]
+fn units_and_threads_change_nothing() {
+    let metres = brick_without_supports();
+    let one = by_multigrid(&metres, 1e-8);
+    // Newton and millimetre: K in N/mm, lengths a thousand times as many.
+    let mut millimetres = metres.clone();
+    millimetres.K.value.iter_mut().for_each(|k| *k *= 1e-3);
+    let scaled = by_multigrid(&millimetres, 1e-8);
+    assert_eq!(one.counts.cycles, scaled.counts.cycles);
+    let back: Vec<f64> = scaled.u.iter().map(|u| u * 1e-3).collect();
+    assert!(distance(&one.u, &back) < 1e-9 && distance(&one.lambda, &scaled.lambda) < 1e-7);
+    for threads in [1, 2, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let again = pool.install(|| by_multigrid(&metres, 1e-8));
+        assert_eq!((&one.u, &one.lambda), (&again.u, &again.lambda), "{threads} threads");
+    }
+}
+
+#[test]
+fn one_set_up_serves_many_loads() {
+    let p = brick_without_supports();
+    let mut twice = p.clone();
+    twice.f.iter_mut().for_each(|f| *f *= 2.0);
+    let mut primal = Primal::new(&p).unwrap();
+    let mut go = |p: &ContactProblem| solve_primal(p, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+    let (first, second, third) = (go(&p), go(&twice), go(&p));
+    [&first, &second, &third].into_iter().for_each(assert_solved);
+    // Without a gap the problem is positively homogeneous.
+    let half: Vec<f64> = second.u.iter().map(|u| 0.5 * u).collect();
+    assert!(distance(&first.u, &half) < 1e-8 && distance(&first.u, &third.u) < 1e-8);
+}
+
+#[test]
+fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
+    let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    // A row of B that couples two nodes.
+    let mut coupled = p.clone();
+    let far = coupled.unknowns() - 1;
+    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, far, 0.5)]);
+    let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
+        (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
+    };
+    let all = [triplets(&coupled.B), triplets(&entry)].concat();
+    coupled.B = Csr::from_triplets(p.B.rows, p.B.cols, &all);
+    assert!(Primal::new(&coupled).unwrap_err().what.contains("node of their own"));
+    // Indefinite and not a number: an end that says so, no solution, no hang.
+    for value in [f64::NAN, -1e20] {
+        let mut bad = p.clone();
+        let place = bad.K.start[30] + bad.K.row(30).0.iter().position(|&j| j == 30).unwrap();
+        bad.K.value[place] = value;
+        if let Ok(mut primal) = Primal::new(&bad) {
+            let s = solve_primal(&bad, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+            assert!(matches!(s.status, Status::Stalled | Status::MaxIterations), "{:?}", s.status);
+        }
+    }
+    let stop = &mut |_: &stiction::friction::Progress| ControlFlow::Break(());
+    let s = solve_primal(&p, &mut Primal::new(&p).unwrap(), &settings(1e-8), stop);
+    assert_eq!(s.status, Status::Interrupted);
+    // A coefficient of zero is no friction.
+    let mut smooth = p.clone();
+    smooth.friction.fill(Friction::Coulomb { coefficient: 0.0 });
+    assert_solved(&by_multigrid(&smooth, 1e-8));
+}
