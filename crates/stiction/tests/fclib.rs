@@ -262,3 +262,15 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     assert!(found.measures.invariant <= 1e-8);
     assert_same(&own, p.points(), &found, 1.0);
 }
+
+#[test]
+fn rolling_friction_and_foreign_files_are_refused() {
+    for (group, words) in [("fclib_global_rolling", "rolling friction"), ("something", "neither fclib_local")] {
+        let mut file = hdf5_pure::FileBuilder::new();
+        let mut rolling = file.create_group(group);
+        rolling.create_dataset("spacedim").with_i32_data(&[5]);
+        file.add_group(rolling.finish());
+        let error = fclib::parse(file.finish().unwrap()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
