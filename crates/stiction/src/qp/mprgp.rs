@@ -74,15 +74,7 @@ pub(super) fn mprgp(
                 a = fixed_step(it, bounds, a)?;
             }
         } else {
-            let p = face.chopped;
-            let ap = it.times(&p)?;
-            let cg = dot(&it.g, &p) / curvature(it, &p, &ap)?;
-            let feasible = feasible_step(bounds, &it.x, &p);
-            if cg <= feasible {
-                it.advance(cg, &p, &ap)
-            } else {
-                advance_to_bound(it, bounds, feasible, &p, &ap)
-            }
+            proportioning_step(it, bounds, &face.chopped)?;
             last = None;
             counts.proportionings += 1;
         }
@@ -111,6 +103,19 @@ pub(super) fn curvature(it: &mut Iterate, p: &[f64], ap: &[f64]) -> Step<f64> {
     it.count(3);
     let curvature = dot(p, ap);
     if curvature > 0.0 { ControlFlow::Continue(curvature) } else { ControlFlow::Break(QpStatus::Indefinite) }
+}
+
+/// Leaves the bounds along the chopped gradient, to the minimum there or to the first bound met.
+pub(super) fn proportioning_step(it: &mut Iterate, bounds: &Bounds, chopped: &[f64]) -> Step<()> {
+    let ap = it.times(chopped)?;
+    let cg = dot(&it.g, chopped) / curvature(it, chopped, &ap)?;
+    let feasible = feasible_step(bounds, &it.x, chopped);
+    if cg <= feasible {
+        it.advance(cg, chopped, &ap);
+    } else {
+        advance_to_bound(it, bounds, feasible, chopped, &ap);
+    }
+    ControlFlow::Continue(())
 }
 
 /// Goes to the projection of `x - step p` if the objective is lower there.

@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 
 use super::face::{Direction, Preconditioner, advance_to_bound, conjugate, feasible_step};
 use super::iterate::{Iterate, Step};
-use super::mprgp::{curvature, projected_step, split};
+use super::mprgp::{curvature, projected_step, proportioning_step, split};
 use super::{BoundCounts, Bounds};
 use crate::linalg::dot;
 
@@ -59,15 +59,7 @@ pub(super) fn proportioning(
                 }
             }
         } else {
-            let p = face.chopped;
-            let ap = it.times(&p)?;
-            let cg = dot(&it.g, &p) / curvature(it, &p, &ap)?;
-            let feasible = feasible_step(bounds, &it.x, &p);
-            if cg <= feasible {
-                it.advance(cg, &p, &ap)
-            } else {
-                advance_to_bound(it, bounds, feasible, &p, &ap)
-            }
+            proportioning_step(it, bounds, &face.chopped)?;
             last = None;
             counts.proportionings += 1;
         }
