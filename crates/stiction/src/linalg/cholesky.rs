@@ -22,8 +22,14 @@ use crate::Error;
 pub struct Cholesky {
     plan: Plan,
     supernodes: SymbolicSupernodalCholesky<usize>,
+    /// The panels from `first` on.
     values: Vec<f64>,
+    first: usize,
 }
+
+/// Numbers of a cache line. Kernels treat what lies before the first whole one in another order, so that the last digits
+/// of a factor would depend on where the allocator puts it.
+const LINE: usize = 8;
 
 /// The supernodes a solve has to visit when its right-hand side and the wanted part of its result are supported on
 /// the same few unknowns: those holding the unknowns, and all their ancestors.
@@ -43,11 +49,12 @@ impl Cholesky {
         let (start, rows, entries) = permuted(k, graph, &plan);
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &rows);
         let supernodes = supernodes(pattern, &plan)?;
-        let mut values = in_huge_pages(vec![0.0; supernodes.len_val()]);
+        let mut values = in_huge_pages(vec![0.0; supernodes.len_val() + LINE]);
+        let first = values.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
         let scratch = factorize_supernodal_numeric_llt_scratch::<usize, f64>(&supernodes, Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
         let outcome = factorize_supernodal_numeric_llt(
-            &mut values,
+            &mut values[first..first + supernodes.len_val()],
             SparseColMatRef::new(pattern, &entries),
             LltRegularization::default(),
             &supernodes,
@@ -59,7 +66,7 @@ impl Cholesky {
             let unknown = plan.unknown.get(index).copied().unwrap_or(0);
             return Err(not_positive_definite(unknown));
         }
-        let factor = Cholesky { plan, supernodes, values };
+        let factor = Cholesky { plan, supernodes, values, first };
         factor.verify(k)?;
         Ok(factor)
     }
@@ -83,12 +90,12 @@ impl Cholesky {
 
     /// Number of stored values.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.supernodes.len_val()
     }
 
     /// Whether the factor is of order zero.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.len() == 0
     }
 
     fn panel(&self, s: usize) -> Panel<'_> {
@@ -96,7 +103,8 @@ impl Cholesky {
         let pattern = symbolic.supernode(s).pattern();
         let first = symbolic.supernode_begin()[s];
         let columns = symbolic.supernode_end()[s] - first;
-        let values = &self.values[symbolic.col_ptr_for_val()[s]..symbolic.col_ptr_for_val()[s + 1]];
+        let panels = &self.values[self.first..];
+        let values = &panels[symbolic.col_ptr_for_val()[s]..symbolic.col_ptr_for_val()[s + 1]];
         Panel { first, columns, pattern, values }
     }
 
