@@ -42,11 +42,6 @@ impl Primal {
         })?;
         Ok(Primal { turned, multigrid })
     }
-
-    /// Nodes of each level of the hierarchy, the finest first.
-    pub fn levels(&self) -> Vec<usize> {
-        self.multigrid.levels()
-    }
 }
 
 /// Share of the diagonal of `K` at a node that turns displacements into forces; from 0.2 to 0.7 the counts hardly
@@ -58,6 +53,9 @@ const PARAMETER: f64 = 0.4;
 ///
 /// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is
 /// reduced further.
+///
+/// # Panics
+/// If `primal` is of a problem with another number of unknowns or points.
 pub fn solve_primal(
     problem: &ContactProblem,
     primal: &mut Primal,
@@ -65,6 +63,8 @@ pub fn solve_primal(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
     let Primal { turned, multigrid } = primal;
+    let sizes = (turned.nodes.of.len(), turned.points.len());
+    assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
     turned.set_load(&problem.f);
     let m = problem.points();
     let law = |j: usize| {

@@ -74,12 +74,6 @@ impl Multigrid {
         Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
     }
 
-    /// Nodes of each level, the finest first.
-    pub fn levels(&self) -> Vec<usize> {
-        let coarse = self.coarse.iter().map(|l| l.matrix.rows);
-        std::iter::once(self.fine.matrix.rows).chain(coarse).chain([self.bottom.nodes()]).collect()
-    }
-
     /// One V-cycle for `A x = b` from zero.
     pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         // Single precision has a narrow range: the cycle is linear, so it works on a unit vector.
