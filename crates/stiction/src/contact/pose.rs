@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use super::obstacle::unit;
 use super::{ContactProblem, Friction, Obstacle, Pair, Supports};
 use crate::Error;
@@ -47,7 +49,7 @@ pub struct SurfaceFacts {
     pub overlapping_area: f64,
     /// Nodes of the surface whose three components are prescribed: their multipliers are dropped.
     pub clamped: usize,
-    /// Nodes that cannot move along the normal: dropped as well.
+    /// Nodes that cannot move along the normal, those a bonded surface ties included: dropped as well.
     pub held_along_normal: usize,
     /// Points with one or no free tangential direction, as on a symmetry plane.
     pub guided: usize,
@@ -57,7 +59,8 @@ pub struct SurfaceFacts {
     pub dropped_area: f64,
 }
 
-/// Poses contact of the surfaces on `model`, which was assembled on `mesh`.
+/// Poses contact of the surfaces on `model`, which was assembled on `mesh`. The stiffness matrix moves from the model
+/// into the problem: it is the largest thing there is, and nobody needs it twice.
 ///
 /// Normals and gaps are those of the reference configuration (small sliding). The rows of a point whose node has
 /// prescribed components are restricted to the free ones: tangents are chosen among the free directions across the
@@ -68,15 +71,17 @@ pub struct SurfaceFacts {
 /// displacement that pushes a node into the obstacle, drags it along the surface or moves a bonded one.
 pub fn pose(
     mesh: &Mesh,
-    model: &FeModel,
+    model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
     let mut points = Vec::new();
     let mut facts = Vec::new();
     let mut pairs = Vec::new();
-    for surface in surfaces {
+    let tied = tied_nodes(mesh, surfaces);
+    for (number, surface) in surfaces.iter().enumerate() {
         let first = points.len();
-        facts.push(points_of(mesh, model, surface, &mut points).map_err(|e| e.at(&quoted(&surface.name)))?);
+        let tied = |node: u32| tied.get(&node).is_some_and(|&by| by != number);
+        facts.push(points_of(mesh, model, surface, tied, &mut points).map_err(|e| e.at(&quoted(&surface.name)))?);
         pairs.push(Pair { name: surface.name.clone(), points: first..points.len() });
     }
     let (free, held) = jump(model, &points);
@@ -85,7 +90,7 @@ pub fn pose(
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let problem = ContactProblem {
-        K: model.stiffness.copy(),
+        K: std::mem::take(&mut model.stiffness),
         f: model.load.clone(),
         B: free,
         gap: points.iter().map(|p| p.gap).collect(),
@@ -108,6 +113,18 @@ pub fn pose(
     Ok((problem, facts))
 }
 
+/// The nodes of bonded surfaces, each with the first such surface: the tie holds them in every free direction, so that
+/// multipliers of other surfaces there could not be told from its own.
+fn tied_nodes(mesh: &Mesh, surfaces: &[ContactSurface]) -> HashMap<u32, usize> {
+    let mut tied = HashMap::new();
+    for (number, surface) in surfaces.iter().enumerate().filter(|(_, s)| s.friction == SurfaceFriction::Bonded) {
+        mesh.face_nodes(&surface.faces).into_iter().for_each(|node| {
+            tied.entry(node).or_insert(number);
+        });
+    }
+    tied
+}
+
 /// A contact point with its three rows over the components of its node.
 struct Point {
     node: u32,
@@ -128,6 +145,7 @@ fn points_of(
     mesh: &Mesh,
     model: &FeModel,
     surface: &ContactSurface,
+    tied_elsewhere: impl Fn(u32) -> bool,
     points: &mut Vec<Point>,
 ) -> Result<SurfaceFacts, Error> {
     if surface.faces.is_empty() {
@@ -156,6 +174,7 @@ fn points_of(
             refuse_moving_tied(&prescribed, negligible, node, x)?;
         }
         let frame = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
+        let frame = frame.filter(|_| !tied_elsewhere(node));
         let imposed: f64 = (0..3).map(|c| normal[c] * prescribed[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
         let Some(frame) = frame else {

@@ -1,6 +1,5 @@
 use rayon::prelude::*;
 
-use super::copy_in_huge_pages;
 use crate::Error;
 
 /// A sparse matrix by compressed rows. Column indices ascend in each row and are unique.
@@ -21,12 +20,6 @@ impl Csr {
     /// A matrix without entries.
     pub fn zero(rows: usize, cols: usize) -> Self {
         Csr { rows, cols, start: vec![0; rows + 1], column: Vec::new(), value: Vec::new() }
-    }
-
-    /// A copy for keeps: large arrays in huge pages.
-    pub fn copy(&self) -> Self {
-        let (column, value) = (copy_in_huge_pages(&self.column), copy_in_huge_pages(&self.value));
-        Csr { rows: self.rows, cols: self.cols, start: self.start.clone(), column, value }
     }
 
     /// The matrix with the given entries `(row, column, value)`; equal places are added in the order given.

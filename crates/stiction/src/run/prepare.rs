@@ -9,7 +9,6 @@ use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, assemble, notes};
 use crate::io::case::{Case, Spot};
-use crate::linalg::Csr;
 use crate::mesh::{Mesh, MeshNotes, info};
 
 /// A case on its mesh, ready to be solved.
@@ -46,9 +45,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (loads, load_facts) = loads(&solid, &case.loads)?;
     let mut model = assemble(&solid, &loads, &fixes, TIME)?;
     let assembled = start.elapsed().as_secs_f64();
-    let (problem, surface_facts) = pose(&mesh, &model, &surfaces).map_err(|error| at_contact(case, error))?;
+    let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
-    model.stiffness = Csr::default();
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {

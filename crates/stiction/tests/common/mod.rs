@@ -82,8 +82,8 @@ impl Case {
     }
 
     pub fn try_pose(&self) -> Result<Posed, Error> {
-        let model = self.assemble();
-        let (problem, facts) = pose(&self.mesh, &model, &self.surfaces)?;
+        let mut model = self.assemble();
+        let (problem, facts) = pose(&self.mesh, &mut model, &self.surfaces)?;
         problem.validate().unwrap();
         Ok(Posed { model, problem, facts })
     }
