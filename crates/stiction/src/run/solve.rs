@@ -40,7 +40,7 @@ impl Settings {
         };
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
-            solver: friction::Settings { tolerance, max_iterations, start: None },
+            solver: friction::Settings { tolerance, max_iterations, ..friction::Settings::default() },
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },

@@ -28,14 +28,21 @@ pub(super) struct State {
     /// The residual after each cycle.
     history: Vec<f64>,
     last_reset: usize,
+    /// Whether the first sets are those of the displacements.
+    warm: bool,
     pub cycles: usize,
     pub resets: usize,
 }
 
 impl State {
-    /// Zero displacements of so many nodes.
+    /// Zero displacements of so many nodes; the first sets are guessed.
     pub fn zero(nodes: usize) -> State {
         State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() }
+    }
+
+    /// Displacements whose law decides the first sets.
+    pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
+        State { ku: k.times(&u), u, warm: true, ..State::default() }
     }
 }
 
@@ -74,7 +81,7 @@ pub(super) fn run(
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     loop {
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
-        let first = at.cycles == 0 && at.sets.is_empty();
+        let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
         at.sets =
             (points.iter().zip(laws))
                 .map(|(p, law)| {

@@ -22,24 +22,11 @@ impl Primal {
     /// Turns the problem and sets up the hierarchy.
     ///
     /// # Errors
-    /// If the problem is not one for this path: a contact point whose rows of `B` are not an orthonormal frame of a
-    /// node of its own, nodes with more than three unknowns, or a matrix that does not get coarser by aggregation.
+    /// If the problem is not one for this path: a contact point without a node of its own on which its rows of `B` are
+    /// an orthonormal frame, nodes with more than three unknowns, or a matrix that does not get coarser by aggregation.
     pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
-        let turned = Turned::new(problem).ok_or_else(|| {
-            Error::new(
-                "",
-                "the multigrid path is for contact points that each have a node of their own",
-                "set path = \"auto\" under [solver]",
-            )
-        })?;
-        let nodes: Vec<u32> = turned.points.iter().map(|p| p.node as u32).collect();
-        let multigrid = Multigrid::new(&turned.k, &turned.kernel, &nodes).ok_or_else(|| {
-            Error::new(
-                "",
-                "the stiffness matrix does not get coarser by aggregation",
-                "set path = \"auto\" under [solver]",
-            )
-        })?;
+        let (turned, multigrid) =
+            Turned::new(problem).map_err(|what| Error::new("", what, "set path = \"auto\" under [solver]"))?;
         Ok(Primal { turned, multigrid })
     }
 }
@@ -49,13 +36,13 @@ impl Primal {
 const PARAMETER: f64 = 0.4;
 
 /// Solves contact with friction on the displacements; `primal` is that of `problem`, or of another problem with the
-/// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used.
+/// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used, `settings.start_displacement` is.
 ///
 /// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is
 /// reduced further.
 ///
 /// # Panics
-/// If `primal` is of a problem with another number of unknowns or points.
+/// If `primal` is of a problem with another number of unknowns or points, or the start has another length.
 pub fn solve_primal(
     problem: &ContactProblem,
     primal: &mut Primal,
@@ -65,15 +52,20 @@ pub fn solve_primal(
     let Primal { turned, multigrid } = primal;
     let sizes = (turned.nodes.of.len(), turned.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
+    if let Some(u) = &settings.start_displacement {
+        assert_eq!(u.len(), sizes.0, "displacements to start from");
+    }
     turned.set_load(&problem.f);
     let m = problem.points();
     let law = |j: usize| {
-        let d = turned.k.diagonal(turned.points[j].node);
         let rest = [problem.gap[j], problem.slip_reference[j], problem.slip_reference[m + j]];
-        Law { friction: problem.friction[j], rest, parameter: PARAMETER * (d[0][0] + d[1][1] + d[2][2]) / 3.0 }
+        Law { friction: problem.friction[j], rest, parameter: PARAMETER / turned.points[j].flexibility }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
-    let mut at = State::zero(turned.f.len());
+    let mut at = match &settings.start_displacement {
+        Some(u) => State::at(turned.into_frames(u), &turned.k),
+        None => State::zero(turned.f.len()),
+    };
     let mut history = Vec::new();
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
     let mut tolerance = 0.03 * settings.tolerance;
