@@ -114,5 +114,5 @@ fn contact_between_bodies_costs_hardly_more_cycles_than_a_tie() {
         assert_solved(&s);
         s.counts.cycles
     });
-    assert!(tie <= 40 && contact as f64 <= 1.6 * tie as f64, "{tie} {contact}");
+    assert!(tie <= 25 && contact as f64 <= 2.8 * tie as f64, "{tie} {contact}");
 }

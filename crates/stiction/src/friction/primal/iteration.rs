@@ -44,6 +44,14 @@ impl State {
     pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
         State { ku: k.times(&u), u, warm: true, ..State::default() }
     }
+
+    /// Another iteration begins here: its sets are not those the directions were kept for.
+    pub fn begin_anew(&mut self) {
+        self.kept.clear();
+        self.history.clear();
+        self.coarse.clear();
+        self.warm = true;
+    }
 }
 
 /// The coarse levels follow once this share of the points has changed its condition.
@@ -149,7 +157,7 @@ fn goes_round(history: &[f64], since_reset: usize) -> bool {
 }
 
 /// Tells the hierarchy the conditions; its coarse levels lag while few of them have changed.
-fn constrain(multigrid: &mut Multigrid, at: &mut State) {
+pub(super) fn constrain(multigrid: &mut Multigrid, at: &mut State) {
     let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
     let changed = conditions.iter().zip(&at.coarse).filter(|(a, b)| a.held != b.held).count();
     let coarse = at.coarse.len() != conditions.len() || changed as f64 > LAG * conditions.len() as f64;
@@ -189,7 +197,7 @@ fn balance(turned: &Turned, ku: &Vector) -> Vector {
 }
 
 /// The residual on the components that are not held: `f - K u` less friction.
-fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
+pub(super) fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
     let mut r = balance(turned, &at.ku);
     for ((p, s), law) in turned.points.iter().zip(&at.sets).zip(laws) {
         let (r, u) = (&mut r[p.node], at.u[p.node]);
@@ -204,7 +212,7 @@ fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
 
 /// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
 /// not held.
-fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
+pub(super) fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
     let mut r = balance(turned, ku);
     for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
         let (r, u) = (&mut r[p.node], u[p.node]);

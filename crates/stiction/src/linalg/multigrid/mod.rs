@@ -19,6 +19,7 @@ mod truncate;
 pub use blocks::{Block, Blocks, Nodes};
 pub use coarsen::Kernel;
 pub use coupling::Coupling;
+pub use dense::inverse;
 pub use truncate::Condition;
 
 use bottom::Bottom;
