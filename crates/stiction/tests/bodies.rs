@@ -116,3 +116,25 @@ fn contact_between_bodies_costs_hardly_more_cycles_than_a_tie() {
     });
     assert!(tie <= 25 && contact as f64 <= 2.8 * tie as f64, "{tie} {contact}");
 }
+
+#[test]
+fn a_body_held_by_contact_alone_needs_no_more_than_one_on_supports() {
+    for (friction, shear) in [(0.3, 2e5), (0.5, 3e5), (0.0, 0.0)] {
+        let floating = stacked([6, 5], None, Friction::Coulomb { coefficient: friction }, shear);
+        let s = by_multigrid(&floating, 1e-8);
+        assert_solved(&s);
+        let m = floating.points();
+        let sum = |range: std::ops::Range<usize>| s.lambda[range].iter().sum::<f64>();
+        let tangential = sum(m..2 * m).hypot(sum(2 * m..3 * m));
+        println!("{friction}: {} {tangential}", sum(0..m));
+        // Balance of the floating body: the pressed top carries 1e6 (1.5 - x) on the unit square.
+        assert!((sum(0..m) - 1e6).abs() < 1e-2 && (tangential - shear).abs() < 1e-2);
+        // The same at a distance: nothing touches at first.
+        let mut lifted = floating.clone();
+        lifted.gap.fill(1e-5);
+        assert_solved(&by_multigrid(&lifted, 1e-8));
+    }
+    // Beyond the limit of friction there is no equilibrium, and no answer that claims one.
+    let sliding = stacked([6, 5], None, Friction::Coulomb { coefficient: 0.3 }, 4e5);
+    assert_ne!(by_multigrid(&sliding, 1e-8).status, stiction::friction::Status::Solved);
+}

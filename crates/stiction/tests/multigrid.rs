@@ -218,16 +218,19 @@ fn one_set_up_serves_many_loads() {
 #[test]
 fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
-    // A row of B that couples two nodes.
+    // Two points whose rows of B reach each other's nodes: neither has one of its own.
     let mut coupled = p.clone();
-    let far = coupled.unknowns() - 1;
-    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, far, 0.5)]);
+    let [here, there] = [0, 1].map(|j| coupled.B.row(j).0[0] as usize);
+    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
     let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
         (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
     };
     let all = [triplets(&coupled.B), triplets(&entry)].concat();
     coupled.B = Csr::from_triplets(p.B.rows, p.B.cols, &all);
-    assert!(Primal::new(&coupled).unwrap_err().what.contains("node of their own"));
+    match Primal::new(&coupled) {
+        Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
+        Ok(_) => panic!("a hierarchy without a node for each point"),
+    }
     // Indefinite and not a number: an end that says so, no solution, no hang.
     for value in [f64::NAN, -1e20] {
         let mut bad = p.clone();

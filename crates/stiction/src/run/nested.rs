@@ -50,8 +50,7 @@ pub(super) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
     let mut primal = Primal::new(problem).ok()?;
     let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared));
-    let settings =
-        Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
+    let settings = Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
     let solution = solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()));
     if !solution.certificate.passed {
         return None;

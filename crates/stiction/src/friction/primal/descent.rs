@@ -121,7 +121,8 @@ fn tangential(d: &Block<3, 3>, r: &[f64; 3], slip: [f64; 2], g: f64, live: [bool
         let determinant = a * c - b * b;
         [(c * q[0] - b * q[1]) / determinant, (a * q[1] - b * q[0]) / determinant]
     };
-    let length = |s: [f64; 2]| (if live[0] { s[0] * s[0] } else { 0.0 } + if live[1] { s[1] * s[1] } else { 0.0 }).sqrt();
+    let length =
+        |s: [f64; 2]| (if live[0] { s[0] * s[0] } else { 0.0 } + if live[1] { s[1] * s[1] } else { 0.0 }).sqrt();
     if g <= 0.0 {
         return at(0.0);
     }
@@ -188,8 +189,7 @@ fn line_search(turned: &Turned, laws: &[Law], at: &State, v: &Vector) -> f64 {
             let g = bound(law.friction, 0.0);
             let part = |x: [f64; 2]| [0, 1].map(|c| if p.live[c + 1] { x[c] } else { 0.0 });
             let (u, v) = (at.u[p.node], v[p.node]);
-            (g > 0.0 && !tied(law))
-                .then(|| (g, part([u[1] - law.rest[1], u[2] - law.rest[2]]), part([v[1], v[2]])))
+            (g > 0.0 && !tied(law)).then(|| (g, part([u[1] - law.rest[1], u[2] - law.rest[2]]), part([v[1], v[2]])))
         })
         .collect();
     let slope = |t: f64| {

@@ -1,4 +1,5 @@
 use crate::contact::ContactProblem;
+use crate::contact::rigid::rigid_motions;
 use crate::linalg::NodeGraph;
 use crate::linalg::multigrid::{Block, Blocks, Coupling, Kernel, Multigrid, Nodes};
 
@@ -23,6 +24,8 @@ pub(super) struct Point {
     pub live: [bool; 3],
     /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
     pub flexibility: f64,
+    /// Whether it holds a body that floats: such a point is taken for closed at first whatever its gap.
+    pub floats: bool,
 }
 
 /// Rows of a point are orthonormal to this accuracy.
@@ -40,8 +43,8 @@ impl Turned {
     pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
         let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
-        let (mut points, others) =
-            points(problem, &nodes).ok_or("the multigrid path is for contact points that each have a node of their own")?;
+        let (mut points, others) = points(problem, &nodes)
+            .ok_or("the multigrid path is for contact points that each have a node of their own")?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
@@ -57,6 +60,15 @@ impl Turned {
         let relative = coupling.as_ref().map(|c| c.matrix(&k));
         let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
             .ok_or("the stiffness matrix does not get coarser by aggregation")?;
+        if multigrid.is_singular() {
+            let motions = rigid_motions(problem);
+            let mut floating = vec![false; problem.unknowns()];
+            motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
+            for (j, p) in points.iter_mut().enumerate() {
+                let reached = |i: usize| problem.B.row(i).0.iter().any(|&c| floating[c as usize]);
+                p.floats = problem.rows(j).into_iter().any(reached);
+            }
+        }
         let k = relative.unwrap_or(k);
         let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling };
         turned.set_load(&problem.f);
@@ -73,7 +85,7 @@ impl Turned {
     }
 
     /// Displacements of unknowns in the frames.
-    pub fn into_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
+    pub fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
         self.points.iter().for_each(|p| x[p.node] = times(&p.frame, &x[p.node]));
         if let Some(coupling) = &self.coupling {
@@ -82,7 +94,7 @@ impl Turned {
         x
     }
 
-    /// The inverse of [`Self::into_frames`].
+    /// The inverse of [`Self::to_frames`].
     pub fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
         if let Some(coupling) = &self.coupling {
@@ -134,7 +146,7 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
         let own = blocks.iter().position(|(v, block)| reached[*v as usize] == 1 && is_frame(block, &live))?;
         let (node, mut frame) = blocks.swap_remove(own);
         complete(&mut frame, &live);
-        points.push(Point { node: node as usize, frame, live, flexibility: 0.0 });
+        points.push(Point { node: node as usize, frame, live, flexibility: 0.0, floats: false });
         others.push(blocks);
     }
     Some((points, others))

@@ -93,7 +93,7 @@ fn iterate(
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
     let mut at = match &settings.start_displacement {
-        Some(u) => State::at(turned.into_frames(u), &turned.k),
+        Some(u) => State::at(turned.to_frames(u), &turned.k),
         None => State::zero(turned.f.len()),
     };
     let mut most = settings.max_iterations;

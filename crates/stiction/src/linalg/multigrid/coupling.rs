@@ -20,7 +20,8 @@ impl Coupling {
     /// `C` from its rows: what is added at each of `nodes`, as node and block.
     pub fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> Coupling {
         let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
-        let c = Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
+        let c =
+            Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
         Coupling { nodes, c }
     }
 
@@ -232,11 +233,16 @@ mod tests {
             let mut coarse = vec![[0.0; 6]; p.cols];
             coarse[q % p.cols][q % 6] = 1.0;
             let fine = p.times(&coarse);
-            let (energy, expected) = (dot(&fine, &relative.times(&fine)), step.matrix.diagonal(q % p.cols)[q % 6][q % 6]);
+            let (energy, expected) =
+                (dot(&fine, &relative.times(&fine)), step.matrix.diagonal(q % p.cols)[q % 6][q % 6]);
             assert!((energy - expected).abs() < 1e-12 * expected);
         }
         let conditions = [Condition { held: [true; 3], spring: [[0.0; 3]; 3] }; 16];
-        let coupled = Coarser { prolongation: p.clone(), matrix: coupling.widen(&a, &Coarser { prolongation: p.clone(), ..step.clone() }), ..step.clone() };
+        let coupled = Coarser {
+            prolongation: p.clone(),
+            matrix: coupling.widen(&a, &Coarser { prolongation: p.clone(), ..step.clone() }),
+            ..step.clone()
+        };
         assert_local_changes(&a, &relative, &coupled, &coupling.nodes, &conditions);
         let mut multigrid = Multigrid::new(&a, &kernel, &coupling.nodes, Some((&coupling, &relative))).unwrap();
         multigrid.constrain(&[Condition { held: [true; 3], spring: [[0.0; 3]; 3] }; 16], true);

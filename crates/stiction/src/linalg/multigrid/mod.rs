@@ -89,6 +89,12 @@ impl Multigrid {
         Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
     }
 
+    /// Whether some motion costs no energy under the present conditions, as far as the coarsest level can tell: the
+    /// near-kernel is represented there exactly.
+    pub fn is_singular(&self) -> bool {
+        self.bottom.singular > 0
+    }
+
     /// One V-cycle for `A x = b` from zero.
     pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         // Single precision has a narrow range: the cycle is linear, so it works on a unit vector.
