@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 
 use common::*;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
+use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
 use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
 use stiction::linalg::Csr;
@@ -173,6 +174,26 @@ fn large_coefficients_converge() {
         for coefficient in [2.0, 5.0, 10.0, 100.0] {
             let p = brick(8, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
             assert_cycles(&p, 150, &format!("{load:?} {coefficient}"));
+        }
+    }
+}
+
+#[test]
+fn the_estimate_of_the_direct_path_is_of_the_size_of_the_symbolic_counts() {
+    for (size, cells) in [
+        ([3.0, 1.0, 1.0], [30, 10, 10]),
+        ([1.0, 1.0, 1.0], [12, 12, 12]),
+        ([1.0, 1.0, 0.05], [60, 60, 3]),
+        ([10.0, 1.0, 1.0], [80, 8, 8]),
+    ] {
+        for element in [BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
+            let case = block_of(size, cells, element, 1.0, 0.3).fix("x-min", HELD);
+            let p = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.3)).pose().problem;
+            let guess = estimate(&p);
+            let counted = choose(&p, &DualSettings { form: Form::Solves, memory_limit: None }).unwrap();
+            let [flops, bytes] = [guess.flops / counted.flops, guess.bytes / counted.bytes as f64];
+            println!("{element:?} {cells:?}: flops {flops:.2}, bytes {bytes:.2} of what was counted");
+            assert!((0.2..5.0).contains(&flops) && (0.2..5.0).contains(&bytes), "{flops} {bytes}");
         }
     }
 }

@@ -39,10 +39,10 @@ pub struct Choice {
 }
 
 /// Products a contact solve is expected to need when the two forms are compared.
-const EXPECTED_PRODUCTS: f64 = 80.0;
+pub(super) const EXPECTED_PRODUCTS: f64 = 80.0;
 /// Dense arithmetic of the factorisation and streaming of the factor in a solve, per second on one core.
-const FLOPS_PER_SECOND: f64 = 2.5e10;
-const BYTES_PER_SECOND: f64 = 8e9;
+pub(super) const FLOPS_PER_SECOND: f64 = 2.5e10;
+pub(super) const BYTES_PER_SECOND: f64 = 8e9;
 
 /// Orders the unknowns, predicts time and memory of both forms and takes the cheaper that fits.
 ///

@@ -1,10 +1,12 @@
 //! The dual operator `Q = B K⁻¹ Bᵀ`: what a contact force does to the jump. Knows no friction.
 
 mod choice;
+mod estimate;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use choice::{Choice, DualSettings, Form, choose};
+pub use estimate::{Estimate, estimate};
 
 use crate::Error;
 use crate::contact::ContactProblem;

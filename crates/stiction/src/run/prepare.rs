@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::loads::{TIME, fixes, loads};
 use super::nested::{Coarser, coarser};
-use super::solve::may_take_multigrid;
+use super::solve::multigrid_first;
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -27,6 +27,8 @@ pub struct Prepared {
     pub surfaces: Vec<ContactSurface>,
     pub problem: ContactProblem,
     pub facts: Facts,
+    /// Whether multigrid is tried before the direct path.
+    pub multigrid_first: bool,
     /// The same case on a coarser mesh, where there is one and its solution is worth having.
     pub coarser: Option<Coarser>,
     /// Seconds taken by the mesh, by assembly and by posing the contact.
@@ -74,8 +76,21 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     };
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
-    let coarser = if may_take_multigrid(&case.solver, problem.unknowns()) { coarser(case) } else { None };
-    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, coarser, seconds })
+    let multigrid_first = multigrid_first(&case.solver, &problem);
+    let coarser = if multigrid_first { coarser(case) } else { None };
+    Ok(Prepared {
+        mesh,
+        mesh_spot,
+        materials,
+        material_of_cell,
+        model,
+        surfaces,
+        problem,
+        facts,
+        multigrid_first,
+        coarser,
+        seconds,
+    })
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

@@ -7,7 +7,8 @@ use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
-use crate::dual::{Dual, DualSettings, Form, choose};
+use crate::contact::ContactProblem;
+use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
     coulomb_facts, solve_primal, solve_with,
@@ -137,16 +138,26 @@ pub struct Outcome {
     pub peak_memory: Option<u64>,
 }
 
-/// Unknowns from which multigrid is the cheaper path (measured on bricks of tetrahedra and of hexahedra).
-const LARGE: usize = 20_000;
+/// Below so many unknowns either path takes about a tenth of a second, and the direct one tells more about uniqueness.
+const SMALL: usize = 10_000;
+/// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
+const LARGE: usize = 100_000;
+/// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
+const MULTIGRID_SECONDS: f64 = 1e-5;
 /// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
 const MULTIGRID_BYTES: u64 = 2000;
 /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
 const CYCLES_PER_ITERATION: usize = 10;
 
-/// Whether a case with so many unknowns is solved by multigrid before anything else.
-pub(super) fn may_take_multigrid(spec: &SolverSpec, unknowns: usize) -> bool {
-    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && unknowns >= LARGE;
+/// Whether a problem is solved by multigrid before anything else: because the case says so, or because that is
+/// predicted to be faster than the direct path.
+pub(super) fn multigrid_first(spec: &SolverSpec, problem: &ContactProblem) -> bool {
+    let faster = || match problem.unknowns() {
+        n if n < SMALL => false,
+        n if n > LARGE => true,
+        n => MULTIGRID_SECONDS * (n as f64) < estimate(problem).seconds,
+    };
+    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && faster();
     spec.method.method == Method::Newton && path
 }
 
@@ -164,7 +175,7 @@ pub fn solve(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let asked = settings.path == SolverPath::Multigrid;
-    let may = settings.path == SolverPath::Auto && prepared.problem.unknowns() >= LARGE;
+    let may = settings.path == SolverPath::Auto && prepared.multigrid_first;
     if settings.method.method != Method::Newton || !(asked || may) {
         return by_factor(prepared, settings, observer);
     }
