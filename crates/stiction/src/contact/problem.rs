@@ -163,22 +163,62 @@ impl ContactProblem {
     }
 
     fn validate_stiffness(&self) -> Result<(), Error> {
-        for i in 0..self.unknowns() {
-            let (columns, values) = self.K.row(i);
-            for (&j, &v) in columns.iter().zip(values) {
-                let j = j as usize;
-                let scale = self.K.entry(i, i).abs().max(self.K.entry(j, j).abs());
-                // Each pair is looked at once; assembly orders may differ in the last bits.
-                if j > i && (v - self.K.entry(j, i)).abs() > 1e-10 * scale {
-                    let what = format!("K is not symmetric at ({i}, {j}): {v} and {}", self.K.entry(j, i));
-                    return Err(Error::new("contact problem", what, "give both triangles of a symmetric matrix"));
-                }
+        let k = &self.K;
+        let diagonal: Vec<f64> = (0..k.rows).map(|i| k.entry(i, i)).collect();
+        if let Some(i) = diagonal.iter().position(|d| d.is_nan() || *d <= 0.0) {
+            let what = format!("K has the diagonal entry {} at unknown {i}", diagonal[i]);
+            return Err(Error::new("contact problem", what, "K must be positive definite"));
+        }
+        let differ = |i: usize, j: usize, upper: f64, lower: f64| {
+            // Assembly orders may differ in the last bits.
+            if (upper - lower).abs() <= 1e-10 * diagonal[i].max(diagonal[j]) {
+                return Ok(());
             }
-            if self.K.entry(i, i) <= 0.0 {
-                let what = format!("K has the diagonal entry {} at unknown {i}", self.K.entry(i, i));
-                return Err(Error::new("contact problem", what, "K must be positive definite"));
+            let what = format!("K is not symmetric at ({i}, {j}): {upper} and {lower}");
+            Err(Error::new("contact problem", what, "give both triangles of a symmetric matrix"))
+        };
+        // Rows are taken in order, so that the entries below the diagonal of each row are met one after the other.
+        let mut met = k.start.clone();
+        // Passes those of row j left of column i, which no entry above the diagonal belongs to.
+        let pass = |met: &mut usize, j: usize, i: usize| {
+            while *met < k.start[j + 1] && (k.column[*met] as usize) < i {
+                differ(k.column[*met] as usize, j, 0.0, k.value[*met])?;
+                *met += 1;
+            }
+            Ok(())
+        };
+        for i in 0..k.rows {
+            pass(&mut met[i], i, i)?;
+            let (columns, values) = k.row(i);
+            for (&j, &upper) in columns.iter().zip(values).filter(|(j, _)| **j as usize > i) {
+                let j = j as usize;
+                pass(&mut met[j], j, i)?;
+                let found = met[j] < k.start[j + 1] && k.column[met[j]] as usize == i;
+                let lower = if found { k.value[met[j]] } else { 0.0 };
+                met[j] += usize::from(found);
+                differ(i, j, upper, lower)?;
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_without_its_mirror_image_is_found_wherever_it_stands() {
+        let with = |more: &[(usize, usize, f64)]| {
+            let mut entries = vec![(0, 0, 2.0), (1, 1, 2.0), (2, 2, 2.0), (0, 2, -1.0), (2, 0, -1.0)];
+            entries.extend_from_slice(more);
+            let (k, b) = (Csr::from_triplets(3, 3, &entries), Csr::from_triplets(0, 3, &[]));
+            ContactProblem::from_matrices(k, vec![0.0; 3], b, Vec::new(), Vec::new()).validate()
+        };
+        assert!(with(&[]).is_ok() && with(&[(0, 1, 1e-11)]).is_ok());
+        for (i, j) in [(0, 1), (1, 2), (1, 0), (2, 1), (2, 0), (0, 2)] {
+            assert!(with(&[(i, j, 0.5)]).unwrap_err().what.contains("not symmetric"), "({i}, {j})");
+        }
+        assert!(with(&[(1, 1, -2.0)]).unwrap_err().what.contains("diagonal entry 0 at unknown 1"));
     }
 }

@@ -33,8 +33,7 @@ pub fn estimate(problem: &ContactProblem) -> Estimate {
     let flops = FLOPS * 27.0 * nodes * width.powf(1.5);
     let bytes = BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
     let products = if problem.points() > 0 { EXPECTED_PRODUCTS } else { 1.0 };
-    let seconds =
-        ORDERING * nodes + flops / FLOPS_PER_SECOND + products * 2.0 * TOUCHED * bytes / BYTES_PER_SECOND;
+    let seconds = ORDERING * nodes + flops / FLOPS_PER_SECOND + products * 2.0 * TOUCHED * bytes / BYTES_PER_SECOND;
     Estimate { flops, bytes, seconds }
 }
 
