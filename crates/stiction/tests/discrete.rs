@@ -122,7 +122,7 @@ proptest! {
         other.q.iter_mut().for_each(|q| *q *= of_velocity);
         let loose = Settings { tolerance: 1e-5, ..Settings::default() };
         let changed = solve(&other, &Settings { tolerance: 1e-8, ..loose.clone() }, &mut |_| ControlFlow::Continue(()));
-        let steps = |s: &Solution| s.history.iter().map(|p| (p.alpha, p.newton_steps)).collect::<Vec<_>>();
+        let steps = |s: &Solution| s.history.iter().map(|p| (p.parameter, p.newton_steps)).collect::<Vec<_>>();
         let common = steps(&first).len().min(steps(&changed).len());
         prop_assert_eq!(&steps(&first)[..common], &steps(&changed)[..common]);
 

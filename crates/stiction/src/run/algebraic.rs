@@ -59,6 +59,7 @@ impl Answer {
             (_, true) => "solved",
             (Status::Solved, false) => "inaccurate",
             (Status::MaxIterations, false) => "max_iterations",
+            (Status::Stalled, false) => "stalled",
             (Status::Rounding, false) => "rounding",
             (Status::Interrupted, false) => "interrupted",
         }
@@ -116,10 +117,7 @@ pub fn answer(
 }
 
 fn judge(local: &LocalProblem, r: &[f64], u: &[f64]) -> Measures {
-    let d = local.dimension;
-    let trace = |a: usize| (d * a..d * (a + 1)).map(|i| local.W.entry(i, i)).sum();
-    let traces: Vec<f64> = (0..local.mu.len()).map(trace).collect();
-    measure(d, &local.mu, &traces, &local.q, r, u)
+    measure(local.dimension, &local.mu, &local.traces(), &local.q, r, u)
 }
 
 /// What was posed, how the iteration went and how the answer is judged.
@@ -138,7 +136,7 @@ pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
         text,
         "  method       {}: {} proximal steps, {} Newton steps, {} sweeps, {:.4} s",
         method(solution),
-        counts.proximal_steps,
+        counts.iterations,
         counts.newton_steps,
         counts.sweeps,
         answer.seconds.total(),
@@ -227,7 +225,7 @@ pub fn summary(name: &str, contents: &Contents, answer: &Answer) -> Value {
         "method": method(&answer.solution),
         "counts": {
             "iterations": counts.newton_steps,
-            "proximal_steps": counts.proximal_steps,
+            "proximal_steps": counts.iterations,
             "sweeps": counts.sweeps,
         },
         "seconds": {
