@@ -25,28 +25,27 @@ const ROUNDING: f64 = 1e-15;
 const MOST_PATIENCE: usize = 16;
 /// If the best residual has not halved in so many proximal steps, another start is chosen.
 const STALL: usize = 30;
-/// Sweeps at the first stall; twice as many at each further one, up to [`MOST_SWEEPS`].
-const SWEEPS: usize = 25;
-const MOST_SWEEPS: usize = 400;
+/// Steps of the rung at the first stall; twice as many at each further one, at most 16 times.
+const STEPS: usize = 25;
+const DOUBLINGS: usize = 4;
 
-/// What chooses another start for Newton's method where the residual no longer falls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Restart {
-    /// Nothing: the proximal parameter is set back.
-    None,
-    /// Sweeps where `W` is stored, otherwise alternating directions.
-    Sweeps,
-    Gradients,
-    Alternations,
-}
+/// Gradient steps before the first proximal step: each costs one product with `W`, and they halve the Newton steps of
+/// problems that lie open.
+const FIRST_STEPS: usize = 10;
 
 /// The proximal point algorithm (Rockafellar 1976; on frictional contact Siconos' `fc3d_proximal`) around a semismooth
 /// Newton method: `W + alpha` and `q - alpha r_k`. The parameter falls tenfold as long as Newton's method converges and
-/// rises where it does not; where the residual no longer falls, `restart` chooses another start.
-pub fn proximal(system: &dyn System, mut r: Vec<V3>, restart: Restart, course: &mut Course) -> Status {
+/// rises where it does not.
+///
+/// With a `ladder`, gradients choose the first start where none was given, and sweeps, gradients and alternating
+/// directions in turn another one where the residual no longer falls.
+pub fn proximal(system: &dyn System, mut r: Vec<V3>, ladder: bool, course: &mut Course) -> Status {
     let mu = system.mu();
+    if ladder && course.settings.start.is_none() {
+        course.counts.gradients += gradients(system, &mut r, &mut 1.0, FIRST_STEPS);
+    }
     let mut alpha = FIRST;
-    let (mut patience, mut successes, mut sweeps) = (1, 0, SWEEPS);
+    let (mut patience, mut successes, mut stalls) = (1, 0, 0);
     // Best residual and step at which it was last halved.
     let mut mark = (f64::INFINITY, 0);
     loop {
@@ -75,24 +74,27 @@ pub fn proximal(system: &dyn System, mut r: Vec<V3>, restart: Restart, course: &
             mark = (residual, step);
         }
         if alpha > LARGEST || step > mark.1 + STALL {
-            another_start(system, &mut r, restart, sweeps, course);
-            (alpha, successes, patience, sweeps) = (FIRST, 0, 1, (2 * sweeps).min(MOST_SWEEPS));
+            if ladder {
+                another_start(system, &mut r, stalls, course);
+            }
+            (alpha, successes, patience, stalls) = (FIRST, 0, 1, stalls + 1);
             mark = (f64::INFINITY, step);
         }
     }
 }
 
-fn another_start(system: &dyn System, r: &mut Vec<V3>, restart: Restart, steps: usize, course: &mut Course) {
-    match restart {
-        Restart::None => {}
-        Restart::Sweeps if system.sweep(r, steps) => course.counts.sweeps += steps,
-        Restart::Sweeps | Restart::Alternations => {
+/// The rung after so many stalls.
+fn another_start(system: &dyn System, r: &mut Vec<V3>, stalls: usize, course: &mut Course) {
+    let steps = STEPS << stalls.min(DOUBLINGS);
+    match stalls % 3 {
+        0 if system.sweep(r, steps) => course.counts.sweeps += steps,
+        0 | 1 => course.counts.gradients += gradients(system, r, &mut 1.0, steps),
+        _ => {
             if let Some(mut directions) = Alternating::new(system, r, PENALTY) {
                 (0..steps).for_each(|_| directions.step());
                 *r = directions.z;
                 course.counts.alternations += steps;
             }
         }
-        Restart::Gradients => course.counts.gradients += gradients(system, r, &mut 1.0, steps),
     }
 }

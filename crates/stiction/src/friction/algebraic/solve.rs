@@ -5,7 +5,7 @@ use super::admm::alternating_directions;
 use super::blocks::Blocks;
 use super::course::{Course, Judged};
 use super::gradient::{ROUND, fixed_point};
-use super::proximal::{Restart, proximal};
+use super::proximal::proximal;
 use super::settings::{Method, Progress, Settings, Solution, Status};
 use super::system::System;
 use crate::certificate::measure;
@@ -41,8 +41,8 @@ pub fn solve(
 /// The iteration of a method from scaled impulses `r`.
 pub fn iterate(system: &dyn System, r: Vec<V3>, method: Method, course: &mut Course) -> Status {
     match method {
-        Method::Auto => proximal(system, r, Restart::Sweeps, course),
-        Method::Newton => proximal(system, r, Restart::None, course),
+        Method::Auto => proximal(system, r, true, course),
+        Method::Newton => proximal(system, r, false, course),
         Method::GaussSeidel => gauss_seidel(system, r, course),
         Method::Gradient => fixed_point(system, r, course),
         Method::Admm => alternating_directions(system, r, course),
