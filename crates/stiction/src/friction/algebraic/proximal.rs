@@ -25,9 +25,9 @@ const ROUNDING: f64 = 1e-15;
 const MOST_PATIENCE: usize = 16;
 /// If the best residual has not halved in so many proximal steps, another start is chosen.
 const STALL: usize = 30;
-/// Steps of the rung at the first stall; twice as many at each further one, at most 16 times.
+/// Steps of the rung at the first stall; twice as many at each further one, at most 256 times.
 const STEPS: usize = 25;
-const DOUBLINGS: usize = 4;
+const DOUBLINGS: usize = 8;
 
 /// Gradient steps before the first proximal step: each costs one product with `W`, and they halve the Newton steps of
 /// problems that lie open.
