@@ -10,7 +10,7 @@ use stiction::contact::{
     Bilateral, DiscreteProblem, Equalities, Friction, GlobalProblem, LocalProblem, SurfaceFriction,
 };
 use stiction::dual::Form;
-use stiction::friction::algebraic::{Settings, Status, condense};
+use stiction::friction::algebraic::{Form, Settings, Status, condense};
 use stiction::io::fclib::{self, Contents};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;
@@ -150,7 +150,7 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
             write(&file.0, &DiscreteProblem::Global(form), None, &[]).unwrap();
             let contents = algebraic::read(&file.0).unwrap();
             let settings = Settings { tolerance: 1e-11, ..Settings::default() };
-            let answer = algebraic::answer(&contents, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+            let answer = algebraic::answer(&contents, &settings, Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap();
             let ended = answer.solution.status;
             assert!(ended == Status::Solved || unit == 1.0 && ended == Status::Rounding, "{ended:?}");
             assert_eq!(answer.passed(), ended == Status::Solved);
@@ -161,7 +161,7 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
 }
 
 fn answer(contents: &Contents) -> algebraic::Answer {
-    algebraic::answer(contents, &Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap()
+    algebraic::answer(contents, &Settings::default(), Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[track_caller]

@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use cpu_time::ProcessTime;
-use stiction::friction::algebraic::{Settings, Status, condense, solve};
+use stiction::friction::algebraic::{Form, Method, Settings, Status, prepare};
 use stiction::run::algebraic;
 
 /// Siconos 4.4.0, the best of its solvers, user seconds to 1e-8 by the first measure, one thread, busy machine (a
@@ -90,8 +90,8 @@ fn compare(files: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         let mut last = None;
         for _ in 0..RUNS {
             let start = ProcessTime::now();
-            let condensed = condense(&contents.problem)?;
-            let solution = solve(&condensed.local, &Settings::default(), &mut |_| ControlFlow::Continue(()));
+            let prepared = prepare(&contents.problem, Form::Auto, Method::Auto)?;
+            let solution = prepared.solve(&Settings::default(), &mut |_| ControlFlow::Continue(()));
             seconds.push(start.elapsed().as_secs_f64());
             last = Some(solution);
         }

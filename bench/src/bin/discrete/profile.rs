@@ -8,7 +8,7 @@ use std::path::Path;
 
 use cpu_time::ProcessTime;
 use stiction::contact::DiscreteProblem;
-use stiction::friction::algebraic::{Method, Settings, Status, condense, solve};
+use stiction::friction::algebraic::{Form, Method, Settings, Status, prepare};
 use stiction::io::plot::{Align, Drawing};
 
 /// A solve ends after so many CPU seconds.
@@ -50,8 +50,7 @@ pub fn measure(problems: &[(String, DiscreteProblem)]) -> Result<Times, Box<dyn 
 fn time(problem: &DiscreteProblem, method: Method, tolerance: f64) -> Result<f64, Box<dyn Error>> {
     let settings = Settings { tolerance, method, max_iterations: usize::MAX, ..Settings::default() };
     let start = ProcessTime::now();
-    let condensed = condense(problem)?;
-    let solution = solve(&condensed.local, &settings, &mut |_| {
+    let solution = prepare(problem, Form::Auto, method)?.solve(&settings, &mut |_| {
         if start.elapsed().as_secs_f64() > LIMIT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let seconds = start.elapsed().as_secs_f64();

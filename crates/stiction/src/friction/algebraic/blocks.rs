@@ -163,7 +163,7 @@ fn trace(w: &[V3; 3]) -> f64 {
 }
 
 /// A point without a positive trace takes the scale of the softest one.
-fn scales(traces: &[f64]) -> Vec<f64> {
+pub fn scales(traces: &[f64]) -> Vec<f64> {
     let largest = traces.iter().copied().fold(0.0, f64::max);
     let largest = if largest > 0.0 { largest } else { 3.0 };
     traces.iter().map(|&t| (3.0 / if t > 0.0 { t } else { largest }).sqrt()).collect()

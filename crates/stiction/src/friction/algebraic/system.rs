@@ -20,6 +20,6 @@ pub trait System {
     /// `x -> (W + alpha)⁻¹ x`, factorised once; `None` if singular.
     fn shifted(&self, alpha: f64) -> Option<Box<dyn Fn(&[V3]) -> Vec<V3> + '_>>;
 
-    /// Row `a` of `W r` and `W_aa`, where `W` is stored.
+    /// Sweeps over the points, each solved exactly, where `W` is stored; otherwise `false`, and `r` stays.
     fn sweep(&self, r: &mut [V3], sweeps: usize) -> bool;
 }
