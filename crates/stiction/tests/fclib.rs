@@ -9,7 +9,7 @@ use common::{BrickLoad, brick, dual_of, settings};
 use stiction::contact::{
     Bilateral, DiscreteProblem, Equalities, Friction, GlobalProblem, LocalProblem, SurfaceFriction,
 };
-use stiction::dual::Form;
+use stiction::dual::Form as DualForm;
 use stiction::friction::algebraic::{Form, Settings, Status, condense};
 use stiction::io::fclib::{self, Contents};
 use stiction::io::fclib_write::{State, write};
@@ -141,7 +141,7 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
     for (load, coefficient) in [(BrickLoad::Lift, 0.35), (BrickLoad::Press, 0.35), (BrickLoad::Press, 0.0)] {
         let friction = if coefficient > 0.0 { SurfaceFriction::Coulomb(coefficient) } else { SurfaceFriction::None };
         let problem = brick(4, BlockElement::Tet4Six, load, friction).pose().problem;
-        let dual = dual_of(&problem, Form::Auto);
+        let dual = dual_of(&problem, DualForm::Auto);
         let own = stiction::friction::solve(&problem, &dual, &settings(1e-10), &mut |_| ControlFlow::Continue(()));
         let written = GlobalProblem::of(&problem).unwrap();
         let stiffness = written.M.max_abs();
@@ -257,7 +257,7 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     let read = algebraic::read(&file).unwrap();
     std::fs::remove_file(&file).unwrap();
     let own =
-        stiction::friction::solve(p, &dual_of(p, Form::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
+        stiction::friction::solve(p, &dual_of(p, DualForm::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
     let found = answer(&read);
     assert!(found.measures.invariant <= 1e-8);
     assert_same(&own, p.points(), &found, 1.0);

@@ -4,8 +4,10 @@
 //! median of several runs, from the problem in memory to the judged answer; reading is not counted.
 //!
 //! `-- --profile DOCS FOLDER-OR-FILES` solves them and problems made here by each method and writes
-//! `DOCS/algebraic-profile.md` and `.png`; `-- --random` counts how many random piles are solved.
+//! `DOCS/algebraic-profile.md` and `.png`; `-- --random` counts how many random piles are solved;
+//! `-- --forms CELLS...` solves bricks with `W` formed and not.
 
+mod forms;
 mod made;
 mod profile;
 mod random;
@@ -39,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let docs = arguments.nth(1).map(PathBuf::from).ok_or("name the folder for the table and the picture")?;
             write_profile(&docs, &files(arguments)?)
         }
+        Some("--forms") => forms::compare(arguments.skip(1)),
         Some("--random") => random::count(),
         _ => compare(&files(arguments)?),
     }

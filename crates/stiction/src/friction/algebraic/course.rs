@@ -19,6 +19,9 @@ const LAST_DIGITS: f64 = 16.0;
 /// Steps that may still gain on rounding.
 const PATIENCE_AT_ROUNDING: usize = 5;
 
+/// Rounds of the methods without Newton steps that count as one proximal step.
+const ROUNDS: usize = 10;
+
 /// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, tells the observer.
 pub struct Course<'a> {
     pub mu: &'a [f64],
@@ -66,7 +69,8 @@ impl<'a> Course<'a> {
                 return Some(Status::Rounding);
             }
         }
-        if iterations == self.settings.max_iterations {
+        let rounds = if self.settings.method.is_newton() { 1 } else { ROUNDS };
+        if iterations >= self.settings.max_iterations.saturating_mul(rounds) {
             return Some(Status::MaxIterations);
         }
         (self.observer)(&progress).is_break().then_some(Status::Interrupted)

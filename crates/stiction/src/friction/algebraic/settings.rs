@@ -31,6 +31,11 @@ impl Method {
         }
     }
 
+    /// Whether it takes proximal steps with Newton's method inside.
+    pub fn is_newton(self) -> bool {
+        matches!(self, Method::Auto | Method::Newton)
+    }
+
     /// The method of that name.
     pub fn named(name: &str) -> Option<Method> {
         Method::ALL.into_iter().find(|method| method.name() == name)
@@ -42,7 +47,7 @@ impl Method {
 pub struct Settings {
     /// Each of the three residuals of [`Measures`] is to be at most this; useful from 1e-3 to about 1e-12.
     pub tolerance: f64,
-    /// Proximal steps; with the other methods rounds of ten steps.
+    /// Proximal steps; the methods without them take up to ten rounds of ten steps for each.
     pub max_iterations: usize,
     pub method: Method,
     /// Impulses to start from, `dm`; zero if `None`.
