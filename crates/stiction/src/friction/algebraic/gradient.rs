@@ -15,6 +15,8 @@ const REDUCTION: f64 = 0.1;
 const GROWTH: f64 = 1.1;
 const SHORTER: f64 = 0.5;
 const SHORTEST: f64 = 1e-12;
+/// Where `W` has no curvature, steps grow no further: without a solution impulses would otherwise run away.
+const LONGEST: f64 = 100.0;
 
 /// Fixed point on the term `mu |u_t|` of De Saxcé (Acary, Cadoux, Lemaréchal & Malick 2011): at a fixed one the problem
 /// is a quadratic program over the cones, which accelerated projected gradients solve.
@@ -79,7 +81,7 @@ fn inner(system: &dyn System, r: &mut Vec<V3>, step: &mut f64) -> usize {
         y = extrapolated(&next, r, momentum);
         u_y = extrapolated(&u_next, &u, momentum);
         (*r, u) = (next, u_next);
-        *step *= GROWTH;
+        *step = (*step * GROWTH).min(LONGEST);
         let start = *first.get_or_insert(change);
         if change <= REDUCTION * start && made > 1 || change == 0.0 {
             return made;
