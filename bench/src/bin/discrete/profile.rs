@@ -12,7 +12,7 @@ use stiction::friction::algebraic::{Form, Method, Settings, Status, prepare};
 use stiction::io::plot::{Align, Drawing};
 
 /// A solve ends after so many CPU seconds.
-const LIMIT: f64 = 4.0;
+const LIMIT: f64 = 5.0;
 /// Solves shorter than this are repeated, and the shortest time counts.
 const SHORT: f64 = 0.05;
 const REPEATS: usize = 5;

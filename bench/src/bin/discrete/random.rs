@@ -7,16 +7,17 @@ use stiction::friction::algebraic::{Settings, Status, condense, solve};
 
 use crate::made::{Normals, pile};
 
-/// Bodies and contacts.
-const SIZES: [(usize, usize); 3] = [(10, 30), (30, 100), (60, 200)];
+/// Bodies and contacts; of the last three each body has some sixteen contacts and is wedged.
+const SIZES: [(usize, usize); 6] = [(10, 30), (30, 100), (60, 200), (10, 80), (20, 160), (30, 240)];
 const FRICTION: [f64; 3] = [0.3, 0.7, 1.0];
 const SEEDS: u64 = 6;
 
 pub fn count() -> Result<(), Box<dyn Error>> {
     println!("| bodies | contacts | mu | seed | iterations | Newton steps | worst residual | max r | status |");
     println!("|---|---|---|---|---|---|---|---|---|");
-    let (mut solved, mut all) = (0, 0);
+    let mut counts = Vec::new();
     for (bodies, contacts) in SIZES {
+        let (mut solved, mut all) = (0, 0);
         for mu in FRICTION {
             for seed in 1..=SEEDS {
                 let condensed = condense(&pile(bodies, contacts, mu, Normals::Random, seed))?;
@@ -33,7 +34,10 @@ pub fn count() -> Result<(), Box<dyn Error>> {
                 );
             }
         }
+        counts.push((bodies, contacts, solved, all));
     }
-    println!("\n{solved} of {all} solved");
+    for (bodies, contacts, solved, all) in counts {
+        println!("{bodies} bodies, {contacts} contacts: {solved} of {all} solved");
+    }
     Ok(())
 }
