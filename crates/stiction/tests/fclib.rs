@@ -150,7 +150,8 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
             write(&file.0, &DiscreteProblem::Global(form), None, &[]).unwrap();
             let contents = algebraic::read(&file.0).unwrap();
             let settings = Settings { tolerance: 1e-11, ..Settings::default() };
-            let answer = algebraic::answer(&contents, &settings, Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap();
+            let answer =
+                algebraic::answer(&contents, &settings, Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap();
             let ended = answer.solution.status;
             assert!(ended == Status::Solved || unit == 1.0 && ended == Status::Rounding, "{ended:?}");
             assert_eq!(answer.passed(), ended == Status::Solved);

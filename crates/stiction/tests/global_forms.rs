@@ -128,10 +128,8 @@ fn constraints_that_repeat_are_left_out_and_counted() {
         assert_eq!(found.recovered.l.len(), 6);
         assert!(found.recovered.l[3..].iter().all(|l| *l == 0.0));
     }
-    let contents =
-        Contents { problem: DiscreteProblem::Global(tied(true, 1e-3)), solution: None, guesses: Vec::new() };
-    let ended =
-        algebraic::answer(&contents, &Settings::default(), Form::Auto, &mut |_| ControlFlow::Continue(()));
+    let contents = Contents { problem: DiscreteProblem::Global(tied(true, 1e-3)), solution: None, guesses: Vec::new() };
+    let ended = algebraic::answer(&contents, &Settings::default(), Form::Auto, &mut |_| ControlFlow::Continue(()));
     let error = ended.unwrap_err().to_string();
     assert!(error.contains("bilateral constraint 4 contradicts"), "{error}");
 }

@@ -110,7 +110,13 @@ const TWOS: usize = 14;
 pub fn draw(times: &Times, path: &Path) -> Result<(), Box<dyn Error>> {
     let (width, height) = (1500, 720);
     let mut drawing = Drawing::new(width, height);
-    drawing.text("Share of problems solved within a factor of the fastest method", [60.0, 34.0], 28.0, INK, Align::Left);
+    drawing.text(
+        "Share of problems solved within a factor of the fastest method",
+        [60.0, 34.0],
+        28.0,
+        INK,
+        Align::Left,
+    );
     for (k, (tolerance, rows)) in TOLERANCES.iter().zip(&times.seconds).enumerate() {
         let left = 100.0 + 710.0 * k as f64;
         let (right, top, bottom) = (left + 640.0, 140.0, 600.0);

@@ -134,8 +134,9 @@ fn put<T: npyz::AutoSerialize + Copy>(
 /// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.
 pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
     let place = path.display().to_string();
-    let unreadable =
-        |e: io::Error| Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions");
+    let unreadable = |e: io::Error| {
+        Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
+    };
     let size = fs::metadata(path).map_err(unreadable)?.len();
     let file = File::open(path).map_err(unreadable)?;
     archive(BufReader::new(file), size).map_err(|error| error.at(&place))

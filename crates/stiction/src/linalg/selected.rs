@@ -2,8 +2,8 @@ use faer::linalg::{matmul, triangular_solve};
 use faer::prelude::ReborrowMut;
 use faer::{Accum, MatMut, MatRef, Par};
 
-use super::lu::{Front, Lu};
 use super::Csr;
+use super::lu::{Front, Lu};
 
 /// `h' A⁻¹ h` for every row `h` of `vectors`, from the entries of `A⁻¹` on the pattern of the factor alone (Takahashi,
 /// Fagan & Chin 1973; by fronts Campbell & Davis 1995). It costs about as much as the factor.
@@ -119,7 +119,12 @@ mod tests {
         let n = 12;
         let mut entries = Vec::new();
         for x in 0..n * n {
-            entries.extend([(2 * x, 2 * x, 0.01), (2 * x, 2 * x + 1, 3.0), (2 * x + 1, 2 * x, 2.5), (2 * x + 1, 2 * x + 1, 0.3)]);
+            entries.extend([
+                (2 * x, 2 * x, 0.01),
+                (2 * x, 2 * x + 1, 3.0),
+                (2 * x + 1, 2 * x, 2.5),
+                (2 * x + 1, 2 * x + 1, 0.3),
+            ]);
             for y in [x + 1, x + n].into_iter().filter(|&y| y < n * n && (y != x + 1 || y % n != 0)) {
                 entries.extend([(2 * x, 2 * y, -0.4), (2 * y, 2 * x, -0.1), (2 * x + 1, 2 * y + 1, 0.2)]);
                 entries.extend([(2 * y + 1, 2 * x + 1, 0.3), (2 * x, 2 * y + 1, 0.0), (2 * y + 1, 2 * x, 0.0)]);

@@ -212,7 +212,10 @@ fn fclib_files() -> Vec<Vec<u8>> {
 
 fn npz_files() -> Vec<Vec<u8>> {
     let p = small(1);
-    let dense = |w: &Csr| npz::Array { shape: vec![3, 3], data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()) };
+    let dense = |w: &Csr| npz::Array {
+        shape: vec![3, 3],
+        data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()),
+    };
     let vectors = |list: &[(&'static str, &[f64])]| -> Vec<(&'static str, npz::Array)> {
         list.iter().map(|(name, x)| (*name, npz::Array::f64(x))).collect()
     };
@@ -228,7 +231,8 @@ fn npz_files() -> Vec<Vec<u8>> {
         [&[("W", dense(&p.W))], &local[..]].concat(),
         [&sparse[..], &local[..]].concat(),
         [&[("M", dense(&g.M)), ("H", dense(&g.H))][..], &vectors(&[("f", &g.f), ("w", &g.w), ("mu", &g.mu)])].concat(),
-        [&[("K", dense(&g.M)), ("B", dense(&g.H))][..], &vectors(&[("f", &g.f), ("gap", &[0.1]), ("mu", &g.mu)])].concat(),
+        [&[("K", dense(&g.M)), ("B", dense(&g.H))][..], &vectors(&[("f", &g.f), ("gap", &[0.1]), ("mu", &g.mu)])]
+            .concat(),
     ];
     let path = std::env::temp_dir().join(format!("stiction-fuzz-{}.npz", std::process::id()));
     let files = all.iter().map(|arrays| {

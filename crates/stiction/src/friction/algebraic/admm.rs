@@ -65,7 +65,8 @@ impl<'a> Alternating<'a> {
     /// The penalty at which both residuals would be of like size, relative to impulses and velocities.
     fn better_penalty(&self) -> f64 {
         let [apart, moved] = self.residuals;
-        let (apart, moved) = (apart / length(&self.z).max(f64::MIN_POSITIVE), moved / length(&self.y).max(f64::MIN_POSITIVE));
+        let (apart, moved) =
+            (apart / length(&self.z).max(f64::MIN_POSITIVE), moved / length(&self.y).max(f64::MIN_POSITIVE));
         if apart > IMBALANCE * moved {
             self.rho * CHANGE
         } else if moved > IMBALANCE * apart {

@@ -53,7 +53,8 @@ fn inner(system: &dyn System, r: &mut Vec<V3>, step: &mut f64) -> usize {
     let mut u = system.velocity(r);
     let shift = de_saxce(mu, &u);
     let projected = |y: &[V3], u: &[V3], step: f64| -> Vec<V3> {
-        let forward = |a: usize| std::array::from_fn(|i| y[a][i] - step * (u[a][i] + if i == 0 { shift[a] } else { 0.0 }));
+        let forward =
+            |a: usize| std::array::from_fn(|i| y[a][i] - step * (u[a][i] + if i == 0 { shift[a] } else { 0.0 }));
         (0..y.len()).map(|a| project(mu[a], forward(a))).collect()
     };
     let (mut y, mut u_y, mut theta) = (r.clone(), u.clone(), 1.0f64);

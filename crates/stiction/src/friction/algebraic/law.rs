@@ -88,7 +88,8 @@ impl Linearised {
     /// direction of slip, and across it friction and velocity turn together.
     pub fn new(mu: f64, r: &V3, u: &V3) -> Self {
         let (zero, unit) = ([0.0; 3], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        let none = Linearised { known: zero, unknowns: 0, columns: [zero; 3], rows: [zero; 3], softness: zero, rhs: zero };
+        let none =
+            Linearised { known: zero, unknowns: 0, columns: [zero; 3], rows: [zero; 3], softness: zero, rhs: zero };
         match state(mu, r, u) {
             State::Open => Linearised { known: r.map(|x| -x), ..none },
             State::Stick => Linearised { unknowns: 3, columns: unit, rows: unit, rhs: u.map(|x| -x), ..none },

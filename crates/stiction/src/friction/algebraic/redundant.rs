@@ -100,7 +100,10 @@ fn kept(rows: &Csr, rhs: &[f64]) -> Result<Vec<u32>, Error> {
             b -= factor * of_row;
             terms = terms.max((factor * of_row).abs());
         }
-        let largest = touched.iter().copied().reduce(|a, j| if dense[j as usize].abs() > dense[a as usize].abs() { j } else { a });
+        let largest = touched
+            .iter()
+            .copied()
+            .reduce(|a, j| if dense[j as usize].abs() > dense[a as usize].abs() { j } else { a });
         match largest.filter(|&j| dense[j as usize].abs() > ZERO * size) {
             Some(pivot) => {
                 let scale = dense[pivot as usize];

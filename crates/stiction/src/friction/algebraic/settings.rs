@@ -17,8 +17,7 @@ pub enum Method {
 }
 
 impl Method {
-    pub const ALL: [Method; 5] =
-        [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm];
+    pub const ALL: [Method; 5] = [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm];
 
     /// The name a user writes.
     pub fn name(self) -> &'static str {

@@ -57,8 +57,7 @@ impl Sparse {
         let forms = inverse_forms(&factor, &directions);
         let traces: Vec<f64> = forms.chunks_exact(d).map(|f| f.iter().sum()).collect();
         let scale = super::blocks::scales(&traces);
-        let touches =
-            (0..m).map(|a| Touch::new(&directions, d, &order, a, scale[a])).collect();
+        let touches = (0..m).map(|a| Touch::new(&directions, d, &order, a, scale[a])).collect();
         let mut load = problem.f.clone();
         load.extend(problem.equalities.iter().flat_map(|e| e.b.iter().map(|b| -b)));
         let mut system = Sparse {
@@ -142,7 +141,8 @@ impl System for Sparse {
 
     fn velocity(&self, r: &[V3]) -> Vec<V3> {
         let d = self.dimension;
-        let impulses: Vec<f64> = r.iter().zip(&self.scale).flat_map(|(r, s)| r.map(|x| x * s).into_iter().take(d)).collect();
+        let impulses: Vec<f64> =
+            r.iter().zip(&self.scale).flat_map(|(r, s)| r.map(|x| x * s).into_iter().take(d)).collect();
         let u = self.directions.times(&self.factor.solve(&self.H.times(&impulses)));
         let at = |a: usize, c: usize| if c < d { u[d * a + c] * self.scale[a] } else { 0.0 };
         (0..r.len()).map(|a| plus(&std::array::from_fn(|c| at(a, c)), &self.q[a])).collect()
