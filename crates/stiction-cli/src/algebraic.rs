@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use stiction::Error;
-use stiction::friction::algebraic::{Settings, Status};
+use stiction::friction::algebraic::{Form, Method, Settings, Status};
 use stiction::run::{self, algebraic};
 
 use crate::{code, interrupt, output};
@@ -22,6 +22,13 @@ pub struct Arguments {
     /// What each of the three residuals is to be at most
     #[arg(long, default_value = "1e-8", value_parser = tolerance)]
     tolerance: f64,
+    /// How: auto (Newton's method, the others choose its starts), newton, gauss-seidel, gradient or admm
+    #[arg(long, default_value = "auto", value_parser = method)]
+    method: Method,
+    /// Whether velocities of bodies are eliminated: condensed, sparse (they stay), or auto (the cheaper by prediction);
+    /// gauss-seidel always condenses
+    #[arg(long, default_value = "auto", value_parser = form)]
+    form: Form,
     /// Print a JSON object a problem to standard output, everything else to standard error
     #[arg(long)]
     json: bool,
@@ -30,6 +37,19 @@ pub struct Arguments {
 fn tolerance(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "write a number, as in 1e-8")?;
     if value > 0.0 && value < 1.0 { Ok(value) } else { Err("it lies between 0 and 1".into()) }
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    Method::named(text).ok_or_else(|| format!("write one of {}", Method::ALL.map(Method::name).join(", ")))
+}
+
+fn form(text: &str) -> Result<Form, String> {
+    match text {
+        "auto" => Ok(Form::Auto),
+        "condensed" => Ok(Form::Condensed),
+        "sparse" => Ok(Form::Sparse),
+        _ => Err("write one of auto, condensed, sparse".into()),
+    }
 }
 
 /// Solves, judges, reports.
@@ -65,8 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 fn solve(path: &Path, arguments: &Arguments, many: bool, say: fn(&str)) -> Result<u8, Error> {
     let contents = algebraic::read(path)?;
     let name = path.file_stem().map_or("problem".into(), |stem| stem.to_string_lossy().into_owned());
-    let settings = Settings { tolerance: arguments.tolerance, ..Settings::default() };
-    let answer = algebraic::answer(&contents, &settings, &mut |_| {
+    let settings = Settings { tolerance: arguments.tolerance, method: arguments.method, ..Settings::default() };
+    let answer = algebraic::answer(&contents, &settings, arguments.form, &mut |_| {
         interrupt::iterating();
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });

@@ -9,8 +9,8 @@ use common::{BrickLoad, brick, dual_of, settings};
 use stiction::contact::{
     Bilateral, DiscreteProblem, Equalities, Friction, GlobalProblem, LocalProblem, SurfaceFriction,
 };
-use stiction::dual::Form;
-use stiction::friction::algebraic::{Settings, Status, condense};
+use stiction::dual::Form as DualForm;
+use stiction::friction::algebraic::{Form, Settings, Status, condense};
 use stiction::io::fclib::{self, Contents};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;
@@ -141,7 +141,7 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
     for (load, coefficient) in [(BrickLoad::Lift, 0.35), (BrickLoad::Press, 0.35), (BrickLoad::Press, 0.0)] {
         let friction = if coefficient > 0.0 { SurfaceFriction::Coulomb(coefficient) } else { SurfaceFriction::None };
         let problem = brick(4, BlockElement::Tet4Six, load, friction).pose().problem;
-        let dual = dual_of(&problem, Form::Auto);
+        let dual = dual_of(&problem, DualForm::Auto);
         let own = stiction::friction::solve(&problem, &dual, &settings(1e-10), &mut |_| ControlFlow::Continue(()));
         let written = GlobalProblem::of(&problem).unwrap();
         let stiffness = written.M.max_abs();
@@ -150,7 +150,8 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
             write(&file.0, &DiscreteProblem::Global(form), None, &[]).unwrap();
             let contents = algebraic::read(&file.0).unwrap();
             let settings = Settings { tolerance: 1e-11, ..Settings::default() };
-            let answer = algebraic::answer(&contents, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+            let answer =
+                algebraic::answer(&contents, &settings, Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap();
             let ended = answer.solution.status;
             assert!(ended == Status::Solved || unit == 1.0 && ended == Status::Rounding, "{ended:?}");
             assert_eq!(answer.passed(), ended == Status::Solved);
@@ -161,7 +162,7 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
 }
 
 fn answer(contents: &Contents) -> algebraic::Answer {
-    algebraic::answer(contents, &Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap()
+    algebraic::answer(contents, &Settings::default(), Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[track_caller]
@@ -257,7 +258,7 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     let read = algebraic::read(&file).unwrap();
     std::fs::remove_file(&file).unwrap();
     let own =
-        stiction::friction::solve(p, &dual_of(p, Form::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
+        stiction::friction::solve(p, &dual_of(p, DualForm::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
     let found = answer(&read);
     assert!(found.measures.invariant <= 1e-8);
     assert_same(&own, p.points(), &found, 1.0);

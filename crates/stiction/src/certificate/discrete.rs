@@ -95,21 +95,25 @@ fn ratio(part: f64, whole: f64) -> f64 {
 /// `|r - P(r - rho û)|²` at one point.
 fn residual(mu: f64, r: &[f64], u: &[f64], rho: f64) -> f64 {
     let slip = norm(&u[1..]);
-    let n = r[0] - rho * (u[0] + mu * slip);
+    let step = rho * (u[0] + mu * slip);
+    let n = r[0] - step;
     let t: Vec<f64> = r[1..].iter().zip(&u[1..]).map(|(r, u)| r - rho * u).collect();
-    let (p, share) = project(mu, n, norm(&t));
-    (r[0] - p).powi(2) + r[1..].iter().zip(&t).map(|(r, t)| (r - share * t).powi(2)).sum::<f64>()
+    // As rho û + (y - P(y)) with y = r - rho û: where r is so large that r - rho û rounds to r, the difference of r and
+    // its projection would hide û.
+    let (p, share) = excess(mu, n, norm(&t));
+    let tangential = u[1..].iter().zip(&t).map(|(u, t)| (rho * u + share * t).powi(2)).sum::<f64>();
+    (step + p).powi(2) + tangential
 }
 
-/// The projection of `(n, t)` on the cone `|t| <= mu n`: its normal component, and the factor of `t`.
-fn project(mu: f64, n: f64, t: f64) -> (f64, f64) {
+/// What the projection on the cone `|t| <= mu n` takes from `(n, t)`: of its normal component, and as a factor of `t`.
+fn excess(mu: f64, n: f64, t: f64) -> (f64, f64) {
     if t <= mu * n {
-        (n, 1.0)
-    } else if mu * t <= -n {
         (0.0, 0.0)
+    } else if mu * t <= -n {
+        (n, 1.0)
     } else {
-        let p = (mu * t + n) / (1.0 + mu * mu);
-        (p, mu * p / t)
+        let outside = (t - mu * n) / (1.0 + mu * mu);
+        (-mu * outside, outside / t)
     }
 }
 
@@ -134,9 +138,17 @@ mod tests {
     }
 
     #[test]
+    fn impulses_beyond_all_velocities_do_not_hide_a_penetration() {
+        // At 1e20 an impulse less a velocity of one is the impulse itself.
+        let seen = measure(3, &[0.5], &[3.0], &[-1.0, 0.0, 0.0], &[1e20, 0.0, 0.0], &[-1.0, 0.0, 0.0]);
+        assert!(seen.by_velocity > 0.5 && seen.worst() > 0.5, "{seen:?}");
+    }
+
+    #[test]
     fn the_projection_is_the_nearest_point_of_the_cone() {
         for (n, t) in [(1.0, 3.0), (-0.2, 1.0), (-3.0, 1.0), (2.0, 0.5)] {
-            let (p, share) = project(0.7, n, t);
+            let (taken, part) = excess(0.7, n, t);
+            let (p, share) = (n - taken, 1.0 - part);
             let square = |a: f64, b: f64| (a - n).powi(2) + (b - t).powi(2);
             let found = square(p, share * t);
             for k in 0..=2000 {

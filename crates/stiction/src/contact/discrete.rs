@@ -140,6 +140,13 @@ fn law(dimension: usize, mu: &[f64]) -> Result<(), Error> {
 }
 
 impl LocalProblem {
+    /// The trace of the diagonal block of `W` at each point, `m`.
+    pub fn traces(&self) -> Vec<f64> {
+        let d = self.dimension;
+        let trace = |a: usize| (d * a..d * (a + 1)).map(|i| self.W.entry(i, i)).sum();
+        (0..self.mu.len()).map(trace).collect()
+    }
+
     fn validate(&self) -> Result<(), Error> {
         law(self.dimension, &self.mu)?;
         let size = self.dimension * self.mu.len();

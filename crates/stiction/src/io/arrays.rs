@@ -33,6 +33,14 @@ pub fn read_npz(path: &Path) -> Result<Contents, Error> {
     contents(&Npz(npz::read(path)?)).map_err(|error| error.at(&path.display().to_string()))
 }
 
+/// The same from the bytes of a file.
+///
+/// # Errors
+/// As [`read_npz()`].
+pub fn parse_npz(bytes: &[u8]) -> Result<Contents, Error> {
+    contents(&Npz(npz::parse(bytes)?))
+}
+
 /// Reads a folder of Matrix Market files.
 ///
 /// # Errors

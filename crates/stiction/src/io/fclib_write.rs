@@ -25,11 +25,15 @@ pub struct State {
 /// # Errors
 /// If the file cannot be written, or a matrix has more than `i32::MAX` entries.
 pub fn write(path: &Path, problem: &DiscreteProblem, solution: Option<&State>, guesses: &[State]) -> Result<(), Error> {
-    let bytes = bytes(problem, solution, guesses).map_err(|error| error.at(&path.display().to_string()))?;
+    let bytes = compose(problem, solution, guesses).map_err(|error| error.at(&path.display().to_string()))?;
     replace(path, |file| file.write_all(&bytes))
 }
 
-fn bytes(problem: &DiscreteProblem, solution: Option<&State>, guesses: &[State]) -> Result<Vec<u8>, Error> {
+/// The bytes of such a file.
+///
+/// # Errors
+/// If a matrix has more than `i32::MAX` entries.
+pub fn compose(problem: &DiscreteProblem, solution: Option<&State>, guesses: &[State]) -> Result<Vec<u8>, Error> {
     let mut file = FileBuilder::new();
     file.with_libver_bounds(LibVer::Earliest, LibVer::V18);
     let group = match problem {

@@ -15,8 +15,16 @@ pub fn read(path: &Path) -> Result<Csr, Error> {
     let text = std::fs::read(path).map_err(|e| {
         Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
     })?;
-    parse(&String::from_utf8_lossy(&text)).map_err(|(line, what)| {
-        let place = if line == 0 { place } else { format!("{place}:{line}") };
+    named(&text, &place)
+}
+
+/// The same from the bytes of a file called `name`.
+///
+/// # Errors
+/// As [`read()`].
+pub fn named(bytes: &[u8], name: &str) -> Result<Csr, Error> {
+    parse(&String::from_utf8_lossy(bytes)).map_err(|(line, what)| {
+        let place = if line == 0 { name.to_string() } else { format!("{name}:{line}") };
         Error::new(place, what, "give a real Matrix Market file, coordinate or array")
     })
 }

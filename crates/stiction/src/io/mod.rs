@@ -1,7 +1,6 @@
 //! Case files, mesh readers and result writers: the only module that opens files.
 
 mod replace;
-mod storage;
 
 pub mod arrays;
 pub mod case;
@@ -15,4 +14,5 @@ pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;
+pub mod storage;
 pub mod vtu;

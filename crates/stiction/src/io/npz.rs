@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
 use npyz::WriterBuilder;
@@ -134,12 +134,22 @@ fn put<T: npyz::AutoSerialize + Copy>(
 /// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.
 pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
     let place = path.display().to_string();
-    let fail = |what: String, remedy: &str| Error::new(place.clone(), what, remedy);
-    let unreadable = |e: io::Error| fail(format!("cannot read this file ({e})"), "check its name and permissions");
-    let damaged = |what: String| fail(what, "the file is damaged or incomplete; write it again");
+    let unreadable = |e: io::Error| {
+        Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
+    };
     let size = fs::metadata(path).map_err(unreadable)?.len();
     let file = File::open(path).map_err(unreadable)?;
-    let mut archive = NpzArchive::new(BufReader::new(file)).map_err(|e| damaged(format!("not an npz file ({e})")))?;
+    archive(BufReader::new(file), size).map_err(|error| error.at(&place))
+}
+
+/// The same from the bytes of a file.
+pub fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Array>, Error> {
+    archive(io::Cursor::new(bytes), bytes.len() as u64)
+}
+
+fn archive(file: impl Read + Seek, size: u64) -> Result<BTreeMap<String, Array>, Error> {
+    let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
+    let mut archive = NpzArchive::new(file).map_err(|e| damaged(format!("not an npz file ({e})")))?;
     let zip = archive.zip_archive();
     let mut arrays = BTreeMap::new();
     for i in 0..zip.len() {
@@ -147,14 +157,14 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
         let Some(name) = entry.name().strip_suffix(".npy").map(str::to_string) else { continue };
         if entry.compression() != CompressionMethod::Stored {
             let what = format!("array \"{name}\" is compressed");
-            return Err(fail(what, "write it without compression (numpy.savez)"));
+            return Err(Error::new("", what, "write it without compression (numpy.savez)"));
         }
         if entry.size() > size {
             return Err(damaged(format!("array \"{name}\" claims {} bytes in a file of {size}", entry.size())));
         }
         let mut bytes = Vec::with_capacity(entry.size() as usize);
         entry.read_to_end(&mut bytes).map_err(|e| damaged(format!("array \"{name}\" cannot be read ({e})")))?;
-        let array = parse(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
+        let array = npy(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
         arrays.insert(name, array);
     }
     Ok(arrays)
@@ -164,7 +174,7 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
 ///
 /// Format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The header is read here and not
 /// by a reader of Python literals, whose recursion a hostile file can drive to the end of the stack.
-fn parse(bytes: &[u8]) -> Result<Array, String> {
+fn npy(bytes: &[u8]) -> Result<Array, String> {
     let short = || "it ends within its header".to_string();
     if !bytes.starts_with(b"\x93NUMPY") {
         return Err("it is not in the npy format".to_string());

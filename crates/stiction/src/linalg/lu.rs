@@ -11,24 +11,24 @@ use super::{Csr, Plan, axpy};
 /// or that are near to such ones. A caller with other matrices checks a residual.
 #[derive(Debug)]
 pub struct Lu {
-    position: Vec<u32>,
-    unknown: Vec<u32>,
-    fronts: Vec<Front>,
+    pub(super) position: Vec<u32>,
+    pub(super) unknown: Vec<u32>,
+    pub(super) fronts: Vec<Front>,
 }
 
 /// Eliminated columns that share their structure, as dense blocks by columns.
 #[derive(Debug)]
-struct Front {
-    first: usize,
-    columns: usize,
+pub(super) struct Front {
+    pub first: usize,
+    pub columns: usize,
     /// Places below the columns, ascending.
-    rows: Vec<u32>,
+    pub rows: Vec<u32>,
     /// Row of the front that became the `k`-th pivot.
-    pivot: Vec<u32>,
+    pub pivot: Vec<u32>,
     /// `[L11 \ U11; L21]`, of `columns + rows` rows.
-    left: Vec<f64>,
+    pub left: Vec<f64>,
     /// `U12`, `columns` rows.
-    right: Vec<f64>,
+    pub right: Vec<f64>,
 }
 
 /// A front may hold this share of entries that are zero but stored, since few large fronts are faster than many
@@ -214,6 +214,14 @@ fn eliminate(first: usize, columns: usize, rows: Vec<u32>, mut dense: Vec<f64>) 
 }
 
 impl Front {
+    /// Number within the front of a place that it holds.
+    pub fn local(&self, place: usize) -> usize {
+        if place < self.first + self.columns {
+            return place - self.first;
+        }
+        self.columns + self.rows.binary_search(&(place as u32)).expect("the front holds the place")
+    }
+
     fn forward(&self, x: &mut [f64]) {
         let (c, size) = (self.columns, self.columns + self.rows.len());
         let mut y: Vec<f64> = self.pivot.iter().map(|&p| x[self.first + p as usize]).collect();

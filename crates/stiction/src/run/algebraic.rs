@@ -8,9 +8,11 @@ use std::time::Instant;
 use serde_json::{Map, Value, json};
 
 use crate::Error;
-use crate::certificate::{Measures, measure};
-use crate::contact::{DiscreteProblem, LocalProblem};
-use crate::friction::algebraic::{Progress, Recovered, Settings, Solution, Status, condense, rank, solve};
+use crate::certificate::Measures;
+use crate::contact::DiscreteProblem;
+use crate::friction::algebraic::{
+    Form, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
+};
 use crate::io::fclib::Contents;
 use crate::io::fclib_write::{self, State};
 use crate::io::{arrays, fclib, folder};
@@ -26,17 +28,33 @@ pub struct Answer {
     pub tolerance: f64,
     /// Measures of what the file calls a solution.
     pub claimed: Option<Measures>,
-    /// Order of the condensed `W` and its stored entries.
+    pub method: Method,
+    /// Order of `W`.
     pub order: usize,
-    pub entries: usize,
+    /// Stored entries of `W`; `None` where it was not formed.
+    pub entries: Option<usize>,
     pub rank: Option<usize>,
+    /// Bilateral constraints that follow from others and were left out.
+    pub dropped: usize,
+    /// The guesses of the file, if it has any.
+    pub guess: Option<Guess>,
     pub seconds: Seconds,
+}
+
+/// What became of the guesses in a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guess {
+    pub guesses: usize,
+    /// Number of the best, from one, and its largest residual; `None` if none is nearer than no impulse at all.
+    pub chosen: Option<(usize, f64)>,
+    /// Whether the iteration from it ended short, so that it was begun again from rest.
+    pub abandoned: bool,
 }
 
 /// Wall time by phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Seconds {
-    /// Condensing to the contact points.
+    /// Condensing to the contact points, or factorising.
     pub condensation: f64,
     pub iteration: f64,
 }
@@ -59,6 +77,7 @@ impl Answer {
             (_, true) => "solved",
             (Status::Solved, false) => "inaccurate",
             (Status::MaxIterations, false) => "max_iterations",
+            (Status::Stalled, false) => "stalled",
             (Status::Rounding, false) => "rounding",
             (Status::Interrupted, false) => "interrupted",
         }
@@ -83,43 +102,73 @@ pub fn read(path: &Path) -> Result<Contents, Error> {
     }
 }
 
-/// Condenses, solves and judges.
+/// Solves and judges; `form` says whether velocities of bodies are eliminated first.
 ///
 /// # Errors
-/// If the problem cannot be condensed. An iteration that ends short of its tolerance is no error.
+/// If the problem cannot be posed: a singular mass, constraints that contradict each other. An iteration that ends
+/// short of its tolerance is no error.
 pub fn answer(
     contents: &Contents,
     settings: &Settings,
+    form: Form,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Answer, Error> {
-    let problem = &contents.problem;
     let start = Instant::now();
-    let condensed = condense(problem)?;
+    let prepared = prepare(&contents.problem, form, settings.method)?;
     let condensation = start.elapsed().as_secs_f64();
-    let local = &condensed.local;
-    let solution = solve(local, settings, observer);
-    let recovered = condensed.recover(problem, &solution.r);
-    let measures = judge(local, &solution.r, &recovered.u);
+    let (solution, guess) = from_guesses(&prepared, contents, settings, observer);
+    let recovered = prepared.recover(&solution.r);
+    let measures = prepared.measures(&solution.r, &recovered.u);
     let seconds = Seconds { condensation, iteration: start.elapsed().as_secs_f64() - condensation };
-    let claimed = contents.solution.as_ref().map(|r| judge(local, r, &condensed.recover(problem, r).u));
+    let local = prepared.condensed().map(|c| &c.local);
     Ok(Answer {
         recovered,
         measures,
         tolerance: settings.tolerance,
-        claimed,
-        order: local.q.len(),
-        entries: local.W.value.len(),
-        rank: rank(local),
+        claimed: contents.solution.as_ref().map(|r| judge(&prepared, r)),
+        method: settings.method,
+        order: solution.r.len(),
+        entries: local.map(|l| l.W.value.len()),
+        rank: local.and_then(rank),
+        dropped: prepared.dropped(),
+        guess,
         seconds,
         solution,
     })
 }
 
-fn judge(local: &LocalProblem, r: &[f64], u: &[f64]) -> Measures {
-    let d = local.dimension;
-    let trace = |a: usize| (d * a..d * (a + 1)).map(|i| local.W.entry(i, i)).sum();
-    let traces: Vec<f64> = (0..local.mu.len()).map(trace).collect();
-    measure(d, &local.mu, &traces, &local.q, r, u)
+fn judge(prepared: &Prepared, r: &[f64]) -> Measures {
+    prepared.measures(r, &prepared.recover(r).u)
+}
+
+/// Starts from the guess with the smallest residual if it is nearer than rest, and from rest where that ends short.
+fn from_guesses(
+    prepared: &Prepared,
+    contents: &Contents,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> (Solution, Option<Guess>) {
+    if contents.guesses.is_empty() || settings.start.is_some() {
+        return (prepared.solve(settings, observer), None);
+    }
+    let at_rest = judge(prepared, &vec![0.0; contents.guesses[0].len()]).worst();
+    let chosen = contents
+        .guesses
+        .iter()
+        .enumerate()
+        .map(|(k, r)| (k + 1, judge(prepared, r).worst()))
+        .filter(|(_, residual)| *residual < at_rest)
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let mut guess = Guess { guesses: contents.guesses.len(), chosen, abandoned: false };
+    let Some((number, _)) = chosen else { return (prepared.solve(settings, observer), Some(guess)) };
+    let near = Settings { start: Some(contents.guesses[number - 1].clone()), ..settings.clone() };
+    let found = prepared.solve(&near, observer);
+    if !matches!(found.status, Status::MaxIterations | Status::Stalled) {
+        return (found, Some(guess));
+    }
+    guess.abandoned = true;
+    let again = prepared.solve(settings, observer);
+    (if again.measures.worst() < found.measures.worst() { again } else { found }, Some(guess))
 }
 
 /// What was posed, how the iteration went and how the answer is judged.
@@ -132,17 +181,35 @@ pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
     let mut text = format!("{name}\n  problem      {kind}, {} contacts", problem.points());
     let _ = write!(text, " in {} dimensions, W of order {}", problem.dimension(), answer.order);
     let rank = answer.rank.map_or("not computed".to_string(), |r| r.to_string());
-    let _ = writeln!(text, " with {} entries, rank {rank}", answer.entries);
+    let _ = match answer.entries {
+        Some(entries) => writeln!(text, " with {entries} entries, rank {rank}"),
+        None => writeln!(text, ", not formed"),
+    };
     let counts = solution.counts;
-    let _ = writeln!(
-        text,
-        "  method       {}: {} proximal steps, {} Newton steps, {} sweeps, {:.4} s",
-        method(solution),
-        counts.proximal_steps,
-        counts.newton_steps,
-        counts.sweeps,
-        answer.seconds.total(),
-    );
+    let _ = write!(text, "  method       {}:", method(answer));
+    for (count, name) in [
+        (counts.iterations, if counts.newton_steps > 0 { "proximal steps" } else { "rounds" }),
+        (counts.newton_steps, "Newton steps"),
+        (counts.sweeps, "sweeps"),
+        (counts.gradients, "gradient steps"),
+        (counts.alternations, "alternations"),
+    ] {
+        if count > 0 {
+            let _ = write!(text, " {count} {name},");
+        }
+    }
+    let _ = writeln!(text, " {:.4} s", answer.seconds.total());
+    if let Some(guess) = &answer.guess {
+        let _ = write!(text, "  guesses      {}: ", guess.guesses);
+        let _ = match guess.chosen {
+            Some((number, residual)) => write!(text, "started from number {number}, worst residual {residual:.1e}"),
+            None => write!(text, "none is nearer than no impulse at all"),
+        };
+        text += if guess.abandoned { "; it led nowhere, begun again from rest\n" } else { "\n" };
+    }
+    if answer.dropped > 0 {
+        let _ = writeln!(text, "  bilateral    {} constraints follow from others and were left out", answer.dropped);
+    }
     let _ = writeln!(text, "  status       {}", answer.status().replace('_', " "));
     let balance = [("equilibrium", answer.recovered.equilibrium)];
     for (number, (name, value)) in answer.measures.all().into_iter().chain(balance).enumerate() {
@@ -166,8 +233,13 @@ pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
 }
 
 /// The method that gave the answer.
-fn method(solution: &Solution) -> &'static str {
-    if solution.counts.sweeps > 0 { "sweeps+newton" } else { "proximal newton" }
+fn method(answer: &Answer) -> &'static str {
+    let counts = answer.solution.counts;
+    match answer.method {
+        Method::Auto if counts.sweeps + counts.alternations > 0 => "ladder+newton",
+        Method::Auto | Method::Newton => "proximal newton",
+        other => other.name(),
+    }
 }
 
 /// The head of the table of many problems.
@@ -194,8 +266,12 @@ pub fn table_row(name: &str, contents: &Contents, answer: &Answer) -> String {
         "{name:<44} {:>8} {:>6} {:<15} {:>10} {:>9.4} {:>11.1e} {:>10.1e} {:>9.1e}  {}\n",
         contents.problem.points(),
         answer.rank.map_or("-".to_string(), |r| r.to_string()),
-        method(&answer.solution),
-        answer.solution.counts.newton_steps,
+        method(answer),
+        if answer.solution.counts.newton_steps > 0 {
+            answer.solution.counts.newton_steps
+        } else {
+            answer.solution.counts.iterations
+        },
         answer.seconds.total(),
         m.by_velocity,
         m.by_largest,
@@ -224,11 +300,21 @@ pub fn summary(name: &str, contents: &Contents, answer: &Answer) -> Value {
         "order": answer.order,
         "entries": answer.entries,
         "rank": answer.rank,
-        "method": method(&answer.solution),
+        "method": method(answer),
+        "form": if answer.entries.is_some() { "condensed" } else { "sparse" },
+        "dropped_constraints": answer.dropped,
+        "guess": answer.guess.map(|g| json!({
+            "guesses": g.guesses,
+            "chosen": g.chosen.map(|c| c.0),
+            "residual": g.chosen.map(|c| c.1),
+            "abandoned": g.abandoned,
+        })),
         "counts": {
             "iterations": counts.newton_steps,
-            "proximal_steps": counts.proximal_steps,
+            "proximal_steps": counts.iterations,
             "sweeps": counts.sweeps,
+            "gradients": counts.gradients,
+            "alternations": counts.alternations,
         },
         "seconds": {
             "condensation": answer.seconds.condensation,

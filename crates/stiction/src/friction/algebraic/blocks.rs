@@ -1,4 +1,7 @@
 use super::V3;
+use super::law::Linearised;
+use super::sweeps::sweep;
+use super::system::System;
 use crate::contact::LocalProblem;
 use crate::linalg::{NodeGraph, nested_dissection};
 
@@ -96,11 +99,6 @@ impl Blocks {
         y
     }
 
-    /// `W r + q`.
-    pub fn velocity(&self, r: &[V3]) -> Vec<V3> {
-        (0..r.len()).map(|a| plus(&self.row_times(a, r), &self.q[a])).collect()
-    }
-
     /// Scaled impulses in the units of the problem, length `dm`.
     pub fn unscaled(&self, r: &[V3]) -> Vec<f64> {
         let of_point = |(r, s): (&V3, &f64)| r.map(|x| x * s * self.size);
@@ -114,6 +112,34 @@ impl Blocks {
         let of_point =
             |a: usize| std::array::from_fn(|c| if c < d { r[d * a + c] / (self.scale[a] * self.size) } else { 0.0 });
         (0..self.mu.len()).map(of_point).collect()
+    }
+}
+
+impl System for Blocks {
+    fn mu(&self) -> &[f64] {
+        &self.mu
+    }
+
+    fn offset(&self) -> &[V3] {
+        &self.q
+    }
+
+    fn velocity(&self, r: &[V3]) -> Vec<V3> {
+        (0..r.len()).map(|a| plus(&self.row_times(a, r), &self.q[a])).collect()
+    }
+
+    fn step(&self, alpha: f64, points: &[Linearised]) -> Option<Vec<V3>> {
+        self.newton_step(alpha, points)
+    }
+
+    fn shifted(&self, alpha: f64) -> Option<Box<dyn Fn(&[V3]) -> Vec<V3> + '_>> {
+        let lu = self.shifted_factor(alpha)?;
+        Some(Box::new(move |x| lu.solve(x.as_flattened()).as_chunks().0.to_vec()))
+    }
+
+    fn sweep(&self, r: &mut [V3], sweeps: usize) -> bool {
+        sweep(self, r, sweeps);
+        true
     }
 }
 
@@ -137,7 +163,7 @@ fn trace(w: &[V3; 3]) -> f64 {
 }
 
 /// A point without a positive trace takes the scale of the softest one.
-fn scales(traces: &[f64]) -> Vec<f64> {
+pub fn scales(traces: &[f64]) -> Vec<f64> {
     let largest = traces.iter().copied().fold(0.0, f64::max);
     let largest = if largest > 0.0 { largest } else { 3.0 };
     traces.iter().map(|&t| (3.0 / if t > 0.0 { t } else { largest }).sqrt()).collect()

@@ -135,17 +135,7 @@ impl Condensed {
                 axpy(-1.0, &global.M.times(&v), &mut rest);
                 axpy(1.0, &self.velocity(&rest), &mut v);
                 let inertia: Vec<f64> = global.M.times(&v).iter().map(|x| -x).collect();
-                let mut equilibrium = balance(&[&inertia, &load]);
-                if let Some(Equalities { G, b }) = &global.equalities {
-                    let mut rest = G.transpose_times(&v);
-                    axpy(1.0, b, &mut rest);
-                    // Where b vanishes, the sum's own terms are the scale.
-                    let mut magnitudes = G.clone();
-                    magnitudes.value.iter_mut().for_each(|g| *g = g.abs());
-                    let speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
-                    let scale = norm(&magnitudes.transpose_times(&speeds)).max(norm(b));
-                    equilibrium = equilibrium.max(if scale > 0.0 { norm(&rest) / scale } else { 0.0 });
-                }
+                let equilibrium = balance(&[&inertia, &load]).max(balance_of_constraints(global, &v));
                 let mut u = global.H.transpose_times(&v);
                 axpy(1.0, &global.w, &mut u);
                 Recovered { u, v, l, equilibrium }
@@ -265,7 +255,7 @@ fn factorise(a: &Csr) -> Option<Lu> {
 }
 
 /// The same matrix with zeros stored where only the transpose has an entry.
-fn symmetric_pattern(a: &Csr) -> Csr {
+pub fn symmetric_pattern(a: &Csr) -> Csr {
     let mut entries = Vec::with_capacity(2 * a.value.len() + a.rows);
     for i in 0..a.rows {
         let (columns, values) = a.row(i);
@@ -279,7 +269,7 @@ fn symmetric_pattern(a: &Csr) -> Csr {
 }
 
 /// Unknowns that a matrix of symmetric pattern couples, each list ascending.
-fn components(a: &Csr) -> Vec<Vec<u32>> {
+pub fn components(a: &Csr) -> Vec<Vec<u32>> {
     let mut seen = vec![false; a.rows];
     let mut all = Vec::new();
     for i in 0..a.rows {
@@ -303,8 +293,33 @@ fn components(a: &Csr) -> Vec<Vec<u32>> {
     all
 }
 
+/// `|G' v + b|` over its terms; zero without constraints.
+#[allow(non_snake_case)]
+pub fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
+    let Some(Equalities { G, b }) = &problem.equalities else { return 0.0 };
+    let mut rest = G.transpose_times(v);
+    axpy(1.0, b, &mut rest);
+    // Where b vanishes, the sum's own terms are the scale.
+    let mut magnitudes = G.clone();
+    magnitudes.value.iter_mut().for_each(|g| *g = g.abs());
+    let speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
+    let scale = norm(&magnitudes.transpose_times(&speeds)).max(norm(b));
+    if scale > 0.0 { norm(&rest) / scale } else { 0.0 }
+}
+
+/// Residual of all bilateral constraints of a problem at a state, over their terms.
+pub fn imbalance(problem: &DiscreteProblem, r: &[f64], at: &Recovered) -> f64 {
+    match problem {
+        DiscreteProblem::Local(LocalProblem { bilateral: Some(Bilateral { V, R, s }), .. }) => {
+            balance(&[&V.transpose_times(r), &R.times(&at.l), s])
+        }
+        DiscreteProblem::Local(_) => 0.0,
+        DiscreteProblem::Global(global) => balance_of_constraints(global, &at.v),
+    }
+}
+
 /// `|sum of the terms| / max |term|`.
-fn balance(terms: &[&[f64]]) -> f64 {
+pub fn balance(terms: &[&[f64]]) -> f64 {
     let mut sum = vec![0.0; terms.first().map_or(0, |t| t.len())];
     terms.iter().for_each(|t| axpy(1.0, t, &mut sum));
     let largest = terms.iter().map(|t| norm(t)).fold(0.0, f64::max);

@@ -5,18 +5,30 @@
 //! Newton method on the law of Alart and Curnier, with sparse unsymmetric factors; where Newton's method fails, the
 //! proximal term grows, and at last exact sweeps over the points start it from elsewhere.
 
+mod admm;
 mod blocks;
 mod condense;
+mod course;
+mod form;
+mod gradient;
 mod law;
 mod newton;
 mod proximal;
 mod rank;
+mod redundant;
+mod saddle;
+mod settings;
+mod solve;
+mod sparse;
 mod step;
 mod sweeps;
+mod system;
 
 pub use condense::{Condensed, Recovered, condense};
-pub use proximal::{Counts, Progress, Settings, Solution, Status, solve};
+pub use form::{Form, Prepared, prepare};
 pub use rank::rank;
+pub use settings::{Counts, Method, Progress, Settings, Solution, Status};
+pub use solve::solve;
 
 /// A vector of three: the normal component, then the tangential ones (the last zero in two dimensions).
 type V3 = [f64; 3];

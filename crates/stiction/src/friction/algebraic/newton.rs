@@ -1,11 +1,11 @@
 use super::V3;
-use super::blocks::{Blocks, moved};
-use super::law::residual_norm;
-use super::step::newton_step;
+use super::blocks::moved;
+use super::law::{Linearised, residual_norm};
+use super::system::System;
 
 /// The problem with a proximal term: `u = W r + alpha (r - centre) + q`.
 pub struct Regular<'a> {
-    pub blocks: &'a Blocks,
+    pub system: &'a dyn System,
     pub alpha: f64,
     pub centre: &'a [V3],
 }
@@ -27,7 +27,7 @@ const LEAPS: usize = 3;
 
 impl Regular<'_> {
     fn velocity(&self, r: &[V3]) -> Vec<V3> {
-        let mut u = self.blocks.velocity(r);
+        let mut u = self.system.velocity(r);
         for (u, (r, c)) in u.iter_mut().zip(r.iter().zip(self.centre)) {
             (0..3).for_each(|i| u[i] += self.alpha * (r[i] - c[i]));
         }
@@ -37,7 +37,7 @@ impl Regular<'_> {
     /// Semismooth Newton method on the residual of Alart and Curnier (1991) with a non-monotone line search (Grippo,
     /// Lampariello & Lucidi 1986), from `start` until the residual is at most `target`; the best point is returned.
     pub fn newton(&self, start: Vec<V3>, target: f64) -> End {
-        let mu = &self.blocks.mu;
+        let mu = self.system.mu();
         let mut r = start;
         let mut u = self.velocity(&r);
         let mut residual = residual_norm(mu, &r, &u);
@@ -47,7 +47,8 @@ impl Regular<'_> {
             if residual <= target {
                 return End { r, converged: true, steps };
             }
-            let Some(d) = newton_step(self.blocks, self.alpha, &r, &u) else { break };
+            let laws: Vec<Linearised> = (0..r.len()).map(|a| Linearised::new(mu[a], &r[a], &u[a])).collect();
+            let Some(d) = self.system.step(self.alpha, &laws) else { break };
             steps += 1;
             let reference = last.iter().rev().take(MEMORY).copied().fold(0.0, f64::max);
             let falls = |residual: f64, length: f64| residual <= (1.0 - DECREASE * length) * reference;
@@ -80,7 +81,7 @@ impl Regular<'_> {
     fn at(&self, r: &[V3], length: f64, d: &[V3]) -> (Vec<V3>, Vec<V3>, f64) {
         let next = moved(r, length, d);
         let u = self.velocity(&next);
-        let residual = residual_norm(&self.blocks.mu, &next, &u);
+        let residual = residual_norm(self.system.mu(), &next, &u);
         (next, u, residual)
     }
 }

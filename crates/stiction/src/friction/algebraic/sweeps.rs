@@ -1,47 +1,110 @@
 use super::V3;
 use super::blocks::Blocks;
+use super::law::{Linearised, project, residual};
+use super::step::{dot, row_times};
 
+/// Newton steps at one point.
 const LOCAL_STEPS: usize = 20;
+/// A local residual of this part of its impulse and velocity is rounding.
+const LOCAL: f64 = 1e-14;
+/// Projections where Newton's method does not converge at a point.
+const PROJECTIONS: usize = 20;
+const HALVINGS: usize = 6;
 
 /// Sweeps of nonlinear block Gauss-Seidel (Jourdan, Alart & Jean 1998): one point after the other solves its own law
-/// at fixed impulses of the others, by projections on the cone of De Saxcé's form (Acary & Brogliato 2008, 13.7.4)
-/// with the parameter `1 / trace W_aa`.
+/// at fixed impulses of the others.
 pub fn sweep(blocks: &Blocks, r: &mut [V3], sweeps: usize) {
     for _ in 0..sweeps {
         for a in 0..r.len() {
             let w = blocks.diagonal(a);
-            let parameter = 1.0 / (w[0][0] + w[1][1] + w[2][2]).max(1.0);
             let all = blocks.row_times(a, r);
-            let others: V3 = std::array::from_fn(|i| all[i] - times(w, &r[a])[i] + blocks.q[a][i]);
-            let mut x = r[a];
-            for _ in 0..LOCAL_STEPS {
-                let own = times(w, &x);
-                let u: V3 = std::array::from_fn(|i| own[i] + others[i]);
-                let mu = blocks.mu[a];
-                let slip = u[1].hypot(u[2]);
-                x = project(
-                    mu,
-                    [x[0] - parameter * (u[0] + mu * slip), x[1] - parameter * u[1], x[2] - parameter * u[2]],
-                );
-            }
-            r[a] = x;
+            let own = times(w, &r[a]);
+            let others: V3 = std::array::from_fn(|i| all[i] - own[i] + blocks.q[a][i]);
+            r[a] = point(blocks.mu[a], w, &others, r[a]);
         }
     }
 }
 
-fn times(w: &[V3; 3], x: &V3) -> V3 {
-    std::array::from_fn(|i| w[i][0] * x[0] + w[i][1] * x[1] + w[i][2] * x[2])
+/// The impulse of one point at the velocity `w x + others`: Newton's method on the law of Alart and Curnier, and
+/// projections where it does not converge.
+fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
+    let velocity = |x: &V3| -> V3 {
+        let own = times(w, x);
+        std::array::from_fn(|i| own[i] + others[i])
+    };
+    let size = |g: &V3| dot(g, g).sqrt();
+    let (mut x, mut u) = (start, velocity(&start));
+    let mut rest = size(&residual(mu, &x, &u));
+    for _ in 0..LOCAL_STEPS {
+        if rest <= LOCAL * (size(&x) + size(others)) {
+            return x;
+        }
+        let Some(d) = local_step(w, &Linearised::new(mu, &x, &u)) else { break };
+        let mut length = 1.0;
+        let at = |length: f64| -> (V3, V3, f64) {
+            let next = std::array::from_fn(|i| x[i] + length * d[i]);
+            let u = velocity(&next);
+            (next, u, size(&residual(mu, &next, &u)))
+        };
+        let mut next = at(length);
+        for _ in 0..HALVINGS {
+            if next.2 < rest {
+                break;
+            }
+            length *= 0.5;
+            next = at(length);
+        }
+        if next.2.is_nan() || next.2 >= rest {
+            break;
+        }
+        (x, u, rest) = next;
+    }
+    projected(mu, w, others, x)
 }
 
-/// The nearest point of the cone `|x_t| <= mu x_n`.
-pub fn project(mu: f64, x: V3) -> V3 {
-    let t = x[1].hypot(x[2]);
-    if t <= mu * x[0] {
-        x
-    } else if mu * t <= -x[0] {
-        [0.0; 3]
-    } else {
-        let n = (mu * t + x[0]) / (1.0 + mu * mu);
-        [n, mu * n * x[1] / t, mu * n * x[2] / t]
+/// Projections on the cone of De Saxcé's form (Acary & Brogliato 2008, 13.7.4) with the parameter `1 / trace W_aa`.
+fn projected(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
+    let parameter = 1.0 / (w[0][0] + w[1][1] + w[2][2]).max(1.0);
+    let mut x = start;
+    for _ in 0..PROJECTIONS {
+        let own = times(w, &x);
+        let u: V3 = std::array::from_fn(|i| own[i] + others[i]);
+        let slip = u[1].hypot(u[2]);
+        x = project(mu, [x[0] - parameter * (u[0] + mu * slip), x[1] - parameter * u[1], x[2] - parameter * u[2]]);
     }
+    x
+}
+
+/// The Newton step of one point alone: Gaussian elimination with column pivots on at most three unknowns.
+fn local_step(w: &[V3; 3], law: &Linearised) -> Option<V3> {
+    let n = law.unknowns;
+    let moved = times(w, &law.known);
+    let mut a = [[0.0f64; 4]; 3];
+    for k in 0..n {
+        let row = row_times(&law.rows[k], w);
+        (0..n).for_each(|l| a[k][l] = dot(&row, &law.columns[l]));
+        a[k][k] += law.softness[k];
+        a[k][3] = law.rhs[k] - dot(&law.rows[k], &moved);
+    }
+    for k in 0..n {
+        let pivot = (k..n).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
+        a.swap(k, pivot);
+        if a[k][k].abs() <= f64::EPSILON {
+            return None;
+        }
+        for i in k + 1..n {
+            let factor = a[i][k] / a[k][k];
+            (0..4).for_each(|j| a[i][j] -= factor * a[k][j]);
+        }
+    }
+    let mut y = [0.0; 3];
+    for k in (0..n).rev() {
+        y[k] = (a[k][3] - (k + 1..n).map(|j| a[k][j] * y[j]).sum::<f64>()) / a[k][k];
+    }
+    let d = law.change(&y[..n]);
+    d.iter().all(|x| x.is_finite()).then_some(d)
+}
+
+fn times(w: &[V3; 3], x: &V3) -> V3 {
+    std::array::from_fn(|i| dot(&w[i], x))
 }

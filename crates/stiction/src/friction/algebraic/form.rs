@@ -1,0 +1,177 @@
+use std::ops::ControlFlow;
+
+use super::V3;
+use super::condense::{Condensed, Recovered, components, condense, imbalance, symmetric_pattern};
+use super::course::{Course, Judged};
+use super::redundant::{Independent, independent};
+use super::saddle::Order;
+use super::settings::{Method, Progress, Settings, Solution};
+use super::solve::{iterate, solve};
+use super::sparse::Sparse;
+use crate::Error;
+use crate::certificate::{Measures, measure};
+use crate::contact::{DiscreteProblem, GlobalProblem};
+use crate::linalg::norm;
+
+/// Whether the velocities of bodies are eliminated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// The cheaper one by prediction.
+    #[default]
+    Auto,
+    /// `W` is formed.
+    Condensed,
+    /// Velocities stay unknowns, matrices sparse; for global problems.
+    Sparse,
+}
+
+/// A problem made ready to be solved.
+#[derive(Debug)]
+pub struct Prepared<'a> {
+    given: &'a DiscreteProblem,
+    independent: Independent<'a>,
+    body: Body,
+}
+
+#[derive(Debug)]
+enum Body {
+    Condensed(Condensed),
+    Sparse(Box<Sparse>),
+}
+
+/// Below this order of the dense part of `W` condensing is never dear.
+const SMALL: usize = 600;
+/// Newton steps that a typical solve takes.
+const STEPS: f64 = 20.0;
+/// A multiplication in a triangular solve takes the time of so many in a factorisation by fronts.
+const SOLVES: f64 = 8.0;
+
+/// Leaves out redundant bilateral constraints, and condenses or factorises.
+///
+/// # Errors
+/// If `M` is singular, or bilateral constraints contradict each other.
+pub fn prepare(problem: &DiscreteProblem, form: Form, method: Method) -> Result<Prepared<'_>, Error> {
+    let independent = independent(problem)?;
+    let body = match &*independent.problem {
+        DiscreteProblem::Global(global) => match sparse_order(global, form, method) {
+            Some(order) => Body::Sparse(Box::new(Sparse::new(global, order)?)),
+            None => Body::Condensed(condense(&independent.problem)?),
+        },
+        DiscreteProblem::Local(_) => Body::Condensed(condense(&independent.problem)?),
+    };
+    Ok(Prepared { given: problem, independent, body })
+}
+
+/// The elimination order of a problem that is not to be condensed.
+fn sparse_order(problem: &GlobalProblem, form: Form, method: Method) -> Option<Order> {
+    // Sweeps need the rows of W.
+    if form == Form::Condensed || method == Method::GaussSeidel {
+        return None;
+    }
+    let bodies = touched_components(problem);
+    if form == Form::Auto && bodies.iter().all(|b| b.impulses <= SMALL) {
+        return None;
+    }
+    let order = Order::new(problem);
+    if form == Form::Sparse {
+        return Some(order);
+    }
+    let [factor, entries] = order.cost(problem);
+    let unknowns = problem.f.len().max(1) as f64;
+    let condensed: f64 = bodies
+        .iter()
+        .map(|b| {
+            let (k, share) = (b.impulses as f64, b.unknowns as f64 / unknowns);
+            STEPS * k.powi(3) * 2.0 / 3.0 + SOLVES * k * 4.0 * entries * share
+        })
+        .sum();
+    // The factor of A, its inverse on the pattern, and one factor a Newton step.
+    (factor * (STEPS + 3.0) < condensed).then_some(order)
+}
+
+struct TouchedComponent {
+    unknowns: usize,
+    /// Components of contact impulses that act on it.
+    impulses: usize,
+}
+
+/// Unknowns that `M` couples.
+fn touched_components(problem: &GlobalProblem) -> Vec<TouchedComponent> {
+    let mut seen = vec![u32::MAX; problem.w.len()];
+    let mut all = Vec::new();
+    for (number, unknowns) in (0..).zip(components(&symmetric_pattern(&problem.M))) {
+        let mut impulses = 0;
+        for &j in unknowns.iter().flat_map(|&i| problem.H.row(i as usize).0) {
+            impulses += usize::from(std::mem::replace(&mut seen[j as usize], number) != number);
+        }
+        all.push(TouchedComponent { unknowns: unknowns.len(), impulses });
+    }
+    all
+}
+
+impl Prepared<'_> {
+    /// Solves by the method of the settings; see [`solve`].
+    pub fn solve(&self, settings: &Settings, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution {
+        match &self.body {
+            Body::Condensed(condensed) => solve(&condensed.local, settings, observer),
+            Body::Sparse(sparse) => solve_sparse(sparse, settings, observer),
+        }
+    }
+
+    /// Velocities and bilateral impulses for impulses `r`, `dm`.
+    pub fn recover(&self, r: &[f64]) -> Recovered {
+        let mut recovered = match (&self.body, &*self.independent.problem) {
+            (Body::Sparse(sparse), DiscreteProblem::Global(global)) => sparse.recover(global, r),
+            (Body::Condensed(condensed), problem) => condensed.recover(problem, r),
+            (Body::Sparse(_), DiscreteProblem::Local(_)) => unreachable!("local problems are condensed"),
+        };
+        if self.independent.dropped() > 0 {
+            recovered.l = self.independent.all(&recovered.l);
+            recovered.equilibrium = recovered.equilibrium.max(imbalance(self.given, r, &recovered));
+        }
+        recovered
+    }
+
+    /// Judges impulses `r` at velocities `u` of the points, both `dm`.
+    pub fn measures(&self, r: &[f64], u: &[f64]) -> Measures {
+        match &self.body {
+            Body::Condensed(Condensed { local, .. }) => {
+                measure(local.dimension, &local.mu, &local.traces(), &local.q, r, u)
+            }
+            Body::Sparse(s) => measure(s.dimension, &s.mu, &s.traces, &s.offset, r, u),
+        }
+    }
+
+    /// The condensed problem, if there is one.
+    pub fn condensed(&self) -> Option<&Condensed> {
+        match &self.body {
+            Body::Condensed(condensed) => Some(condensed),
+            Body::Sparse(_) => None,
+        }
+    }
+
+    /// Bilateral constraints left out because they follow from others.
+    pub fn dropped(&self) -> usize {
+        self.independent.dropped()
+    }
+}
+
+fn solve_sparse(
+    system: &Sparse,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Solution {
+    let judge = |r: &[V3]| {
+        let r = system.unscaled(r);
+        let u = system.state(&r).1;
+        let measures = measure(system.dimension, &system.mu, &system.traces, &system.offset, &r, &u);
+        Judged { r, u, measures }
+    };
+    let start = match settings.start.as_ref().filter(|s| s.len() == system.offset.len()) {
+        Some(start) if start.iter().all(|x| x.is_finite()) => system.scaled(start),
+        _ => vec![[0.0; 3]; system.mu.len()],
+    };
+    let mut course = Course::new(&system.mu, norm(&system.offset), &judge, settings, observer);
+    let status = iterate(system, start, settings.method, &mut course);
+    course.solution(status)
+}

@@ -1,0 +1,264 @@
+use super::V3;
+use super::law::Linearised;
+use super::sparse::Sparse;
+use super::step::dot;
+use crate::contact::{Equalities, GlobalProblem};
+use crate::linalg::{Csr, Lu, NodeGraph, Plan, nested_dissection, plan};
+
+/// An elimination order of the unknowns of a global problem, into which constraints and contact points are put right
+/// after the last velocity they touch: their pivots are then Schur complements and not the zeros of the diagonal.
+#[derive(Debug, Clone)]
+pub struct Order {
+    /// Equal where unknowns are coupled to the same others.
+    labels: Vec<u32>,
+    /// Unknowns of each label.
+    groups: Vec<Vec<u32>>,
+    order: Vec<u32>,
+}
+
+impl Order {
+    /// By nested dissection of the graph in which all unknowns that a point or a constraint touches are neighbours.
+    pub fn new(problem: &GlobalProblem) -> Self {
+        let velocities = cliques(problem);
+        let labels = equal_rows(&velocities);
+        let graph = NodeGraph::new(&velocities, Some(&labels));
+        let mut groups = vec![Vec::new(); graph.len()];
+        (0..).zip(&labels).for_each(|(i, &label)| groups[label as usize].push(i));
+        let mut order = Order { order: nested_dissection(&graph), labels, groups };
+        if let Some(Equalities { G, .. }) = &problem.equalities {
+            let constraints = G.transpose();
+            let touched = |k: usize| constraints.row(k).0.iter().map(|&i| order.labels[i as usize]).collect();
+            let touched: Vec<Vec<u32>> = (0..constraints.rows).map(touched).collect();
+            let first = order.groups.len() as u32;
+            order.insert(&touched, first);
+            for (label, i) in (first..).zip(problem.f.len() as u32..).take(G.cols) {
+                order.labels.push(label);
+                order.groups.push(vec![i]);
+            }
+        }
+        order
+    }
+
+    /// Flops of one factor with all points in contact, and entries of a triangle of the factor of `A`.
+    pub fn cost(&self, problem: &GlobalProblem) -> [f64; 2] {
+        let a = bordered(problem, self);
+        let entries = self.plan(&a, &[]).entries();
+        let directions = problem.H.transpose();
+        let d = problem.dimension;
+        let touch = |j: usize| self.closed((d * j..d * (j + 1)).flat_map(|i| directions.row(i).0.iter().copied()));
+        let touched: Vec<Vec<u32>> = (0..problem.mu.len()).map(touch).collect();
+        let n = a.rows;
+        let mut pattern: Vec<(usize, usize, f64)> = Vec::new();
+        for i in 0..n {
+            pattern.extend(a.row(i).0.iter().map(|&j| (i, j as usize, 0.0)));
+        }
+        for (j, touched) in touched.iter().enumerate() {
+            let own = n + d * j..n + d * (j + 1);
+            for k in own.clone() {
+                pattern.extend(touched.iter().flat_map(|&i| [(i as usize, k, 0.0), (k, i as usize, 0.0)]));
+                pattern.extend(own.clone().map(|l| (k, l, 0.0)));
+            }
+        }
+        let size = n + d * touched.len();
+        let points: Vec<(usize, &[u32])> = touched.iter().map(|t| (d, &t[..])).collect();
+        // A symmetric plan counts one triangle.
+        let flops = 2.0 * self.plan(&Csr::from_triplets(size, size, &pattern), &points).flops();
+        [flops, entries]
+    }
+
+    /// All unknowns whose label is among those of the given ones, ascending.
+    pub fn closed(&self, unknowns: impl Iterator<Item = u32>) -> Vec<u32> {
+        let mut labels: Vec<u32> = unknowns.map(|i| self.labels[i as usize]).collect();
+        labels.sort_unstable();
+        labels.dedup();
+        let mut all: Vec<u32> = labels.iter().flat_map(|&l| self.groups[l as usize].iter().copied()).collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// Puts the `k`-th new vertex, `first + k`, after the last of `touched[k]`.
+    fn insert(&mut self, touched: &[Vec<u32>], first: u32) {
+        let mut place = vec![0usize; self.order.len()];
+        self.order.iter().enumerate().for_each(|(p, &v)| place[v as usize] = p);
+        let mut after: Vec<(usize, u32)> = touched
+            .iter()
+            .zip(first..)
+            .map(|(touched, new)| (touched.iter().map(|&v| place[v as usize] + 1).max().unwrap_or(0), new))
+            .collect();
+        after.sort_unstable();
+        let mut all = Vec::with_capacity(self.order.len() + after.len());
+        let mut next = after.into_iter().peekable();
+        for p in 0..=self.order.len() {
+            while let Some((_, new)) = next.next_if(|(at, _)| *at == p) {
+                all.push(new);
+            }
+            all.extend(self.order.get(p));
+        }
+        self.order = all;
+    }
+
+    /// The plan for a matrix whose first unknowns are these; `points` are the others: how many unknowns each has, and
+    /// the ones it touches.
+    pub fn plan(&self, matrix: &Csr, points: &[(usize, &[u32])]) -> Plan {
+        let mut order = self.clone();
+        let first = order.groups.len() as u32;
+        let touched: Vec<Vec<u32>> =
+            points.iter().map(|(_, touched)| touched.iter().map(|&i| self.labels[i as usize]).collect()).collect();
+        order.insert(&touched, first);
+        for ((unknowns, _), label) in points.iter().zip(first..) {
+            order.labels.extend(std::iter::repeat_n(label, *unknowns));
+        }
+        plan(&NodeGraph::new(matrix, Some(&order.labels)), &order.order, 0)
+    }
+}
+
+/// `M` with entries, zero if need be, wherever two unknowns are touched by one point or one constraint.
+fn cliques(problem: &GlobalProblem) -> Csr {
+    let m = &problem.M;
+    let mut entries: Vec<(usize, usize, f64)> = (0..m.rows).map(|i| (i, i, 0.0)).collect();
+    for i in 0..m.rows {
+        let (columns, values) = m.row(i);
+        for (&j, &v) in columns.iter().zip(values) {
+            entries.extend([(i, j as usize, v), (j as usize, i, 0.0)]);
+        }
+    }
+    let directions = problem.H.transpose();
+    let d = problem.dimension;
+    let of_point = |a: usize| (d * a..d * (a + 1)).flat_map(|i| directions.row(i).0.iter().copied()).collect();
+    let mut groups: Vec<Vec<u32>> = (0..problem.mu.len()).map(of_point).collect();
+    if let Some(Equalities { G, .. }) = &problem.equalities {
+        let constraints = G.transpose();
+        groups.extend((0..constraints.rows).map(|k| constraints.row(k).0.to_vec()));
+    }
+    for group in &groups {
+        entries.extend(group.iter().flat_map(|&i| group.iter().map(move |&j| (i as usize, j as usize, 0.0))));
+    }
+    Csr::from_triplets(m.rows, m.cols, &entries)
+}
+
+/// Labels that agree where rows have their entries in the same places.
+fn equal_rows(a: &Csr) -> Vec<u32> {
+    let mut known = std::collections::HashMap::new();
+    (0..a.rows)
+        .map(|i| {
+            let next = known.len() as u32;
+            *known.entry(a.row(i).0).or_insert(next)
+        })
+        .collect()
+}
+
+/// `[M -G; G' 0]` on the pattern of `order`.
+#[allow(non_snake_case)]
+pub fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
+    let velocities = cliques(problem);
+    let Some(Equalities { G, b }) = &problem.equalities else { return velocities };
+    let (n, constraints) = (velocities.rows, G.transpose());
+    let mut entries = Vec::new();
+    for i in 0..n {
+        let (columns, values) = velocities.row(i);
+        entries.extend(columns.iter().zip(values).map(|(&j, &v)| (i, j as usize, v)));
+    }
+    for k in 0..b.len() {
+        let (unknowns, values) = constraints.row(k);
+        for (&i, &g) in unknowns.iter().zip(values) {
+            entries.extend([(i as usize, n + k, -g), (n + k, i as usize, g)]);
+        }
+        for i in order.closed(unknowns.iter().copied()) {
+            entries.extend([(i as usize, n + k, 0.0), (n + k, i as usize, 0.0)]);
+        }
+        entries.push((n + k, n + k, 0.0));
+    }
+    Csr::from_triplets(n + b.len(), n + b.len(), &entries)
+}
+
+/// What a point touches: unknowns, and how each of its components moves with them.
+#[derive(Debug, Clone)]
+pub struct Touch {
+    pub unknowns: Vec<u32>,
+    pub direction: Vec<V3>,
+}
+
+impl Touch {
+    /// Of point `a` with the rows `directions`, times `scale`.
+    pub fn new(directions: &Csr, dimension: usize, order: &Order, a: usize, scale: f64) -> Self {
+        let rows = dimension * a..dimension * (a + 1);
+        let unknowns = order.closed(rows.clone().flat_map(|i| directions.row(i).0.iter().copied()));
+        let mut direction = vec![[0.0; 3]; unknowns.len()];
+        for (c, i) in rows.enumerate() {
+            let (columns, values) = directions.row(i);
+            for (j, v) in columns.iter().zip(values) {
+                direction[unknowns.partition_point(|i| i < j)][c] = scale * v;
+            }
+        }
+        Touch { unknowns, direction }
+    }
+}
+
+/// The linearised laws with the velocities `x` of bodies as unknowns beside the `y` of [`Linearised`]:
+///
+/// ```text
+/// A dx - H C y                                            = H known
+/// rows' H' dx + (alpha rows' columns + softness) y = rhs - alpha rows' known
+/// ```
+pub struct Saddle<'a> {
+    pub matrix: Csr,
+    pub rhs: Vec<f64>,
+    /// First unknown of each point.
+    first: Vec<usize>,
+    /// Unknowns and what they touch, of points that have any.
+    points: Vec<(usize, &'a [u32])>,
+}
+
+impl<'a> Saddle<'a> {
+    pub fn new(system: &'a Sparse, alpha: f64, points: &[Linearised], known: &[V3]) -> Self {
+        let n = system.A.rows;
+        let mut first = vec![n];
+        points.iter().for_each(|p| first.push(first[first.len() - 1] + p.unknowns));
+        let size = first[points.len()];
+        let mut rhs = vec![0.0; size];
+        // Columns -H C by row of A.
+        let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
+        for (a, (point, touch)) in points.iter().zip(&system.touches).enumerate() {
+            for (&i, h) in touch.unknowns.iter().zip(&touch.direction) {
+                rhs[i as usize] += dot(h, &known[a]);
+                let columns = (first[a] as u32..).zip(&point.columns[..point.unknowns]);
+                beside[i as usize].extend(columns.map(|(k, column)| (k, -dot(h, column))));
+            }
+        }
+        let mut matrix = Csr::zero(size, size);
+        for (i, beside) in beside.iter().enumerate() {
+            let (columns, values) = system.A.row(i);
+            matrix.column.extend_from_slice(columns);
+            matrix.value.extend_from_slice(values);
+            matrix.column.extend(beside.iter().map(|e| e.0));
+            matrix.value.extend(beside.iter().map(|e| e.1));
+            matrix.start[i + 1] = matrix.column.len();
+        }
+        for (a, (point, touch)) in points.iter().zip(&system.touches).enumerate() {
+            for k in 0..point.unknowns {
+                let row = &point.rows[k];
+                matrix.column.extend_from_slice(&touch.unknowns);
+                matrix.value.extend(touch.direction.iter().map(|h| dot(h, row)));
+                for l in 0..point.unknowns {
+                    let soft = if k == l { point.softness[k] } else { 0.0 };
+                    matrix.column.push((first[a] + l) as u32);
+                    matrix.value.push(alpha * dot(row, &point.columns[l]) + soft);
+                }
+                matrix.start[first[a] + k + 1] = matrix.column.len();
+                rhs[first[a] + k] = point.rhs[k] - alpha * dot(row, &known[a]);
+            }
+        }
+        let active = points.iter().zip(&system.touches).filter(|(p, _)| p.unknowns > 0);
+        let points = active.map(|(p, touch)| (p.unknowns, &touch.unknowns[..])).collect();
+        Saddle { matrix, rhs, first, points }
+    }
+
+    pub fn factor(&self, system: &Sparse) -> Option<Lu> {
+        Lu::new(&self.matrix, &system.order.plan(&self.matrix, &self.points))
+    }
+
+    /// The `y` of a point.
+    pub fn of_point<'y>(&self, a: usize, y: &'y [f64]) -> &'y [f64] {
+        &y[self.first[a]..self.first[a + 1]]
+    }
+}

@@ -1,0 +1,113 @@
+use crate::certificate::Measures;
+
+/// How a discrete problem is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Newton's method in proximal steps; where it stalls, another method chooses its next start.
+    #[default]
+    Auto,
+    /// Newton's method in proximal steps alone.
+    Newton,
+    /// Sweeps over the points, each solved exactly.
+    GaussSeidel,
+    /// Accelerated projected gradients, the term of De Saxcé by fixed point.
+    Gradient,
+    /// Alternating directions.
+    Admm,
+}
+
+impl Method {
+    pub const ALL: [Method; 5] = [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm];
+
+    /// The name a user writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Auto => "auto",
+            Method::Newton => "newton",
+            Method::GaussSeidel => "gauss-seidel",
+            Method::Gradient => "gradient",
+            Method::Admm => "admm",
+        }
+    }
+
+    /// Whether it takes proximal steps with Newton's method inside.
+    pub fn is_newton(self) -> bool {
+        matches!(self, Method::Auto | Method::Newton)
+    }
+
+    /// The method of that name.
+    pub fn named(name: &str) -> Option<Method> {
+        Method::ALL.into_iter().find(|method| method.name() == name)
+    }
+}
+
+/// Settings of a solve; the defaults need no tuning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Each of the three residuals of [`Measures`] is to be at most this; useful from 1e-3 to about 1e-12.
+    pub tolerance: f64,
+    /// Proximal steps; the methods without them take up to ten rounds of ten steps for each.
+    pub max_iterations: usize,
+    pub method: Method,
+    /// Impulses to start from, `dm`; zero if `None`.
+    pub start: Option<Vec<f64>>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { tolerance: 1e-8, max_iterations: 1000, method: Method::Auto, start: None }
+    }
+}
+
+/// How the iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// All three residuals are at most the tolerance.
+    Solved,
+    MaxIterations,
+    /// The method can go no further: a factor is singular.
+    Stalled,
+    /// Only a residual that depends on the units exceeds the tolerance, and it is rounding: impulses are so much larger
+    /// than velocities that their last digit counts. Other units help.
+    Rounding,
+    /// The observer asked to stop.
+    Interrupted,
+}
+
+/// Told to the observer at every proximal step or round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    pub iteration: usize,
+    /// The largest of the three residuals.
+    pub residual: f64,
+    /// The parameter of the method over the local flexibility: proximal, penalty or length of step.
+    pub parameter: f64,
+    pub newton_steps: usize,
+}
+
+/// What the solve cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Proximal steps, or rounds of the other methods.
+    pub iterations: usize,
+    pub newton_steps: usize,
+    /// Sweeps over the points.
+    pub sweeps: usize,
+    /// Steps of gradients.
+    pub gradients: usize,
+    /// Steps of alternating directions.
+    pub alternations: usize,
+}
+
+/// The best impulses found, with their measures.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    pub status: Status,
+    /// Impulses, `dm`.
+    pub r: Vec<f64>,
+    /// Velocities `W r + q`, `dm`.
+    pub u: Vec<f64>,
+    pub measures: Measures,
+    pub counts: Counts,
+    pub history: Vec<Progress>,
+}

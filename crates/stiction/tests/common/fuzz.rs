@@ -1,0 +1,287 @@
+//! A fuzzer of readers: mutates files that are read, and looks for panics, for memory that a file's size does not
+//! explain, and for time. Deterministic; shared by a short test and by the long run of the benchmark crate.
+#![allow(dead_code)] // either uses a part
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::io::fclib_write::{State, compose};
+use stiction::io::storage::{Storage, matrix};
+use stiction::io::{arrays, fclib, matrix_market, npz};
+use stiction::linalg::Csr;
+
+/// A reader, files it reads, and the ending of further ones.
+pub struct Target {
+    pub name: &'static str,
+    pub ending: &'static str,
+    pub seeds: fn() -> Vec<Vec<u8>>,
+    /// Whether the bytes were read; any answer is right that is not a panic.
+    pub read: fn(&[u8]) -> bool,
+}
+
+/// Every reader is one line.
+#[rustfmt::skip]
+pub const TARGETS: &[Target] = &[
+    Target { name: "fclib", ending: "hdf5", seeds: fclib_files, read: |b| fclib::parse(b.to_vec()).is_ok() },
+    Target { name: "npz", ending: "npz", seeds: npz_files, read: |b| arrays::parse_npz(b).is_ok() },
+    Target { name: "matrix-market", ending: "mtx", seeds: matrix_market_files, read: |b| matrix_market::named(b, "f").is_ok() },
+    Target { name: "storage", ending: "-", seeds: storages, read: read_storage },
+];
+
+/// Heap in use, and the most since the last reset.
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+/// The system's allocator, counted.
+pub struct Counting;
+
+fn count(size: usize) {
+    PEAK.fetch_max(IN_USE.fetch_add(size, Relaxed) + size, Relaxed);
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size());
+        // SAFETY: the caller's promise is the system's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count(layout.size());
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+/// Memory beyond ten times the file is a finding; below this it is not worth a word.
+const FACTOR: usize = 10;
+const SLACK: usize = 1 << 18;
+/// So is a file of a few thousand bytes that takes so long.
+const SLOW: Duration = Duration::from_secs(2);
+
+/// What a run saw.
+#[derive(Debug, Default)]
+pub struct Report {
+    pub executions: usize,
+    /// Mutated files that were still read.
+    pub read: usize,
+    /// Most memory over the size of the file, where it was above the slack.
+    pub memory: f64,
+    pub slowest: Duration,
+    /// What went wrong, with the file.
+    pub findings: Vec<(String, Vec<u8>)>,
+}
+
+/// Mutates `seeds` until `enough(executions)`.
+pub fn fuzz(target: &Target, seeds: &[Vec<u8>], number: u64, enough: &dyn Fn(usize) -> bool) -> Report {
+    let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ (number + 1).wrapping_mul(0xd134_2543_de82_ef95));
+    let mut report = Report::default();
+    while !enough(report.executions) {
+        let file = mutated(seeds, &mut random);
+        report.executions += 1;
+        let before = IN_USE.load(Relaxed);
+        PEAK.store(before, Relaxed);
+        let start = Instant::now();
+        let ended = catch_unwind(AssertUnwindSafe(|| (target.read)(&file)));
+        let seconds = start.elapsed();
+        let memory = PEAK.load(Relaxed).saturating_sub(before);
+        report.slowest = report.slowest.max(seconds);
+        if memory > SLACK {
+            report.memory = report.memory.max(memory as f64 / file.len().max(1) as f64);
+        }
+        let what = match ended {
+            Err(_) => Some("panic".to_string()),
+            Ok(_) if memory > FACTOR * file.len() + SLACK => Some(format!("{memory} bytes for {}", file.len())),
+            Ok(_) if seconds > SLOW => Some(format!("{seconds:?}")),
+            Ok(read) => {
+                report.read += usize::from(read);
+                None
+            }
+        };
+        report.findings.extend(what.map(|what| (what, file)));
+    }
+    report
+}
+
+/// Xorshift (Marsaglia 2003).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() >> 11) as usize % n.max(1)
+    }
+}
+
+/// Values that lengths and indices break at.
+const EDGES: [u64; 12] =
+    [0, 1, 2, 7, 255, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
+const WORDS: [&str; 12] =
+    ["-1", "0", "99999999999", "1e400", "nan", "inf", "-0", "1.5", "4294967296", "18446744073709551615", "", "\n"];
+const MOST: usize = 1 << 17;
+
+/// One to four changes of a file.
+fn mutated(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
+    let mut file = seeds[random.below(seeds.len())].clone();
+    for _ in 0..=random.below(4) {
+        let at = random.below(file.len());
+        match random.below(9) {
+            0 => file.truncate(at),
+            1 if !file.is_empty() => file[at] ^= 1 << random.below(8),
+            2 if !file.is_empty() => file[at] = EDGES[random.below(5)] as u8,
+            3 | 4 => {
+                // A length field, at its natural place more often than not.
+                let width = [2, 4, 8][random.below(3)];
+                let at = if random.below(4) > 0 { at - at % width } else { at };
+                let value = match random.below(3) {
+                    0 => file.len() as u64 * random.below(3) as u64,
+                    _ => EDGES[random.below(EDGES.len())],
+                };
+                let end = (at + width).min(file.len());
+                file[at.min(end)..end].copy_from_slice(&value.to_le_bytes()[..end - at.min(end)]);
+            }
+            5 => {
+                let other = &seeds[random.below(seeds.len())];
+                let from = random.below(other.len());
+                let to = (from + 1 + random.below(256)).min(other.len());
+                file.splice(at..at, other[from.min(to)..to].iter().copied());
+            }
+            6 => {
+                let end = (at + 1 + random.below(64)).min(file.len());
+                file.drain(at.min(end)..end);
+            }
+            7 => {
+                let other = &seeds[random.below(seeds.len())];
+                let end = (at + 1 + random.below(256)).min(file.len()).min(other.len());
+                file[at.min(end)..end].copy_from_slice(&other[at.min(end)..end]);
+            }
+            _ => {
+                // A word of text, or one put where a number was.
+                let end = at + file[at..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+                file.splice(at..end, WORDS[random.below(WORDS.len())].bytes());
+            }
+        }
+        file.truncate(MOST);
+    }
+    file
+}
+
+fn small(points: usize) -> LocalProblem {
+    let size = 3 * points;
+    let entry = |i: usize, j: usize| (i, j, if i == j { 2.0 } else { 0.1 * (i as f64 - j as f64) });
+    let entries: Vec<_> = (0..size).flat_map(|i| (0..size).map(move |j| entry(i, j))).collect();
+    let (q, mu) = ((0..size).map(|i| (1.7 * i as f64).sin()).collect(), vec![0.3; points]);
+    LocalProblem { dimension: 3, W: Csr::from_triplets(size, size, &entries), q, mu, bilateral: None }
+}
+
+fn global() -> GlobalProblem {
+    let unit = Csr::from_triplets(3, 3, &[(0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0)]);
+    let equalities = Some(Equalities { G: Csr::from_triplets(3, 1, &[(2, 0, 1.0)]), b: vec![0.3] });
+    let (f, w) = (vec![-1.0, 0.4, 0.2], vec![0.0; 3]);
+    GlobalProblem { dimension: 3, M: unit.clone(), H: unit, f, w, mu: vec![0.4], equalities }
+}
+
+fn fclib_files() -> Vec<Vec<u8>> {
+    let r = Csr::from_triplets(1, 1, &[(0, 0, 1.5)]);
+    let v = Csr::from_triplets(6, 1, &[(0, 0, 0.3)]);
+    let tied = LocalProblem { bilateral: Some(Bilateral { V: v, R: r, s: vec![0.1] }), ..small(2) };
+    let state = |n: usize| State { r: vec![0.5; n], u: vec![0.1; n], ..State::default() };
+    let file = |problem, n: usize| compose(&problem, Some(&state(n)), &[state(n)]).expect("a small file");
+    vec![
+        file(DiscreteProblem::Local(small(1)), 3),
+        file(DiscreteProblem::Local(tied), 6),
+        file(DiscreteProblem::Global(global()), 3),
+    ]
+}
+
+fn npz_files() -> Vec<Vec<u8>> {
+    let p = small(1);
+    let dense = |w: &Csr| npz::Array {
+        shape: vec![3, 3],
+        data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()),
+    };
+    let vectors = |list: &[(&'static str, &[f64])]| -> Vec<(&'static str, npz::Array)> {
+        list.iter().map(|(name, x)| (*name, npz::Array::f64(x))).collect()
+    };
+    let local = vectors(&[("q", &p.q), ("mu", &p.mu)]);
+    let g = global();
+    let sparse = [
+        ("W_data", npz::Array::f64(&p.W.value)),
+        ("W_indices", npz::Array::usize(&p.W.column.iter().map(|&c| c as usize).collect::<Vec<_>>())),
+        ("W_indptr", npz::Array::usize(&p.W.start)),
+        ("W_shape", npz::Array::usize(&[3, 3])),
+    ];
+    let all = [
+        [&[("W", dense(&p.W))], &local[..]].concat(),
+        [&sparse[..], &local[..]].concat(),
+        [&[("M", dense(&g.M)), ("H", dense(&g.H))][..], &vectors(&[("f", &g.f), ("w", &g.w), ("mu", &g.mu)])].concat(),
+        [&[("K", dense(&g.M)), ("B", dense(&g.H))][..], &vectors(&[("f", &g.f), ("gap", &[0.1]), ("mu", &g.mu)])]
+            .concat(),
+    ];
+    let path = std::env::temp_dir().join(format!("stiction-fuzz-{}.npz", std::process::id()));
+    let files = all.iter().map(|arrays| {
+        npz::write(&path, arrays).expect("a small file");
+        std::fs::read(&path).expect("the file just written")
+    });
+    let files = files.collect();
+    let _ = std::fs::remove_file(&path);
+    files
+}
+
+fn matrix_market_files() -> Vec<Vec<u8>> {
+    let head = "%%MatrixMarket matrix";
+    [
+        format!("{head} coordinate real general\n% a note\n\n2 2 5\n1 1 1\n1 1 1\n1 2 -1.5\n2 1 -1.5\n2 2 .5\n"),
+        format!("{head} coordinate real symmetric\n3 3 3\n1 1 2\n2 1 -15e-1\n3 2 0.5"),
+        format!("{head} array real general\n2 3\n2\n-1.5\n-1.5\n0.5\n1\n2\n"),
+        format!("{head} array integer skew-symmetric\n3 3\n3\n1\n2\n"),
+    ]
+    .map(String::into_bytes)
+    .to_vec()
+}
+
+/// Kind, order, then three lists behind their lengths; little-endian integers.
+fn storages() -> Vec<Vec<u8>> {
+    let file = |kind: i32, p: &[i32], i: &[i32]| -> Vec<u8> {
+        let head = [kind, 2, 3, p.len() as i32, i.len() as i32];
+        head.iter().chain(p).chain(i).flat_map(|x| x.to_le_bytes()).collect()
+    };
+    vec![
+        file(5, &[2, 0, 1, 2, 1, 9], &[0, 0, 1, 1, 1, 9]),
+        file(-1, &[0, 1, 2, 4], &[0, 1, 1, 0]),
+        file(-2, &[0, 2, 4], &[2, 0, 1, 2]),
+    ]
+}
+
+fn read_storage(bytes: &[u8]) -> bool {
+    let numbers: Vec<i32> = bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
+    let [kind, rows, cols, of_p, of_i, lists @ ..] = &numbers[..] else { return false };
+    // What the readers have checked before: counts, and orders below the size of the file.
+    let count = |x: i32| usize::try_from(x).ok().filter(|&n| n <= bytes.len());
+    let (Some(rows), Some(cols)) = (count(*rows), count(*cols)) else { return false };
+    let p = &lists[..count(*of_p).unwrap_or(0).min(lists.len())];
+    let i = &lists[p.len()..][..count(*of_i).unwrap_or(0).min(lists.len() - p.len())];
+    let storage = match kind {
+        -1 => Storage::Columns,
+        -2 => Storage::Rows,
+        n => Storage::Triplets(usize::try_from(*n).unwrap_or(0)),
+    };
+    let x: Vec<f64> = i.iter().map(|&i| f64::from(i)).collect();
+    matrix(storage, rows, cols, p, i, &x).is_ok_and(|a| a.validate("it").is_ok())
+}
