@@ -106,7 +106,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
                         let own = &column[start[i]..start[i + 1]];
                         own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
                         let values = &mut slice[start[i] - base..start[i + 1] - base];
-                        fill(i, &mut Row { slot, values });
+                        fill(i, &mut Row { slot, columns: own, values });
                     }
                 });
             },
@@ -142,6 +142,7 @@ impl<const R: usize> Blocks<R, R> {
 pub(super) struct Row<'a, const R: usize, const C: usize> {
     /// Place of each of the row's columns in `values`.
     slot: &'a [u32],
+    pub columns: &'a [u32],
     pub values: &'a mut [Block<R, C>],
 }
 
@@ -149,6 +150,11 @@ impl<const R: usize, const C: usize> Row<'_, R, C> {
     /// The block of column `j`, one of those the row was declared with.
     pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
         &mut self.values[self.slot[j as usize] as usize]
+    }
+
+    /// Whether the row was declared with column `j`.
+    pub fn has(&self, j: u32) -> bool {
+        self.columns.get(self.slot[j as usize] as usize) == Some(&j)
     }
 }
 

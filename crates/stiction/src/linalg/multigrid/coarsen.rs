@@ -1,6 +1,7 @@
 use super::aggregate::{aggregates, strong};
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product, inverse};
+use super::distance::far;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -17,22 +18,24 @@ pub struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
-    let (start, neighbour) = strong(a, threshold);
+    let far = far(a, kernel);
+    let (start, neighbour) = strong(a, &far, threshold);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate against R a node.
     if 6 * count > R * a.rows * 4 / 5 {
         return None;
     }
-    let (tentative, kernel) = tentative(&of, count, kernel);
+    let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).map(|i| inverse(&a.diagonal(i))).collect();
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, &inverses));
-    let prolongation = smoothed(a, &inverses, omega, &of, &tentative, count);
+    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, far: &far };
+    let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
     if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
         return None;
     }
-    Some(Coarser { prolongation, a_times_p, matrix, kernel })
+    Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
 /// A coarse matrix with so many times the numbers of its finer one costs more than it saves: cells are stretched, and
@@ -101,23 +104,59 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, inverses: &[Block<R, R>]
 /// The damping is not sensitive to the estimate.
 const POWER_STEPS: usize = 8;
 
-/// `P = (I - omega D⁻¹ A) T`.
+/// What the prolongation is smoothed with.
+struct Smoother<'a, const R: usize> {
+    inverses: &'a [Block<R, R>],
+    omega: f64,
+    /// Aggregate of each node, and the basis there.
+    of: &'a [u32],
+    tentative: &'a [Block<R, 6>],
+    /// Blocks of `A` between nodes far apart.
+    far: &'a [bool],
+}
+
+/// `P = (I - omega D⁻¹ A) T`, without reaching into aggregates to which a node has far neighbours only: that would fill
+/// the coarse matrix across couplings that carry nothing. What is left out is spread over the rest of the row, the
+/// least that represents the near-kernel as before (the constraint of energy-minimising prolongations, Olson, Schroder
+/// & Tuminaro 2011).
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
-    inverses: &[Block<R, R>],
-    omega: f64,
-    of: &[u32],
-    tentative: &[Block<R, 6>],
-    count: usize,
+    smoother: &Smoother<'_, R>,
+    kernel: &[Kernel<R>],
+    coarse_kernel: &[Kernel<6>],
 ) -> Blocks<R, 6> {
-    let aggregates = |i: usize, name: &mut dyn FnMut(u32)| a.row(i).0.iter().for_each(|&j| name(of[j as usize]));
-    Blocks::from_rows(a.rows, count, aggregates, |i, row| {
+    let Smoother { inverses, omega, of, tentative, far } = *smoother;
+    let aggregates = |i: usize, name: &mut dyn FnMut(u32)| {
+        let near = a.row(i).0.iter().zip(&far[a.start[i]..]).filter(|(_, far)| !**far);
+        near.for_each(|(&j, _)| name(of[j as usize]));
+    };
+    Blocks::from_rows(a.rows, coarse_kernel.len(), aggregates, |i, row| {
         let mut scaled = inverses[i];
         scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
         let (columns, blocks) = a.row(i);
+        let mut lost = [[0.0; 6]; R];
+        let mut complete = true;
         // A T first, by aggregates; D⁻¹ once for each of them.
-        for (&j, block) in columns.iter().zip(blocks) {
-            add_product(block, &tentative[j as usize], row.at(of[j as usize]));
+        for (k, (&j, block)) in columns.iter().zip(blocks).enumerate() {
+            let aggregate = of[j as usize];
+            if far[a.start[i] + k] && !row.has(aggregate) {
+                add_product(block, &kernel[j as usize], &mut lost);
+                complete = false;
+            } else {
+                add_product(block, &tentative[j as usize], row.at(aggregate));
+            }
+        }
+        if !complete {
+            let mut gram = [[0.0; 6]; 6];
+            row.columns.iter().for_each(|&k| {
+                let b = &coarse_kernel[k as usize];
+                add_transpose_product(b, b, &mut gram);
+            });
+            let mut share = [[0.0; 6]; R];
+            add_product(&lost, &inverse(&gram), &mut share);
+            for (&k, block) in row.columns.iter().zip(row.values.iter_mut()) {
+                add_product(&share, &transpose(&coarse_kernel[k as usize]), block);
+            }
         }
         for block in row.values.iter_mut() {
             let mut result = [[0.0; 6]; R];
@@ -127,6 +166,10 @@ fn smoothed<const R: usize>(
         let own = row.at(of[i]);
         own.iter_mut().flatten().zip(tentative[i].iter().flatten()).for_each(|(p, t)| *p += t);
     })
+}
+
+fn transpose(a: &Block<6, 6>) -> Block<6, 6> {
+    std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]))
 }
 
 /// `A P`.

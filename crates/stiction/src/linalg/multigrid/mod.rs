@@ -9,6 +9,7 @@ mod blocks;
 mod bottom;
 mod coarsen;
 mod dense;
+mod distance;
 mod packed;
 mod smoother;
 #[cfg(test)]
@@ -72,6 +73,14 @@ impl Multigrid {
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
         Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
+    }
+
+    /// Nodes of each level, the finest first, and how many numbers its matrix stores.
+    pub fn numbers(&self) -> Vec<(usize, usize)> {
+        let fine = (self.fine.matrix.rows, 9 * self.fine.matrix.value.len());
+        let coarse = self.coarse.iter().map(|l| (l.matrix.rows, 36 * l.matrix.value.len()));
+        let bottom = self.bottom.nodes();
+        [fine].into_iter().chain(coarse).chain([(bottom, 36 * bottom * bottom)]).collect()
     }
 
     /// One V-cycle for `A x = b` from zero.
