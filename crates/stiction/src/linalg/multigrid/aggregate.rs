@@ -3,19 +3,27 @@ use super::blocks::{Block, Blocks};
 /// No aggregate.
 pub const NONE: u32 = u32::MAX;
 
-/// Neighbours of each node whose coupling is strong: not `far`, and `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius
-/// norms), as compressed rows without the node itself.
-pub fn strong<const R: usize>(a: &Blocks<R, R>, far: &[bool], threshold: f64) -> (Vec<usize>, Vec<u32>) {
+/// For each stored block whether it couples two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius
+/// norms).
+pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
     let own: Vec<f64> = (0..a.rows).map(|i| square(&a.diagonal(i)).sqrt()).collect();
-    let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
+    let mut strong = Vec::with_capacity(a.column.len());
     for i in 0..a.rows {
         let (columns, blocks) = a.row(i);
-        for ((&j, block), far) in columns.iter().zip(blocks).zip(&far[a.start[i]..]) {
+        strong.extend(columns.iter().zip(blocks).map(|(&j, block)| {
             let coupling = square(block);
-            if j as usize != i && !far && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j as usize] {
-                neighbour.push(j);
-            }
-        }
+            j as usize != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j as usize]
+        }));
+    }
+    strong
+}
+
+/// Neighbours of each node whose coupling is strong and that are not far, as compressed rows.
+pub fn joined<const R: usize>(a: &Blocks<R, R>, strong: &[bool], far: &[bool]) -> (Vec<usize>, Vec<u32>) {
+    let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
+    for i in 0..a.rows {
+        let joins = (a.start[i]..a.start[i + 1]).filter(|&place| strong[place] && !far[place]);
+        neighbour.extend(joins.map(|place| a.column[place]));
         start.push(neighbour.len());
     }
     (start, neighbour)

@@ -1,4 +1,4 @@
-use super::aggregate::{aggregates, strong};
+use super::aggregate::{aggregates, joined, strong};
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product, inverse};
 use super::distance::far;
@@ -18,11 +18,12 @@ pub struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
-    let far = far(a, kernel);
-    let (start, neighbour) = strong(a, &far, threshold);
+    let strong = strong(a, threshold);
+    let far = far(a, kernel, &strong);
+    let (start, neighbour) = joined(a, &strong, &far);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate against R a node.
-    if 6 * count > R * a.rows * 4 / 5 {
+    if 6 * count > R * a.rows * 9 / 10 {
         return None;
     }
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
@@ -32,7 +33,7 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
-    if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
+    if 36 * matrix.value.len() > fill() * R * R * a.value.len() {
         return None;
     }
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
@@ -148,14 +149,20 @@ fn smoothed<const R: usize>(
         }
         if !complete {
             let mut gram = [[0.0; 6]; 6];
-            row.columns.iter().for_each(|&k| {
+            let weight = |block: &Block<R, 6>| -> f64 {
+                let s: f64 = block.iter().flatten().map(|v| v * v).sum();
+                match mode() { 0 => 1.0, 1 => s, _ => s.sqrt() }
+            };
+            for (&k, block) in row.columns.iter().zip(row.values.iter()) {
                 let b = &coarse_kernel[k as usize];
-                add_transpose_product(b, b, &mut gram);
-            });
+                let w = weight(block);
+                add_transpose_product(b, &b.map(|r| r.map(|v| w * v)), &mut gram);
+            }
             let mut share = [[0.0; 6]; R];
             add_product(&lost, &inverse(&gram), &mut share);
             for (&k, block) in row.columns.iter().zip(row.values.iter_mut()) {
-                add_product(&share, &transpose(&coarse_kernel[k as usize]), block);
+                let w = weight(block);
+                add_product(&share, &transpose(&coarse_kernel[k as usize]).map(|r| r.map(|v| w * v)), block);
             }
         }
         for block in row.values.iter_mut() {
@@ -213,3 +220,7 @@ fn galerkin<const R: usize>(p: &Blocks<R, 6>, a_times_p: &Blocks<R, 6>) -> Block
         }
     })
 }
+
+pub fn mode() -> i32 { static M: std::sync::OnceLock<i32> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGW").ok().and_then(|v| v.parse().ok()).unwrap_or(1)) }
+pub fn farv() -> f64 { static M: std::sync::OnceLock<f64> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGFAR").ok().and_then(|v| v.parse().ok()).unwrap_or(2.0)) }
+pub fn fill() -> usize { static M: std::sync::OnceLock<usize> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGFILL").ok().and_then(|v| v.parse().ok()).unwrap_or(6)) }

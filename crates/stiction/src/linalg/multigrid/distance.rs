@@ -7,19 +7,21 @@ use super::coarsen::Kernel;
 /// cube are at most 1.7 times as far as the nearest, those in its tetrahedra too.
 const FAR: f64 = 2.5;
 
-/// For each stored block whether its two nodes are far apart, measured by the nearest neighbours they have.
+/// For each stored block whether its two nodes are far apart, measured by the nearest strongly coupled
+/// neighbours they have.
 ///
 /// The entries of a stretched cell's matrix do not tell: trilinear elements couple along the long side with a quarter
 /// of the strength across the short one however long the cell is, and nothing of that resists. Lengths do
 /// (the distance Laplacian of MueLu), and the rigid motions know the places. What they do not tell is not far.
-pub fn far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>]) -> Vec<bool> {
+pub fn far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
     let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
     let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)
         .into_par_iter()
         .map(|i| {
-            let others = a.row(i).0.iter().map(|&j| square(i, j)).filter(|&d| d > 0.0);
-            others.fold(f64::INFINITY, f64::min)
+            let strong = (a.start[i]..a.start[i + 1]).filter(|&place| strong[place]);
+            let distances = strong.map(|place| square(i, a.column[place])).filter(|&d| d > 0.0);
+            distances.fold(f64::INFINITY, f64::min)
         })
         .collect();
     let mut far = vec![false; a.column.len()];
@@ -34,7 +36,7 @@ pub fn far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>]) -> Vec<bool> 
         let mut far = far.iter_mut();
         for i in rows {
             for (&j, far) in a.row(i).0.iter().zip(&mut far) {
-                *far = square(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
+                *far = square(i, j) > super::coarsen::farv().powi(2) * nearest[i].max(nearest[j as usize]);
             }
         }
     });
