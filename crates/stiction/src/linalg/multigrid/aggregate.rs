@@ -1,4 +1,5 @@
-use super::blocks::{Block, Blocks};
+use super::blocks::Blocks;
+use super::dense::square;
 
 /// No aggregate.
 pub const NONE: u32 = u32::MAX;
@@ -18,19 +19,15 @@ pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
     strong
 }
 
-/// Neighbours of each node whose coupling is strong and that are not far, as compressed rows.
-pub fn joined<const R: usize>(a: &Blocks<R, R>, strong: &[bool], far: &[bool]) -> (Vec<usize>, Vec<u32>) {
+/// The neighbours each node shares a kept block with, as compressed rows.
+pub fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize>, Vec<u32>) {
     let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
     for i in 0..a.rows {
-        let joins = (a.start[i]..a.start[i + 1]).filter(|&place| strong[place] && !far[place]);
-        neighbour.extend(joins.map(|place| a.column[place]));
+        let places = (a.start[i]..a.start[i + 1]).filter(|&place| kept[place]);
+        neighbour.extend(places.map(|place| a.column[place]));
         start.push(neighbour.len());
     }
     (start, neighbour)
-}
-
-fn square<const R: usize>(block: &Block<R, R>) -> f64 {
-    block.iter().flatten().map(|a| a * a).sum()
 }
 
 /// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then what is

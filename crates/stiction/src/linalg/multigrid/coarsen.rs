@@ -1,7 +1,7 @@
-use super::aggregate::{aggregates, joined, strong};
-use super::blocks::{Block, Blocks};
-use super::dense::{add_product, add_transpose_product, inverse};
-use super::distance::far;
+use super::aggregate::{aggregates, neighbours, strong};
+use super::blocks::{Block, Blocks, Row};
+use super::dense::{add_product, add_transpose_product, inverse, square};
+use super::distance::drop_far;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -18,9 +18,9 @@ pub struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
-    let strong = strong(a, threshold);
-    let far = far(a, kernel, &strong);
-    let (start, neighbour) = joined(a, &strong, &far);
+    let mut kept = strong(a, threshold);
+    drop_far(a, kernel, &mut kept);
+    let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate against R a node.
     if 6 * count > R * a.rows * 9 / 10 {
@@ -29,11 +29,11 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).map(|i| inverse(&a.diagonal(i))).collect();
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, &inverses));
-    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, far: &far };
+    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, kept: &kept };
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
-    if 36 * matrix.value.len() > fill() * R * R * a.value.len() {
+    if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
         return None;
     }
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
@@ -41,7 +41,7 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
 
 /// A coarse matrix with so many times the numbers of its finer one costs more than it saves: cells are stretched, and
 /// the prolongation reaches far across the weak couplings.
-const MOST_FILL: usize = 3;
+const MOST_FILL: usize = 4;
 
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.
 /// Columns that depend on the earlier ones there are zero.
@@ -112,58 +112,44 @@ struct Smoother<'a, const R: usize> {
     /// Aggregate of each node, and the basis there.
     of: &'a [u32],
     tentative: &'a [Block<R, 6>],
-    /// Blocks of `A` between nodes far apart.
-    far: &'a [bool],
+    /// Blocks of `A` between neighbours that may share a basis.
+    kept: &'a [bool],
 }
 
-/// `P = (I - omega D⁻¹ A) T`, without reaching into aggregates to which a node has far neighbours only: that would fill
-/// the coarse matrix across couplings that carry nothing. What is left out is spread over the rest of the row, the
-/// least that represents the near-kernel as before (the constraint of energy-minimising prolongations, Olson, Schroder
-/// & Tuminaro 2011).
+/// `P = (I - omega D⁻¹ A) T`, each node within its own aggregate and those of its kept neighbours; anything further
+/// would fill the coarse matrix across couplings that carry little. What is left out of a row is spread over the rest
+/// so that the near-kernel is represented as before: the smallest change in the sum of squares over those of the
+/// blocks that are there (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without
+/// those weights stiff nodes would be made to follow soft aggregates.
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
     smoother: &Smoother<'_, R>,
     kernel: &[Kernel<R>],
     coarse_kernel: &[Kernel<6>],
 ) -> Blocks<R, 6> {
-    let Smoother { inverses, omega, of, tentative, far } = *smoother;
+    let Smoother { inverses, omega, of, tentative, kept } = *smoother;
     let aggregates = |i: usize, name: &mut dyn FnMut(u32)| {
-        let near = a.row(i).0.iter().zip(&far[a.start[i]..]).filter(|(_, far)| !**far);
+        name(of[i]);
+        let near = a.row(i).0.iter().zip(&kept[a.start[i]..]).filter(|(_, kept)| **kept);
         near.for_each(|(&j, _)| name(of[j as usize]));
     };
     Blocks::from_rows(a.rows, coarse_kernel.len(), aggregates, |i, row| {
         let mut scaled = inverses[i];
         scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
         let (columns, blocks) = a.row(i);
-        let mut lost = [[0.0; 6]; R];
-        let mut complete = true;
         // A T first, by aggregates; D⁻¹ once for each of them.
-        for (k, (&j, block)) in columns.iter().zip(blocks).enumerate() {
+        let (mut lost, mut complete) = ([[0.0; 6]; R], true);
+        for (&j, block) in columns.iter().zip(blocks) {
             let aggregate = of[j as usize];
-            if far[a.start[i] + k] && !row.has(aggregate) {
+            if row.has(aggregate) {
+                add_product(block, &tentative[j as usize], row.at(aggregate));
+            } else {
                 add_product(block, &kernel[j as usize], &mut lost);
                 complete = false;
-            } else {
-                add_product(block, &tentative[j as usize], row.at(aggregate));
             }
         }
         if !complete {
-            let mut gram = [[0.0; 6]; 6];
-            let weight = |block: &Block<R, 6>| -> f64 {
-                let s: f64 = block.iter().flatten().map(|v| v * v).sum();
-                match mode() { 0 => 1.0, 1 => s, _ => s.sqrt() }
-            };
-            for (&k, block) in row.columns.iter().zip(row.values.iter()) {
-                let b = &coarse_kernel[k as usize];
-                let w = weight(block);
-                add_transpose_product(b, &b.map(|r| r.map(|v| w * v)), &mut gram);
-            }
-            let mut share = [[0.0; 6]; R];
-            add_product(&lost, &inverse(&gram), &mut share);
-            for (&k, block) in row.columns.iter().zip(row.values.iter_mut()) {
-                let w = weight(block);
-                add_product(&share, &transpose(&coarse_kernel[k as usize]).map(|r| r.map(|v| w * v)), block);
-            }
+            spread(&lost, coarse_kernel, row);
         }
         for block in row.values.iter_mut() {
             let mut result = [[0.0; 6]; R];
@@ -175,8 +161,21 @@ fn smoothed<const R: usize>(
     })
 }
 
-fn transpose(a: &Block<6, 6>) -> Block<6, 6> {
-    std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]))
+/// Adds to the blocks of a row what makes their product with the near-kernel larger by `lost`.
+fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Row<'_, R, 6>) {
+    let weights: Vec<f64> = row.values.iter().map(square).collect();
+    let mut gram = [[0.0; 6]; 6];
+    for (&k, &weight) in row.columns.iter().zip(&weights) {
+        let motions = &kernel[k as usize];
+        add_transpose_product(motions, &motions.map(|r| r.map(|v| weight * v)), &mut gram);
+    }
+    let mut share = [[0.0; 6]; R];
+    add_product(lost, &inverse(&gram), &mut share);
+    for ((&k, &weight), block) in row.columns.iter().zip(&weights).zip(row.values.iter_mut()) {
+        let motions = &kernel[k as usize];
+        let transposed = std::array::from_fn(|r| std::array::from_fn(|c| weight * motions[c][r]));
+        add_product(&share, &transposed, block);
+    }
 }
 
 /// `A P`.
@@ -220,7 +219,3 @@ fn galerkin<const R: usize>(p: &Blocks<R, 6>, a_times_p: &Blocks<R, 6>) -> Block
         }
     })
 }
-
-pub fn mode() -> i32 { static M: std::sync::OnceLock<i32> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGW").ok().and_then(|v| v.parse().ok()).unwrap_or(1)) }
-pub fn farv() -> f64 { static M: std::sync::OnceLock<f64> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGFAR").ok().and_then(|v| v.parse().ok()).unwrap_or(2.0)) }
-pub fn fill() -> usize { static M: std::sync::OnceLock<usize> = std::sync::OnceLock::new(); *M.get_or_init(|| std::env::var("MGFILL").ok().and_then(|v| v.parse().ok()).unwrap_or(6)) }

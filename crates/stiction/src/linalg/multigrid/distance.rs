@@ -1,19 +1,20 @@
 use rayon::prelude::*;
 
-use super::blocks::{Blocks, ROWS_PER_TASK};
+use super::blocks::Blocks;
 use super::coarsen::Kernel;
 
-/// A neighbour so many times as far as the nearest one is across the short side of stretched cells. Neighbours in a
-/// cube are at most 1.7 times as far as the nearest, those in its tetrahedra too.
-const FAR: f64 = 2.5;
+/// A neighbour that is more than so many times as far as the nearest ones is across the short side of stretched
+/// cells: in a cube and in its tetrahedra no neighbour is more than 1.74 times as far as the nearest.
+const FAR: f64 = 2.0;
 
-/// For each stored block whether its two nodes are far apart, measured by the nearest strongly coupled
-/// neighbours they have.
+/// Drops from the strong couplings those between nodes that are far apart, measured by the nearest strongly coupled
+/// neighbour of each.
 ///
-/// The entries of a stretched cell's matrix do not tell: trilinear elements couple along the long side with a quarter
-/// of the strength across the short one however long the cell is, and nothing of that resists. Lengths do
-/// (the distance Laplacian of MueLu), and the rigid motions know the places. What they do not tell is not far.
-pub fn far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
+/// The matrix of stretched cells does not tell: trilinear elements couple along the long side with a quarter of the
+/// strength across the short one however long they are, although nothing smooths along it. Lengths do tell (as in
+/// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006), and the rigid motions know
+/// the places; where they do not, nothing is far.
+pub fn drop_far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &mut [bool]) {
     let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
     let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)
@@ -24,23 +25,14 @@ pub fn far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[boo
             distances.fold(f64::INFINITY, f64::min)
         })
         .collect();
-    let mut far = vec![false; a.column.len()];
-    let (mut slices, mut rest) = (Vec::new(), far.as_mut_slice());
-    for first in (0..a.rows).step_by(ROWS_PER_TASK) {
-        let end = a.rows.min(first + ROWS_PER_TASK);
-        let (head, tail) = rest.split_at_mut(a.start[end] - a.start[first]);
-        slices.push((first..end, head));
-        rest = tail;
-    }
-    slices.into_par_iter().for_each(|(rows, far)| {
-        let mut far = far.iter_mut();
-        for i in rows {
-            for (&j, far) in a.row(i).0.iter().zip(&mut far) {
-                *far = square(i, j) > super::coarsen::farv().powi(2) * nearest[i].max(nearest[j as usize]);
+    for i in 0..a.rows {
+        for place in a.start[i]..a.start[i + 1] {
+            let j = a.column[place];
+            if square(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]) {
+                strong[place] = false;
             }
         }
-    });
-    far
+    }
 }
 
 /// The centre of a node or an aggregate from its rigid motions `B = [T, T x]`, with `T x` the turns at `x`: in the
