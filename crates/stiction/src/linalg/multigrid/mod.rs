@@ -44,6 +44,8 @@ pub struct Multigrid {
 
 /// Couplings weaker than this do not join nodes into aggregates; halved on each level.
 const STRONG: f64 = 0.05;
+/// As far down as this: materials with a contrast of ten thousand are coupled by 0.01 at most.
+const WEAK: f64 = 0.0125;
 /// Nodes of the coarsest level at most, where that can be had.
 const BOTTOM: usize = 50;
 /// Coarsening ends here at the latest.
@@ -62,7 +64,7 @@ impl Multigrid {
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         let mut threshold = STRONG;
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
-            threshold *= 0.5;
+            threshold = (0.5 * threshold).max(WEAK);
             let Some(step) = coarsen(&matrix, &kernel, threshold) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             local.add_level(&level, &prolongation);
