@@ -42,10 +42,11 @@ pub struct Multigrid {
     local: Local,
 }
 
-/// Couplings weaker than this do not join nodes into aggregates; halved on each level.
+/// Couplings weaker than this do not join nodes into aggregates on the finest level.
 const STRONG: f64 = 0.05;
-/// As far down as this: materials with a contrast of ten thousand are coupled by 0.01 at most.
-const WEAK: f64 = 0.0125;
+/// The same on coarse levels, where couplings within a body are weaker; those of materials with a contrast of ten
+/// thousand are 0.01 at most.
+const STRONG_COARSE: f64 = 0.025;
 /// Nodes of the coarsest level at most, where that can be had.
 const BOTTOM: usize = 50;
 /// Coarsening ends here at the latest.
@@ -62,10 +63,8 @@ impl Multigrid {
         let mut local = Local::new(a, &step, constrained);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
-        let mut threshold = STRONG;
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
-            threshold = (0.5 * threshold).max(WEAK);
-            let Some(step) = coarsen(&matrix, &kernel, threshold) else { break };
+            let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             local.add_level(&level, &prolongation);
             coarse.push(level);
