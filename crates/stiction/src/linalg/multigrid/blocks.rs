@@ -151,11 +151,6 @@ impl<const R: usize, const C: usize> Row<'_, R, C> {
     pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
         &mut self.values[self.slot[j as usize] as usize]
     }
-
-    /// Whether the row was declared with column `j`.
-    pub fn has(&self, j: u32) -> bool {
-        self.columns.get(self.slot[j as usize] as usize) == Some(&j)
-    }
 }
 
 /// Where the unknowns of a matrix stand in vectors of nodes with three components.

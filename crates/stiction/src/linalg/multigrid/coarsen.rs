@@ -1,7 +1,9 @@
-use super::aggregate::{aggregates, neighbours, strong};
+use rayon::prelude::*;
+
+use super::aggregate::{aggregates, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
-use super::distance::drop_far;
+use super::distance::near;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -18,8 +20,7 @@ pub struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
-    let mut kept = strong(a, threshold);
-    drop_far(a, kernel, &mut kept);
+    let kept = near(a, kernel, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate against R a node.
@@ -28,8 +29,15 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     }
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).map(|i| inverse(&a.diagonal(i))).collect();
-    let omega = 4.0 / (3.0 * largest_eigenvalue(a, &inverses));
-    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, kept: &kept };
+    // Aggregates a node has no kept neighbour in are out of its reach: they would fill the coarse matrix across
+    // couplings that carry little.
+    let out = marks(a, |i, place| {
+        let reach = |g: u32| (a.start[i]..a.start[i + 1]).any(|p| kept[p] && of[a.column[p] as usize] == g);
+        let g = of[a.column[place] as usize];
+        !kept[place] && g != of[i] && !reach(g)
+    });
+    let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
+    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, out: &out };
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
@@ -83,16 +91,24 @@ fn tentative<const R: usize>(of: &[u32], count: usize, kernel: &[Kernel<R>]) -> 
 /// A column of the near-kernel that keeps less than this share of its length beside the others depends on them.
 const DEPENDENT: f64 = 1e-8;
 
-/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal: power steps from a rough start.
-fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, inverses: &[Block<R, R>]) -> f64 {
+/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with what is `out` of reach lumped on the
+/// diagonal: power steps from a rough start.
+fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: &[Block<R, R>]) -> f64 {
     let mut x: Vec<[f64; R]> =
         (0..a.rows).map(|i| std::array::from_fn(|c| ((i * R + c) as f64 * 1.618).fract() - 0.5)).collect();
     let mut value = 1.0;
     for _ in 0..POWER_STEPS {
-        let y = a.times(&x);
-        for ((x, y), d) in x.iter_mut().zip(&y).zip(inverses) {
-            *x = std::array::from_fn(|r| (0..R).map(|c| d[r][c] * y[c]).sum());
-        }
+        let product = |i: usize| -> [f64; R] {
+            let mut y = [0.0; R];
+            for place in a.start[i]..a.start[i + 1] {
+                let x = &x[if out[place] { i } else { a.column[place] as usize }];
+                for (y, row) in y.iter_mut().zip(&a.value[place]) {
+                    *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+                }
+            }
+            inverses[i].map(|row| row.iter().zip(&y).map(|(d, y)| d * y).sum())
+        };
+        x = (0..a.rows).into_par_iter().map(product).collect();
         value = x.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
         if !(value > 0.0 && value.is_finite()) {
             return 1.0;
@@ -112,26 +128,24 @@ struct Smoother<'a, const R: usize> {
     /// Aggregate of each node, and the basis there.
     of: &'a [u32],
     tentative: &'a [Block<R, 6>],
-    /// Blocks of `A` between neighbours that may share a basis.
-    kept: &'a [bool],
+    /// Blocks of `A` that couple a node to an aggregate out of its reach.
+    out: &'a [bool],
 }
 
-/// `P = (I - omega D⁻¹ A) T`, each node within its own aggregate and those of its kept neighbours; anything further
-/// would fill the coarse matrix across couplings that carry little. What is left out of a row is spread over the rest
-/// so that the near-kernel is represented as before: the smallest change in the sum of squares over those of the
-/// blocks that are there (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without
-/// those weights stiff nodes would be made to follow soft aggregates.
+/// `P = (I - omega D⁻¹ A) T` within the reach of each node. What is left out of a row is spread over the rest so that
+/// the near-kernel is represented as before: the smallest change in the sum of squares over those of the blocks that
+/// are there (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without those weights
+/// stiff nodes would be made to follow soft aggregates.
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
     smoother: &Smoother<'_, R>,
     kernel: &[Kernel<R>],
     coarse_kernel: &[Kernel<6>],
 ) -> Blocks<R, 6> {
-    let Smoother { inverses, omega, of, tentative, kept } = *smoother;
+    let Smoother { inverses, omega, of, tentative, out } = *smoother;
     let aggregates = |i: usize, name: &mut dyn FnMut(u32)| {
-        name(of[i]);
-        let near = a.row(i).0.iter().zip(&kept[a.start[i]..]).filter(|(_, kept)| **kept);
-        near.for_each(|(&j, _)| name(of[j as usize]));
+        let within = a.row(i).0.iter().zip(&out[a.start[i]..]).filter(|(_, out)| !**out);
+        within.for_each(|(&j, _)| name(of[j as usize]));
     };
     Blocks::from_rows(a.rows, coarse_kernel.len(), aggregates, |i, row| {
         let mut scaled = inverses[i];
@@ -139,13 +153,12 @@ fn smoothed<const R: usize>(
         let (columns, blocks) = a.row(i);
         // A T first, by aggregates; D⁻¹ once for each of them.
         let (mut lost, mut complete) = ([[0.0; 6]; R], true);
-        for (&j, block) in columns.iter().zip(blocks) {
-            let aggregate = of[j as usize];
-            if row.has(aggregate) {
-                add_product(block, &tentative[j as usize], row.at(aggregate));
-            } else {
+        for ((&j, block), out) in columns.iter().zip(blocks).zip(&out[a.start[i]..]) {
+            if *out {
                 add_product(block, &kernel[j as usize], &mut lost);
                 complete = false;
+            } else {
+                add_product(block, &tentative[j as usize], row.at(of[j as usize]));
             }
         }
         if !complete {

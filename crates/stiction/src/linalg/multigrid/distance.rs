@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 
+use super::aggregate::marks;
 use super::blocks::Blocks;
 use super::coarsen::Kernel;
 
@@ -7,14 +8,13 @@ use super::coarsen::Kernel;
 /// cells: in a cube and in its tetrahedra no neighbour is more than 1.74 times as far as the nearest.
 const FAR: f64 = 2.0;
 
-/// Drops from the strong couplings those between nodes that are far apart, measured by the nearest strongly coupled
-/// neighbour of each.
+/// The strong blocks whose nodes are not far apart, measured by the nearest strongly coupled neighbour of each.
 ///
 /// The matrix of stretched cells does not tell: trilinear elements couple along the long side with a quarter of the
 /// strength across the short one however long they are, although nothing smooths along it. Lengths do tell (as in
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006), and the rigid motions know
 /// the places; where they do not, nothing is far.
-pub fn drop_far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &mut [bool]) {
+pub fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
     let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
     let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)
@@ -25,14 +25,11 @@ pub fn drop_far<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: 
             distances.fold(f64::INFINITY, f64::min)
         })
         .collect();
-    for i in 0..a.rows {
-        for place in a.start[i]..a.start[i + 1] {
-            let j = a.column[place];
-            if square(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]) {
-                strong[place] = false;
-            }
-        }
-    }
+    marks(a, |i, place| {
+        let j = a.column[place];
+        let far = square(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
+        strong[place] && !far
+    })
 }
 
 /// The centre of a node or an aggregate from its rigid motions `B = [T, T x]`, with `T x` the turns at `x`: in the

@@ -49,13 +49,15 @@ const STRONG: f64 = 0.05;
 const STRONG_COARSE: f64 = 0.025;
 /// Nodes of the coarsest level at most, where that can be had.
 const BOTTOM: usize = 50;
+/// More than so many make the dense factor of the coarsest matrix, renewed with every change, dearer than it is worth.
+const BOTTOM_MOST: usize = 300;
 /// Coarsening ends here at the latest.
 const LEVELS: usize = 12;
 
 impl Multigrid {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
     /// rigid motions for elasticity). Only `constrained` nodes can be constrained later. `None` if the matrix does
-    /// not get coarser by aggregation.
+    /// not get coarse by aggregation.
     pub fn new(a: &Blocks<3, 3>, kernel: &[Kernel<3>], constrained: &[u32]) -> Option<Multigrid> {
         let fine = Level::new(a);
         let step = coarsen(a, kernel, STRONG)?;
@@ -70,6 +72,9 @@ impl Multigrid {
             coarse.push(level);
             further.push(prolongation);
             (matrix, kernel) = (step.matrix, step.kernel);
+        }
+        if matrix.rows > BOTTOM_MOST {
+            return None;
         }
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
