@@ -35,7 +35,7 @@ pub fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bo
 /// The centre of a node or an aggregate from its rigid motions `B = [T, T x]`, with `T x` the turns at `x`: in the
 /// first three columns of `Bᵀ B` stands how much of each translation there is, and that times the place. Not a number
 /// where the motions do not tell.
-fn place<const R: usize>(b: &Kernel<R>) -> [f64; 3] {
+pub(super) fn place<const R: usize>(b: &Kernel<R>) -> [f64; 3] {
     let product = |p: usize, q: usize| -> f64 { b.iter().map(|row| row[p] * row[q]).sum() };
     // Turns about x, y, z move a point by (0, -z, y), (z, 0, -x), (-y, x, 0).
     let pairs = [[(1, 5, 1.0), (2, 4, -1.0)], [(0, 5, -1.0), (2, 3, 1.0)], [(0, 4, 1.0), (1, 3, -1.0)]];
