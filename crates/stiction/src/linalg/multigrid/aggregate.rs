@@ -1,28 +1,40 @@
-use super::blocks::{Block, Blocks};
+use rayon::prelude::*;
+
+use super::blocks::{Blocks, ROWS_PER_TASK};
+use super::dense::square;
 
 /// No aggregate.
 pub const NONE: u32 = u32::MAX;
 
-/// Neighbours of each node whose coupling is strong: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius norms), as
-/// compressed rows without the node itself.
-pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> (Vec<usize>, Vec<u32>) {
-    let own: Vec<f64> = (0..a.rows).map(|i| square(&a.diagonal(i)).sqrt()).collect();
+/// A mark for each stored block, by its row and its place among the values.
+pub fn marks<const R: usize>(a: &Blocks<R, R>, mark: impl Fn(usize, usize) -> bool + Sync) -> Vec<bool> {
+    let tasks: Vec<usize> = (0..a.rows).step_by(ROWS_PER_TASK).collect();
+    let of_task = |&first: &usize| -> Vec<bool> {
+        let rows = first..a.rows.min(first + ROWS_PER_TASK);
+        rows.flat_map(|i| (a.start[i]..a.start[i + 1]).map(move |place| (i, place))).map(|(i, p)| mark(i, p)).collect()
+    };
+    let parts: Vec<Vec<bool>> = tasks.par_iter().map(of_task).collect();
+    parts.concat()
+}
+
+/// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius norms).
+pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
+    let own: Vec<f64> = (0..a.rows).into_par_iter().map(|i| square(&a.diagonal(i)).sqrt()).collect();
+    marks(a, |i, place| {
+        let (j, coupling) = (a.column[place] as usize, square(&a.value[place]));
+        j != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j]
+    })
+}
+
+/// The neighbours each node shares a kept block with, as compressed rows.
+pub fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize>, Vec<u32>) {
     let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
     for i in 0..a.rows {
-        let (columns, blocks) = a.row(i);
-        for (&j, block) in columns.iter().zip(blocks) {
-            let coupling = square(block);
-            if j as usize != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j as usize] {
-                neighbour.push(j);
-            }
-        }
+        let places = (a.start[i]..a.start[i + 1]).filter(|&place| kept[place]);
+        neighbour.extend(places.map(|place| a.column[place]));
         start.push(neighbour.len());
     }
     (start, neighbour)
-}
-
-fn square<const R: usize>(block: &Block<R, R>) -> f64 {
-    block.iter().flatten().map(|a| a * a).sum()
 }
 
 /// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then what is

@@ -106,7 +106,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
                         let own = &column[start[i]..start[i + 1]];
                         own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
                         let values = &mut slice[start[i] - base..start[i + 1] - base];
-                        fill(i, &mut Row { slot, values });
+                        fill(i, &mut Row { slot, columns: own, values });
                     }
                 });
             },
@@ -142,6 +142,7 @@ impl<const R: usize> Blocks<R, R> {
 pub(super) struct Row<'a, const R: usize, const C: usize> {
     /// Place of each of the row's columns in `values`.
     slot: &'a [u32],
+    pub columns: &'a [u32],
     pub values: &'a mut [Block<R, C>],
 }
 

@@ -1,6 +1,9 @@
-use super::aggregate::{aggregates, strong};
-use super::blocks::{Block, Blocks};
-use super::dense::{add_product, add_transpose_product, inverse};
+use rayon::prelude::*;
+
+use super::aggregate::{aggregates, marks, neighbours, strong};
+use super::blocks::{Block, Blocks, Row};
+use super::dense::{add_product, add_transpose_product, inverse, square};
+use super::distance::near;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -18,27 +21,36 @@ pub struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
-    let (start, neighbour) = strong(a, threshold);
+    let kept = near(a, kernel, &strong(a, threshold));
+    let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate against R a node.
-    if 6 * count > R * a.rows * 4 / 5 {
+    if 6 * count > R * a.rows * 9 / 10 {
         return None;
     }
-    let (tentative, kernel) = tentative(&of, count, kernel);
+    let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).map(|i| inverse(&a.diagonal(i))).collect();
-    let omega = 4.0 / (3.0 * largest_eigenvalue(a, &inverses));
-    let prolongation = smoothed(a, &inverses, omega, &of, &tentative, count);
+    // Aggregates a node has no kept neighbour in are out of its reach: they would fill the coarse matrix across
+    // couplings that carry little.
+    let out = marks(a, |i, place| {
+        let reach = |g: u32| (a.start[i]..a.start[i + 1]).any(|p| kept[p] && of[a.column[p] as usize] == g);
+        let g = of[a.column[place] as usize];
+        !kept[place] && g != of[i] && !reach(g)
+    });
+    let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
+    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, out: &out };
+    let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let a_times_p = product(a, &prolongation);
     let matrix = galerkin(&prolongation, &a_times_p);
     if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
         return None;
     }
-    Some(Coarser { prolongation, a_times_p, matrix, kernel })
+    Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
 /// A coarse matrix with so many times the numbers of its finer one costs more than it saves: cells are stretched, and
 /// the prolongation reaches far across the weak couplings.
-const MOST_FILL: usize = 3;
+const MOST_FILL: usize = 4;
 
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.
 /// Columns that depend on the earlier ones there are zero.
@@ -80,16 +92,24 @@ fn tentative<const R: usize>(of: &[u32], count: usize, kernel: &[Kernel<R>]) -> 
 /// A column of the near-kernel that keeps less than this share of its length beside the others depends on them.
 const DEPENDENT: f64 = 1e-8;
 
-/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal: power steps from a rough start.
-fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, inverses: &[Block<R, R>]) -> f64 {
+/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with what is `out` of reach lumped on the
+/// diagonal: power steps from a rough start.
+fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: &[Block<R, R>]) -> f64 {
     let mut x: Vec<[f64; R]> =
         (0..a.rows).map(|i| std::array::from_fn(|c| ((i * R + c) as f64 * 1.618).fract() - 0.5)).collect();
     let mut value = 1.0;
     for _ in 0..POWER_STEPS {
-        let y = a.times(&x);
-        for ((x, y), d) in x.iter_mut().zip(&y).zip(inverses) {
-            *x = std::array::from_fn(|r| (0..R).map(|c| d[r][c] * y[c]).sum());
-        }
+        let product = |i: usize| -> [f64; R] {
+            let mut y = [0.0; R];
+            for place in a.start[i]..a.start[i + 1] {
+                let x = &x[if out[place] { i } else { a.column[place] as usize }];
+                for (y, row) in y.iter_mut().zip(&a.value[place]) {
+                    *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+                }
+            }
+            inverses[i].map(|row| row.iter().zip(&y).map(|(d, y)| d * y).sum())
+        };
+        x = (0..a.rows).into_par_iter().map(product).collect();
         value = x.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
         if !(value > 0.0 && value.is_finite()) {
             return 1.0;
@@ -102,23 +122,48 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, inverses: &[Block<R, R>]
 /// The damping is not sensitive to the estimate.
 const POWER_STEPS: usize = 8;
 
-/// `P = (I - omega D⁻¹ A) T`.
+/// What the prolongation is smoothed with.
+struct Smoother<'a, const R: usize> {
+    inverses: &'a [Block<R, R>],
+    omega: f64,
+    /// Aggregate of each node, and the basis there.
+    of: &'a [u32],
+    tentative: &'a [Block<R, 6>],
+    /// Blocks of `A` that couple a node to an aggregate out of its reach.
+    out: &'a [bool],
+}
+
+/// `P = (I - omega D⁻¹ A) T` within the reach of each node. What is left out of a row is spread over the rest so that
+/// the near-kernel is represented as before: the smallest change in the sum of squares over those of the blocks that
+/// are there (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without those weights
+/// stiff nodes would be made to follow soft aggregates.
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
-    inverses: &[Block<R, R>],
-    omega: f64,
-    of: &[u32],
-    tentative: &[Block<R, 6>],
-    count: usize,
+    smoother: &Smoother<'_, R>,
+    kernel: &[Kernel<R>],
+    coarse_kernel: &[Kernel<6>],
 ) -> Blocks<R, 6> {
-    let aggregates = |i: usize, name: &mut dyn FnMut(u32)| a.row(i).0.iter().for_each(|&j| name(of[j as usize]));
-    Blocks::from_rows(a.rows, count, aggregates, |i, row| {
+    let Smoother { inverses, omega, of, tentative, out } = *smoother;
+    let aggregates = |i: usize, name: &mut dyn FnMut(u32)| {
+        let within = a.row(i).0.iter().zip(&out[a.start[i]..]).filter(|(_, out)| !**out);
+        within.for_each(|(&j, _)| name(of[j as usize]));
+    };
+    Blocks::from_rows(a.rows, coarse_kernel.len(), aggregates, |i, row| {
         let mut scaled = inverses[i];
         scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
         let (columns, blocks) = a.row(i);
         // A T first, by aggregates; D⁻¹ once for each of them.
-        for (&j, block) in columns.iter().zip(blocks) {
-            add_product(block, &tentative[j as usize], row.at(of[j as usize]));
+        let (mut lost, mut complete) = ([[0.0; 6]; R], true);
+        for ((&j, block), out) in columns.iter().zip(blocks).zip(&out[a.start[i]..]) {
+            if *out {
+                add_product(block, &kernel[j as usize], &mut lost);
+                complete = false;
+            } else {
+                add_product(block, &tentative[j as usize], row.at(of[j as usize]));
+            }
+        }
+        if !complete {
+            spread(&lost, coarse_kernel, row);
         }
         for block in row.values.iter_mut() {
             let mut result = [[0.0; 6]; R];
@@ -128,6 +173,23 @@ fn smoothed<const R: usize>(
         let own = row.at(of[i]);
         own.iter_mut().flatten().zip(tentative[i].iter().flatten()).for_each(|(p, t)| *p += t);
     })
+}
+
+/// Adds to the blocks of a row what makes their product with the near-kernel larger by `lost`.
+fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Row<'_, R, 6>) {
+    let weights: Vec<f64> = row.values.iter().map(square).collect();
+    let mut gram = [[0.0; 6]; 6];
+    for (&k, &weight) in row.columns.iter().zip(&weights) {
+        let motions = &kernel[k as usize];
+        add_transpose_product(motions, &motions.map(|r| r.map(|v| weight * v)), &mut gram);
+    }
+    let mut share = [[0.0; 6]; R];
+    add_product(lost, &inverse(&gram), &mut share);
+    for ((&k, &weight), block) in row.columns.iter().zip(&weights).zip(row.values.iter_mut()) {
+        let motions = &kernel[k as usize];
+        let transposed = std::array::from_fn(|r| std::array::from_fn(|c| weight * motions[c][r]));
+        add_product(&share, &transposed, block);
+    }
 }
 
 /// `A P`.

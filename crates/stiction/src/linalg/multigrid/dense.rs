@@ -36,6 +36,11 @@ pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
     }
 }
 
+/// Sum of the squares of a block.
+pub fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
+    a.iter().flatten().map(|v| v * v).sum()
+}
+
 /// The inverse of a symmetric positive semidefinite block by its Cholesky factor; directions whose pivot is below
 /// `1e-12` of their diagonal entry are left out (zero rows and columns).
 pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {

@@ -10,6 +10,7 @@ mod bottom;
 mod coarsen;
 mod coupling;
 mod dense;
+mod distance;
 mod packed;
 mod smoother;
 #[cfg(test)]
@@ -44,17 +45,22 @@ pub struct Multigrid {
     local: Local,
 }
 
-/// Couplings weaker than this do not join nodes into aggregates; halved on each level.
+/// Couplings weaker than this do not join nodes into aggregates on the finest level.
 const STRONG: f64 = 0.05;
+/// The same on coarse levels, where couplings within a body are weaker; those of materials with a contrast of ten
+/// thousand are 0.01 at most.
+const STRONG_COARSE: f64 = 0.025;
 /// Nodes of the coarsest level at most, where that can be had.
 const BOTTOM: usize = 50;
+/// More than so many make the dense factor of the coarsest matrix, renewed with every change, dearer than it is worth.
+const BOTTOM_MOST: usize = 300;
 /// Coarsening ends here at the latest.
 const LEVELS: usize = 12;
 
 impl Multigrid {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
     /// rigid motions for elasticity). Only `constrained` nodes can be constrained later. `None` if the matrix does
-    /// not get coarser by aggregation.
+    /// not get coarse by aggregation.
     ///
     /// With a coupling the hierarchy is that of the matrix of relative displacements, [`Coupling::matrix`], given
     /// beside it; its coarse spaces are those of `a`, so that bodies which only contact holds together stay apart.
@@ -74,15 +80,16 @@ impl Multigrid {
         let mut local = Local::new(a, &step, constrained);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
-        let mut threshold = STRONG;
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
-            threshold *= 0.5;
-            let Some(step) = coarsen(&matrix, &kernel, threshold) else { break };
+            let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             local.add_level(&level, &prolongation);
             coarse.push(level);
             further.push(prolongation);
             (matrix, kernel) = (step.matrix, step.kernel);
+        }
+        if matrix.rows > BOTTOM_MOST {
+            return None;
         }
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
@@ -93,6 +100,14 @@ impl Multigrid {
     /// near-kernel is represented there exactly.
     pub fn is_singular(&self) -> bool {
         self.bottom.singular > 0
+    }
+
+    /// Nodes of each level, the finest first, and how many numbers its matrix stores.
+    pub fn numbers(&self) -> Vec<(usize, usize)> {
+        let fine = (self.fine.matrix.rows, 9 * self.fine.matrix.value.len());
+        let coarse = self.coarse.iter().map(|l| (l.matrix.rows, 36 * l.matrix.value.len()));
+        let bottom = self.bottom.nodes();
+        [fine].into_iter().chain(coarse).chain([(bottom, 36 * bottom * bottom)]).collect()
     }
 
     /// One V-cycle for `A x = b` from zero.

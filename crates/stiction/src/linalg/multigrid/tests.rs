@@ -1,10 +1,12 @@
 use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, Kernel, coarsen};
 use super::dense::{add_product, add_transpose_product};
+use super::distance::place;
 use super::*;
 
-/// A lattice of springs along edges and face diagonals, held weakly everywhere: an elastic body without elements.
-pub(super) fn lattice(size: [usize; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
+/// A lattice of springs along edges and face diagonals with steps of these lengths, held weakly everywhere: an
+/// elastic body without elements.
+fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
     let [a, b, c] = size;
     let at = |i: usize, j: usize, k: usize| (i * b + j) * c + k;
     let place = |v: usize| [v / (b * c), v / c % b, v % c];
@@ -28,10 +30,11 @@ pub(super) fn lattice(size: [usize; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
         }
         for o in &offsets {
             let Some(w) = neighbour(x, o) else { continue };
-            let length = o.iter().map(|v| (v * v) as f64).sum::<f64>();
+            let along: [f64; 3] = std::array::from_fn(|d| o[d] as f64 * step[d]);
+            let length = along.iter().map(|v| v * v).sum::<f64>();
             for r in 0..3 {
                 for s in 0..3 {
-                    let stiffness = (o[r] * o[s]) as f64 / length;
+                    let stiffness = along[r] * along[s] / length;
                     row.at(v as u32)[r][s] += stiffness;
                     row.at(w as u32)[r][s] -= stiffness;
                 }
@@ -40,7 +43,8 @@ pub(super) fn lattice(size: [usize; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
     });
     let kernel = (0..a * b * c)
         .map(|v| {
-            let x = place(v).map(|v| v as f64);
+            let at = place(v);
+            let x: [f64; 3] = std::array::from_fn(|d| at[d] as f64 * step[d]);
             [[1., 0., 0., 0., x[2], -x[1]], [0., 1., 0., -x[2], 0., x[0]], [0., 0., 1., x[1], -x[0], 0.]]
         })
         .collect();
@@ -84,8 +88,68 @@ fn truncated_galerkin(
 }
 
 #[test]
+fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() {
+    let (a, mut kernel) = lattice([4, 4, 4], [20.0, 1.0, 1.0]);
+    // A node in a frame of its own, and one that can move along y and z only.
+    let (c, s) = (0.6, 0.8);
+    let [x, y, z] = kernel[21];
+    kernel[21] = [z, std::array::from_fn(|q| c * x[q] + s * y[q]), std::array::from_fn(|q| c * y[q] - s * x[q])];
+    kernel[42][0] = [0.0; 6];
+    let near = |p: [f64; 3], q: [f64; 3]| (0..3).all(|d| (p[d] - q[d]).abs() < 1e-12);
+    assert!(near(place(&kernel[21]), [20.0, 1.0, 1.0]) && near(place(&kernel[42]), [40.0, 2.0, 2.0]));
+    // Without turns there are no places, and nothing is far.
+    let flat: Vec<Kernel<3>> = kernel.iter().map(|k| k.map(|r| [r[0], r[1], r[2], 0.0, 0.0, 0.0])).collect();
+    let strong = aggregate::strong(&a, STRONG);
+    assert_eq!(distance::near(&a, &flat, &strong), strong);
+    // With them only couplings within a plane across x stay.
+    let kept = distance::near(&a, &kernel, &strong);
+    for i in 0..a.rows {
+        for place in a.start[i]..a.start[i + 1] {
+            let j = a.column[place] as usize;
+            assert_eq!(kept[place], strong[place] && i / 16 == j / 16, "{i} {j}");
+        }
+    }
+    // No aggregate reaches across x.
+    let step = coarsen(&a, &lattice([4, 4, 4], [20.0, 1.0, 1.0]).1, STRONG).unwrap();
+    let x: Vec<f64> = step.kernel.iter().map(|k| place(k)[0]).collect();
+    assert!(x.iter().all(|x| (x / 20.0 - (x / 20.0).round()).abs() < 1e-12), "{x:?}");
+}
+
+#[test]
+fn what_is_out_of_reach_leaves_the_near_kernel_as_it_would_be() {
+    // P B_c = (I - omega D⁻¹ A) B, whatever the prolongation leaves out: only omega is unknown here.
+    let (a, kernel) = lattice([6, 7, 5], [1.0, 20.0, 1.0]);
+    let step = coarsen(&a, &kernel, STRONG).unwrap();
+    let mut omega = 0.0;
+    for i in 0..a.rows {
+        let mut smooth = [[0.0; 6]; 3];
+        let (columns, blocks) = a.row(i);
+        columns.iter().zip(blocks).for_each(|(&j, block)| add_product(block, &kernel[j as usize], &mut smooth));
+        let mut change = kernel[i].map(|r| r.map(|v| -v));
+        let (coarse, values) = step.prolongation.row(i);
+        // Nothing reaches along y, where A does.
+        assert!(coarse.iter().all(|&k| (place(&step.kernel[k as usize])[1] - place(&kernel[i])[1]).abs() < 1e-9));
+        coarse.iter().zip(values).for_each(|(&k, p)| add_product(p, &step.kernel[k as usize], &mut change));
+        let mut force = [[0.0; 6]; 3];
+        add_product(&a.diagonal(i), &change, &mut force);
+        if i == 0 {
+            omega = -force[0][0] / smooth[0][0];
+            assert!(omega > 0.3 && omega < 2.0, "{omega}");
+        }
+        for (f, s) in force.iter().flatten().zip(smooth.iter().flatten()) {
+            assert!((f + omega * s).abs() < 1e-9, "{i}: {f} {s}");
+        }
+    }
+}
+
+#[test]
 fn local_changes_give_the_galerkin_product_of_the_truncated_prolongation() {
-    let (a, kernel) = lattice([7, 5, 4]);
+    for step in [[1.0; 3], [20.0, 1.0, 1.0]] {
+        local_changes_are_exact(lattice([7, 5, 4], step));
+    }
+}
+
+fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 4 == 0).collect();
     let spring = [[0.0; 3], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
     let conditions: Vec<Condition> = (0..nodes.len())
