@@ -82,6 +82,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(match outcome.solution.status {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
+        Status::NoEquilibrium => {
+            output::note("warning: no contact forces balance the loads, a body moves away; the files hold no result\n");
+            code::SHORT
+        }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
             output::note(
                 "warning: the tolerance was not reached; the files hold the last step and a certificate that says so\n",

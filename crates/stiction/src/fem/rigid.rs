@@ -23,6 +23,12 @@ pub fn rigid_motions(nodes: &[V3]) -> [Vec<f64>; 6] {
     })
 }
 
+/// The unit vector along `v` with components of rounding size set to zero.
+fn direction_of(v: V3) -> V3 {
+    let v = v.map(|c| if c.abs() < UNSEEN * norm(v) { 0.0 } else { c });
+    scale(1.0 / norm(v), v)
+}
+
 const AXES: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A rigid motion; directions have length one.
@@ -41,6 +47,21 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The motion `u(x) = t + omega x (x - origin)` of a body of the given centre and radius, to its direction. What
+    /// turns the body by less than `1e-6` of its largest displacement is a translation.
+    pub fn of(t: V3, omega: V3, origin: V3, centre: V3, radius: f64) -> Motion {
+        let t = add(t, cross(omega, sub(centre, origin)));
+        let (turn, shift) = (norm(omega), norm(t));
+        if turn * radius <= UNSEEN * shift {
+            return Motion::Translation { along: direction_of(t) };
+        }
+        let along = scale(1.0 / turn, omega);
+        let snap = |length: f64| if length.abs() < UNSEEN * radius { 0.0 } else { length };
+        let advance = snap(dot(along, t) / turn);
+        let through = add(centre, scale(1.0 / turn, cross(along, t))).map(snap);
+        Motion::Rotation { along: direction_of(omega), through, advance }
+    }
+
     /// Displacement of the point `x` under the unit motion.
     pub fn at(&self, x: V3) -> V3 {
         match *self {

@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
+use crate::contact::rigid::rigid_motions;
 use crate::dual::{Dual, DualSettings, Form, choose};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
@@ -157,7 +158,12 @@ pub fn solve(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let asked = settings.path == SolverPath::Multigrid;
-    let may = settings.path == SolverPath::Auto && prepared.problem.unknowns() >= LARGE;
+    let floats = !rigid_motions(&prepared.problem).is_empty();
+    if asked && floats {
+        let what = "a body is held by contact alone, and the multigrid path is for bodies that supports hold";
+        return Err(Error::new("", what, "set path = \"auto\" under [solver], or add a [[fix]] that holds the body"));
+    }
+    let may = settings.path == SolverPath::Auto && prepared.problem.unknowns() >= LARGE && !floats;
     if settings.method.method != Method::Newton || !(asked || may) {
         return by_factor(prepared, settings, observer);
     }
@@ -245,7 +251,7 @@ fn by_factor(
     })?;
     let Answer { solution, method } = answer;
     seconds.iteration = lap();
-    let coulomb = if solution.status == Status::Interrupted {
+    let coulomb = if matches!(solution.status, Status::Interrupted | Status::NoEquilibrium) {
         None
     } else {
         let _ = observer(&Event::Coulomb);

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::report::departure;
 use super::write::Origin;
 use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
@@ -32,6 +33,7 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "title": prepared.facts.title,
         "units": prepared.facts.units,
         "status": status(solution.status),
+        "departure": departure(&prepared.problem, solution.status),
         "certificate": certificate(&solution.certificate),
         "contact": contact(&totals(prepared, outcome)),
         "pairs": pair_totals(prepared, outcome).into_iter().map(with_names).collect::<Vec<_>>(),
@@ -78,6 +80,7 @@ pub(super) fn status(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::MaxIterations => "max_iterations",
         Status::Stalled => "stalled",
+        Status::NoEquilibrium => "no_equilibrium",
         Status::Uncertified => "uncertified",
         Status::Interrupted => "interrupted",
     }
