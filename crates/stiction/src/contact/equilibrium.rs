@@ -92,6 +92,7 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
     let mut slack = vec![0.0; target.len()];
     slack[load.len()] = 1.0;
     let mut hull = Hull { generators: vec![(None, slack)], weights: vec![0.0] };
+    let mut before = f64::INFINITY;
     for _ in 0..GENERATORS {
         let rest = hull.project(&target);
         let distance = norm(&rest);
@@ -99,10 +100,11 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
             return None;
         }
         let (point, generator) = forces.against(&rest)?;
-        // Rounding of the rest is all that is left of an angle this small.
-        if dot(&generator, &rest) <= 1e-15 + 1e-9 * distance {
+        // The error of the rest is the root of the angle; an angle of rounding gains nothing any more.
+        if dot(&generator, &rest) <= 1e-14 * distance || distance >= before {
             return Some(physical(&forces, &hull, rest, &load));
         }
+        before = distance;
         hull.generators.push((point, generator));
         hull.weights.push(0.0);
     }
@@ -254,7 +256,7 @@ impl Hull {
 }
 
 /// The motion in plain words: which bodies move, and how.
-pub fn describe(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {
+pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {
     let mut first = 0;
     let mut moving: Vec<(f64, usize)> = Vec::new(); // largest displacement, body
     for (number, body) in motions.bodies.iter().enumerate() {

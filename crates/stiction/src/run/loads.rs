@@ -4,7 +4,7 @@ use super::facts::{FixFacts, LoadFacts};
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
-use crate::contact::equilibrium::{describe, unresisted};
+use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::rigid_motions;
 use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
@@ -58,7 +58,7 @@ fn unresisted_by_contact(problem: &ContactProblem) -> Option<Error> {
     let motions = rigid_motions(problem);
     let free = unresisted(problem, &motions)?;
     let why = if free.work > 0.0 { "the loads push it there" } else { "its displacement is not determined" };
-    let motion = describe(problem, &motions, &free.alpha);
+    let motion = in_words(problem, &motions, &free.alpha);
     let what = format!("no support and no contact resists a motion of {motion}; {why}");
     Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
 }

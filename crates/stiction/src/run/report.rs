@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
-use crate::contact::equilibrium::{describe, no_equilibrium};
+use crate::contact::equilibrium::{in_words, no_equilibrium};
 use crate::contact::rigid::rigid_motions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::{CoulombFacts, Status};
@@ -91,7 +91,7 @@ pub(super) fn departure(problem: &ContactProblem, status: Status) -> Option<Stri
         return None;
     }
     let motions = rigid_motions(problem);
-    no_equilibrium(problem, &motions).map(|slide| describe(problem, &motions, &slide.alpha))
+    no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
