@@ -104,7 +104,7 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
             let trial = Iterate {
                 lambda: along(&at.lambda, t, &step.d),
                 v: along(&at.v, t, &step.dv),
-                alpha: along(&at.alpha, t, &step.d_alpha),
+                alpha: if jumps.is_empty() { at.alpha.clone() } else { along(&at.alpha, t, &step.d_alpha) },
             };
             let theta = merit(&trial);
             if theta <= (1.0 - 1e-4 * t) * highest {

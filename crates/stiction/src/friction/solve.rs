@@ -263,6 +263,15 @@ impl<'a> Solver<'a> {
             }
         }
         make_admissible(friction, &mut self.at.lambda);
+        self.refresh();
+    }
+
+    /// A motion that nothing resisted for a while may have been long: what it rounded off `v` is restored.
+    fn refresh(&mut self) {
+        let floating = &self.dual.floating;
+        if floating.is_empty() {
+            return;
+        }
         self.at.v = self.dual.times(&self.at.lambda);
         axpy(1.0, &self.v0, &mut self.at.v);
         floating.close(&self.at.alpha, &mut self.at.v);
@@ -303,7 +312,7 @@ impl<'a> Solver<'a> {
         let found = states(&self.problem.friction, &next.lambda, &next.v, &r);
         let count = |s| found.iter().filter(|&&x| x == s).count();
         self.steps_left -= 1;
-        if count(PointState::Stick) >= count(PointState::Slip) {
+        if count(PointState::Stick) >= count(PointState::Slip).max(usize::from(!floating.is_empty())) {
             self.at = next;
         }
     }
@@ -318,6 +327,7 @@ impl<'a> Solver<'a> {
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> End {
         let r = self.parameter(factor);
+        self.refresh();
         let on = Newton {
             dual: self.dual,
             friction: laws,
