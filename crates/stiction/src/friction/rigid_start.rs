@@ -1,3 +1,4 @@
+use super::law::bound;
 use crate::contact::Friction;
 use crate::linalg::{SmallLu, axpy, dot, norm};
 
@@ -14,67 +15,86 @@ pub(super) struct Foundation<'a> {
     pub stiffness: &'a [f64],
 }
 
-/// Far more than the pieces of the energy that are crossed on the way.
-const STEPS: usize = 50;
+/// Rest of a rigid body on its foundation.
+pub(super) struct Rest {
+    pub alpha: Vec<f64>,
+    /// Forces of the foundation, `3m`.
+    pub lambda: Vec<f64>,
+}
+
+/// Steps of the fixed point on the bounds of friction; the first has none. A start needs no more.
+const ROUNDS: usize = 5;
+/// Steps of one energy; those that slip converge slowly, and need not arrive.
+const STEPS: usize = 30;
 const DOUBLINGS: usize = 200;
 const BISECTIONS: usize = 60;
-
-/// Tangential stiffness of points that do not touch, over that of those that do: it decides nothing but where a body
-/// goes that nothing else guides.
+/// Tangential stiffness that is left to every point with friction: it keeps a body that slides from leaving.
 const GUIDE: f64 = 1e-6;
 
 impl Foundation<'_> {
-    /// The rigid motions at rest: first as far as normal forces stop the body, then with the tangents of the points
-    /// held that touch there.
-    pub fn rest(&self) -> Vec<f64> {
-        let guided = self.least_energy(&vec![GUIDE; self.friction.len()]);
-        let mut v = self.opening.to_vec();
-        guided.iter().zip(self.jumps).for_each(|(a, g)| axpy(-a, g, &mut v));
-        let held: Vec<f64> = (0..self.friction.len()).map(|j| if v[j] < 0.0 { 1.0 } else { GUIDE }).collect();
-        self.least_energy(&held)
+    /// The rigid motions at rest, by the fixed point on the bounds of friction.
+    pub fn rest(&self) -> Rest {
+        let m = self.friction.len();
+        let given = |law: &Friction| match *law {
+            Friction::Given { slip_bound } => slip_bound,
+            _ => 0.0,
+        };
+        let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
+        let mut rest = Rest { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
+        for _ in 0..ROUNDS {
+            let (alpha, v) = self.least_energy(&bounds);
+            let springs = self.springs(&v, &bounds);
+            rest = Rest { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
+            bounds = (0..m).map(|j| bound(self.friction[j], rest.lambda[j])).collect();
+        }
+        rest
     }
 
-    /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + r h |T u|² - Rᵀf . alpha`,
-    /// `h` the share of each point's tangential stiffness.
-    fn least_energy(&self, held: &[f64]) -> Vec<f64> {
+    /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
+    /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
+    fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut alpha = vec![0.0; self.jumps.len()];
         let mut v = self.opening.to_vec();
         for _ in 0..STEPS {
-            let force = self.force(&v, held);
+            let springs = self.springs(&v, bounds);
+            let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
             let lacking: Vec<f64> = self.jumps.iter().zip(self.resultant).map(|(g, e)| e - dot(g, &force)).collect();
             if norm(&lacking) <= 1e-6 * norm(self.resultant) {
                 break;
             }
-            let d = SmallLu::new(self.curvature(&v, held)).solve(&lacking);
+            let d = SmallLu::new(self.curvature(&springs)).solve(&lacking);
             let mut dv = vec![0.0; v.len()];
             d.iter().zip(self.jumps).for_each(|(d, g)| axpy(-d, g, &mut dv));
-            let t = self.rest_along(&v, &dv, dot(&d, self.resultant), held);
+            let t = self.rest_along(&v, &dv, dot(&d, self.resultant), bounds);
             axpy(t, &d, &mut alpha);
             axpy(t, &dv, &mut v);
         }
-        alpha
+        (alpha, v)
     }
 
-    /// Force of the foundation at the opening `v`, `3m`.
-    fn force(&self, v: &[f64], held: &[f64]) -> Vec<f64> {
-        v.iter().enumerate().map(|(i, v)| -self.spring(i, *v, held) * v).collect()
+    /// Stiffness of each row at the opening `v`: the force over the displacement.
+    fn springs(&self, v: &[f64], bounds: &[f64]) -> Vec<f64> {
+        let m = self.friction.len();
+        let mut springs = vec![0.0; 3 * m];
+        for (j, law) in self.friction.iter().enumerate() {
+            let r = self.stiffness[j];
+            let sliding = r * v[m + j].hypot(v[2 * m + j]);
+            let [normal, tangential] = match law {
+                Friction::Bonded => [1.0, 1.0],
+                Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
+                Friction::Given { .. } | Friction::Coulomb { .. } => {
+                    let share = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
+                    [f64::from(u8::from(v[j] < 0.0)), share.max(GUIDE)]
+                }
+            };
+            springs[j] = r * normal;
+            (springs[m + j], springs[2 * m + j]) = (r * tangential, r * tangential);
+        }
+        springs
     }
 
-    /// Stiffness of row `i` at the opening `v`.
-    fn spring(&self, i: usize, v: f64, held: &[f64]) -> f64 {
-        let (m, j) = (self.friction.len(), i % self.friction.len());
-        let share = match self.friction[j] {
-            Friction::Bonded => 1.0,
-            _ if i < m => f64::from(u8::from(v < 0.0)),
-            Friction::None => 0.0,
-            Friction::Given { .. } | Friction::Coulomb { .. } => held[j],
-        };
-        share * self.stiffness[j]
-    }
-
-    fn curvature(&self, v: &[f64], held: &[f64]) -> Vec<Vec<f64>> {
-        let springs: Vec<f64> = v.iter().enumerate().map(|(i, v)| self.spring(i, *v, held)).collect();
-        let weighted = |g: &Vec<f64>| -> Vec<f64> { g.iter().zip(&springs).map(|(g, s)| g * s).collect() };
+    fn curvature(&self, springs: &[f64]) -> Vec<Vec<f64>> {
+        let weighted = |g: &Vec<f64>| -> Vec<f64> { g.iter().zip(springs).map(|(g, s)| g * s).collect() };
         let mut h: Vec<Vec<f64>> =
             self.jumps.iter().map(weighted).map(|w| self.jumps.iter().map(|g| dot(g, &w)).collect()).collect();
         // A motion that nothing resists yet goes far; the line search ends it where something does.
@@ -85,13 +105,11 @@ impl Foundation<'_> {
     }
 
     /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`.
-    fn rest_along(&self, v: &[f64], dv: &[f64], work: f64, held: &[f64]) -> f64 {
+    fn rest_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
         let slope = |t: f64| {
-            let along = |(i, (v, dv)): (usize, (&f64, &f64))| {
-                let v = v + t * dv;
-                self.spring(i, v, held) * v * dv
-            };
-            v.iter().zip(dv).enumerate().map(along).sum::<f64>() - work
+            let at: Vec<f64> = v.iter().zip(dv).map(|(v, d)| v + t * d).collect();
+            let springs = self.springs(&at, bounds);
+            at.iter().zip(&springs).zip(dv).map(|((v, s), d)| s * v * d).sum::<f64>() - work
         };
         let mut high = 1.0;
         for _ in 0..DOUBLINGS {

@@ -251,17 +251,10 @@ impl<'a> Solver<'a> {
         let (opening, r) = (self.problem.opening(&u), self.parameter(1.0));
         let (friction, resultant) = (&self.problem.friction[..], &self.resultant[..]);
         let foundation = Foundation { friction, jumps: &floating.jumps, resultant, opening: &opening, stiffness: &r };
-        self.at.alpha = foundation.rest();
-        let mut v = opening;
-        floating.close(&self.at.alpha, &mut v);
-        let m = r.len();
-        for j in 0..m {
-            if v[j] < 0.0 || friction[j] == Friction::Bonded {
-                self.problem.rows(j).into_iter().filter(|&i| self.live[i]).for_each(|i| {
-                    self.at.lambda[i] = -r[j] * v[i];
-                });
-            }
-        }
+        let rest = foundation.rest();
+        self.at.alpha = rest.alpha;
+        self.at.lambda = rest.lambda;
+        self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
         make_admissible(friction, &mut self.at.lambda);
         self.refresh();
     }
