@@ -83,7 +83,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
-            output::note("warning: no contact forces balance the loads, a body moves away; the files hold no result\n");
+            let motion = run::departure(&prepared.problem, outcome.solution.status).unwrap_or_default();
+            output::note(&format!(
+                "warning: there is no equilibrium, the loads carry away {motion}; the files hold no result\n"
+            ));
             code::SHORT
         }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {

@@ -345,3 +345,26 @@ fn both_forms_of_the_dual_operator_hold_a_floating_block() {
     let (a, b) = (solve(Form::Dense), solve(Form::Solves));
     assert!(distance(&a.u, &b.u) < 1e-8 && distance(&a.lambda, &b.lambda) < 1e-8);
 }
+
+/// Blocks dropped by a tenth of their height into a trough and into a bowl, which they touch at edges and at corners.
+#[test]
+fn bodies_that_start_far_from_what_they_touch_come_to_rest() {
+    for coefficient in [0.2, 0.6] {
+        let hollow = |obstacle: Obstacle| {
+            let mut case = block_of([1.0, 1.0, 0.5], [6, 4, 3], BlockElement::Hex8, 1e9, 0.3)
+                .traction("z-max", [0.0, 0.0, -1e6])
+                .contact("z-min", obstacle, SurfaceFriction::Coulomb(coefficient));
+            case.mesh.nodes.iter_mut().for_each(|x| x[2] += 0.6);
+            case.pose().problem
+        };
+        let (radius, side) = (2.0, Side::Inside);
+        let trough = Obstacle::Cylinder { point: [0.5, 0.0, 2.0], axis: [0.0, 1.0, 0.0], radius, side };
+        let bowl = Obstacle::Sphere { center: [0.5, 0.5, 3.0], radius: 3.0, side };
+        for obstacle in [trough, bowl] {
+            let problem = hollow(obstacle);
+            let s = solved(&problem, 1e-9);
+            assert!(s.counts.newton_steps <= 15 && s.counts.fixed_point_steps == 0, "{:?}", s.counts);
+            assert!(s.certificate.bodies[0].balance.moment < 1e-9);
+        }
+    }
+}

@@ -85,8 +85,8 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     text
 }
 
-/// How the loads carry a body away where nothing can balance them.
-pub(super) fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
+/// How the loads carry a body away, if the status says that nothing balances them.
+pub fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
     if status != Status::NoEquilibrium {
         return None;
     }
