@@ -315,7 +315,8 @@ fn a_crate_rests_on_its_weight_alone() {
     assert!(close(&summary["contact"]["normal_force"], weight), "{summary:#}");
     let body = &summary["bodies"][0];
     assert_eq!((body["name"].as_str(), summary["bodies"].as_array().unwrap().len()), (Some("body"), 1));
-    for (key, wanted) in [("load", [0.0, 1000.0, -weight]), ("contact", [0.0, -1000.0, weight]), ("support", [0.0; 3])] {
+    for (key, wanted) in [("load", [0.0, 1000.0, -weight]), ("contact", [0.0, -1000.0, weight]), ("support", [0.0; 3])]
+    {
         assert!((0..3).all(|c| close(&body[key][c], wanted[c])), "{key} {body:#}");
     }
     assert!(body["moment_balance"].as_f64().unwrap() < 1e-8);

@@ -11,7 +11,7 @@ use clarabel::solver::{
 use common::*;
 use stiction::contact::equilibrium::{in_words, no_equilibrium, unresisted};
 use stiction::contact::rigid::rigid_motions;
-use stiction::contact::{Bodies, Body, ContactProblem, Friction, Obstacle, Supports, SurfaceFriction};
+use stiction::contact::{Bodies, Body, ContactProblem, Friction, Obstacle, Side, Supports, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::{Field, Fix};
 use stiction::friction::{Given, Method, MethodSettings, Status, solve_with};

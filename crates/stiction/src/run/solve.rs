@@ -3,9 +3,11 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
+use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::rigid::rigid_motions;
 use crate::dual::{Dual, DualSettings, Form, choose};
 use crate::friction::{
@@ -41,7 +43,7 @@ impl Settings {
         };
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
-            solver: friction::Settings { tolerance, max_iterations, start: None },
+            solver: friction::Settings { tolerance, max_iterations, ..friction::Settings::default() },
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
@@ -144,6 +146,12 @@ const MULTIGRID_BYTES: u64 = 2000;
 /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
 const CYCLES_PER_ITERATION: usize = 10;
 
+/// Whether a case with so many unknowns is solved by multigrid before anything else.
+pub(super) fn may_take_multigrid(spec: &SolverSpec, unknowns: usize) -> bool {
+    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && unknowns >= LARGE;
+    spec.method.method == Method::Newton && path
+}
+
 /// Solves a prepared case; a case without contact as well.
 ///
 /// Unless the case asks for a path, large problems go by multigrid; where that does not end with a certified answer
@@ -158,22 +166,22 @@ pub fn solve(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let asked = settings.path == SolverPath::Multigrid;
-    let floats = !rigid_motions(&prepared.problem).is_empty();
-    if asked && floats {
-        let what = "a body is held by contact alone, and the multigrid path is for bodies that supports hold";
-        return Err(Error::new("", what, "set path = \"auto\" under [solver], or add a [[fix]] that holds the body"));
-    }
-    let may = settings.path == SolverPath::Auto && prepared.problem.unknowns() >= LARGE && !floats;
+    let may = settings.path == SolverPath::Auto && prepared.problem.unknowns() >= LARGE;
     if settings.method.method != Method::Newton || !(asked || may) {
         return by_factor(prepared, settings, observer);
     }
     match by_multigrid(prepared, settings, observer) {
-        Ok(outcome) if asked || matches!(outcome.solution.status, Status::Solved | Status::Interrupted) => Ok(outcome),
+        Ok(outcome) if asked || is_final(outcome.solution.status) => Ok(outcome),
         Err(error) if asked => Err(error),
         // The direct path may still not fit the memory: then what multigrid has found is the better answer.
         Ok(outcome) => by_factor(prepared, settings, observer).or(Ok(outcome)),
         Err(_) => by_factor(prepared, settings, observer),
     }
+}
+
+/// Whether another path could not do better.
+fn is_final(status: Status) -> bool {
+    matches!(status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
 }
 
 /// Seconds since the last call.
@@ -200,20 +208,25 @@ fn by_multigrid(
     let mut lap = stopwatch();
     let _ = observer(&Event::SettingUp { unknowns: problem.unknowns() });
     let mut primal = Primal::new(problem)?;
+    let start = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared));
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
-    let (start, mut times) = (Instant::now(), Vec::new());
+    let (begin, mut times) = (Instant::now(), Vec::new());
+    let departs = no_equilibrium(problem, &rigid_motions(problem)).is_some();
+    let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations);
     let solver = friction::Settings {
-        max_iterations: CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations),
+        max_iterations: if departs { 0 } else { cycles },
+        start_displacement: start,
         ..settings.solver.clone()
     };
     let solution = solve_primal(problem, &mut primal, &solver, &mut |progress| {
-        times.push(start.elapsed().as_secs_f64());
+        times.push(begin.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
     });
+    let status = if departs { Status::NoEquilibrium } else { solution.status };
     seconds.iteration = lap();
     Ok(Outcome {
-        solution,
+        solution: Solution { status, ..solution },
         method_name: settings.method_name.clone(),
         settings: settings.method.clone(),
         method: None,
