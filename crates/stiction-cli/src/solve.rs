@@ -82,6 +82,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(match outcome.solution.status {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
+        Status::NoEquilibrium => {
+            let motion = run::departure(&prepared.problem, outcome.solution.status).unwrap_or_default();
+            output::note(&format!(
+                "warning: there is no equilibrium, the loads carry away {motion}; the files hold no result\n"
+            ));
+            code::SHORT
+        }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
             output::note(
                 "warning: the tolerance was not reached; the files hold the last step and a certificate that says so\n",

@@ -58,13 +58,19 @@ fn expressions_that_cannot_be_read_or_evaluated_are_shown() {
 
 #[test]
 fn a_body_that_could_move_is_refused_with_its_motions() {
-    refused(
-        "sliding",
-        "on = \"x-min\"",
-        "on = \"x-min\"\ncomponents = \"xz\"",
-        &["case.toml:12:1", "the body is not held", "translation along y", "contact alone does not hold a body"],
-    );
-    refused("floating", "[[fix]]\non = \"x-min\"", "", &["case.toml:5:1", "not held at all"]);
+    // The floor is smooth, or there is none.
+    let rough = "on = \"x-min\"\n\n[[load]]\non = \"z-max\"\ntraction = [0, 0, \"-2/3*1e6*(3 - x)\"]\n\n[[load]]\non = \
+                 \"x-max\"\ntraction = [0, 0, 1e6]\n\n[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, \
+                 0], normal = [0, 0, 1] } }\nfriction = { coulomb = 0.35 }\n";
+    let smooth = rough.replace("{ coulomb = 0.35 }", "\"none\"").replacen("\n", "\ncomponents = \"xz\"\n", 1);
+    let body = "of the body: translation along y";
+    refused("sliding", rough, &smooth, &["case.toml:12:1", body, "not determined", "or friction"]);
+    let pushed = smooth.replace("[0, 0, 1e6]", "[0, 1e3, 1e6]");
+    refused("pushed", rough, &pushed, &["case.toml:12:1", body, "the loads push it there"]);
+    let alone = &smooth[..smooth.find("[[contact]]").unwrap()];
+    refused("sliding", rough, alone, &["case.toml:12:1", "the body is not held", "translation along y"]);
+    let bare = format!("[[fix]]\n{rough}");
+    refused("floating", &bare, "", &["case.toml:5:1", "not held at all", "[[contact]]"]);
     let held = "on = [\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", \"body\"]";
     refused("held", "on = \"x-min\"", held, &["case.toml:12:1", "nothing to solve"]);
 }

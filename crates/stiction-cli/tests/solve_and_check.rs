@@ -284,3 +284,71 @@ fn a_case_in_its_own_result_folder_is_left_as_it_is() {
     assert_eq!(std::fs::read_to_string(folder.path.join("case.toml")).unwrap(), CASE);
     assert_eq!(folder.names(), FILES);
 }
+
+/// A block without any support, its weight and a push at the top, at rest on the floor.
+const RESTING: &str = r#"
+title = "Crate"
+[mesh]
+block = { size = [1, 1, 2], cells = [4, 4, 8], element = "hex8" }
+[materials.wood]
+young = 1e10
+poisson = 0.3
+density = 500
+[[load]]
+gravity = [0, 0, -9.81]
+[[load]]
+on = "z-max"
+traction = [0, 1000, 0]
+[[contact]]
+on = "z-min"
+against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
+friction = { coulomb = 0.6 }
+"#;
+
+#[test]
+fn a_crate_rests_on_its_weight_alone() {
+    let folder = Folder::new("resting", RESTING);
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let summary = folder.summary("case-results");
+    let weight = 9810.0;
+    let close = |value: &Value, wanted: f64| (value.as_f64().unwrap() - wanted).abs() < 1e-8 * weight;
+    assert!(close(&summary["contact"]["normal_force"], weight), "{summary:#}");
+    let body = &summary["bodies"][0];
+    assert_eq!((body["name"].as_str(), summary["bodies"].as_array().unwrap().len()), (Some("body"), 1));
+    for (key, wanted) in [("load", [0.0, 1000.0, -weight]), ("contact", [0.0, -1000.0, weight]), ("support", [0.0; 3])]
+    {
+        assert!((0..3).all(|c| close(&body[key][c], wanted[c])), "{key} {body:#}");
+    }
+    assert!(body["moment_balance"].as_f64().unwrap() < 1e-8);
+    folder.run(&["check", "case-results"]).ends(0, &[]);
+    let told = std::fs::read_to_string(folder.path.join("case-results/summary.json")).unwrap();
+    let mut changed = summary.clone();
+    changed["bodies"][0]["contact"][1] = (-1001.0).into();
+    std::fs::write(folder.path.join("case-results/summary.json"), changed.to_string()).unwrap();
+    let check = folder.run(&["check", "case-results"]);
+    check.ends(1, &[]);
+    assert!(check.out.contains("contact y of body body") && !told.contains("no_equilibrium"), "{check:#?}");
+}
+
+#[test]
+fn a_crate_that_cannot_rest_is_told_how_it_leaves() {
+    let folder = Folder::new("leaving", RESTING);
+    // It tips over at T = 9810 / 4 and slides at T = 0.6 * 9810; low friction slides first.
+    let ends = |set: &[&str], motion: &str| {
+        let mut arguments = vec!["solve", "case.toml"];
+        set.iter().for_each(|s| arguments.extend(["--set", s]));
+        let run = folder.run(&arguments);
+        run.ends(1, &["no equilibrium", motion]);
+        assert!(run.out.contains("NOT SOLVED") && run.out.contains(motion), "{run:#?}");
+        let summary = folder.summary("case-results");
+        assert_eq!(summary["status"], "no_equilibrium");
+        assert!(summary["departure"].as_str().unwrap().contains(motion));
+        assert_eq!(summary["certificate"]["passed"], false);
+    };
+    folder.run(&["solve", "case.toml", "--set", "load.1.traction=[0, 2430, 0]"]).ends(0, &[]);
+    ends(&["load.1.traction=[0, 2480, 0]"], "rotation about the axis along (-1, 0, 0) through (0.5, 1, 0)");
+    ends(&["contact.0.friction.coulomb=0.1"], "the body: translation along y");
+    ends(&["load.1.traction=[0, 0, 1e4]"], "the body: translation along z");
+    // Only Newton's method keeps the balance.
+    folder.run(&["solve", "case.toml", "--method", "msa1"]).ends(2, &["held by contact alone", "newton"]);
+}

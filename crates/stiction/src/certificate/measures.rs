@@ -1,14 +1,16 @@
+use super::balance::{Balance, BodyBalance, balances, worst};
 use super::duality::duality_gap;
-use crate::contact::{ContactProblem, Friction, Supports};
-use crate::linalg::Csr;
+use crate::contact::{ContactProblem, Friction};
 
 /// How far an answer is from solving its problem; see [`certify`] for the definitions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
     /// `|f - K u - Bᵀ lambda| / max(|f|, |Bᵀ lambda|)`: a body may be loaded by its overlap alone.
     pub equilibrium: f64,
-    /// Force and moment of loads, reactions and contact; `None` for a problem without supports.
+    /// Force and moment of loads, reactions and contact, the worst of all bodies; `None` for a problem without supports.
     pub balance: Option<Balance>,
+    /// The same of each body; empty for a problem without supports.
+    pub bodies: Vec<BodyBalance>,
     /// `max(N u - gap)+ / max|u|`; at tied points the largest jump.
     pub penetration: f64,
     /// `max(-lambda_n)+ / max|lambda_n|`.
@@ -34,14 +36,6 @@ pub struct Certificate {
     pub passed: bool,
 }
 
-/// Resultants of loads, reactions and contact forces, over the sum of the magnitudes they add up from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Balance {
-    pub force: f64,
-    /// About the centre the rigid motions are taken about.
-    pub moment: f64,
-}
-
 /// Judges `u` (length `n`) and `lambda` (length `3m`) against `tolerance`.
 pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
     let m = problem.friction.len();
@@ -56,12 +50,14 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let largest_normal = largest(&lambda[..m]);
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
     let (gap, terms) = bipotential(&points);
+    let bodies = balances(problem, u, lambda).unwrap_or_default();
     let mut certificate = Certificate {
         equilibrium: ratio(
             length(imbalance),
             length(problem.f.iter().copied()).max(length(contact_force.iter().copied())),
         ),
-        balance: problem.supports.as_ref().and_then(|s| balance(problem, s, u, lambda)),
+        balance: worst(&bodies),
+        bodies,
         penetration: ratio(over_points(&Point::violation), largest_u),
         tension: ratio(over_points(&|p| if p.tied { 0.0 } else { -p.normal }), largest_normal),
         cone: ratio(over_points(&|p| if p.tied { 0.0 } else { p.friction_length() - p.bound }), largest_bound),
@@ -224,44 +220,6 @@ fn mean_stiffness(problem: &ContactProblem) -> f64 {
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
-/// Virtual work of all external forces, reactions and contact forces on the six rigid motions.
-fn balance(problem: &ContactProblem, supports: &Supports, u: &[f64], lambda: &[f64]) -> Option<Balance> {
-    let free_rigid = problem.near_kernel.as_ref()?;
-    let held = supports.K.times(u);
-    let own = supports.K_own.times(&supports.displacement);
-    let contact_free = problem.B.transpose_times(lambda);
-    let (mut sum, mut magnitude, mut rounding) = ([0.0; 6], [0.0f64; 6], [0.0f64; 6]);
-    let mut add = |motion: &[f64; 6], force: f64, internal: f64| {
-        for k in 0..6 {
-            sum[k] += motion[k] * force;
-            magnitude[k] += (motion[k] * force).abs();
-            rounding[k] += (motion[k] * internal).abs() * f64::EPSILON;
-        }
-    };
-    for (i, motion) in free_rigid.iter().enumerate() {
-        add(motion, supports.free_load[i], 0.0);
-        add(motion, -contact_free[i], 0.0);
-    }
-    let internal =
-        |row: usize| row_magnitude(&supports.K, row, u) + row_magnitude(&supports.K_own, row, &supports.displacement);
-    for (i, motion) in supports.rigid.iter().enumerate() {
-        // load - contact + reaction, where the reaction is K u - load + contact
-        add(motion, held[i] + own[i], internal(i));
-    }
-    // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
-    let worst = |range: std::ops::Range<usize>| {
-        let scale = magnitude[range.clone()].iter().fold(0.0, |a: f64, &b| a.max(b));
-        ratio(range.map(|k| sum[k].abs() - 10.0 * rounding[k]).fold(0.0, f64::max), scale)
-    };
-    Some(Balance { force: worst(0..3), moment: worst(3..6) })
-}
-
-/// `|row| . |x|`: the size of the terms a product adds up.
-fn row_magnitude(matrix: &Csr, row: usize, x: &[f64]) -> f64 {
-    let (columns, values) = matrix.row(row);
-    columns.iter().zip(values).map(|(&j, v)| (v * x[j as usize]).abs()).sum()
-}
-
 fn length(x: impl Iterator<Item = f64>) -> f64 {
     x.map(|v| v * v).sum::<f64>().sqrt()
 }
@@ -271,7 +229,7 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 /// `value+ / scale`, zero if there is nothing to measure and infinite if there is but no scale for it.
-fn ratio(value: f64, scale: f64) -> f64 {
+pub(super) fn ratio(value: f64, scale: f64) -> f64 {
     if value.is_nan() || scale.is_nan() {
         f64::INFINITY
     } else if value <= 0.0 {

@@ -3,9 +3,11 @@
 //! Recomputed from the problem's data by code that shares nothing with the solvers. Every measure is dimensionless,
 //! an inequality against the tolerance, and does not change with the units.
 
+mod balance;
 mod discrete;
 mod duality;
 mod measures;
 
+pub use balance::{Balance, BodyBalance};
 pub use discrete::{Measures, measure};
-pub use measures::{Balance, Certificate, certify};
+pub use measures::{Certificate, certify};

@@ -1,6 +1,7 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
 mod discrete;
+pub mod equilibrium;
 mod obstacle;
 mod pose;
 mod problem;
@@ -9,4 +10,4 @@ pub mod rigid;
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
 pub use pose::{ContactSurface, SurfaceFacts, SurfaceFriction, pose};
-pub use problem::{ContactProblem, Friction, Pair, Supports};
+pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};

@@ -1,12 +1,12 @@
 use std::collections::HashMap;
 
 use super::obstacle::unit;
-use super::{ContactProblem, Friction, Obstacle, Pair, Supports};
+use super::{Bodies, Body, ContactProblem, Friction, Obstacle, Pair, Supports};
 use crate::Error;
 use crate::fem::{FeModel, nodal_areas, nodal_normals};
 use crate::linalg::Csr;
-use crate::mesh::Mesh;
-use crate::mesh::v3::{cross, dot, norm};
+use crate::mesh::v3::{cross, dot, norm, sub};
+use crate::mesh::{self, Mesh};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -109,6 +109,7 @@ pub fn pose(
             B: held,
             rigid: rigid(&model.dofs.prescribed),
         }),
+        bodies: Some(bodies(mesh, model, center)),
     };
     Ok((problem, facts))
 }
@@ -324,6 +325,30 @@ fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
     }
     let n = model.dofs.free.len();
     (Csr::from_triplets(3 * m, n, &free), Csr::from_triplets(3 * m, model.dofs.prescribed.len(), &held))
+}
+
+/// The bodies by the names of the groups of cells they are, otherwise by their numbers.
+fn bodies(mesh: &Mesh, model: &FeModel, origin: [f64; 3]) -> Bodies {
+    let of_node = mesh::bodies(mesh);
+    let count = of_node.iter().max().map_or(0, |&last| last as usize + 1);
+    let of_cell: Vec<u32> = mesh.cell_iter().map(|(_, nodes)| of_node[nodes[0] as usize]).collect();
+    let (mut cells, mut nodes) = (vec![0; count], vec![Vec::new(); count]);
+    of_cell.iter().for_each(|&body| cells[body as usize] += 1);
+    of_node.iter().zip(&mesh.nodes).for_each(|(&body, &x)| nodes[body as usize].push(x));
+    let group_of = |body: usize| {
+        let is = |group: &&mesh::Group| {
+            group.cells.len() == cells[body] && group.cells.iter().all(|&c| of_cell[c as usize] as usize == body)
+        };
+        mesh.groups.iter().find(is).map(|group| group.name.clone())
+    };
+    let list = (0..count).map(|body| {
+        let size = nodes[body].len().max(1) as f64;
+        let centre = [0, 1, 2].map(|c| nodes[body].iter().map(|x| x[c]).sum::<f64>() / size);
+        let radius = nodes[body].iter().map(|&x| norm(sub(x, centre))).fold(0.0, f64::max);
+        Body { name: group_of(body).unwrap_or_else(|| (body + 1).to_string()), centre, radius }
+    });
+    let of = |dofs: &[u32]| dofs.iter().map(|&dof| of_node[dof as usize / 3]).collect();
+    Bodies { list: list.collect(), of: of(&model.dofs.free), of_support: of(&model.dofs.prescribed), origin }
 }
 
 fn centroid(mesh: &Mesh) -> [f64; 3] {

@@ -23,6 +23,27 @@ pub struct Pair {
     pub points: Range<usize>,
 }
 
+/// A body of the mesh, for reports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    pub name: String,
+    /// Mean of its nodes, and the largest distance of one from it; length.
+    pub centre: [f64; 3],
+    pub radius: f64,
+}
+
+/// Which body is where; a body is what hangs together without contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bodies {
+    pub list: Vec<Body>,
+    /// The body of each unknown, `n`.
+    pub of: Vec<u32>,
+    /// The body of each prescribed displacement, `p`.
+    pub of_support: Vec<u32>,
+    /// The point about which the rotations of the near-kernel turn, length.
+    pub origin: [f64; 3],
+}
+
 /// The prescribed part of the body, for reactions and the balance of forces; `p` prescribed displacements.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
@@ -55,7 +76,8 @@ pub struct Supports {
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
 pub struct ContactProblem {
-    /// Stiffness, `n x n`, symmetric positive definite, both triangles stored.
+    /// Stiffness, `n x n`, symmetric, both triangles stored. Positive definite; with a near-kernel, positive
+    /// semidefinite with no other null space than rigid motions of its connected components.
     pub K: Csr,
     /// Load, newton, length `n`.
     pub f: Vec<f64>,
@@ -76,6 +98,8 @@ pub struct ContactProblem {
     /// Near-kernel of `K`: the six rigid motions from coordinates, one row an unknown.
     pub near_kernel: Option<Vec<[f64; 6]>>,
     pub supports: Option<Supports>,
+    /// Names and places of the bodies, for messages and for the balance of each.
+    pub bodies: Option<Bodies>,
 }
 
 impl ContactProblem {
@@ -95,6 +119,7 @@ impl ContactProblem {
             node_of: None,
             near_kernel: None,
             supports: None,
+            bodies: None,
         }
     }
 
@@ -125,6 +150,7 @@ impl ContactProblem {
     /// Checks every length, index and value once; the solvers trust a problem that passed.
     pub fn validate(&self) -> Result<(), Error> {
         let (m, n) = (self.points(), self.unknowns());
+        let p = self.supports.as_ref().map_or(0, |s| s.load.len());
         let remedy = "give K (n x n), f (n), B (3m x n), gap (m), slip_reference (2m), friction (m), area (m)";
         let lengths = [
             ("rows of K", self.K.rows, n),
@@ -136,12 +162,21 @@ impl ContactProblem {
             ("area", self.area.len(), m),
             ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
             ("near_kernel", self.near_kernel.as_ref().map_or(n, Vec::len), n),
+            ("bodies of unknowns", self.bodies.as_ref().map_or(n, |b| b.of.len()), n),
+            ("bodies of supports", self.bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
         ];
         if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
             return Err(Error::new("contact problem", format!("{name}: {found} where {wanted} are needed"), remedy));
         }
         self.K.validate("K")?;
         self.B.validate("B")?;
+        if let Some(bodies) = &self.bodies {
+            let known = bodies.list.len() as u32;
+            if let Some(number) = bodies.of.iter().chain(&bodies.of_support).find(|&&number| number >= known) {
+                let what = format!("there is no body {number} among {known}");
+                return Err(Error::new("contact problem", what, "number the bodies from zero"));
+            }
+        }
         let vectors = [("f", &self.f), ("gap", &self.gap), ("slip_reference", &self.slip_reference)];
         for (name, v) in vectors {
             if let Some(i) = v.iter().position(|x| !x.is_finite()) {
@@ -167,7 +202,7 @@ impl ContactProblem {
         let diagonal: Vec<f64> = (0..k.rows).map(|i| k.entry(i, i)).collect();
         if let Some(i) = diagonal.iter().position(|d| d.is_nan() || *d <= 0.0) {
             let what = format!("K has the diagonal entry {} at unknown {i}", diagonal[i]);
-            return Err(Error::new("contact problem", what, "K must be positive definite"));
+            return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
         }
         let differ = |i: usize, j: usize, upper: f64, lower: f64| {
             // Assembly orders may differ in the last bits.

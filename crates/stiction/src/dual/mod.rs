@@ -2,11 +2,13 @@
 
 mod choice;
 mod estimate;
+mod floating;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use choice::{Choice, DualSettings, Form, choose};
 pub use estimate::{Estimate, estimate};
+pub use floating::Floating;
 
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -25,6 +27,8 @@ pub struct Dual {
     product: Product,
     /// `1 / |row|²` of `B`; zero for an empty row.
     row_scale: Vec<f64>,
+    /// Bodies held by contact alone; `K⁻¹` stands for a generalised inverse then.
+    pub floating: Floating,
     products: AtomicUsize,
     solves: AtomicUsize,
 }
@@ -48,13 +52,19 @@ pub enum Inverse {
 }
 
 impl Dual {
-    /// Factorises `K` in the order that was chosen.
+    /// Factorises `K` in the order that was chosen. Where bodies float, `K` gets springs that carry nothing as long as
+    /// forces are in balance ([`Floating`]).
     ///
     /// # Errors
-    /// If `K` is not positive definite or memory runs out.
+    /// If `K` is singular beyond the rigid motions of its bodies, not positive or memory runs out.
     pub fn new(problem: &ContactProblem, choice: Choice) -> Result<Self, Error> {
         let Choice { form, graph, plan, touched, .. } = choice;
-        let factor = Cholesky::new(&problem.K, &graph, plan)?;
+        let floating = Floating::new(problem);
+        let factor = if floating.is_empty() {
+            Cholesky::new(&problem.K, &graph, plan)?
+        } else {
+            Cholesky::new(&floating.held(&problem.K), &graph, plan)?
+        };
         let (touched, product) = match form {
             Form::Dense => {
                 let trailing = factor.trailing();
@@ -70,7 +80,17 @@ impl Dual {
         let row_scale = (0..b_touched.rows).map(|i| b_touched.row(i).1.iter().map(|v| v * v).sum::<f64>());
         let row_scale = row_scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }).collect();
         let (products, solves) = Default::default();
-        Ok(Dual { factor, touched, B_touched: b_touched, K_touched: k_touched, product, row_scale, products, solves })
+        Ok(Dual {
+            factor,
+            touched,
+            B_touched: b_touched,
+            K_touched: k_touched,
+            product,
+            row_scale,
+            floating,
+            products,
+            solves,
+        })
     }
 
     /// `Q lambda`, length `3m`.
@@ -97,7 +117,7 @@ impl Dual {
         result
     }
 
-    /// `K⁻¹ (f - Bᵀ lambda)`, length `n`.
+    /// `K⁻¹ (f - Bᵀ lambda)`, length `n`; bodies that float are where their springs hold them.
     pub fn displacement(&self, problem: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
         self.solves.fetch_add(1, Ordering::Relaxed);
         let mut force = problem.B.transpose_times(lambda);

@@ -9,6 +9,9 @@ use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 /// in body sizes. It lies well above the rounding of coordinates in mesh files and below one element's width.
 const UNSEEN: f64 = 1e-6;
 
+/// Parts of a motion below this are left out where it is told to a person.
+const READABLE: f64 = 1e-4;
+
 /// What rounding leaves of a zero, with lengths measured in body sizes.
 const ROUNDING: f64 = 1e-12;
 
@@ -21,6 +24,12 @@ pub fn rigid_motions(nodes: &[V3]) -> [Vec<f64>; 6] {
         let motion = |x: &V3| if k < 3 { axis } else { cross(axis, sub(*x, centre)) };
         nodes.iter().flat_map(motion).collect()
     })
+}
+
+/// The unit vector along `v` with components nobody would read set to zero.
+fn direction_of(v: V3) -> V3 {
+    let v = v.map(|c| if c.abs() < READABLE * norm(v) { 0.0 } else { c });
+    v.map(|c| c / norm(v))
 }
 
 const AXES: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -41,6 +50,21 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The motion `u(x) = t + omega x (x - origin)` of a body of the given centre and radius, to its direction. What
+    /// turns the body by less than `1e-4` of its displacement is a translation: the motion is for a person to read.
+    pub fn of(t: V3, omega: V3, origin: V3, centre: V3, radius: f64) -> Motion {
+        let t = add(t, cross(omega, sub(centre, origin)));
+        let (turn, shift) = (norm(omega), norm(t));
+        if turn * radius <= READABLE * shift {
+            return Motion::Translation { along: direction_of(t) };
+        }
+        let along = scale(1.0 / turn, omega);
+        let snap = |length: f64| if length.abs() < READABLE * radius { 0.0 } else { length };
+        let advance = snap(dot(along, t) / turn);
+        let through = add(centre, scale(1.0 / turn, cross(along, t))).map(snap);
+        Motion::Rotation { along: direction_of(omega), through, advance }
+    }
+
     /// Displacement of the point `x` under the unit motion.
     pub fn at(&self, x: V3) -> V3 {
         match *self {

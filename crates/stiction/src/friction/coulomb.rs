@@ -69,6 +69,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
         _ => 0.0,
     };
     let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * solution.lambda[j]).collect();
+    let balanced = vec![0.0; dual.floating.len()];
     let (mut radius, mut quiet) = (0.0, 0);
     for step in 0..POWER_STEPS {
         let size = norm(&g);
@@ -77,7 +78,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
         }
         g.iter_mut().for_each(|x| *x /= size);
         system.answer_to(&g);
-        let answer = system.solve(dual, ROUGH, INNER_LIMIT);
+        let answer = system.solve(dual, &dual.floating.jumps, &balanced, ROUGH, INNER_LIMIT);
         g = slipping.iter().map(|&j| slope(j) * answer.d[j]).collect();
         let growth = norm(&g);
         // One quiet step may be the turning point of a growth that first rises and then falls.
@@ -92,7 +93,8 @@ fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f6
 
 fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
     let m = problem.points();
-    if !rows_are_orthogonal(problem) {
+    // The bound is over all forces; where bodies float only those in balance have an energy.
+    if !rows_are_orthogonal(problem) || !dual.floating.is_empty() {
         return None;
     }
     let tangential = |x: &[f64]| {

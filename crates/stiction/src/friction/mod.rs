@@ -20,6 +20,7 @@ mod newton;
 mod newton_system;
 mod primal;
 mod quadratic;
+mod rigid_start;
 mod run_method;
 mod solve;
 mod solve_with;

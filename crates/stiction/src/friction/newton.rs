@@ -7,11 +7,13 @@ use crate::contact::Friction;
 use crate::dual::Dual;
 use crate::linalg::norm;
 
-/// The point the iteration has reached: multipliers and `v = Q lambda - h = [gap - N u; -slip]`.
+/// The point the iteration has reached: multipliers, rigid motions of bodies that float, and
+/// `v = Q lambda - G alpha - h = [gap - N u; -slip]`.
 #[derive(Debug, Clone)]
 pub(super) struct Iterate {
     pub lambda: Vec<f64>,
     pub v: Vec<f64>,
+    pub alpha: Vec<f64>,
 }
 
 /// How a run of Newton steps ended.
@@ -33,6 +35,9 @@ pub(super) struct Newton<'a> {
     pub stiffness: &'a [f64],
     /// The parameter of the residual, one a point, force per length.
     pub r: &'a [f64],
+    /// `Rᵀ f` on the rigid motions the step may use, newton; empty where all bodies are held, or taken to be held by
+    /// the springs of the dual operator.
+    pub resultant: &'a [f64],
     /// Stop when the residual's norm is at most this share of the multipliers'.
     pub tolerance: f64,
 }
@@ -54,13 +59,16 @@ pub(super) const TAME_SLOPE: f64 = 2.5;
 const INNER_LIMIT: usize = 300;
 
 /// Semismooth Newton (Alart & Curnier 1991) with inexact steps and non-monotone backtracking (Grippo, Lampariello &
-/// Lucidi 1986) on the norm of the residual. `steps` counts down to the limit of the whole solve.
+/// Lucidi 1986) on the norm of the residual, which contains what forces on floating bodies lack of balance. `steps` counts down to the limit of the whole solve.
 pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, observe: &mut Observe<'_>) -> End {
     let mut recent: Vec<f64> = Vec::new();
     let (mut best, mut since_best) = (f64::INFINITY, 0);
     let mut previous: Vec<PointState> = Vec::new();
+    let imbalance = |at: &Iterate| on.dual.floating.imbalance(on.resultant, &at.lambda);
+    let merit = |at: &Iterate| norm(&residual(on.friction, &at.lambda, &at.v, on.r)).hypot(norm(&imbalance(at)));
+    let jumps = &on.dual.floating.jumps[..on.resultant.len()];
     loop {
-        let theta = norm(&residual(on.friction, &at.lambda, &at.v, on.r));
+        let theta = merit(at);
         let now = states(on.friction, &at.lambda, &at.v, on.r);
         let scale = norm(&at.lambda);
         if observe(theta, scale, &now).is_break() {
@@ -88,13 +96,17 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         // force (the reduced matrix loses its definiteness); near it the coupling is what makes the method fast.
         let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { TAME_SLOPE };
         let system = NewtonSystem::new(on.friction, largest_slope, on.live, on.stiffness, &at.lambda, &at.v, on.r);
-        let step = system.solve(on.dual, forcing, INNER_LIMIT);
+        let step = system.solve(on.dual, jumps, &imbalance(at), forcing, INNER_LIMIT);
         recent.push(theta);
         let highest = recent.iter().rev().take(MEMORY).fold(0.0, |a: f64, &b| a.max(b));
         let mut t = 1.0;
         let next = loop {
-            let trial = Iterate { lambda: along(&at.lambda, t, &step.d), v: along(&at.v, t, &step.qd) };
-            let theta = norm(&residual(on.friction, &trial.lambda, &trial.v, on.r));
+            let trial = Iterate {
+                lambda: along(&at.lambda, t, &step.d),
+                v: along(&at.v, t, &step.dv),
+                alpha: if jumps.is_empty() { at.alpha.clone() } else { along(&at.alpha, t, &step.d_alpha) },
+            };
+            let theta = merit(&trial);
             if theta <= (1.0 - 1e-4 * t) * highest {
                 break Some(trial);
             }

@@ -1,7 +1,7 @@
 use super::law::{augmented, bound};
 use crate::contact::Friction;
 use crate::dual::{Dual, Inverse};
-use crate::linalg::{axpy, gmres};
+use crate::linalg::{SmallLu, axpy, dot, gmres};
 
 /// One unknown of a Newton step.
 #[derive(Debug, Clone, Copy)]
@@ -39,8 +39,37 @@ pub(super) struct NewtonSystem {
 /// A Newton direction with its image, so that no product is needed along it.
 pub(super) struct Step {
     pub d: Vec<f64>,
-    /// `Q d`.
-    pub qd: Vec<f64>,
+    /// The change of `v`: `Q d - G d_alpha`.
+    pub dv: Vec<f64>,
+    /// The change of the rigid motions of bodies that float.
+    pub d_alpha: Vec<f64>,
+}
+
+/// The rigid motions of floating bodies within a Newton step: further unknowns `alpha`, whose equations are the balance
+/// of forces, and their part in the preconditioner
+///
+/// ```text
+/// [ Â   -G_r ] [ y ]   [ x ]        y = Â⁻¹ x + Y a,   Y = Â⁻¹ G_r,   C = G_eᵀ Y
+/// [ G_eᵀ  0  ] [ a ] = [ b ]        C a = b - G_eᵀ Â⁻¹ x
+/// ```
+/// exact in the balance: every direction of the inner iteration keeps it (Farhat & Roux 1991, the coarse problem).
+struct Border<'a> {
+    jumps: &'a [Vec<f64>],
+    /// Columns of `G_e = Eᵀ G` and `Y`.
+    work: Vec<Vec<f64>>,
+    answer: Vec<Vec<f64>>,
+    coarse: SmallLu,
+}
+
+impl Border<'_> {
+    /// Completes `y = Â⁻¹ x` to the solution `[y; a]` for the imbalance `b`.
+    fn complete(&self, mut y: Vec<f64>, b: &[f64]) -> Vec<f64> {
+        let lacking: Vec<f64> = b.iter().zip(&self.work).map(|(b, g)| b - dot(g, &y)).collect();
+        let a = self.coarse.solve(&lacking);
+        a.iter().zip(&self.answer).for_each(|(&a, column)| axpy(a, column, &mut y));
+        y.extend(a);
+        y
+    }
 }
 
 impl NewtonSystem {
@@ -147,6 +176,18 @@ impl NewtonSystem {
         }
     }
 
+    /// `Eᵀ w`: the work of `w` on what the unknowns contribute to the step.
+    fn gather(&self, w: &[f64]) -> Vec<f64> {
+        let work = |unknown: &Unknown| match *unknown {
+            Unknown::Component { i } => w[i],
+            Unknown::SlippingNormal { i, tangents: [t1, t2], direction: [a, b], slope } => {
+                w[i] + slope * (a * w[t1] + b * w[t2])
+            }
+            Unknown::Turn { tangents: [t1, t2], across: [a, b] } => a * w[t1] + b * w[t2],
+        };
+        self.unknowns.iter().map(work).collect()
+    }
+
     /// `Pᵀ w`: the jump in the rows of the equations.
     fn restrict(&self, w: &[f64]) -> Vec<f64> {
         let row = |unknown: &Unknown| match *unknown {
@@ -198,28 +239,60 @@ impl NewtonSystem {
         }
     }
 
+    fn border<'a>(&self, dual: &Dual, jumps: &'a [Vec<f64>]) -> Border<'a> {
+        let answer = |jump: &Vec<f64>| {
+            let rows = self.restrict(jump);
+            let rows: Vec<f64> = rows.iter().zip(&self.share).map(|(g, share)| share * g).collect();
+            self.precondition(dual, &rows)
+        };
+        let work: Vec<Vec<f64>> = jumps.iter().map(|jump| self.gather(jump)).collect();
+        let answer: Vec<Vec<f64>> = jumps.iter().map(answer).collect();
+        let coarse = SmallLu::new(work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect());
+        Border { jumps, work, answer, coarse }
+    }
+
+    /// The step and what it does to `v`, at one product with `Q`.
+    fn image(&self, dual: &Dual, border: &Border, d: &[f64], d_alpha: &[f64]) -> Vec<f64> {
+        let moves = d.iter().any(|&x| x != 0.0);
+        let mut image = if moves { dual.times(d) } else { vec![0.0; d.len()] };
+        border.jumps.iter().zip(d_alpha).for_each(|(jump, &a)| axpy(-a, jump, &mut image));
+        image
+    }
+
     /// Solves the step to the relative accuracy `tolerance` by preconditioned GMRES, at most `limit` products.
-    pub fn solve(&self, dual: &Dual, tolerance: f64, limit: usize) -> Step {
-        let size = self.known.len();
-        let mut d = self.known.clone();
-        let mut qd = if d.iter().any(|&x| x != 0.0) { dual.times(&d) } else { vec![0.0; size] };
-        let known = self.restrict(&qd);
-        let rhs: Vec<f64> = (0..known.len()).map(|k| self.rhs[k] - self.share[k] * known[k]).collect();
+    ///
+    /// `jumps` are those of the rigid motions and `imbalance` what the present forces lack of balance; both are empty
+    /// where every body is held.
+    pub fn solve(&self, dual: &Dual, jumps: &[Vec<f64>], imbalance: &[f64], tolerance: f64, limit: usize) -> Step {
+        let (size, count) = (self.known.len(), self.unknowns.len());
+        let border = self.border(dual, jumps);
+        // A first step restores the balance; those of the inner iteration keep it.
+        let lacking: Vec<f64> = imbalance.iter().zip(jumps).map(|(b, g)| b - dot(g, &self.known)).collect();
+        let first = border.complete(vec![0.0; count], &lacking);
+        let (mut d, mut d_alpha) = (self.known.clone(), first[count..].to_vec());
+        self.expand(&first[..count], &mut d);
+        let mut dv = self.image(dual, &border, &d, &d_alpha);
+        let known = self.restrict(&dv);
+        let rhs: Vec<f64> =
+            (0..count).map(|k| self.rhs[k] - self.share[k] * known[k] - self.softness[k] * first[k]).collect();
         let mut images = Vec::new();
-        let operator = |y: &[f64]| {
+        let operator = |z: &[f64]| {
             let mut full = vec![0.0; size];
-            self.expand(y, &mut full);
-            let image = dual.times(&full);
+            self.expand(&z[..count], &mut full);
+            let image = self.image(dual, &border, &full, &z[count..]);
             let w = self.restrict(&image);
             images.push(image);
-            (0..w.len()).map(|k| self.share[k] * w[k] + self.softness[k] * y[k]).collect()
+            (0..w.len()).map(|k| self.share[k] * w[k] + self.softness[k] * z[k]).collect()
         };
-        let krylov = gmres(operator, |x| self.precondition(dual, x), &rhs, tolerance, limit);
-        for ((&c, y), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
-            let scaled: Vec<f64> = y.iter().map(|y| c * y).collect();
-            self.expand(&scaled, &mut d);
-            axpy(c, image, &mut qd);
+        let balanced = vec![0.0; jumps.len()];
+        let precondition = |x: &[f64]| border.complete(self.precondition(dual, x), &balanced);
+        let krylov = gmres(operator, precondition, &rhs, tolerance, limit);
+        for ((&c, z), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
+            let scaled: Vec<f64> = z.iter().map(|z| c * z).collect();
+            self.expand(&scaled[..count], &mut d);
+            axpy(1.0, &scaled[count..], &mut d_alpha);
+            axpy(c, image, &mut dv);
         }
-        Step { d, qd }
+        Step { d, dv, d_alpha }
     }
 }

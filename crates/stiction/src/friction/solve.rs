@@ -4,7 +4,9 @@ use super::PointState;
 use super::law::{bound, states};
 use super::newton::{End, Iterate, Newton, TAME_SLOPE, newton};
 use super::newton_system::NewtonSystem;
+use super::rigid_start::Foundation;
 use crate::certificate::{Certificate, certify};
+use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::linalg::axpy;
@@ -37,6 +39,9 @@ pub enum Status {
     MaxIterations,
     /// No method gains on the residual any more.
     Stalled,
+    /// No contact forces balance the loads on a body that floats: it moves away
+    /// ([`no_equilibrium`](crate::contact::equilibrium::no_equilibrium) tells how). What is returned is no rest.
+    NoEquilibrium,
     /// The method has converged by its own rule, but the certificate does not pass.
     Uncertified,
     /// The observer asked to stop.
@@ -117,6 +122,10 @@ const RESTARTS: usize = 5;
 /// Solves contact with friction: Newton's method on the law itself; after a stall some accelerated gradient steps and
 /// a smaller parameter; after repeated stalls the fixed point on the bounds of friction, whose problems are convex.
 ///
+/// Bodies that contact alone holds start from their rest as rigid bodies on an elastic foundation; their rigid motions
+/// are unknowns of each Newton step, and the balance of their forces is part of the residual. Where the steps stall, the
+/// body is held by springs whose rest length then follows it (the method of multipliers for the balance).
+///
 /// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
 /// enough but did not certify is reduced further.
 pub fn solve(
@@ -126,6 +135,9 @@ pub fn solve(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
     let mut solver = Solver::new(problem, dual, settings);
+    if no_equilibrium(problem, &dual.floating.motions).is_some() {
+        return Solution { status: Status::NoEquilibrium, ..solver.finish(End::Stalled, settings.tolerance) };
+    }
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
     let mut tolerance = 0.03 * settings.tolerance;
     loop {
@@ -138,13 +150,23 @@ pub fn solve(
     }
 }
 
+/// What holds the bodies that float during a run of Newton steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Held {
+    ByContact,
+    /// The springs of the dual operator, where the body is: the problem has an answer whatever touches.
+    BySprings,
+}
+
 struct Solver<'a> {
     problem: &'a ContactProblem,
     dual: &'a Dual,
     live: Vec<bool>,
     stiffness: Vec<f64>,
-    /// `v` at zero multipliers.
+    /// `v` at zero multipliers and zero rigid motions.
     v0: Vec<f64>,
+    /// `Rᵀ f` on the rigid motions of floating bodies.
+    resultant: Vec<f64>,
     at: Iterate,
     steps_left: usize,
     max_steps: usize,
@@ -162,13 +184,14 @@ impl<'a> Solver<'a> {
             Some(start) => {
                 let mut v = dual.times(start);
                 axpy(1.0, &v0, &mut v);
-                Iterate { lambda: start.clone(), v }
+                Iterate { lambda: start.clone(), v, alpha: vec![0.0; dual.floating.len()] }
             }
-            None => Iterate { lambda: vec![0.0; size], v: v0.clone() },
+            None => Iterate { lambda: vec![0.0; size], v: v0.clone(), alpha: vec![0.0; dual.floating.len()] },
         };
+        let resultant = dual.floating.motions.work(&problem.f);
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
-        Solver { problem, dual, live, stiffness, v0, at, steps_left, max_steps, counts, history }
+        Solver { problem, dual, live, stiffness, v0, resultant, at, steps_left, max_steps, counts, history }
     }
 
     /// The parameter of the residual at each point.
@@ -187,10 +210,11 @@ impl<'a> Solver<'a> {
         let laws = self.problem.friction.clone();
         let mut factor = 1.0;
         if self.at.lambda.iter().all(|&x| x == 0.0) {
+            self.rigid_start();
             self.stick_start();
         }
         for _ in 0..RESTARTS {
-            let end = self.newton(&laws, Phase::Newton, factor, tolerance, observer);
+            let end = self.newton(&laws, Phase::Newton, Held::ByContact, factor, tolerance, observer);
             if end != End::Stalled {
                 return end;
             }
@@ -201,20 +225,59 @@ impl<'a> Solver<'a> {
         while self.steps_left > 0 {
             self.counts.fixed_point_steps += 1;
             let frozen = self.frozen_laws();
-            let end = self.newton(&frozen, Phase::FixedPoint, 1.0, tolerance.max(1e-6), observer);
+            let end = self.newton(&frozen, Phase::FixedPoint, Held::BySprings, 1.0, tolerance.max(1e-6), observer);
+            self.follow();
             match end {
                 End::Stalled => self.gradient_steps(),
                 End::Converged => {}
                 End::Limit | End::Interrupted => return end,
             }
             let before = self.at.clone();
-            let end = self.newton(&laws, Phase::Newton, 1.0, tolerance, observer);
+            let end = self.newton(&laws, Phase::Newton, Held::ByContact, 1.0, tolerance, observer);
             if end != End::Stalled {
                 return end;
             }
             self.at = before;
         }
         End::Limit
+    }
+
+    /// Bodies that float start where they rest as rigid bodies, with the forces of the foundation.
+    fn rigid_start(&mut self) {
+        let floating = &self.dual.floating;
+        if floating.is_empty() {
+            return;
+        }
+        let mut u = self.dual.displacement(self.problem, &vec![0.0; self.v0.len()]);
+        floating.motions.bodies.iter().flat_map(|body| &body.unknowns).for_each(|&i| u[i as usize] = 0.0);
+        let (opening, r) = (self.problem.opening(&u), self.parameter(1.0));
+        let (friction, resultant) = (&self.problem.friction[..], &self.resultant[..]);
+        let foundation = Foundation { friction, jumps: &floating.jumps, resultant, opening: &opening, stiffness: &r };
+        let rest = foundation.rest();
+        self.at.alpha = rest.alpha;
+        self.at.lambda = rest.lambda;
+        self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
+        make_admissible(friction, &mut self.at.lambda);
+        self.refresh();
+    }
+
+    /// A motion that nothing resisted for a while may have been long: what it rounded off `v` is restored.
+    fn refresh(&mut self) {
+        let floating = &self.dual.floating;
+        if floating.is_empty() {
+            return;
+        }
+        self.at.v = self.dual.times(&self.at.lambda);
+        axpy(1.0, &self.v0, &mut self.at.v);
+        floating.close(&self.at.alpha, &mut self.at.v);
+    }
+
+    /// The springs that hold floating bodies give way until they carry nothing (a step of the method of multipliers).
+    fn follow(&mut self) {
+        let floating = &self.dual.floating;
+        let moved = floating.give(&floating.imbalance(&self.resultant, &self.at.lambda));
+        axpy(1.0, &moved, &mut self.at.alpha);
+        floating.close(&moved, &mut self.at.v);
     }
 
     /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
@@ -234,14 +297,17 @@ impl<'a> Solver<'a> {
         }
         let (r, at) = (self.parameter(1.0), &self.at);
         let system = NewtonSystem::new(&stuck, 0.0, &self.live, &self.stiffness, &at.lambda, &at.v, &r);
-        let step = system.solve(self.dual, 0.1, START_LIMIT);
+        let floating = &self.dual.floating;
+        let imbalance = floating.imbalance(&self.resultant, &at.lambda);
+        let step = system.solve(self.dual, &floating.jumps, &imbalance, 0.1, START_LIMIT);
         let mut next = at.clone();
         axpy(1.0, &step.d, &mut next.lambda);
-        axpy(1.0, &step.qd, &mut next.v);
+        axpy(1.0, &step.dv, &mut next.v);
+        axpy(1.0, &step.d_alpha, &mut next.alpha);
         let found = states(&self.problem.friction, &next.lambda, &next.v, &r);
         let count = |s| found.iter().filter(|&&x| x == s).count();
         self.steps_left -= 1;
-        if count(PointState::Stick) >= count(PointState::Slip) {
+        if count(PointState::Stick) >= count(PointState::Slip).max(usize::from(!floating.is_empty())) {
             self.at = next;
         }
     }
@@ -250,13 +316,22 @@ impl<'a> Solver<'a> {
         &mut self,
         laws: &[Friction],
         phase: Phase,
+        held: Held,
         factor: f64,
         tolerance: f64,
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> End {
         let r = self.parameter(factor);
-        let on =
-            Newton { dual: self.dual, friction: laws, live: &self.live, stiffness: &self.stiffness, r: &r, tolerance };
+        self.refresh();
+        let on = Newton {
+            dual: self.dual,
+            friction: laws,
+            live: &self.live,
+            stiffness: &self.stiffness,
+            r: &r,
+            resultant: if held == Held::ByContact { &self.resultant } else { &[] },
+            tolerance,
+        };
         let (history, dual) = (&mut self.history, self.dual);
         let first = self.max_steps - self.steps_left;
         let mut iteration = first;
@@ -296,8 +371,11 @@ impl<'a> Solver<'a> {
                 Friction::None | Friction::Coulomb { .. } => PointSet::HalfLineAndDisc { radius: 0.0 },
             })
             .collect();
-        let b: Vec<f64> = self.v0.iter().map(|v| -v).collect();
-        let q_lambda: Vec<f64> = self.at.v.iter().zip(&self.v0).map(|(v, v0)| v - v0).collect();
+        // Bodies that float are held by their springs where they are.
+        let mut v0 = self.v0.clone();
+        self.dual.floating.close(&self.at.alpha, &mut v0);
+        let b: Vec<f64> = v0.iter().map(|v| -v).collect();
+        let q_lambda: Vec<f64> = self.at.v.iter().zip(&v0).map(|(v, v0)| v - v0).collect();
         let weight = self.parameter(1.0);
         let operator = |x: &[f64]| {
             let masked: Vec<f64> = x.iter().zip(&self.live).map(|(x, &l)| if l { *x } else { 0.0 }).collect();
@@ -306,7 +384,8 @@ impl<'a> Solver<'a> {
         let found = accelerated_gradient(operator, &b, &sets, &weight, &self.at.lambda, &q_lambda, GRADIENT_STEPS);
         self.at.lambda = found.x;
         self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
-        self.at.v = found.a_times_x.iter().zip(&self.v0).map(|(q, v0)| q + v0).collect();
+        self.at.v = found.a_times_x.iter().zip(&v0).map(|(q, v0)| q + v0).collect();
+        self.follow();
     }
 
     /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.
@@ -315,8 +394,10 @@ impl<'a> Solver<'a> {
         let found = states(&self.problem.friction, &self.at.lambda, &self.at.v, &r);
         let mut lambda = self.at.lambda.clone();
         make_admissible(&self.problem.friction, &mut lambda);
-        let u = self.dual.displacement(self.problem, &lambda);
-        self.at = Iterate { v: self.problem.opening(&u), lambda };
+        let mut u = self.dual.displacement(self.problem, &lambda);
+        self.dual.floating.motions.add(&self.at.alpha, &mut u);
+        self.at.v = self.problem.opening(&u);
+        self.at.lambda = lambda;
         let certificate = certify(self.problem, &u, &self.at.lambda, tolerance);
         let status = match end {
             End::Interrupted => Status::Interrupted,

@@ -31,7 +31,7 @@ const MOST_STORED_FRUGAL: usize = 600;
 /// others are run to tolerances of their own that fall until the certificate passes.
 ///
 /// # Errors
-/// As [`run_method`].
+/// As [`run_method`]; or a body floats and the method is not Newton's, which alone keeps its forces in balance.
 pub fn solve_with(
     problem: &ContactProblem,
     dual: &Dual,
@@ -41,6 +41,13 @@ pub fn solve_with(
 ) -> Result<Answer, Error> {
     if method.method == Method::Newton {
         return Ok(Answer { solution: solve(problem, dual, settings, observer), method: None });
+    }
+    if !dual.floating.is_empty() {
+        return Err(Error::new(
+            "",
+            "a body is held by contact alone, and this method is for bodies that supports hold",
+            "take Newton's method (method = \"newton\" under [solver]), or add a [[fix]] that holds the body",
+        ));
     }
     let frugal = matches!(method.method.given(), Some(Given::AdaptiveUzawa | Given::Discs));
     let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);

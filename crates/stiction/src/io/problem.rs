@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::npz::{self, Array, Data, count, f64s, scalar, text, u32s, usizes};
 use crate::Error;
-use crate::contact::{ContactProblem, Friction, Pair, Supports};
+use crate::contact::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
 use crate::linalg::Csr;
 
 type Arrays = BTreeMap<String, Array>;
@@ -43,6 +43,15 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         arrays.push(("support_free_load".into(), Array::f64(&supports.free_load)));
         arrays.push(("support_displacement".into(), Array::f64(&supports.displacement)));
         arrays.push(("support_rigid".into(), sixes(&supports.rigid)));
+    }
+    if let Some(bodies) = &problem.bodies {
+        let names: Vec<&str> = bodies.list.iter().map(|body| body.name.as_str()).collect();
+        let places: Vec<f64> = bodies.list.iter().flat_map(|b| b.centre.into_iter().chain([b.radius])).collect();
+        arrays.push(("body_names".into(), Array::text(&names.join("\n"))));
+        arrays.push(("body_places".into(), Array::f64(&places)));
+        arrays.push(("body_of".into(), Array::u32(&bodies.of)));
+        arrays.push(("body_of_support".into(), Array::u32(&bodies.of_support)));
+        arrays.push(("body_origin".into(), Array::f64(&bodies.origin)));
     }
     let (names, arrays): (Vec<String>, Vec<Array>) = arrays.into_iter().unzip();
     let arrays: Vec<(&str, Array)> = names.iter().map(String::as_str).zip(arrays).collect();
@@ -92,6 +101,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
         near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
         supports: if arrays.contains_key("support_load") { Some(supports(arrays, n, m)?) } else { None },
+        bodies: if arrays.contains_key("body_of") { Some(bodies(arrays, n)?) } else { None },
         f,
         gap,
     };
@@ -110,6 +120,20 @@ fn supports(arrays: &Arrays, n: usize, m: usize) -> Result<Supports, Error> {
         B: csr(arrays, "support_B", 3 * m, p)?,
         rigid: read_sixes(arrays, "support_rigid", p)?,
         load,
+    })
+}
+
+fn bodies(arrays: &Arrays, n: usize) -> Result<Bodies, Error> {
+    let names = text(arrays, "body_names")?;
+    let names: Vec<&str> = names.split('\n').collect();
+    let places = f64s(arrays, "body_places", Some(4 * names.len()))?.as_chunks::<4>().0;
+    let body = |(name, &[x, y, z, radius]): (&str, &[f64; 4])| Body { name: name.into(), centre: [x, y, z], radius };
+    let origin = f64s(arrays, "body_origin", Some(3))?;
+    Ok(Bodies {
+        list: names.into_iter().zip(places).map(body).collect(),
+        of: u32s(arrays, "body_of", Some(n))?.to_vec(),
+        of_support: u32s(arrays, "body_of_support", None)?.to_vec(),
+        origin: [origin[0], origin[1], origin[2]],
     })
 }
 

@@ -69,6 +69,7 @@ fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<
         let value = summary["certificate"].get(name).and_then(number);
         value.ok_or_else(|| damaged(format!("its certificate has no number `{name}`")).at("summary.json"))
     };
+    let tolerance = new.tolerance;
     let mut differences = Vec::new();
     let mut differ = |name: &str, old: f64, new: f64, scale: f64| {
         let same = old == new || (old - new).abs() <= SAME * scale.max(old.abs().max(new.abs()));
@@ -80,6 +81,17 @@ fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<
         differ(name, stored(name)?, value, new.tolerance);
     }
     differ("tolerance", stored("tolerance")?, new.tolerance, 0.0);
+    for (body, new) in new.bodies.iter().enumerate().map(|(k, b)| (&summary["bodies"][k], b)) {
+        let told = |name: &str| body.get(name).and_then(number).unwrap_or(f64::NAN);
+        let named = |name: &str| format!("{name} of body {}", new.name);
+        differ(&named("force_balance"), told("force_balance"), new.balance.force, tolerance);
+        differ(&named("moment_balance"), told("moment_balance"), new.balance.moment, tolerance);
+        let size = new.contact.iter().chain(&new.load).chain(&new.support).fold(0.0, |a: f64, v| a.max(v.abs()));
+        for c in 0..3 {
+            let told = body["contact"][c].as_f64().unwrap_or(f64::NAN);
+            differ(&named(["contact x", "contact y", "contact z"][c]), told, new.contact[c], size);
+        }
+    }
     let told = |name: &str| summary["contact"].get(name).and_then(number).unwrap_or(f64::NAN);
     differ("normal_force", told("normal_force"), normal_force, 0.0);
     let passed = summary["certificate"]["passed"].as_bool();

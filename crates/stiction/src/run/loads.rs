@@ -3,6 +3,9 @@
 use super::facts::{FixFacts, LoadFacts};
 use super::{place, regions};
 use crate::Error;
+use crate::contact::ContactProblem;
+use crate::contact::equilibrium::{in_words, unresisted};
+use crate::contact::rigid::rigid_motions;
 use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Mesh, bodies};
@@ -10,7 +13,7 @@ use crate::mesh::{Mesh, bodies};
 /// The time at which expressions are read; everything acts in full.
 pub(super) const TIME: f64 = 1.0;
 
-/// Prescribed displacements; refused where two of them contradict each other or a body could still move rigidly.
+/// Prescribed displacements; refused where two of them contradict each other.
 pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>), Error> {
     let (mut fixes, mut facts) = (Vec::new(), Vec::new());
     for spec in &case.fixes {
@@ -27,7 +30,6 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         let what = "every displacement is prescribed: there is nothing to solve";
         return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
-    held(mesh, &dofs).map_err(|error| place::at(support_spot(case), error))?;
     Ok((fixes, facts))
 }
 
@@ -45,11 +47,26 @@ fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
     FixFacts { on: regions::name(&spec.on), nodes: fix.nodes.len(), components, at }
 }
 
-/// Refuses bodies that can move rigidly: the stiffness of such a body is singular.
-fn held(mesh: &Mesh, dofs: &DofMap) -> Result<(), Error> {
+/// Refuses bodies that can move rigidly where neither a support nor any contact point resists: nothing determines their
+/// displacement. Whether contact can also balance the loads shows in the solve.
+pub(super) fn held(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem, case: &Case) -> Result<(), Error> {
+    let free = if problem.points() == 0 { unsupported(mesh, dofs) } else { unresisted_by_contact(problem) };
+    free.map_or(Ok(()), |error| Err(place::at(support_spot(case), error)))
+}
+
+fn unresisted_by_contact(problem: &ContactProblem) -> Option<Error> {
+    let motions = rigid_motions(problem);
+    let free = unresisted(problem, &motions)?;
+    let why = if free.work > 0.0 { "the loads push it there" } else { "its displacement is not determined" };
+    let motion = in_words(problem, &motions, &free.alpha);
+    let what = format!("no support and no contact resists a motion of {motion}; {why}");
+    Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
+}
+
+fn unsupported(mesh: &Mesh, dofs: &DofMap) -> Option<Error> {
     let body_of_node = bodies(mesh);
     let unheld = unheld_motions(mesh, dofs, &body_of_node);
-    let Some(first) = unheld.first() else { return Ok(()) };
+    let first = unheld.first()?;
     let count = body_of_node.iter().max().map_or(1, |&last| last + 1);
     let who = if count == 1 {
         "the body".to_string()
@@ -66,8 +83,7 @@ fn held(mesh: &Mesh, dofs: &DofMap) -> Result<(), Error> {
         let motions: Vec<String> = first.motions.iter().map(ToString::to_string).collect();
         format!("{who} is not held: it is free in {}", motions.join("; "))
     };
-    let remedy = "add a [[fix]] that stops these motions; in this version contact alone does not hold a body";
-    Err(Error::new("", what, remedy))
+    Some(Error::new("", what, "add a [[fix]] or a [[contact]] that stops these motions"))
 }
 
 /// Loads with the force each adds up to.

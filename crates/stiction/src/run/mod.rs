@@ -29,7 +29,7 @@ pub use check::{Checked, check};
 pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
 pub use mesh::read_mesh;
 pub use prepare::{Prepared, prepare};
-pub use report::{report, uniqueness};
+pub use report::{departure, report, uniqueness};
 pub use solve::{Event, Outcome, Path, Seconds, Settings, solve};
 pub use summary::summary;
 pub use totals::{Totals, pair_totals, totals};

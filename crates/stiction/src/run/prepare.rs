@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{TIME, fixes, loads};
+use super::loads::{TIME, fixes, held, loads};
 use super::nested::{Coarser, coarser};
 use super::solve::multigrid_first;
 use super::{materials, mesh, place, surfaces};
@@ -53,6 +53,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let assembled = start.elapsed().as_secs_f64();
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
+    held(&mesh, &model.dofs, &problem, case)?;
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
-use crate::contact::Friction;
+use crate::contact::equilibrium::{in_words, no_equilibrium};
+use crate::contact::rigid::rigid_motions;
+use crate::contact::{ContactProblem, Friction};
 use crate::friction::{CoulombFacts, Status};
 
 /// The result of a run, a few lines for a person.
@@ -27,6 +29,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     line("status", status(solution.status, iterations));
     if let Some(why) = method_text::shortfall(outcome) {
         line("", why);
+    }
+    if let Some(motion) = departure(&prepared.problem, solution.status) {
+        line("", format!("the loads carry away {motion}"));
+        line("", "what follows, and the files, show a body that the solver holds by force: they are no result".into());
     }
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
@@ -79,6 +85,15 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     text
 }
 
+/// How the loads carry a body away, if the status says that nothing balances them.
+pub fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
+    if status != Status::NoEquilibrium {
+        return None;
+    }
+    let motions = rigid_motions(problem);
+    no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
+}
+
 fn has_coulomb(prepared: &Prepared) -> bool {
     prepared.problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
 }
@@ -128,6 +143,7 @@ fn status(status: Status, iterations: usize) -> String {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
         Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
+        Status::NoEquilibrium => "NOT SOLVED: there is no equilibrium".into(),
         Status::Uncertified => format!("NOT SOLVED: converged by its own rule after {count}, not by the certificate"),
         Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }

@@ -8,6 +8,8 @@ use super::place;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::contact::ContactProblem;
+use crate::contact::equilibrium::no_equilibrium;
+use crate::contact::rigid::rigid_motions;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
@@ -180,12 +182,17 @@ pub fn solve(
         return by_factor(prepared, settings, observer);
     }
     match by_multigrid(prepared, settings, observer) {
-        Ok(outcome) if asked || matches!(outcome.solution.status, Status::Solved | Status::Interrupted) => Ok(outcome),
+        Ok(outcome) if asked || is_final(outcome.solution.status) => Ok(outcome),
         Err(error) if asked => Err(error),
         // The direct path may still not fit the memory: then what multigrid has found is the better answer.
         Ok(outcome) => by_factor(prepared, settings, observer).or(Ok(outcome)),
         Err(_) => by_factor(prepared, settings, observer),
     }
+}
+
+/// Whether another path could not do better.
+fn is_final(status: Status) -> bool {
+    matches!(status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
 }
 
 /// Seconds since the last call.
@@ -216,8 +223,10 @@ fn by_multigrid(
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
     let (begin, mut times) = (Instant::now(), Vec::new());
+    let departs = no_equilibrium(problem, &rigid_motions(problem)).is_some();
+    let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations);
     let solver = friction::Settings {
-        max_iterations: CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations),
+        max_iterations: if departs { 0 } else { cycles },
         start_displacement: start,
         ..settings.solver.clone()
     };
@@ -225,9 +234,10 @@ fn by_multigrid(
         times.push(begin.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
     });
+    let status = if departs { Status::NoEquilibrium } else { solution.status };
     seconds.iteration = lap();
     Ok(Outcome {
-        solution,
+        solution: Solution { status, ..solution },
         method_name: settings.method_name.clone(),
         settings: settings.method.clone(),
         method: None,
@@ -265,7 +275,7 @@ fn by_factor(
     })?;
     let Answer { solution, method } = answer;
     seconds.iteration = lap();
-    let coulomb = if solution.status == Status::Interrupted {
+    let coulomb = if matches!(solution.status, Status::Interrupted | Status::NoEquilibrium) {
         None
     } else {
         let _ = observer(&Event::Coulomb);

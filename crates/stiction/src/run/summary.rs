@@ -2,9 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
+use super::report::departure;
 use super::write::Origin;
 use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
-use crate::certificate::Certificate;
+use crate::certificate::{BodyBalance, Certificate};
 use crate::friction::Status;
 use crate::linalg::Csr;
 
@@ -32,9 +33,11 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "title": prepared.facts.title,
         "units": prepared.facts.units,
         "status": status(solution.status),
+        "departure": departure(&prepared.problem, solution.status),
         "certificate": certificate(&solution.certificate),
         "contact": contact(&totals(prepared, outcome)),
         "pairs": pair_totals(prepared, outcome).into_iter().map(with_names).collect::<Vec<_>>(),
+        "bodies": solution.certificate.bodies.iter().map(body).collect::<Vec<_>>(),
         "displacement_max": largest_displacement(prepared, outcome).0,
         "energy": energy(prepared, outcome),
         "reaction": reaction(prepared, outcome),
@@ -78,6 +81,7 @@ pub(super) fn status(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::MaxIterations => "max_iterations",
         Status::Stalled => "stalled",
+        Status::NoEquilibrium => "no_equilibrium",
         Status::Uncertified => "uncertified",
         Status::Interrupted => "interrupted",
     }
@@ -100,6 +104,18 @@ pub(super) fn certificate(certificate: &Certificate) -> Value {
     map.insert("tolerance".into(), json!(certificate.tolerance));
     map.insert("passed".into(), json!(certificate.passed));
     Value::Object(map)
+}
+
+/// The forces on one body and their balance.
+fn body(body: &BodyBalance) -> Value {
+    json!({
+        "name": body.name,
+        "load": body.load,
+        "support": body.support,
+        "contact": body.contact,
+        "force_balance": body.balance.force,
+        "moment_balance": body.balance.moment,
+    })
 }
 
 fn contact(t: &Totals) -> Map<String, Value> {

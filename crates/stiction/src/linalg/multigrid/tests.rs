@@ -6,7 +6,7 @@ use super::*;
 
 /// A lattice of springs along edges and face diagonals with steps of these lengths, held weakly everywhere: an
 /// elastic body without elements.
-fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
+pub(super) fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
     let [a, b, c] = size;
     let at = |i: usize, j: usize, k: usize| (i * b + j) * c + k;
     let place = |v: usize| [v / (b * c), v / c % b, v % c];

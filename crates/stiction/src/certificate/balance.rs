@@ -1,0 +1,125 @@
+use super::measures::ratio;
+use crate::contact::{ContactProblem, Supports};
+use crate::linalg::Csr;
+
+/// Resultants of loads, reactions and contact forces of a body, over the sum of the magnitudes they add up from (that
+/// of the body where it is largest): the largest component.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    pub force: f64,
+    /// About the centre the rigid motions are taken about.
+    pub moment: f64,
+}
+
+/// The forces on one body, newton, and how they balance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyBalance {
+    pub name: String,
+    pub load: [f64; 3],
+    /// From the supports.
+    pub support: [f64; 3],
+    /// From all it touches.
+    pub contact: [f64; 3],
+    pub balance: Balance,
+}
+
+#[derive(Default, Clone)]
+struct Sums {
+    sum: [f64; 6],
+    magnitude: [f64; 6],
+    rounding: [f64; 6],
+    load: [f64; 3],
+    support: [f64; 3],
+    contact: [f64; 3],
+}
+
+impl Sums {
+    fn add(&mut self, motion: &[f64; 6], force: f64, internal: f64) {
+        for k in 0..6 {
+            self.sum[k] += motion[k] * force;
+            self.magnitude[k] += (motion[k] * force).abs();
+            self.rounding[k] += (motion[k] * internal).abs() * f64::EPSILON;
+        }
+    }
+}
+
+/// Adds the part of a force along the translations.
+fn along(total: &mut [f64; 3], motion: &[f64; 6], force: f64) {
+    (0..3).for_each(|k| total[k] += motion[k] * force);
+}
+
+/// Virtual work of all external forces, reactions and contact forces of each body on its six rigid motions. Without a
+/// list of bodies everything counts as one.
+pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<Vec<BodyBalance>> {
+    let (supports, free_rigid) = (problem.supports.as_ref()?, problem.near_kernel.as_ref()?);
+    let bodies = problem.bodies.as_ref();
+    let names: Vec<String> =
+        bodies.map_or(vec!["body".into()], |b| b.list.iter().map(|body| body.name.clone()).collect());
+    let mut sums = vec![Sums::default(); names.len()];
+    let of = |list: Option<&Vec<u32>>, i: usize| list.map_or(0, |of| of[i] as usize);
+    let contact_free = problem.B.transpose_times(lambda);
+    for (i, motion) in free_rigid.iter().enumerate() {
+        let body = &mut sums[of(bodies.map(|b| &b.of), i)];
+        body.add(motion, supports.free_load[i], 0.0);
+        body.add(motion, -contact_free[i], 0.0);
+        along(&mut body.load, motion, supports.free_load[i]);
+        along(&mut body.contact, motion, -contact_free[i]);
+    }
+    let forces = SupportForces::new(supports, u, lambda);
+    for (i, motion) in supports.rigid.iter().enumerate() {
+        let body = &mut sums[of(bodies.map(|b| &b.of_support), i)];
+        // load - contact + reaction, where the reaction is K u - load + contact
+        body.add(motion, forces.elastic[i], forces.magnitude(supports, i, u));
+        along(&mut body.load, motion, supports.load[i]);
+        along(&mut body.contact, motion, -forces.contact[i]);
+        along(&mut body.support, motion, forces.elastic[i] - supports.load[i] + forces.contact[i]);
+    }
+    // A body that nothing loads has forces of rounding only: no body is measured by less than the others carry.
+    let scale = |range: std::ops::Range<usize>| {
+        sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)
+    };
+    let (force_scale, moment_scale) = (scale(0..3), scale(3..6));
+    let balance = |(name, s): (String, &Sums)| {
+        // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
+        let worst = |range: std::ops::Range<usize>, scale: f64| {
+            ratio(range.map(|k| s.sum[k].abs() - 10.0 * s.rounding[k]).fold(0.0, f64::max), scale)
+        };
+        let balance = Balance { force: worst(0..3, force_scale), moment: worst(3..6, moment_scale) };
+        BodyBalance { name, load: s.load, support: s.support, contact: s.contact, balance }
+    };
+    Some(names.into_iter().zip(&sums).map(balance).collect())
+}
+
+/// The worst over all bodies.
+pub(super) fn worst(bodies: &[BodyBalance]) -> Option<Balance> {
+    let larger = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
+    let both = |a: Balance, b: Balance| Balance { force: larger(a.force, b.force), moment: larger(a.moment, b.moment) };
+    bodies.iter().map(|b| b.balance).reduce(both)
+}
+
+/// At the prescribed displacements.
+struct SupportForces {
+    /// What the deformed body exerts.
+    elastic: Vec<f64>,
+    contact: Vec<f64>,
+}
+
+impl SupportForces {
+    fn new(supports: &Supports, u: &[f64], lambda: &[f64]) -> Self {
+        let held = supports.K.times(u);
+        let own = supports.K_own.times(&supports.displacement);
+        let elastic = held.iter().zip(&own).map(|(a, b)| a + b).collect();
+        SupportForces { elastic, contact: supports.B.transpose_times(lambda) }
+    }
+
+    /// The size of the terms that `elastic` adds up.
+    fn magnitude(&self, supports: &Supports, row: usize, u: &[f64]) -> f64 {
+        row_magnitude(&supports.K, row, u) + row_magnitude(&supports.K_own, row, &supports.displacement)
+    }
+}
+
+/// `|row| . |x|`: the size of the terms a product adds up.
+fn row_magnitude(matrix: &Csr, row: usize, x: &[f64]) -> f64 {
+    let (columns, values) = matrix.row(row);
+    columns.iter().zip(values).map(|(&j, v)| (v * x[j as usize]).abs()).sum()
+}

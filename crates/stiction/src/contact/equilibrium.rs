@@ -1,0 +1,301 @@
+//! Whether contact forces can balance the loads on floating bodies at all: statics of rigid bodies, before any
+//! elasticity.
+
+use super::rigid::RigidMotions;
+use super::{ContactProblem, Friction};
+use crate::fem::Motion;
+use crate::linalg::{SmallLu, axpy, dot, max_abs, norm, symmetric_eigen};
+
+/// A rigid motion of floating bodies, and why it matters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slide {
+    /// The motion in the columns of [`RigidMotions`], of unit length.
+    pub alpha: Vec<f64>,
+    /// Work of the loads on the motion over that of a load of the same size in its direction, from 0 to 1.
+    pub work: f64,
+}
+
+/// A motion counts as resisted if some contact point moves by this part of the largest displacement in a direction in
+/// which it can carry force. As [`unheld_motions`](crate::fem::unheld_motions) for supports.
+const UNSEEN: f64 = 1e-6;
+
+/// Loads out of balance by less than this part of their resultants may be in balance: a projection on a cone cannot
+/// tell angles better than the root of rounding.
+const BALANCED: f64 = 3e-8;
+
+/// Generators that may be added to the hull. Some ten for each motion were needed in trials.
+const GENERATORS: usize = 4000;
+
+/// A rigid motion in which no contact point moves in a direction in which it can carry force, whichever points touch:
+/// nothing determines the displacement, whether or not the loads work on it. Where they do, the motion is the one they
+/// cause. `None` where every motion is resisted.
+pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
+    let jumps = motions.jumps(&problem.B);
+    if jumps.is_empty() {
+        return None;
+    }
+    let m = problem.points();
+    let carries = |i: usize| i < m || carries_friction(problem.friction[i % m]);
+    let rows: Vec<usize> = (0..3 * m).filter(|&i| carries(i)).collect();
+    // Motions by their largest displacement, rows by the largest of `B`: lengths of order one.
+    let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
+    let scale = problem.B.max_abs().max(f64::MIN_POSITIVE);
+    let product = |a: usize, b: usize| -> f64 {
+        rows.iter().map(|&i| jumps[a][i] * jumps[b][i]).sum::<f64>() * unit[a] * unit[b] / (scale * scale)
+    };
+    let gram: Vec<Vec<f64>> = (0..jumps.len()).map(|a| (0..jumps.len()).map(|b| product(a, b)).collect()).collect();
+    let (values, vectors) = symmetric_eigen(&gram);
+    let free = values.iter().zip(vectors).filter(|(v, _)| **v <= UNSEEN * UNSEEN).map(|(_, v)| v);
+    let free: Vec<Vec<f64>> = free.map(|v| v.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect();
+    let first = free.first()?.clone();
+    let load = motions.work(&problem.f);
+    let mut caused = vec![0.0; load.len()];
+    free.iter().for_each(|v| axpy(dot(v, &load) / dot(v, v), v, &mut caused));
+    let pushed = dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
+    Some(slide(if pushed { caused } else { first }, &load))
+}
+
+fn carries_friction(law: Friction) -> bool {
+    match law {
+        Friction::None => false,
+        Friction::Given { slip_bound } => slip_bound > 0.0,
+        Friction::Coulomb { coefficient } => coefficient > 0.0,
+        Friction::Bonded => true,
+    }
+}
+
+fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
+    let length = norm(&alpha);
+    let alpha: Vec<f64> = alpha.iter().map(|a| a / length).collect();
+    let work = dot(&alpha, load) / norm(load).max(f64::MIN_POSITIVE);
+    Slide { alpha, work }
+}
+
+/// The motion in which floating bodies leave where no admissible contact forces balance their loads; `None` where there
+/// are such forces (to a few parts in 1e8), or where it could not be decided.
+///
+/// The resultants of admissible forces form a convex set; the loads are projected on it, and what is left is a motion
+/// on which they do more work than any friction can take up (Gale's and Farkas' alternative). The set is the hull of one
+/// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
+/// so far is that of Lawson & Hanson (1974, ch. 23).
+pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
+    let load = motions.work(&problem.f);
+    let size = norm(&load);
+    if size == 0.0 {
+        return None;
+    }
+    let jumps = motions.jumps(&problem.B);
+    let forces = Forces { problem, jumps: &jumps, size };
+    // Friction that is given is bounded by itself and no cone: a further coordinate, one for the loads, makes it one.
+    let mut target: Vec<f64> = load.iter().map(|e| e / size).collect();
+    target.push(1.0);
+    let mut slack = vec![0.0; target.len()];
+    slack[load.len()] = 1.0;
+    let mut hull = Hull { generators: vec![(None, slack)], weights: vec![0.0] };
+    let mut before = f64::INFINITY;
+    for _ in 0..GENERATORS {
+        let rest = hull.project(&target);
+        let distance = norm(&rest);
+        if distance <= BALANCED {
+            return None;
+        }
+        let (point, generator) = forces.against(&rest)?;
+        // The error of the rest is the root of the angle; an angle of rounding gains nothing any more.
+        if dot(&generator, &rest) <= 1e-14 * distance || distance >= before {
+            return Some(physical(&forces, &hull, rest, &load));
+        }
+        before = distance;
+        hull.generators.push((point, generator));
+        hull.weights.push(0.0);
+    }
+    None
+}
+
+/// The motion without the lift that the cone of friction pairs with sliding: points that carry force stay on their
+/// obstacle, if the loads still work on what remains.
+fn physical(forces: &Forces, hull: &Hull, mut rest: Vec<f64>, load: &[f64]) -> Slide {
+    rest.truncate(load.len());
+    let carrying =
+        hull.generators.iter().zip(&hull.weights).filter(|(_, w)| **w > 0.0).filter_map(|((point, _), _)| *point);
+    let mut along = rest.clone();
+    let mut normals: Vec<Vec<f64>> = Vec::new();
+    for j in carrying {
+        let mut normal: Vec<f64> = forces.jumps.iter().map(|g| g[j]).collect();
+        let own = norm(&normal);
+        for _ in 0..2 {
+            normals.iter().for_each(|n| axpy(-dot(&normal, n), n, &mut normal));
+        }
+        let left = norm(&normal);
+        if left > UNSEEN * own {
+            normals.push(normal.iter().map(|v| v / left).collect());
+        }
+    }
+    normals.iter().for_each(|n| axpy(-dot(&along, n), n, &mut along));
+    let works = dot(&along, load) > UNSEEN * norm(&along) * norm(load) && norm(&along) > UNSEEN * norm(&rest);
+    slide(if works { along } else { rest }, load)
+}
+
+struct Forces<'a> {
+    problem: &'a ContactProblem,
+    jumps: &'a [Vec<f64>],
+    /// Force that counts as one.
+    size: f64,
+}
+
+impl Forces<'_> {
+    /// The admissible force that takes up most of the work of the motion `rest`, by direction: a unit vector of the
+    /// space of resultants, with its point if it is that of one point.
+    fn against(&self, rest: &[f64]) -> Option<(Option<usize>, Vec<f64>)> {
+        let m = self.problem.points();
+        let mut jump = vec![0.0; 3 * m];
+        self.jumps.iter().zip(rest).for_each(|(g, &d)| axpy(d, g, &mut jump));
+        let mut best: Option<(f64, Option<usize>, Vec<f64>)> = None;
+        let mut offer = |point: Option<usize>, vector: Vec<f64>| {
+            let length = norm(&vector);
+            if length > 0.0 {
+                let score = dot(&vector, rest) / length;
+                if best.as_ref().is_none_or(|(least, ..)| score > *least) {
+                    best = Some((score, point, vector.iter().map(|v| v / length).collect()));
+                }
+            }
+        };
+        let mut friction = vec![0.0; rest.len()];
+        for j in 0..m {
+            let rows = self.problem.rows(j);
+            let [n, t1, t2] = rows.map(|i| jump[i]);
+            let sliding = t1.hypot(t2);
+            let along = if sliding > 0.0 { [t1 / sliding, t2 / sliding] } else { [0.0; 2] };
+            let force = match self.problem.friction[j] {
+                Friction::None => [1.0, 0.0, 0.0],
+                Friction::Coulomb { coefficient } => [1.0, coefficient * along[0], coefficient * along[1]],
+                Friction::Bonded => [n, t1, t2],
+                Friction::Given { slip_bound } => {
+                    let bound = slip_bound / self.size;
+                    self.add(rows, [0.0, bound * along[0], bound * along[1]], &mut friction);
+                    [1.0, 0.0, 0.0]
+                }
+            };
+            let mut vector = vec![0.0; rest.len()];
+            self.add(rows, force, &mut vector);
+            offer(Some(j), vector);
+        }
+        if norm(&friction) > 0.0 {
+            *friction.last_mut()? = 1.0;
+            offer(None, friction);
+        }
+        best.map(|(_, point, vector)| (point, vector))
+    }
+
+    /// Adds the resultants of a force at the three rows of a point.
+    fn add(&self, rows: [usize; 3], force: [f64; 3], vector: &mut [f64]) {
+        for (v, jump) in vector.iter_mut().zip(self.jumps) {
+            *v += rows.iter().zip(force).map(|(&i, f)| jump[i] * f).sum::<f64>();
+        }
+    }
+}
+
+/// A cone by unit generators, each with the point whose force it is, and the weights of the last projection.
+struct Hull {
+    generators: Vec<(Option<usize>, Vec<f64>)>,
+    weights: Vec<f64>,
+}
+
+impl Hull {
+    /// What is left of `target` beside its projection. The generator added last is the one that gains.
+    fn project(&mut self, target: &[f64]) -> Vec<f64> {
+        let mut passive: Vec<usize> = (0..self.weights.len()).filter(|&g| self.weights[g] > 0.0).collect();
+        passive.push(self.weights.len() - 1);
+        loop {
+            let wanted = self.least_squares(&passive, target);
+            if wanted.iter().all(|&w| w > 0.0) || passive.is_empty() {
+                self.weights.fill(0.0);
+                passive.iter().zip(&wanted).for_each(|(&g, &w)| self.weights[g] = w);
+                break;
+            }
+            // As far towards the wanted weights as none turns negative; the one that vanishes first is left out.
+            let stop = |(&g, &w): (&usize, &f64)| (self.weights[g] / (self.weights[g] - w), g);
+            let stops = passive.iter().zip(&wanted).filter(|(_, w)| **w <= 0.0).map(stop);
+            let Some((step, first)) = stops.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            for (&g, &w) in passive.iter().zip(&wanted) {
+                self.weights[g] = (self.weights[g] + step * (w - self.weights[g])).max(0.0);
+            }
+            self.weights[first] = 0.0;
+            passive.retain(|&g| g != first);
+        }
+        let mut rest = target.to_vec();
+        self.generators.iter().zip(&self.weights).for_each(|((_, g), &w)| axpy(-w, g, &mut rest));
+        rest
+    }
+
+    /// Weights of the generators that come nearest to `target`, by an orthogonal factorisation.
+    fn least_squares(&self, passive: &[usize], target: &[f64]) -> Vec<f64> {
+        let count = passive.len();
+        let (mut q, mut r): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), vec![vec![0.0; count]; count]);
+        for (k, &g) in passive.iter().enumerate() {
+            let mut column = self.generators[g].1.clone();
+            for _ in 0..2 {
+                for (i, q) in q.iter().enumerate() {
+                    let share = dot(&column, q);
+                    r[i][k] += share;
+                    axpy(-share, q, &mut column);
+                }
+            }
+            r[k][k] = norm(&column);
+            let reciprocal = if r[k][k] > 0.0 { 1.0 / r[k][k] } else { 0.0 };
+            q.push(column.iter().map(|v| v * reciprocal).collect());
+        }
+        let mut rest = target.to_vec();
+        let mut image = Vec::with_capacity(count);
+        for q in &q {
+            let share = dot(&rest, q);
+            axpy(-share, q, &mut rest);
+            image.push(share);
+        }
+        SmallLu::new(r).solve(&image)
+    }
+}
+
+/// The motion in plain words: which bodies move, and how.
+pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {
+    let mut first = 0;
+    let mut moving: Vec<(f64, usize)> = Vec::new(); // largest displacement, body
+    for (number, body) in motions.bodies.iter().enumerate() {
+        let mut u = vec![0.0; body.unknowns.len()];
+        body.motions.iter().zip(&alpha[first..]).for_each(|(r, &a)| axpy(a, r, &mut u));
+        first += body.motions.len();
+        moving.push((max_abs(&u), number));
+    }
+    let largest = moving.iter().fold(0.0, |a: f64, b| a.max(b.0));
+    moving.retain(|(size, _)| *size > 1e-3 * largest);
+    moving.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let names: Vec<String> = moving.iter().map(|&(_, number)| name(problem, motions, number)).collect();
+    let Some(&(_, first)) = moving.first() else { return "no body moves".into() };
+    let motion = motion(problem, motions, first, alpha);
+    let others = match names.len() {
+        1 => String::new(),
+        _ => format!(", and with it {}", names[1..].join(", ")),
+    };
+    format!("{}: {motion}{others}", names[0])
+}
+
+/// `the body`, or `body "name"` where there are several.
+fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> String {
+    let unknown = motions.bodies[number].unknowns[0];
+    match &problem.bodies {
+        Some(bodies) if bodies.list.len() > 1 => {
+            format!("body \"{}\"", bodies.list[bodies.of[unknown as usize] as usize].name)
+        }
+        None if motions.bodies.len() > 1 => format!("the body of unknown {unknown}"),
+        _ => "the body".into(),
+    }
+}
+
+fn motion(problem: &ContactProblem, motions: &RigidMotions, number: usize, alpha: &[f64]) -> String {
+    let first: usize = motions.bodies[..number].iter().map(|b| b.motions.len()).sum();
+    let body = &motions.bodies[number];
+    let mut six = [0.0; 6];
+    body.coefficients.iter().zip(&alpha[first..]).for_each(|(c, &a)| axpy(a, c, &mut six));
+    let place = problem.bodies.as_ref().map(|b| (b.origin, &b.list[b.of[body.unknowns[0] as usize] as usize]));
+    let (origin, centre, radius) = place.map_or(([0.0; 3], [0.0; 3], 1.0), |(o, b)| (o, b.centre, b.radius));
+    Motion::of([six[0], six[1], six[2]], [six[3], six[4], six[5]], origin, centre, radius).to_string()
+}

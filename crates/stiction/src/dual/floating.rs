@@ -1,0 +1,82 @@
+use crate::contact::ContactProblem;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
+use crate::linalg::{Csr, SmallLu, axpy, dot};
+
+/// What the dual operator knows of bodies that nothing but contact holds: their rigid motions `R`, of which there are
+/// `k`, and the springs that stand for the missing supports in the factor. Without such bodies `k = 0`.
+///
+/// `u = K⁺ (f - Bᵀ lambda) + R alpha` where forces are in balance, `Gᵀ lambda = Rᵀ f` with `G = B R`; `K⁺` is the
+/// inverse of `K` with the springs, which carry nothing then. Out of balance it is the answer of a body that the
+/// springs hold at `alpha`.
+#[derive(Debug)]
+pub struct Floating {
+    pub motions: RigidMotions,
+    /// The columns of `G`, length `3m` each.
+    pub jumps: Vec<Vec<f64>>,
+    /// Unknowns that hold a spring, and its stiffness, force per length.
+    pub(super) springs: Vec<(u32, f64)>,
+    /// `Rᵀ D R` of the springs `D`.
+    holding: SmallLu,
+}
+
+impl Floating {
+    pub(super) fn new(problem: &ContactProblem) -> Self {
+        let motions = rigid_motions(problem);
+        let jumps = motions.jumps(&problem.B);
+        // As stiff as the body itself is there: neither the springs nor the body decide the condition.
+        let springs: Vec<(u32, f64)> =
+            motions.fixing().into_iter().map(|i| (i, problem.K.entry(i as usize, i as usize))).collect();
+        let count = motions.len();
+        let mut holding = vec![vec![0.0; count]; count];
+        let mut force = vec![0.0; problem.unknowns()];
+        for (k, column) in (0..count).zip(unit_vectors(count)) {
+            let mut u = vec![0.0; problem.unknowns()];
+            motions.add(&column, &mut u);
+            springs.iter().for_each(|&(i, stiffness)| force[i as usize] = stiffness * u[i as usize]);
+            motions.work(&force).into_iter().enumerate().for_each(|(row, work)| holding[row][k] = work);
+        }
+        Floating { motions, jumps, springs, holding: SmallLu::new(holding) }
+    }
+
+    /// Number of rigid motions `k`.
+    pub fn len(&self) -> usize {
+        self.jumps.len()
+    }
+
+    /// Whether every body is held.
+    pub fn is_empty(&self) -> bool {
+        self.jumps.is_empty()
+    }
+
+    /// `Rᵀ f - Gᵀ lambda`: what the forces lack of balance, for `resultant = Rᵀ f`.
+    pub fn imbalance(&self, resultant: &[f64], lambda: &[f64]) -> Vec<f64> {
+        resultant.iter().zip(&self.jumps).map(|(e, g)| e - dot(g, lambda)).collect()
+    }
+
+    /// The motion by which the springs give way under forces out of balance.
+    pub fn give(&self, imbalance: &[f64]) -> Vec<f64> {
+        self.holding.solve(imbalance)
+    }
+
+    /// `v -= G alpha`: the motions close gaps as displacements do.
+    pub fn close(&self, alpha: &[f64], v: &mut [f64]) {
+        alpha.iter().zip(&self.jumps).for_each(|(&a, jump)| axpy(-a, jump, v));
+    }
+
+    /// `K` with the springs.
+    pub(super) fn held(&self, k: &Csr) -> Csr {
+        let mut held = k.clone();
+        for &(i, stiffness) in &self.springs {
+            let i = i as usize;
+            let (columns, _) = k.row(i);
+            if let Ok(place) = columns.binary_search(&(i as u32)) {
+                held.value[k.start[i] + place] += stiffness;
+            }
+        }
+        held
+    }
+}
+
+fn unit_vectors(count: usize) -> impl Iterator<Item = Vec<f64>> {
+    (0..count).map(move |k| (0..count).map(|j| f64::from(u8::from(j == k))).collect())
+}

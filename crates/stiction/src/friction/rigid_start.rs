@@ -1,0 +1,128 @@
+use super::law::bound;
+use crate::contact::Friction;
+use crate::linalg::{SmallLu, axpy, dot, norm};
+
+/// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
+pub(super) struct Foundation<'a> {
+    pub friction: &'a [Friction],
+    /// Columns of `G`, the jumps of the rigid motions.
+    pub jumps: &'a [Vec<f64>],
+    /// `Rᵀ f`, newton.
+    pub resultant: &'a [f64],
+    /// `[gap - N u; slip_reference - T u]` where the rigid motions are zero, length, `3m`.
+    pub opening: &'a [f64],
+    /// Stiffness of each point, force per length, `m`.
+    pub stiffness: &'a [f64],
+}
+
+/// Rest of a rigid body on its foundation.
+pub(super) struct Rest {
+    pub alpha: Vec<f64>,
+    /// Forces of the foundation, `3m`.
+    pub lambda: Vec<f64>,
+}
+
+/// Steps of the fixed point on the bounds of friction; the first has none. A start needs no more.
+const ROUNDS: usize = 5;
+/// Steps of one energy; those that slip converge slowly, and need not arrive.
+const STEPS: usize = 30;
+const DOUBLINGS: usize = 200;
+const BISECTIONS: usize = 60;
+/// Tangential stiffness that is left to every point with friction: it keeps a body that slides from leaving.
+const GUIDE: f64 = 1e-6;
+
+impl Foundation<'_> {
+    /// The rigid motions at rest, by the fixed point on the bounds of friction.
+    pub fn rest(&self) -> Rest {
+        let m = self.friction.len();
+        let given = |law: &Friction| match *law {
+            Friction::Given { slip_bound } => slip_bound,
+            _ => 0.0,
+        };
+        let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
+        let mut rest = Rest { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
+        for _ in 0..ROUNDS {
+            let (alpha, v) = self.least_energy(&bounds);
+            let springs = self.springs(&v, &bounds);
+            rest = Rest { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
+            bounds = (0..m).map(|j| bound(self.friction[j], rest.lambda[j])).collect();
+        }
+        rest
+    }
+
+    /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
+    /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
+    fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut alpha = vec![0.0; self.jumps.len()];
+        let mut v = self.opening.to_vec();
+        for _ in 0..STEPS {
+            let springs = self.springs(&v, bounds);
+            let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
+            let lacking: Vec<f64> = self.jumps.iter().zip(self.resultant).map(|(g, e)| e - dot(g, &force)).collect();
+            if norm(&lacking) <= 1e-6 * norm(self.resultant) {
+                break;
+            }
+            let d = SmallLu::new(self.curvature(&springs)).solve(&lacking);
+            let mut dv = vec![0.0; v.len()];
+            d.iter().zip(self.jumps).for_each(|(d, g)| axpy(-d, g, &mut dv));
+            let t = self.rest_along(&v, &dv, dot(&d, self.resultant), bounds);
+            axpy(t, &d, &mut alpha);
+            axpy(t, &dv, &mut v);
+        }
+        (alpha, v)
+    }
+
+    /// Stiffness of each row at the opening `v`: the force over the displacement.
+    fn springs(&self, v: &[f64], bounds: &[f64]) -> Vec<f64> {
+        let m = self.friction.len();
+        let mut springs = vec![0.0; 3 * m];
+        for (j, law) in self.friction.iter().enumerate() {
+            let r = self.stiffness[j];
+            let sliding = r * v[m + j].hypot(v[2 * m + j]);
+            let [normal, tangential] = match law {
+                Friction::Bonded => [1.0, 1.0],
+                Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
+                Friction::Given { .. } | Friction::Coulomb { .. } => {
+                    let share = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
+                    [f64::from(u8::from(v[j] < 0.0)), share.max(GUIDE)]
+                }
+            };
+            springs[j] = r * normal;
+            (springs[m + j], springs[2 * m + j]) = (r * tangential, r * tangential);
+        }
+        springs
+    }
+
+    fn curvature(&self, springs: &[f64]) -> Vec<Vec<f64>> {
+        let weighted = |g: &Vec<f64>| -> Vec<f64> { g.iter().zip(springs).map(|(g, s)| g * s).collect() };
+        let mut h: Vec<Vec<f64>> =
+            self.jumps.iter().map(weighted).map(|w| self.jumps.iter().map(|g| dot(g, &w)).collect()).collect();
+        // A motion that nothing resists yet goes far; the line search ends it where something does.
+        let all: f64 = self.jumps.iter().map(|g| dot(g, g)).sum();
+        let largest = self.stiffness.iter().fold(0.0, |a: f64, s| a.max(*s));
+        (0..h.len()).for_each(|k| h[k][k] += 1e-9 * all * largest / self.friction.len() as f64);
+        h
+    }
+
+    /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`.
+    fn rest_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
+        let slope = |t: f64| {
+            let at: Vec<f64> = v.iter().zip(dv).map(|(v, d)| v + t * d).collect();
+            let springs = self.springs(&at, bounds);
+            at.iter().zip(&springs).zip(dv).map(|((v, s), d)| s * v * d).sum::<f64>() - work
+        };
+        let mut high = 1.0;
+        for _ in 0..DOUBLINGS {
+            if slope(high) >= 0.0 {
+                break;
+            }
+            high *= 2.0;
+        }
+        let mut low = 0.0;
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            *(if slope(middle) < 0.0 { &mut low } else { &mut high }) = middle;
+        }
+        low
+    }
+}
