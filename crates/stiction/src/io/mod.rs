@@ -15,4 +15,5 @@ pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;
+pub mod step;
 pub mod vtu;

@@ -4,6 +4,8 @@
 //! [`write()`] fills the result folder; [`check`] judges a result folder anew from its files alone.
 
 pub mod algebraic;
+mod axis;
+mod balance;
 mod check;
 mod facts;
 mod facts_text;
@@ -12,6 +14,7 @@ mod loads;
 mod materials;
 mod mesh;
 mod method_text;
+mod moment;
 pub mod paper;
 mod pictures;
 mod place;
@@ -19,6 +22,8 @@ mod prepare;
 mod regions;
 mod report;
 mod solve;
+mod step_file;
+mod steps;
 mod summary;
 mod surfaces;
 mod totals;
@@ -29,7 +34,11 @@ pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
 pub use mesh::read_mesh;
 pub use prepare::{Prepared, prepare};
 pub use report::{report, uniqueness};
-pub use solve::{Event, Outcome, Path, Seconds, Settings, solve};
+pub use moment::Acting;
+pub use balance::Balance;
+pub use solve::{Event, Outcome, Path, Seconds, Settings, StepLine, solve};
+pub use step_file::{StepFiles, begin_steps, keep_step};
+pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use summary::summary;
 pub use totals::{Totals, pair_totals, totals};
 pub use write::{Origin, writable, write};

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{TIME, fixes, loads};
+use super::loads::{end, fixes, loads};
+use super::moment::{Acting, apply, moment};
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -23,7 +24,9 @@ pub struct Prepared {
     /// The elastic body; its stiffness has moved to `problem` and is empty here.
     pub model: FeModel,
     pub surfaces: Vec<ContactSurface>,
+    /// As it stands at the end of the last step, or of the step that is being solved.
     pub problem: ContactProblem,
+    pub acting: Acting,
     pub facts: Facts,
     /// Seconds taken by the mesh, by assembly and by posing the contact.
     pub seconds: [f64; 3],
@@ -42,11 +45,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
     let (fixes, fix_facts) = fixes(&mesh, case)?;
-    let (loads, load_facts) = loads(&solid, &case.loads)?;
-    let mut model = assemble(&solid, &loads, &fixes, TIME)?;
+    let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
+    let mut model = assemble(&solid, &loads, &fixes, end(case))?;
     let assembled = start.elapsed().as_secs_f64();
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
+    let acting = Acting::new(case, loads, fixes).posed(&problem);
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {
@@ -70,7 +74,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     };
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
-    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, seconds })
+    let mut prepared =
+        Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, acting, facts, seconds };
+    if prepared.acting.moves() {
+        let unslid = vec![0.0; 2 * prepared.problem.points()];
+        let moment = moment(&prepared, end(case))?;
+        apply(&mut prepared, &moment, &unslid);
+    }
+    Ok(prepared)
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use serde_json::Value;
+
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
@@ -25,6 +27,9 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
     line("status", status(solution.status, iterations));
+    if let Some(last) = outcome.steps.last() {
+        steps(&mut line, &outcome.steps, last);
+    }
     if let Some(why) = method_text::shortfall(outcome) {
         line("", why);
     }
@@ -77,6 +82,24 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }
     text
+}
+
+/// How far the load steps came, and what became of the work; the lines below are of the last step.
+fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
+    let value = |entry: &Value| entry.as_f64().unwrap_or(f64::NAN);
+    let (t, begin) = (value(&last["t"]), value(&last["t"]) - value(&last["dt"]));
+    let again = all.iter().filter(|entry| entry["attempts"].as_u64() > Some(1)).count();
+    let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
+    line("steps", format!("{} to t = {}{again}", counted(all.len(), "step"), number(t)));
+    if matches!(last["status"].as_str(), Some("max_iterations" | "stalled")) {
+        let (name, attempts) = (last["name"].as_str().unwrap_or(""), &last["attempts"]);
+        let span = format!("from t = {} to {}", number(begin), number(t));
+        line("", format!("the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"));
+    }
+    let energy = |name: &str| number(value(&last["balance"][name]));
+    let (work, elastic, dissipated, drift) =
+        (energy("work"), energy("elastic"), energy("dissipation"), energy("drift"));
+    line("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
