@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::npz::{self, Array, count, f64s, scalar, usizes};
 use crate::Error;
+use crate::contact::ContactProblem;
 
 /// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,6 +34,20 @@ pub struct StepFile {
     pub energy: [f64; 3],
     /// Step, increment, part of the increment reached and length of the next part: where the time axis goes on.
     pub position: [usize; 4],
+}
+
+impl StepFile {
+    /// Makes `problem` that of this step.
+    pub fn put_into(&self, problem: &mut ContactProblem) {
+        problem.f.clone_from(&self.f);
+        problem.gap.clone_from(&self.gap);
+        problem.slip_reference.clone_from(&self.slip_reference);
+        if let Some(supports) = &mut problem.supports {
+            supports.load.clone_from(&self.support_load);
+            supports.free_load.clone_from(&self.support_free_load);
+            supports.displacement.clone_from(&self.support_displacement);
+        }
+    }
 }
 
 /// Writes a step, as a whole or not at all.

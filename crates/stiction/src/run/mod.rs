@@ -7,6 +7,7 @@ pub mod algebraic;
 mod axis;
 mod balance;
 mod check;
+mod check_steps;
 mod facts;
 mod facts_text;
 mod fields;
@@ -30,6 +31,7 @@ mod totals;
 mod write;
 
 pub use check::{Checked, check};
+pub use check_steps::CheckedStep;
 pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
 pub use mesh::read_mesh;
 pub use prepare::{Prepared, prepare};

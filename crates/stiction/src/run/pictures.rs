@@ -61,12 +61,11 @@ fn forces_over_time(folder: &Path, title: &str, steps: &[Value], unit_label: &st
     };
     let friction = |c: usize| curve(&|entry| entry["contact"]["tangential_force"][c].as_f64());
     let times = curve(&|entry| entry["t"].as_f64());
-    let forces = vec![
-        ("normal", curve(&|entry| entry["contact"]["normal_force"].as_f64())),
-        ("friction x", friction(0)),
-        ("friction y", friction(1)),
-        ("friction z", friction(2)),
-    ];
+    let mut forces = vec![("normal", curve(&|entry| entry["contact"]["normal_force"].as_f64()))];
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
+    let negligible = 1e-9 * forces.iter().map(|(_, values)| largest(values)).sum::<f64>();
+    let components = ["friction x", "friction y", "friction z"].into_iter().zip((0..3).map(friction));
+    forces.extend(components.filter(|(_, values)| largest(values) > negligible));
     let energies = vec![
         ("work", curve(&|entry| entry["balance"]["work"].as_f64())),
         ("elastic", curve(&|entry| entry["balance"]["elastic"].as_f64())),

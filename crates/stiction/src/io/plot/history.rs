@@ -56,7 +56,7 @@ fn draw(canvas: &mut Canvas, area: Area, times: &[f64], [first, last]: [f64; 2],
         canvas.line([x(t), area.top], [x(t), area.bottom], 1.0, GRID);
         canvas.text(&text, [x(t), area.bottom + 24.0], SMALL, INK, Align::Center);
     }
-    let up = ticks(low, high, 5);
+    let up = ticks(low, high, 7);
     for (v, text) in &up.marks {
         canvas.line([area.left, y(*v)], [area.right, y(*v)], 1.0, if *v == 0.0 { INK } else { GRID });
         canvas.text(text, [area.left - 14.0, y(*v)], SMALL, INK, Align::Right);
