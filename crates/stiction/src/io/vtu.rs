@@ -194,7 +194,8 @@ fn validate(grid: &Grid, point_arrays: &[Array], cell_arrays: &[Array], field_da
 /// # Errors
 /// If the file cannot be written.
 pub fn write_collection(path: &Path, files: &[(f64, String)]) -> Result<(), Error> {
-    let mut xml = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+    let mut xml =
+        String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
     for (t, name) in files {
         // Writing to a string cannot fail.
         let _ = writeln!(xml, "<DataSet timestep=\"{t:?}\" file=\"{}\"/>", escape(name));

@@ -105,7 +105,10 @@ mod tests {
     #[test]
     fn the_axis_is_walked_without_gaps_and_ends_are_exact() {
         let (done, failed) = walk(1.0);
-        assert_eq!((done.iter().map(|s| s[1]).collect::<Vec<_>>(), failed), (vec![0.3 / 3.0, 0.3 * (2.0 / 3.0), 0.3, 1.0], 0));
+        assert_eq!(
+            (done.iter().map(|s| s[1]).collect::<Vec<_>>(), failed),
+            (vec![0.3 / 3.0, 0.3 * (2.0 / 3.0), 0.3, 1.0], 0)
+        );
         for longest in [0.2, 0.05, 0.02] {
             let (done, _) = walk(longest);
             assert!(done.windows(2).all(|w| w[0][1] == w[1][0]));

@@ -57,7 +57,11 @@ pub(super) fn balance(
     }
     let slip = problem.opening(u);
     let taken: f64 = (m..3 * m).map(|i| -lambda[i] * slip[i]).sum();
-    Balance { work, elastic: elastic(problem, u, &moment.displacement), dissipation: before.balance.dissipation + taken }
+    Balance {
+        work,
+        elastic: elastic(problem, u, &moment.displacement),
+        dissipation: before.balance.dissipation + taken,
+    }
 }
 
 /// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.

@@ -47,13 +47,10 @@ pub(super) fn check_steps(
     let p = problem.supports.as_ref().map_or(0, |s| s.load.len());
     let vectors = |problem: &ContactProblem| (problem.f.clone(), problem.gap.clone(), problem.slip_reference.clone());
     let as_it_was = vectors(problem);
-    let nothing = Moment {
-        load: vec![0.0; n],
-        support_load: vec![0.0; p],
-        displacement: vec![0.0; p],
-        motion: vec![0.0; 3 * m],
-    };
-    let mut body = BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
+    let nothing =
+        Moment { load: vec![0.0; n], support_load: vec![0.0; p], displacement: vec![0.0; p], motion: vec![0.0; 3 * m] };
+    let mut body =
+        BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let mut slid = vec![0.0; 2 * m];
     let mut first: Option<Vec<f64>> = None;
     let mut checked = Vec::new();

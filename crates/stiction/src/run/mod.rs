@@ -30,14 +30,14 @@ mod surfaces;
 mod totals;
 mod write;
 
+pub use balance::Balance;
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
 pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
 pub use mesh::read_mesh;
+pub use moment::Acting;
 pub use prepare::{Prepared, prepare};
 pub use report::{report, uniqueness};
-pub use moment::Acting;
-pub use balance::Balance;
 pub use solve::{Event, Outcome, Path, Seconds, Settings, StepLine, solve};
 pub use step_file::{StepFiles, begin_steps, keep_step};
 pub use steps::{KeepStep, Restart, Step, solve_steps};

@@ -148,7 +148,9 @@ fn refuse_dragging(
     let along = match friction {
         Friction::None => return Ok(()),
         Friction::Bonded => relative,
-        Friction::Given { .. } | Friction::Coulomb { .. } => sub(relative, scale(dot(relative, frame.normal), frame.normal)),
+        Friction::Given { .. } | Friction::Coulomb { .. } => {
+            sub(relative, scale(dot(relative, frame.normal), frame.normal))
+        }
     };
     let value = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i]));
     if norm(along) <= ROUNDING * norm(value).max(norm(translation)) {

@@ -94,7 +94,10 @@ fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
     if matches!(last["status"].as_str(), Some("max_iterations" | "stalled")) {
         let (name, attempts) = (last["name"].as_str().unwrap_or(""), &last["attempts"]);
         let span = format!("from t = {} to {}", number(begin), number(t));
-        line("", format!("the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"));
+        line(
+            "",
+            format!("the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"),
+        );
     }
     let energy = |name: &str| number(value(&last["balance"][name]));
     let (work, elastic, dissipated, drift) =

@@ -33,8 +33,7 @@ pub struct StepFiles {
 /// If files cannot be read or written, or `resume` is asked for and the folder holds the steps of another case.
 pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(StepFiles, Option<Restart>), Error> {
     folder::create(folder)?;
-    let mut files =
-        StepFiles { folder: folder.to_path_buf(), fingerprint: fingerprint(prepared), log: String::new() };
+    let mut files = StepFiles { folder: folder.to_path_buf(), fingerprint: fingerprint(prepared), log: String::new() };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
     folder::remove(&folder.join("summary.json"))?;
     if restart.is_none() {
@@ -118,7 +117,10 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     if state["fingerprint"] != format!("{:016x}", files.fingerprint) {
         let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
                       solve without --resume";
-        return fail("the finished steps in this folder are of another case: mesh, loads, contacts or steps differ", remedy);
+        return fail(
+            "the finished steps in this folder are of another case: mesh, loads, contacts or steps differ",
+            remedy,
+        );
     }
     let Some(entries) = state["steps"].as_array().filter(|steps| !steps.is_empty()) else { return Ok(None) };
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
@@ -155,10 +157,7 @@ fn fingerprint(prepared: &Prepared) -> u64 {
     }
     acting.rest.iter().for_each(|v| word(v.to_bits()));
     let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
-    let text = format!(
-        "{:?} {:?} {:?} {:?} {steps:?}",
-        problem.friction, acting.loads, acting.fixes, acting.motions
-    );
+    let text = format!("{:?} {:?} {:?} {:?} {steps:?}", problem.friction, acting.loads, acting.fixes, acting.motions);
     text.bytes().for_each(|byte| word(byte.into()));
     hash
 }

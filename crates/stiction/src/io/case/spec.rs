@@ -31,7 +31,12 @@ pub(super) static CASE: Rules = Rules {
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
         key("contact", Kind::Tables(&CONTACT), "[[contact]]", "Surfaces that may touch a rigid obstacle."),
         key("solver", Kind::Table(&SOLVER), "[solver]", "Settings of the solver; the defaults need no tuning."),
-        key("step", Kind::Tables(&STEP), "[[step]]", "Load steps: the time t of expressions goes from 0 through their ends, and friction remembers where each point has slid."),
+        key(
+            "step",
+            Kind::Tables(&STEP),
+            "[[step]]",
+            "Load steps: the time t of expressions goes from 0 through their ends, and friction remembers where each point has slid.",
+        ),
     ],
 };
 

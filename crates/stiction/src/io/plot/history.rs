@@ -41,8 +41,7 @@ pub fn history(path: &Path, times: &[f64], panels: &[HistoryPanel], title: &str,
 
 /// Least and greatest finite value and zero, never the same.
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let [low, high] =
-        values.filter(|v| v.is_finite()).fold([0.0f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
+    let [low, high] = values.filter(|v| v.is_finite()).fold([0.0f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
     if low < high { [low, high] } else { [low, low + 1.0] }
 }
 

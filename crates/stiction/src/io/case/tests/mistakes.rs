@@ -115,7 +115,8 @@ fn what_this_version_cannot_do_is_said_plainly() {
 
 #[test]
 fn steps_and_motions_are_held_to_the_time_axis() {
-    let with = |steps: &str, place: &str, parts: &[&str]| fails("[solver]", &format!("{steps}\n[solver]"), place, parts);
+    let with =
+        |steps: &str, place: &str, parts: &[&str]| fails("[solver]", &format!("{steps}\n[solver]"), place, parts);
     with("[[step]]", "17:1", &["this [[step]] has no `until`", "add until = 1"]);
     with("[[step]]\nuntil = 0", "18:9", &["`until` is", "greater than 0"]);
     with("[[step]]\nuntil = 1\n[[step]]\nuntil = 1", "20:9", &["begins at t = 1", "no duration"]);
