@@ -38,7 +38,7 @@ fn every_step_has_its_files_and_its_check() {
     // The summary speaks of the last step.
     assert!(summary["contact"] == steps[4]["contact"] && summary["balance"] == steps[4]["balance"]);
     // Half the pressing of 3 MN, and no lift yet.
-    assert_eq!(steps[0]["load"][2].as_f64().map(|f| (f * 1e-6).round()), Some(-2.0));
+    assert!((steps[0]["load"][2].as_f64().unwrap() + 1.5e6).abs() < 1.0);
     let log = std::fs::read_to_string(folder.path.join("case-results/log.jsonl")).unwrap();
     let last: Value = serde_json::from_str(log.lines().last().unwrap()).unwrap();
     assert_eq!(last["step"], 5);

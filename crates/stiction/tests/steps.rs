@@ -168,6 +168,20 @@ fn by_one_step(motion: &str) -> String {
     BLOCK.to_string() + "[[fix]]\non = \"z-max\"\n" + &contact("{ coulomb = 0.3 }", motion)
 }
 
+/// The displacements themselves by multigrid, whose set-up is kept as the factor is.
+#[test]
+fn both_paths_walk_the_same_steps() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"4e-3*sin(2*t)\", 0, \"-2e-3*min(t, 1)\"]\n"
+        + &contact("{ coulomb = 0.3 }", "")
+        + &steps(&[(2.0, 4)]);
+    let [direct, multigrid] = ["solves", "multigrid"].map(|path| run(&format!("{text}[solver]\npath = \"{path}\"\n")));
+    assert!(multigrid.outcome.steps.iter().all(|entry| entry["path"] == "multigrid"));
+    for step in 0..4 {
+        assert!(apart(&multigrid.lambda[step], &direct.lambda[step]) < 1e-6);
+    }
+}
+
 /// The first look at the multipliers of the last step is enough.
 #[test]
 fn a_step_that_changes_nothing_costs_next_to_nothing() {

@@ -23,10 +23,13 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         Some(report) => report.counts.iterations,
         None => counts.newton_steps.max(counts.cycles),
     };
+    let count = |entry: &Value, key: &str| entry["counts"][key].as_u64().unwrap_or(0) as usize;
+    let of_step = |entry: &Value| count(entry, "iterations").max(count(entry, "cycles"));
+    let in_all = if outcome.steps.is_empty() { iterations } else { outcome.steps.iter().map(of_step).sum() };
     if let Some(report) = &outcome.method {
         line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
-    line("status", status(solution.status, iterations));
+    line("status", status(solution.status, in_all));
     if let Some(last) = outcome.steps.last() {
         steps(&mut line, &outcome.steps, last);
     }
@@ -90,7 +93,7 @@ fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
     let (t, begin) = (value(&last["t"]), value(&last["t"]) - value(&last["dt"]));
     let again = all.iter().filter(|entry| entry["attempts"].as_u64() > Some(1)).count();
     let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
-    line("steps", format!("{} to t = {}{again}", counted(all.len(), "step"), number(t)));
+    line("steps", format!("{} to t = {}{again}; below is the last", counted(all.len(), "step"), number(t)));
     if matches!(last["status"].as_str(), Some("max_iterations" | "stalled")) {
         let (name, attempts) = (last["name"].as_str().unwrap_or(""), &last["attempts"]);
         let span = format!("from t = {} to {}", number(begin), number(t));
