@@ -300,3 +300,27 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     }
     assert_eq!(prepared.problem.slip_reference, whole.prepared.problem.slip_reference);
 }
+
+/// What would go wrong in a later step is said before the first one is solved.
+#[test]
+fn steps_that_cannot_be_posed_are_refused_at_once() {
+    let fails = |fix: &str, contact: &str, parts: &[&str]| {
+        let text = BLOCK.to_string() + fix + contact + &steps(&[(1.0, 1), (3.0, 2)]);
+        let error = match prepare(&case::parse(&text, "case.toml", &[]).unwrap()) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("accepted: {text}"),
+        };
+        parts.iter().for_each(|part| assert!(error.contains(part), "{part:?} is not in {error}"));
+    };
+    let plane = |motion: &str| contact("{ coulomb = 0.3 }", motion);
+    let held = "[[fix]]\non = \"z-max\"\nvalue = [0, 0, \"sqrt(2.5 - t)*(t - 3)\"]\n";
+    fails("[[fix]]\non = \"z-max\"\nvalue = [\"1/(t - 2)\", 0, 0]\n", &plane(""), &["case.toml:7", "at time t = 2"]);
+    fails(&held.replace("2.5", "2"), &plane(""), &["case.toml:7", "NaN", "t = 3"]);
+    let top = "[[fix]]\non = \"z-max\"\n";
+    fails(top, &plane(", motion = [0, \"1/(t - 1)\", 0]"), &["case.toml:9", "at time t = 1"]);
+    // A plane of symmetry does not follow an obstacle that moves across it.
+    let symmetry = top.to_string() + "[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n";
+    fails(&symmetry, &plane(", motion = [0, \"t*(t - 3)\", 0]"), &["slides over the obstacle", "held in a direction"]);
+    let clamped = top.to_string() + "[[fix]]\non = \"x-min\"\n";
+    fails(&clamped, &plane(", motion = [0, 0, \"1e-3*t*(3 - t)\"]"), &["which is held, gets 2.000e-3 into", "t = 1"]);
+}

@@ -3,7 +3,7 @@
 use super::fields::{PointFrame, frames};
 use super::{Prepared, place};
 use crate::Error;
-use crate::contact::Friction;
+use crate::contact::{ContactProblem, Friction, SurfaceFriction};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, dof_map, external_forces};
 use crate::io::case::{Case, Spot, StepSpec};
 use crate::mesh::v3::{dot, norm, scale, sub};
@@ -24,6 +24,8 @@ pub struct Acting {
     pub steps: Vec<StepSpec>,
     /// Gap and tangential offset of the undeformed body before anything is prescribed or has moved, length, `3m`.
     pub rest: Vec<f64>,
+    /// How far each point had slid over its obstacle before the step that is posed, length, `2m`.
+    pub slid: Vec<f64>,
 }
 
 impl Acting {
@@ -38,15 +40,17 @@ impl Acting {
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
             steps: case.steps.clone(),
             rest: Vec::new(),
+            slid: Vec::new(),
         }
     }
 
     /// The same for a problem as `pose` left it.
-    pub(super) fn posed(mut self, problem: &crate::contact::ContactProblem) -> Self {
+    pub(super) fn posed(mut self, problem: &ContactProblem) -> Self {
         self.rest = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
         if let Some(s) = &problem.supports {
             self.rest.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(rest, held)| *rest += held);
         }
+        self.slid = vec![0.0; 2 * problem.points()];
         self
     }
 
@@ -97,6 +101,7 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
         culprit.map_or(error.clone(), |i| place::at(&acting.fix_spots[i], error))
     })?;
     let motion = motion(prepared, &dofs, t)?;
+    refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
     let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
     Ok(Moment {
         load: at(&model.dofs.free),
@@ -113,16 +118,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error>
     motion.resize(3 * m, 0.0);
     let frames = frames(prepared);
     for ((pair, field), spot) in problem.pairs.iter().zip(&acting.motions).zip(&acting.contact_spots) {
-        let translation = match field {
-            Some(field) => {
-                let mut d = [0.0; 3];
-                for (d, field) in d.iter_mut().zip(field) {
-                    *d = field.finite_at([f64::NAN; 3], t).map_err(|error| place::instead(spot, error))?;
-                }
-                d
-            }
-            None => [0.0; 3],
-        };
+        let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
             refuse_dragging(prepared, dofs, frame, translation, problem.friction[j])
@@ -133,6 +129,45 @@ fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error>
         }
     }
     Ok(motion)
+}
+
+fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
+    let Some([x, y, z]) = field else { return Ok([0.0; 3]) };
+    // A translation has no place: an expression that reads one gives NaN and is refused.
+    let at = |field: &Field| field.finite_at([f64::NAN; 3], t);
+    Ok([at(x)?, at(y)?, at(z)?])
+}
+
+/// A node that cannot move along the normal carries no contact point; nothing would keep it out of its obstacle.
+fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<(), Error> {
+    let Prepared { mesh, problem, acting, .. } = prepared;
+    let frames = frames(prepared);
+    for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.pairs).enumerate() {
+        if surface.friction == SurfaceFriction::Bonded {
+            continue;
+        }
+        let d = translation(acting.motions[i].as_ref(), t)?;
+        let carries: std::collections::HashSet<u32> = pair.points.clone().map(|j| frames[j].node).collect();
+        for node in mesh.face_nodes(&surface.faces) {
+            let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
+            let value = [0, 1, 2].map(held);
+            let x = mesh.nodes[node as usize];
+            let Some((distance, away)) = surface.obstacle.distance(x) else { continue };
+            if carries.contains(&node) || value.iter().all(Option::is_none) {
+                continue;
+            }
+            let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
+            let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
+            if distance + apart < 0.0 && apart < -rounding {
+                let depth = -distance - apart;
+                let what =
+                    format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
+                let remedy = "reduce the motion, or take the node out of the contact surface";
+                return Err(place::at(&acting.contact_spots[i], Error::new("", what, remedy)));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Friction acts in the free directions of a node only: a node with some components held must not slide in those.
@@ -176,6 +211,7 @@ pub(super) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
     }
     problem.slip_reference = offset.split_off(m);
     problem.gap = offset;
+    acting.slid = slid.to_vec();
     let demanded = model.support_stiffness.transpose_times(&moment.displacement);
     problem.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     model.load.clone_from(&problem.f);

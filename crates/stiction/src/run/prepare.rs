@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::axis::Position;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::loads::{end, fixes, loads};
 use super::moment::{Acting, apply, moment};
@@ -76,12 +77,25 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let mesh_spot = case.mesh.spot.clone();
     let mut prepared =
         Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, acting, facts, seconds };
+    for t in planned(case) {
+        moment(&prepared, t)?;
+    }
     if prepared.acting.moves() {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let moment = moment(&prepared, end(case))?;
         apply(&mut prepared, &moment, &unslid);
     }
     Ok(prepared)
+}
+
+/// The times at which steps end, unless they are halved: what acts then is looked at before anything is solved.
+fn planned(case: &Case) -> Vec<f64> {
+    let (mut at, mut times) = (Position::start(), Vec::new());
+    while let Some([_, t]) = at.span(&case.steps) {
+        times.push(t);
+        at = at.advance(&case.steps);
+    }
+    times
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

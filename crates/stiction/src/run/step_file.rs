@@ -77,7 +77,7 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     };
     let surfaces = surfaces(prepared, step.outcome);
     if !surfaces.is_empty() {
-        write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces)?;
+        write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces, true)?;
         collection("contact")?;
     }
     collection("result")?;

@@ -131,7 +131,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
     let moment = moment(prepared, last.t)?;
-    apply(prepared, &moment, &vec![0.0; 2 * m]);
+    let unslid = vec![0.0; 2 * m];
+    apply(prepared, &moment, &unslid);
     prepared.problem.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &moment, &last.u);
     let outcome = restored(prepared, settings, &last, &entries);

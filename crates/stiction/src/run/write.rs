@@ -49,7 +49,7 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     } else {
         write_body(&folder.join("result.vtu"), prepared, &body)?;
         if !surfaces.is_empty() {
-            write_contact(&folder.join("contact.vtu"), &surfaces)?;
+            write_contact(&folder.join("contact.vtu"), &surfaces, false)?;
         }
         files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }
@@ -88,8 +88,9 @@ pub(super) fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) ->
     )
 }
 
-/// The surfaces of all pairs one after the other; a node of two pairs stands there twice.
-pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields]) -> Result<(), Error> {
+/// The surfaces of all pairs one after the other; a node of two pairs stands there twice. With load steps `slid` is
+/// what each point has slid since the start, `slip` what it has in the step.
+pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bool) -> Result<(), Error> {
     let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|s| s.points.iter().copied()).collect();
     let mut grid = Grid::new(&points);
     let (mut first, mut pair) = (0, Vec::new());
@@ -104,22 +105,24 @@ pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields]) -> Result<(
     let scalars = |of: fn(&SurfaceFields) -> &Vec<f64>| surfaces.iter().flat_map(of).copied().collect::<Vec<f64>>();
     let vectors = |of: fn(&SurfaceFields) -> &Vec<[f64; 3]>| surfaces.iter().flat_map(of).copied().collect::<Vec<_>>();
     let integers = |of: fn(&SurfaceFields) -> &Vec<i32>| surfaces.iter().flat_map(of).copied().collect::<Vec<i32>>();
-    vtu::write(
-        path,
-        &grid,
-        &[
-            Array::scalar("pressure", &scalars(|s| &s.pressure)),
-            Array::vector("shear_traction", &vectors(|s| &s.shear)),
-            Array::vector("slip", &vectors(|s| &s.slip)),
-            Array::scalar("gap", &scalars(|s| &s.gap)),
-            Array::integer("status", &integers(|s| &s.status)),
-            Array::vector("lambda", &vectors(|s| &s.lambda)),
-            Array::integer("pair", &pair),
-            Array::integer("node", &integers(|s| &s.nodes)),
-        ],
-        &[],
-        &[],
-    )
+    let (pressure, gap) = (scalars(|s| &s.pressure), scalars(|s| &s.gap));
+    let [shear, slip, slid, lambda] =
+        [vectors(|s| &s.shear), vectors(|s| &s.slip), vectors(|s| &s.slid), vectors(|s| &s.lambda)];
+    let (status, nodes) = (integers(|s| &s.status), integers(|s| &s.nodes));
+    let mut arrays = vec![
+        Array::scalar("pressure", &pressure),
+        Array::vector("shear_traction", &shear),
+        Array::vector("slip", &slip),
+        Array::scalar("gap", &gap),
+        Array::integer("status", &status),
+        Array::vector("lambda", &lambda),
+        Array::integer("pair", &pair),
+        Array::integer("node", &nodes),
+    ];
+    if stepped {
+        arrays.push(Array::vector("slid", &slid));
+    }
+    vtu::write(path, &grid, &arrays, &[], &[])
 }
 
 /// One line an iteration, with the number of its load step if there are any.
