@@ -1,5 +1,5 @@
 // Half of a block, 0 <= y, above a ball that touches it at the origin: fine where it touches, growing outwards.
-// gmsh -3 mindlin.geo -o mindlin.msh
+//   gmsh -3 mindlin.geo -bin -o mindlin.msh
 inner = 0.125;   // half width of the fine part, 1.25 contact radii
 outer = 1;       // half width of the block
 fine = 10;       // cells along `inner`
