@@ -16,6 +16,7 @@ mod materials;
 mod mesh;
 mod method_text;
 mod moment;
+mod nested;
 pub mod paper;
 mod pictures;
 mod place;

@@ -6,6 +6,8 @@ use super::axis::Position;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::loads::{end, fixes, loads};
 use super::moment::{Acting, apply, moment};
+use super::nested::{Coarser, coarser};
+use super::solve::may_take_multigrid;
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -29,6 +31,8 @@ pub struct Prepared {
     pub problem: ContactProblem,
     pub acting: Acting,
     pub facts: Facts,
+    /// The same case on a coarser mesh, where there is one and its solution is worth having.
+    pub coarser: Option<Coarser>,
     /// Seconds taken by the mesh, by assembly and by posing the contact.
     pub seconds: [f64; 3],
 }
@@ -75,8 +79,22 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     };
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
-    let mut prepared =
-        Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, acting, facts, seconds };
+    // A step starts from the one before it, which is nearer than any coarser problem.
+    let nested = case.steps.is_empty() && may_take_multigrid(&case.solver, problem.unknowns());
+    let coarser = if nested { coarser(case) } else { None };
+    let mut prepared = Prepared {
+        mesh,
+        mesh_spot,
+        materials,
+        material_of_cell,
+        model,
+        surfaces,
+        problem,
+        acting,
+        facts,
+        coarser,
+        seconds,
+    };
     for t in planned(case) {
         moment(&prepared, t)?;
     }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
@@ -42,7 +43,7 @@ impl Settings {
         };
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
-            solver: friction::Settings { tolerance, max_iterations, start: None },
+            solver: friction::Settings { tolerance, max_iterations, ..friction::Settings::default() },
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
@@ -222,6 +223,12 @@ impl Kept {
     }
 }
 
+/// Whether a case with so many unknowns is solved by multigrid before anything else.
+pub(super) fn may_take_multigrid(spec: &SolverSpec, unknowns: usize) -> bool {
+    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && unknowns >= LARGE;
+    spec.method.method == Method::Newton && path
+}
+
 /// Solves a prepared case; a case without contact as well.
 ///
 /// Unless the case asks for a path, large problems go by multigrid; where that does not end with a certified answer
@@ -305,15 +312,18 @@ fn by_multigrid(
         Some(Operator::Multigrid(primal)) => primal,
         _ => Box::new(set_up_multigrid(prepared, settings, observer)?),
     };
+    let start = settings.solver.start_displacement.clone();
+    let start = start.or_else(|| prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared)));
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
-    let (start, mut times) = (Instant::now(), Vec::new());
+    let (begin, mut times) = (Instant::now(), Vec::new());
     let solver = friction::Settings {
         max_iterations: CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations),
+        start_displacement: start,
         ..settings.solver.clone()
     };
     let solution = solve_primal(problem, &mut primal, &solver, &mut |progress| {
-        times.push(start.elapsed().as_secs_f64());
+        times.push(begin.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
     });
     seconds.iteration = lap();

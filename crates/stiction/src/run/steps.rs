@@ -164,7 +164,7 @@ fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: 
     Outcome::new(solution, settings, path)
 }
 
-/// Solves the step from the multipliers of the last one, and if that fails from zero.
+/// Solves the step from the solution of the last one, and if that fails from zero.
 fn attempt(
     prepared: &Prepared,
     settings: &Settings,
@@ -172,19 +172,20 @@ fn attempt(
     kept: &mut Kept,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let with = |start: Option<Vec<f64>>| Settings {
-        solver: friction::Settings { start, ..settings.solver.clone() },
+    let with = |start: Option<Vec<f64>>, start_displacement: Option<Vec<f64>>| Settings {
+        solver: friction::Settings { start, start_displacement, ..settings.solver.clone() },
         ..settings.clone()
     };
     march.attempts += 1;
     if march.body.lambda.iter().any(|&x| x != 0.0) {
-        let warm = solve_again(prepared, &with(Some(march.body.lambda.clone())), kept, observer)?;
+        let warm =
+            solve_again(prepared, &with(Some(march.body.lambda.clone()), Some(march.body.u.clone())), kept, observer)?;
         if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
             return Ok(warm);
         }
         march.attempts += 1;
     }
-    solve_again(prepared, &with(None), kept, observer)
+    solve_again(prepared, &with(None, None), kept, observer)
 }
 
 /// Takes the solved step into the march.
