@@ -124,7 +124,7 @@ fn steps_and_motions_are_held_to_the_time_axis() {
     with("[[step]]\nuntil = 1\nincrement = 2", "19:1", &["did you mean `increments`?"]);
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
     fails(plane, &format!("{plane}, motion = [0, 0, \"x\"]"), "15:81", &["only t may"]);
-    fails(plane, &format!("{plane}, motion = 1"), "15:72", &["`motion` is the number 1", "motion = [0, 0"]);
+    fails(plane, &format!("{plane}, motion = 1"), "15:73", &["`motion` is the number 1", "motion = [0, 0"]);
     fails(plane, &format!("{plane}, moton = [0, 0, 1]"), "15:64", &["did you mean `motion`?"]);
 }
 
