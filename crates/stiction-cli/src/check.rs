@@ -27,7 +27,17 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for (name, old, new) in &checked.differences {
         text += &format!("  summary.json says {} = {old:e}, recomputed {new:e}\n", name.replace('_', " "));
     }
-    text += match (certificate.passed, checked.differences.is_empty()) {
+    for step in &checked.steps {
+        let passed = if step.certificate.passed { "" } else { ", which exceeds the tolerance" };
+        let (t, worst) = (step.t, step.certificate.worst);
+        text += &format!("  step {:<4} t = {t:<10} worst measure {worst:.1e}{passed}\n", step.number);
+        for (name, old, new) in &step.differences {
+            text += &format!("    {} is told to be {old:e}, recomputed {new:e}\n", name.replace('_', " "));
+        }
+    }
+    let steps_agree = checked.steps.iter().all(|step| step.differences.is_empty());
+    let all_pass = certificate.passed && checked.steps.iter().all(|step| step.certificate.passed);
+    text += match (all_pass, checked.differences.is_empty() && steps_agree) {
         (true, true) => "passed: the result solves its problem to the tolerance, as its summary says\n",
         (true, false) => "failed: the result solves its problem, but its summary says something else\n",
         (false, true) => "failed: the result does not solve its problem to the tolerance, as its summary says\n",

@@ -52,7 +52,10 @@ impl Progress {
     }
 
     pub fn show(&self, event: &Event) {
-        self.say(words(event));
+        match event {
+            Event::Finished(_) | Event::Halved { .. } => self.line(&words(event)),
+            _ => self.say(words(event)),
+        }
     }
 
     /// A line that stays.
@@ -70,6 +73,11 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// Six digits at most.
+fn short(t: f64) -> f64 {
+    format!("{t:.5e}").parse().unwrap_or(t)
 }
 
 fn words(event: &Event) -> String {
@@ -93,6 +101,21 @@ fn words(event: &Event) -> String {
                 p.iteration, p.residual, p.products, p.open, p.stick, p.slip
             )
         }
+        Event::Step { number, t, .. } => format!("step {number} to t = {}", short(*t)),
+        Event::Halved { t, dt } => format!("not solved: trying a step of {} from t = {}", short(*dt), short(*t)),
+        Event::Finished(s) => format!(
+            "step {:>3}  t = {:<8}  iterations {:>3}  normal {:.4e}  friction {:.4e}  open {} stick {} slip {}  \
+             dissipated {:.4e}",
+            s.number,
+            short(s.t),
+            s.iterations,
+            s.normal_force,
+            s.tangential_force,
+            s.open,
+            s.stick,
+            s.slip,
+            s.dissipation
+        ),
         Event::Coulomb => "estimating contraction and uniqueness".into(),
     }
 }

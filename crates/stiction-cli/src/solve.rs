@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use stiction::Error;
 use stiction::friction::Status;
 use stiction::io::case;
-use stiction::run::{self, Event, Origin, Settings};
+use stiction::run::{self, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
 use crate::{code, interrupt, output};
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// The method, short for --set solver.method=NAME: newton, alg1, alg2, smalbe, discs, msa1, msa2, cfs1, cfs2
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// Go on after the last finished load step that the folder holds of the same case
+    #[arg(long)]
+    resume: bool,
     /// How progress is shown, on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
@@ -54,23 +57,46 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
         overrides,
     };
+    if arguments.resume && case.steps.is_empty() {
+        let what = "this case has no load steps to resume";
+        return Err(Error::new("--resume", what, "solve it without --resume, or add [[step]] to the case"));
+    }
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     run::writable(&folder)?;
 
     let progress = Progress::new(arguments.progress);
     progress.say("reading and assembling".into());
-    let prepared = run::prepare(&case).inspect_err(|_| progress.finish())?;
+    let mut prepared = run::prepare(&case).inspect_err(|_| progress.finish())?;
     progress.finish();
     say(&format!("{}", prepared.facts));
 
+    let settings = Settings::of(&case.solver);
+    let mut steps = None;
+    if !case.steps.is_empty() {
+        let (files, restart) = run::begin_steps(&prepared, &folder, arguments.resume)?;
+        if arguments.resume {
+            match &restart {
+                Some(restart) => say(&resumed(restart, &folder)),
+                None => say(&format!("nothing to resume in {}: solving from the beginning\n", folder.display())),
+            }
+        }
+        steps = Some((files, restart));
+    }
     let progress = Progress::new(arguments.progress);
-    let solved = run::solve(&prepared, &Settings::of(&case.solver), &mut |event| {
+    let mut observe = |event: &Event| {
         if matches!(event, Event::Iteration(_)) {
             interrupt::iterating();
         }
         progress.show(event);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    };
+    let solved = match steps {
+        None => run::solve(&prepared, &settings, &mut observe),
+        Some((mut files, restart)) => {
+            let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
+            run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe)
+        }
+    };
     progress.finish();
     let mut outcome = solved?;
     let files = run::write(&prepared, &mut outcome, &origin, &folder)?;
@@ -96,6 +122,11 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
             code::SHORT
         }
     })
+}
+
+fn resumed(restart: &Restart, folder: &Path) -> String {
+    let steps = restart.entries.len();
+    format!("resuming after step {steps} at t = {}, found in {}\n", restart.last.t, folder.display())
 }
 
 fn threads(count: Option<u16>) -> Result<(), Error> {

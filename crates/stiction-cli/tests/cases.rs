@@ -7,9 +7,9 @@ use serde_json::Value;
 use stiction::fem::{Solid, von_mises};
 use stiction::friction::Status;
 use stiction::io::case;
-use stiction::run::{Origin, Outcome, Prepared, Settings, prepare, solve, summary};
+use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 5] = ["block", "brick", "greco", "hertz", "lug"];
+const CASES: [&str; 6] = ["block", "brick", "greco", "hertz", "lug", "mindlin"];
 
 #[test]
 fn pushed_blocks_obey_their_closed_forms() {
@@ -34,6 +34,11 @@ fn the_block_on_a_ball_agrees_with_hertz() {
 #[test]
 fn the_pin_carries_what_pulls_the_lug() {
     run_case("lug");
+}
+
+#[test]
+fn the_block_pushed_to_and_fro_on_a_ball_agrees_with_mindlin() {
+    run_case("mindlin");
 }
 
 #[test]
@@ -104,6 +109,8 @@ struct Solved {
     prepared: Prepared,
     outcome: Outcome,
     summary: Value,
+    /// Multipliers at the end of each load step.
+    steps: Vec<Vec<f64>>,
 }
 
 impl Solved {
@@ -111,12 +118,22 @@ impl Solved {
     fn new(path: &Path, set: &[String]) -> Solved {
         let pair = |s: &String| s.split_once('=').map(|(k, v)| (k.to_string(), v.to_string())).unwrap();
         let case = case::read(path, &set.iter().map(pair).collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
-        let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
-        let outcome = solve(&prepared, &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(()))
-            .unwrap_or_else(|e| panic!("{e}"));
+        let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+        let (settings, mut steps) = (Settings::of(&case.solver), Vec::new());
+        let mut go_on = |_: &_| ControlFlow::Continue(());
+        let mut keep = |_: &Prepared, step: &Step| {
+            steps.push(step.outcome.solution.lambda.clone());
+            Ok(())
+        };
+        let outcome = if case.steps.is_empty() {
+            solve(&prepared, &settings, &mut go_on)
+        } else {
+            solve_steps(&mut prepared, &settings, None, &mut keep, &mut go_on)
+        };
+        let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(outcome.solution.status, Status::Solved, "{path:?} {set:?}");
         let summary = serde_json::from_str(&summary(&prepared, &outcome, &Origin::default())).unwrap();
-        Solved { prepared, outcome, summary }
+        Solved { prepared, outcome, summary, steps }
     }
 
     fn check(&self, expect: &toml::Value) -> Result<(), String> {
@@ -140,11 +157,14 @@ impl Solved {
     }
 
     /// What an expectation speaks of: a key of the summary (with another added, `plus`, or over
-    /// another, `per`), a nodal value, a measure of Hertz.
+    /// another, `per`), a nodal value, a measure of Hertz or of Mindlin.
     fn found(&self, expect: &toml::Value) -> f64 {
         let text = |key: &str| expect.get(key).map(|v| v.as_str().unwrap());
         if let Some(name) = text("hertz") {
             return self.hertz(name);
+        }
+        if let Some(name) = text("mindlin") {
+            return self.mindlin(name, expect.get("step").map_or(0, |s| s.as_integer().unwrap() as usize));
         }
         if let Some(key) = text("key") {
             let sum = self.key(key) + text("plus").map_or(0.0, |key| self.key(key));
@@ -233,6 +253,59 @@ impl Solved {
                 let u = stiction::fem::full_displacement(model, &self.outcome.solution.u);
                 let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
                 stress.iter().map(von_mises).fold(0.0, f64::max) / (2.0 * 0.31 * p0) - 1.0
+            }
+            other => panic!("no measure {other}"),
+        }
+    }
+
+    /// Measures of the half block pushed along x on a ball, after step `step` (from 1).
+    ///
+    /// What friction lacks to its bound, `F l_n - l_x`, is a semi-ellipsoid on the circle that sticks: its second moment
+    /// gives the radius as that of the pressure gives the radius of contact.
+    fn mindlin(&self, name: &str, step: usize) -> f64 {
+        let (coefficient, radius, young, poisson) = (0.3, 10.0, 210e3, 0.49f64);
+        let (m, area, nodes) = (self.prepared.problem.points(), &self.prepared.problem.area, self.nodes());
+        let r2 = |j: usize| {
+            let x = self.prepared.mesh.nodes[nodes[j]];
+            x[0].powi(2) + x[1].powi(2)
+        };
+        let entry = |step: usize| &self.summary["steps"][step - 1];
+        let number = |value: &Value| value.as_f64().unwrap();
+        let normal = |step| number(&entry(step)["contact"]["normal_force"]);
+        // Friction as a force on the body points against the push.
+        let ratio = |step| -number(&entry(step)["contact"]["tangential_force"][0]) / (coefficient * normal(step));
+        let contact_radius =
+            |step| (3.0 * 2.0 * normal(step) * radius * (1.0 - poisson * poisson) / (4.0 * young)).cbrt();
+        match name {
+            "load" => ratio(step),
+            "stick_radius" => {
+                let l = &self.steps[step - 1];
+                let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(term).sum::<f64>();
+                let squared = |force: &dyn Fn(usize) -> f64| sum(&|j| force(j) * r2(j)) / sum(force);
+                (squared(&|j| coefficient * l[j] - l[m + j]) / squared(&|j| l[j])).sqrt()
+            }
+            "stick_area" => {
+                let contact = &entry(step)["contact"];
+                let (stick, slip) = (number(&contact["stick_area"]), number(&contact["slip_area"]));
+                (stick / (stick + slip)).sqrt()
+            }
+            "traction_error" => {
+                let (l, a) = (&self.steps[step - 1], contact_radius(step));
+                let c = a * (1.0 - ratio(step)).cbrt();
+                let most = coefficient * 3.0 * 2.0 * normal(step) / (2.0 * std::f64::consts::PI * a * a);
+                let shape = |j: usize, r: f64| r / a * (1.0 - r2(j) / (r * r)).max(0.0).sqrt();
+                let exact = |j: usize| most * (shape(j, a) - shape(j, c));
+                let square = |f: &dyn Fn(usize) -> f64| (0..m).map(|j| area[j] * f(j).powi(2)).sum::<f64>();
+                (square(&|j| l[m + j] / area[j] - exact(j)) / square(&exact)).sqrt()
+            }
+            "loop_error" => {
+                // Steps 4 and 20 are the ends of the cycle.
+                let dissipation = |step| number(&entry(step)["balance"]["dissipation"]);
+                let (limit, q) = (coefficient * 2.0 * normal(20), ratio(20));
+                let shear = young / (2.0 * (1.0 + poisson));
+                let bracket = 1.0 - (1.0 - q).powf(5.0 / 3.0) - 5.0 / 6.0 * q * (1.0 + (1.0 - q).powf(2.0 / 3.0));
+                let exact = 0.9 * limit * limit * (2.0 - poisson) / (contact_radius(20) * shear) * bracket;
+                2.0 * (dissipation(20) - dissipation(4)) / exact - 1.0
             }
             other => panic!("no measure {other}"),
         }

@@ -51,6 +51,12 @@ pub fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// The names of what lies in a folder, in no order; names that are not UTF-8 are left out.
+pub fn names(folder: &Path) -> Result<Vec<String>, Error> {
+    let entries = fs::read_dir(folder).map_err(|error| refused(folder, &error))?;
+    Ok(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect())
+}
+
 /// Whether both paths lead to one file that exists.
 pub fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)

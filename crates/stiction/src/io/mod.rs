@@ -14,5 +14,6 @@ pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;
+pub mod step;
 pub mod storage;
 pub mod vtu;

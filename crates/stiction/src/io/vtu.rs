@@ -189,6 +189,21 @@ fn validate(grid: &Grid, point_arrays: &[Array], cell_arrays: &[Array], field_da
     Ok(())
 }
 
+/// Writes a collection of files over time (`.pvd`), which ParaView opens as one; names are relative to its folder.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_collection(path: &Path, files: &[(f64, String)]) -> Result<(), Error> {
+    let mut xml =
+        String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+    for (t, name) in files {
+        // Writing to a string cannot fail.
+        let _ = writeln!(xml, "<DataSet timestep=\"{t:?}\" file=\"{}\"/>", escape(name));
+    }
+    xml += "</Collection>\n</VTKFile>\n";
+    replace(path, |file| file.write_all(xml.as_bytes()))
+}
+
 /// The binary section of the file, growing with the description of its arrays.
 #[derive(Default)]
 struct Appended {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::check_steps::{CheckedStep, check_steps};
 use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::io::{folder, problem};
@@ -15,12 +16,15 @@ pub struct Checked {
     pub certificate: Certificate,
     /// Where `summary.json` says something else: name, what it says, what was recomputed.
     pub differences: Vec<(String, f64, f64)>,
+    /// The load steps, if it is a stepped run; the last is what the rest speaks of.
+    pub steps: Vec<CheckedStep>,
 }
 
 impl Checked {
     /// Whether the certificate passes and the summary tells the same.
     pub fn passed(&self) -> bool {
-        self.certificate.passed && self.differences.is_empty()
+        let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
+        self.certificate.passed && self.differences.is_empty() && steps
     }
 }
 
@@ -35,34 +39,46 @@ const SAME: f64 = 1e-3;
 /// If a file is missing, damaged, or does not fit the others.
 pub fn check(folder: &Path) -> Result<Checked, Error> {
     let file = folder.join("problem.npz");
+    if folder.join("steps.json").exists() && !folder.join("summary.json").exists() {
+        let what = "it holds the finished load steps of a run that has not ended";
+        let remedy = "let it end, or go on with `stiction solve CASE -o DIR --resume`";
+        return Err(Error::new(folder.display().to_string(), what, remedy));
+    }
     if !file.exists() {
         let what = "there is no problem.npz in it";
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
-    let (problem, tolerance) = problem::read_problem(&file)?;
+    let (mut problem, tolerance) = problem::read_problem(&file)?;
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let path = folder.join("summary.json");
-    let stored = stored_certificate(&folder::read_text(&path)?).map_err(|e| e.at(&path.display().to_string()))?;
+    let read = |text: String| serde_json::from_str(&text).map_err(|e| damaged(format!("this is not a summary ({e})")));
+    let place = |error: Error| error.at(&path.display().to_string());
+    let summary: Value = folder::read_text(&path).and_then(|text| read(text).map_err(place))?;
+    let stored = stored_certificate(&summary).map_err(place)?;
     let normal_force: f64 = lambda[..problem.points()].iter().sum();
-    let differences = compare(&stored, &certificate, normal_force)?;
-    Ok(Checked { certificate, differences })
+    let differences = compare(stored, &certificate, normal_force)?;
+    let steps = match summary["steps"].as_array() {
+        Some(entries) => check_steps(folder, entries, &mut problem, tolerance)?,
+        None => Vec::new(),
+    };
+    Ok(Checked { certificate, differences, steps })
 }
 
 fn damaged(what: impl Into<String>) -> Error {
     Error::new("", what, "the file is damaged or incomplete; solve the case again")
 }
 
-fn stored_certificate(text: &str) -> Result<Value, Error> {
-    let summary: Value = serde_json::from_str(text).map_err(|e| damaged(format!("this is not a summary ({e})")))?;
+/// The summary, or an entry of its steps, if there is a certificate in it.
+pub(super) fn stored_certificate(summary: &Value) -> Result<&Value, Error> {
     if !summary["certificate"].is_object() || !summary["contact"].is_object() {
         return Err(damaged("there is no certificate in it"));
     }
     Ok(summary)
 }
 
-fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<(String, f64, f64)>, Error> {
+pub(super) fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<(String, f64, f64)>, Error> {
     // Infinities are written as null.
     let number = |value: &Value| if value.is_null() { Some(f64::INFINITY) } else { value.as_f64() };
     let stored = |name: &str| {

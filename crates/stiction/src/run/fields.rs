@@ -94,8 +94,10 @@ pub(super) struct SurfaceFields {
     pub pressure: Vec<f64>,
     /// `lambda_t` over area: what the body exerts on the obstacle, along the slip.
     pub shear: Vec<[f64; 3]>,
-    /// Sliding of the body over the obstacle.
+    /// Sliding of the body over the obstacle, with load steps that of the last one.
     pub slip: Vec<[f64; 3]>,
+    /// The same since the start of the first step.
+    pub slid: Vec<[f64; 3]>,
     /// The gap that is left; of a bonded surface the opening.
     pub gap: Vec<f64>,
     /// 0 open, 1 stick, 2 slip, -1 no contact point.
@@ -130,6 +132,7 @@ fn empty(prepared: &Prepared, surface: &ContactSurface) -> SurfaceFields {
         pressure: vec![f64::NAN; count],
         shear: vec![[f64::NAN; 3]; count],
         slip: vec![[f64::NAN; 3]; count],
+        slid: vec![[f64::NAN; 3]; count],
         gap: vec![f64::NAN; count],
         status: vec![-1; count],
         lambda: vec![[0.0; 3]; count],
@@ -152,6 +155,8 @@ fn fill(
     fields.pressure[at] = normal / problem.area[j];
     fields.shear[at] = friction.map(|force| force / problem.area[j]);
     fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]);
+    let before = &prepared.acting.slid;
+    fields.slid[at] = frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]);
     fields.gap[at] = opening[j];
     fields.status[at] = match outcome.solution.states[j] {
         PointState::Open => 0,

@@ -5,25 +5,31 @@ use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
-use crate::contact::rigid::rigid_motions;
+use crate::contact::rigid::RigidMotions;
 use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Mesh, bodies};
 
-/// The time at which expressions are read; everything acts in full.
-pub(super) const TIME: f64 = 1.0;
+/// The time at which expressions are read without load steps: everything acts in full.
+const TIME: f64 = 1.0;
+
+/// The time a case is posed at: the end of its last step.
+pub(super) fn end(case: &Case) -> f64 {
+    case.steps.last().map_or(TIME, |step| step.until)
+}
 
 /// Prescribed displacements; refused where two of them contradict each other.
 pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>), Error> {
+    let t = end(case);
     let (mut fixes, mut facts) = (Vec::new(), Vec::new());
     for spec in &case.fixes {
         let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value: spec.value.clone() };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
     }
-    let dofs = dof_map(mesh, &fixes, TIME).map_err(|error| {
+    let dofs = dof_map(mesh, &fixes, t).map_err(|error| {
         // A contradiction is shown at the entry that makes it.
-        let culprit = (0..fixes.len()).find(|&i| dof_map(mesh, &fixes[..=i], TIME).is_err());
+        let culprit = (0..fixes.len()).find(|&i| dof_map(mesh, &fixes[..=i], t).is_err());
         culprit.map_or(error.clone(), |i| place::at(&case.fixes[i].spot, error))
     })?;
     if dofs.free.is_empty() {
@@ -49,16 +55,21 @@ fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
 
 /// Refuses bodies that can move rigidly where neither a support nor any contact point resists: nothing determines their
 /// displacement. Whether contact can also balance the loads shows in the solve.
-pub(super) fn held(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem, case: &Case) -> Result<(), Error> {
-    let free = if problem.points() == 0 { unsupported(mesh, dofs) } else { unresisted_by_contact(problem) };
+pub(super) fn held(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    case: &Case,
+) -> Result<(), Error> {
+    let free = if problem.points() == 0 { unsupported(mesh, dofs) } else { unresisted_by_contact(problem, motions) };
     free.map_or(Ok(()), |error| Err(place::at(support_spot(case), error)))
 }
 
-fn unresisted_by_contact(problem: &ContactProblem) -> Option<Error> {
-    let motions = rigid_motions(problem);
-    let free = unresisted(problem, &motions)?;
+fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Option<Error> {
+    let free = unresisted(problem, motions)?;
     let why = if free.work > 0.0 { "the loads push it there" } else { "its displacement is not determined" };
-    let motion = in_words(problem, &motions, &free.alpha);
+    let motion = in_words(problem, motions, &free.alpha);
     let what = format!("no support and no contact resists a motion of {motion}; {why}");
     Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
 }
@@ -86,12 +97,12 @@ fn unsupported(mesh: &Mesh, dofs: &DofMap) -> Option<Error> {
     Some(Error::new("", what, "add a [[fix]] or a [[contact]] that stops these motions"))
 }
 
-/// Loads with the force each adds up to.
-pub(super) fn loads(solid: &Solid, specs: &[LoadSpec]) -> Result<(Vec<Load>, Vec<LoadFacts>), Error> {
+/// Loads with the force each adds up to at time `t`.
+pub(super) fn loads(solid: &Solid, specs: &[LoadSpec], t: f64) -> Result<(Vec<Load>, Vec<LoadFacts>), Error> {
     let (mut loads, mut facts) = (Vec::new(), Vec::new());
     for spec in specs {
         let load = load(solid.mesh, spec)?;
-        let forces = external_forces(solid, std::slice::from_ref(&load), TIME);
+        let forces = external_forces(solid, std::slice::from_ref(&load), t);
         let forces = forces.map_err(|error| place::instead(&spec.spot, error))?;
         let mut resultant = [0.0; 3];
         forces.iter().enumerate().for_each(|(dof, force)| resultant[dof % 3] += force);

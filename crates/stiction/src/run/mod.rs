@@ -4,7 +4,10 @@
 //! [`write()`] fills the result folder; [`check`] judges a result folder anew from its files alone.
 
 pub mod algebraic;
+mod axis;
+mod balance;
 mod check;
+mod check_steps;
 mod facts;
 mod facts_text;
 mod fields;
@@ -12,6 +15,7 @@ mod loads;
 mod materials;
 mod mesh;
 mod method_text;
+mod moment;
 mod nested;
 pub mod paper;
 mod pictures;
@@ -20,17 +24,24 @@ mod prepare;
 mod regions;
 mod report;
 mod solve;
+mod step_file;
+mod steps;
 mod summary;
 mod surfaces;
 mod totals;
 mod write;
 
+pub use balance::Balance;
 pub use check::{Checked, check};
+pub use check_steps::CheckedStep;
 pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
 pub use mesh::read_mesh;
+pub use moment::Acting;
 pub use prepare::{Prepared, prepare};
 pub use report::{departure, report, uniqueness};
-pub use solve::{Event, Outcome, Path, Seconds, Settings, solve};
+pub use solve::{Event, Outcome, Path, Seconds, Settings, StepLine, solve};
+pub use step_file::{StepFiles, begin_steps, keep_step};
+pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use summary::summary;
 pub use totals::{Totals, pair_totals, totals};
 pub use write::{Origin, writable, write};

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use super::fields::{BodyFields, SurfaceFields};
 use super::{Outcome, Prepared};
 use crate::Error;
 use crate::io::plot::{
-    ConvergencePoint, DeformedPlot, MapValues, MapVectors, SurfaceMap, convergence, deformed, surface_map,
+    ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
+    surface_map,
 };
 
 /// Draws all pictures and returns their names.
@@ -43,7 +46,37 @@ pub(super) fn write(
         convergence(&folder.join("convergence.png"), &points, tolerance, title)?;
         files.push("convergence.png".into());
     }
+    if !outcome.steps.is_empty() {
+        forces_over_time(folder, title, &outcome.steps, units.force)?;
+        files.push("history.png".into());
+    }
     Ok(files)
+}
+
+fn forces_over_time(folder: &Path, title: &str, steps: &[Value], unit_label: &str) -> Result<(), Error> {
+    // The body begins at rest.
+    let curve = |value: &dyn Fn(&Value) -> Option<f64>| -> Vec<f64> {
+        let values = steps.iter().map(|entry| value(entry).unwrap_or(f64::NAN));
+        std::iter::once(0.0).chain(values).collect()
+    };
+    let friction = |c: usize| curve(&|entry| entry["contact"]["tangential_force"][c].as_f64());
+    let times = curve(&|entry| entry["t"].as_f64());
+    let mut forces = vec![("normal", curve(&|entry| entry["contact"]["normal_force"].as_f64()))];
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
+    let negligible = 1e-9 * forces.iter().map(|(_, values)| largest(values)).sum::<f64>();
+    let components = ["friction x", "friction y", "friction z"].into_iter().zip((0..3).map(friction));
+    forces.extend(components.filter(|(_, values)| largest(values) > negligible));
+    let energies = vec![
+        ("work", curve(&|entry| entry["balance"]["work"].as_f64())),
+        ("elastic", curve(&|entry| entry["balance"]["elastic"].as_f64())),
+        ("dissipated", curve(&|entry| entry["balance"]["dissipation"].as_f64())),
+    ];
+    let panels = [
+        HistoryPanel { label: "Force of contact on the body", unit_label, curves: forces },
+        HistoryPanel { label: "Energy since the start", unit_label: "", curves: energies },
+    ];
+    let count = format!("{} load steps", steps.len());
+    history(&folder.join("history.png"), &times, &panels, title, &count)
 }
 
 fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Units) -> Result<Vec<String>, Error> {
@@ -97,6 +130,7 @@ fn file_name(surfaces: &[SurfaceFields], number: usize) -> String {
 /// Labels of the units, empty where the case names none.
 struct Units<'a> {
     length: &'a str,
+    force: &'a str,
     stress: &'a str,
 }
 
@@ -105,8 +139,8 @@ impl<'a> Units<'a> {
     fn of(text: Option<&'a str>) -> Self {
         let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
         match parts[..] {
-            [length, _, stress, ..] => Units { length, stress },
-            _ => Units { length: "", stress: "" },
+            [length, force, stress, ..] => Units { length, force, stress },
+            _ => Units { length: "", force: "", stress: "" },
         }
     }
 }

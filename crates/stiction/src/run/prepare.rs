@@ -2,12 +2,15 @@
 
 use std::time::Instant;
 
+use super::axis::Position;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{TIME, fixes, held, loads};
+use super::loads::{end, fixes, held, loads};
+use super::moment::{Acting, apply, moment};
 use super::nested::{Coarser, coarser};
 use super::solve::multigrid_first;
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, assemble, notes};
 use crate::io::case::{Case, Spot};
@@ -25,8 +28,12 @@ pub struct Prepared {
     /// The elastic body; its stiffness has moved to `problem` and is empty here.
     pub model: FeModel,
     pub surfaces: Vec<ContactSurface>,
+    /// As it stands at the end of the last step, or of the step that is being solved.
     pub problem: ContactProblem,
+    pub acting: Acting,
     pub facts: Facts,
+    /// Motions of bodies that only contact holds.
+    pub motions: RigidMotions,
     /// Whether multigrid is tried before the direct path.
     pub multigrid_first: bool,
     /// The same case on a coarser mesh, where there is one and its solution is worth having.
@@ -48,12 +55,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
     let (fixes, fix_facts) = fixes(&mesh, case)?;
-    let (loads, load_facts) = loads(&solid, &case.loads)?;
-    let mut model = assemble(&solid, &loads, &fixes, TIME)?;
+    let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
+    let mut model = assemble(&solid, &loads, &fixes, end(case))?;
     let assembled = start.elapsed().as_secs_f64();
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
-    held(&mesh, &model.dofs, &problem, case)?;
+    let motions = rigid_motions(&problem);
+    held(&mesh, &model.dofs, &problem, &motions, case)?;
+    let acting = Acting::new(case, loads, fixes).posed(&problem);
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {
@@ -78,8 +87,9 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
     let multigrid_first = multigrid_first(&case.solver, &problem);
-    let coarser = if multigrid_first { coarser(case) } else { None };
-    Ok(Prepared {
+    // A step starts from the one before it, which is nearer than any coarser problem.
+    let coarser = if multigrid_first && case.steps.is_empty() { coarser(case) } else { None };
+    let mut prepared = Prepared {
         mesh,
         mesh_spot,
         materials,
@@ -87,11 +97,32 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         model,
         surfaces,
         problem,
+        acting,
         facts,
         multigrid_first,
+        motions,
         coarser,
         seconds,
-    })
+    };
+    for t in planned(case) {
+        moment(&prepared, t)?;
+    }
+    if prepared.acting.moves() {
+        let unslid = vec![0.0; 2 * prepared.problem.points()];
+        let moment = moment(&prepared, end(case))?;
+        apply(&mut prepared, &moment, &unslid);
+    }
+    Ok(prepared)
+}
+
+/// The times at which steps end, unless they are halved: what acts then is looked at before anything is solved.
+fn planned(case: &Case) -> Vec<f64> {
+    let (mut at, mut times) = (Position::start(), Vec::new());
+    while let Some([_, t]) = at.span(&case.steps) {
+        times.push(t);
+        at = at.advance(&case.steps);
+    }
+    times
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use serde_json::Value;
+
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
@@ -23,10 +25,16 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         Some(report) => report.counts.iterations,
         None => counts.newton_steps.max(counts.cycles),
     };
+    let count = |entry: &Value, key: &str| entry["counts"][key].as_u64().unwrap_or(0) as usize;
+    let of_step = |entry: &Value| count(entry, "iterations").max(count(entry, "cycles"));
+    let in_all = if outcome.steps.is_empty() { iterations } else { outcome.steps.iter().map(of_step).sum() };
     if let Some(report) = &outcome.method {
         line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
-    line("status", status(solution.status, iterations));
+    line("status", status(solution.status, in_all));
+    if let Some(last) = outcome.steps.last() {
+        steps(&mut line, &outcome.steps, last);
+    }
     if let Some(why) = method_text::shortfall(outcome) {
         line("", why);
     }
@@ -92,6 +100,27 @@ pub fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
     }
     let motions = rigid_motions(problem);
     no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
+}
+
+/// How far the load steps came, and what became of the work; the lines below are of the last step.
+fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
+    let value = |entry: &Value| entry.as_f64().unwrap_or(f64::NAN);
+    let (t, begin) = (value(&last["t"]), value(&last["t"]) - value(&last["dt"]));
+    let again = all.iter().filter(|entry| entry["attempts"].as_u64() > Some(1)).count();
+    let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
+    line("steps", format!("{} to t = {}{again}; below is the last", counted(all.len(), "step"), number(t)));
+    if matches!(last["status"].as_str(), Some("max_iterations" | "stalled")) {
+        let (name, attempts) = (last["name"].as_str().unwrap_or(""), &last["attempts"]);
+        let span = format!("from t = {} to {}", number(begin), number(t));
+        line(
+            "",
+            format!("the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"),
+        );
+    }
+    let energy = |name: &str| number(value(&last["balance"][name]));
+    let (work, elastic, dissipated, drift) =
+        (energy("work"), energy("elastic"), energy("dissipation"), energy("drift"));
+    line("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {

@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
-use crate::contact::rigid::rigid_motions;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
@@ -72,6 +73,36 @@ pub enum Event {
     Iteration(Progress),
     /// Estimates of contraction and uniqueness.
     Coulomb,
+    /// A load step begins that leads to time `t`.
+    Step {
+        number: usize,
+        t: f64,
+        dt: f64,
+    },
+    /// The step could not be solved and is halved; so long is it now.
+    Halved {
+        t: f64,
+        dt: f64,
+    },
+    /// A load step is finished and kept.
+    Finished(StepLine),
+}
+
+/// A finished load step in one line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepLine {
+    pub number: usize,
+    pub t: f64,
+    pub iterations: usize,
+    pub open: usize,
+    pub stick: usize,
+    pub slip: usize,
+    /// Sum of `lambda_n`, newton.
+    pub normal_force: f64,
+    /// Size of the resultant of friction, newton.
+    pub tangential_force: f64,
+    /// Dissipated by friction since the start, energy.
+    pub dissipation: f64,
 }
 
 /// Wall time by phase.
@@ -103,6 +134,20 @@ impl Seconds {
             ("coulomb", self.coulomb),
             ("output", self.output),
         ]
+    }
+
+    /// Adds what a step has taken.
+    pub(super) fn add(&mut self, other: &Seconds) {
+        let Seconds { mesh, assembly, contact, setup, ordering, factorisation, iteration, coulomb, output } = other;
+        self.mesh += mesh;
+        self.assembly += assembly;
+        self.contact += contact;
+        self.setup += setup;
+        self.ordering += ordering;
+        self.factorisation += factorisation;
+        self.iteration += iteration;
+        self.coulomb += coulomb;
+        self.output += output;
     }
 
     pub fn total(&self) -> f64 {
@@ -138,6 +183,18 @@ pub struct Outcome {
     pub seconds: Seconds,
     /// Largest memory of the process so far, bytes, where the system tells it.
     pub peak_memory: Option<u64>,
+    /// One entry of `steps` in the summary for each load step; empty without load steps.
+    pub steps: Vec<Value>,
+}
+
+impl Outcome {
+    /// A solution of which nothing else is known.
+    pub(super) fn new(solution: Solution, settings: &Settings, path: Path) -> Self {
+        let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
+        let (method, coulomb, times, seconds, steps) = Default::default();
+        let peak_memory = machine::peak_memory();
+        Outcome { solution, method_name, settings, method, coulomb, path, times, seconds, peak_memory, steps }
+    }
 }
 
 /// Below so many unknowns either path takes about a tenth of a second, and the direct one tells more about uniqueness.
@@ -150,6 +207,27 @@ const MULTIGRID_SECONDS: f64 = 1e-5;
 const MULTIGRID_BYTES: u64 = 2000;
 /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
 const CYCLES_PER_ITERATION: usize = 10;
+
+/// What is worth keeping while the stiffness and `B` stand: a factor or a multigrid hierarchy.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    operator: Option<Operator>,
+    /// Multigrid has failed and the direct path has taken over.
+    direct: bool,
+}
+
+#[derive(Debug)]
+enum Operator {
+    Factor(Box<Dual>, Path),
+    Multigrid(Box<Primal>),
+}
+
+impl Kept {
+    /// Nothing yet, and on the direct path from the start if `direct`.
+    pub(super) fn none(direct: bool) -> Self {
+        Kept { operator: None, direct }
+    }
+}
 
 /// Whether a problem is solved by multigrid before anything else: because the case says so, or because that is
 /// predicted to be faster than the direct path.
@@ -176,23 +254,61 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
+    let mut kept = Kept::default();
+    let mut outcome = solve_again(prepared, settings, &mut kept, observer)?;
+    let [mesh, assembly, contact] = prepared.seconds;
+    outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
+    uniqueness_facts(prepared, &kept, &mut outcome, observer);
+    Ok(outcome)
+}
+
+/// The same with what an earlier solve has kept, which must have been of the same stiffness and the same `B`; loads,
+/// gaps, slip references and friction may differ. Estimates of uniqueness are left out, and counts and seconds are
+/// those of this solve alone.
+pub(super) fn solve_again(
+    prepared: &Prepared,
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
     let asked = settings.path == SolverPath::Multigrid;
-    let may = settings.path == SolverPath::Auto && prepared.multigrid_first;
+    let may = settings.path == SolverPath::Auto && prepared.multigrid_first && !kept.direct;
     if settings.method.method != Method::Newton || !(asked || may) {
-        return by_factor(prepared, settings, observer);
+        return by_factor(prepared, settings, kept, observer);
     }
-    match by_multigrid(prepared, settings, observer) {
+    match by_multigrid(prepared, settings, kept, observer) {
         Ok(outcome) if asked || is_final(outcome.solution.status) => Ok(outcome),
         Err(error) if asked => Err(error),
-        // The direct path may still not fit the memory: then what multigrid has found is the better answer.
-        Ok(outcome) => by_factor(prepared, settings, observer).or(Ok(outcome)),
-        Err(_) => by_factor(prepared, settings, observer),
+        by_multigrid => {
+            let direct = by_factor(prepared, settings, kept, observer);
+            kept.direct = direct.is_ok();
+            // The direct path may not fit the memory: then what multigrid has found is the better answer.
+            if direct.is_err() && by_multigrid.is_ok() { by_multigrid } else { direct }
+        }
     }
 }
 
 /// Whether another path could not do better.
 fn is_final(status: Status) -> bool {
     matches!(status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
+}
+
+/// Adds the estimates of contraction and uniqueness, which need the direct path, to an answer it has found.
+pub(super) fn uniqueness_facts(
+    prepared: &Prepared,
+    kept: &Kept,
+    outcome: &mut Outcome,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) {
+    let Some(Operator::Factor(dual, _)) = &kept.operator else { return };
+    if outcome.path == Path::Multigrid || matches!(outcome.solution.status, Status::Interrupted | Status::NoEquilibrium)
+    {
+        return;
+    }
+    let mut lap = stopwatch();
+    let _ = observer(&Event::Coulomb);
+    outcome.coulomb = coulomb_facts(&prepared.problem, dual, &outcome.solution);
+    outcome.seconds.coulomb = lap();
 }
 
 /// Seconds since the last call.
@@ -204,26 +320,22 @@ fn stopwatch() -> impl FnMut() -> f64 {
 fn by_multigrid(
     prepared: &Prepared,
     settings: &Settings,
+    kept: &mut Kept,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let problem = &prepared.problem;
-    let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
-    if let Some(limit) = settings.dual.memory_limit.filter(|&limit| needed > limit) {
-        let gb = |bytes: u64| bytes as f64 / 1e9;
-        let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
-        let remedy = "coarsen the mesh, raise `memory` under [solver], or use a machine with more memory";
-        return Err(place::at(&prepared.mesh_spot, Error::new("", what, remedy)));
-    }
-    let [mesh, assembly, contact] = prepared.seconds;
-    let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
+    let mut seconds = Seconds::default();
     let mut lap = stopwatch();
-    let _ = observer(&Event::SettingUp { unknowns: problem.unknowns() });
-    let mut primal = Primal::new(problem)?;
-    let start = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared));
+    let mut primal = match kept.operator.take() {
+        Some(Operator::Multigrid(primal)) => primal,
+        _ => Box::new(set_up_multigrid(prepared, settings, observer)?),
+    };
+    let start = settings.solver.start_displacement.clone();
+    let start = start.or_else(|| prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared)));
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
     let (begin, mut times) = (Instant::now(), Vec::new());
-    let departs = no_equilibrium(problem, &rigid_motions(problem)).is_some();
+    let departs = no_equilibrium(problem, &prepared.motions).is_some();
     let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations);
     let solver = friction::Settings {
         max_iterations: if departs { 0 } else { cycles },
@@ -236,62 +348,72 @@ fn by_multigrid(
     });
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     seconds.iteration = lap();
-    Ok(Outcome {
-        solution: Solution { status, ..solution },
-        method_name: settings.method_name.clone(),
-        settings: settings.method.clone(),
-        method: None,
-        coulomb: None,
-        path: Path::Multigrid,
-        times,
-        seconds,
-        peak_memory: machine::peak_memory(),
-    })
+    let solution = Solution { status, ..solution };
+    kept.operator = Some(Operator::Multigrid(primal));
+    Ok(outcome(settings, Answer { solution, method: None }, Path::Multigrid, times, seconds))
+}
+
+fn set_up_multigrid(
+    prepared: &Prepared,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Primal, Error> {
+    let problem = &prepared.problem;
+    let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
+    if let Some(limit) = settings.dual.memory_limit.filter(|&limit| needed > limit) {
+        let gb = |bytes: u64| bytes as f64 / 1e9;
+        let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
+        let remedy = "coarsen the mesh, raise `memory` under [solver], or use a machine with more memory";
+        return Err(place::at(&prepared.mesh_spot, Error::new("", what, remedy)));
+    }
+    let _ = observer(&Event::SettingUp { unknowns: problem.unknowns() });
+    Primal::new(problem)
 }
 
 fn by_factor(
     prepared: &Prepared,
     settings: &Settings,
+    kept: &mut Kept,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let problem = &prepared.problem;
-    let [mesh, assembly, contact] = prepared.seconds;
-    let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
+    let mut seconds = Seconds::default();
     let mut lap = stopwatch();
-
-    let _ = observer(&Event::Ordering);
-    let choice = choose(problem, &settings.dual).map_err(|error| place::at(&prepared.mesh_spot, error))?;
-    seconds.ordering = lap();
-    let path = if choice.form == Form::Dense { Path::Dense } else { Path::Solves };
-    let _ = observer(&Event::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
-    let dual = Dual::new(problem, choice)?;
+    let (dual, path) = match kept.operator.take() {
+        Some(Operator::Factor(dual, path)) => (dual, path),
+        // The hierarchy goes before the factor comes: both together may not fit the memory.
+        hierarchy => {
+            drop(hierarchy);
+            let _ = observer(&Event::Ordering);
+            let choice = choose(problem, &settings.dual).map_err(|error| place::at(&prepared.mesh_spot, error))?;
+            seconds.ordering = lap();
+            let path = if choice.form == Form::Dense { Path::Dense } else { Path::Solves };
+            let _ = observer(&Event::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
+            (Box::new(Dual::new(problem, choice)?), path)
+        }
+    };
     seconds.factorisation = lap();
 
     let _ = observer(&Event::Solving);
     let (start, mut times) = (Instant::now(), Vec::new());
+    // The operator counts on from solve to solve.
+    let (products, solves) = (dual.products(), dual.solves());
+    let products = if settings.method.method == Method::Newton { products } else { 0 };
+    let own = |progress: &Progress| Progress { products: progress.products - products, ..*progress };
     let answer = solve_with(problem, &dual, &settings.solver, &settings.method, &mut |progress| {
         times.push(start.elapsed().as_secs_f64());
-        observer(&Event::Iteration(*progress))
-    })?;
-    let Answer { solution, method } = answer;
+        observer(&Event::Iteration(own(progress)))
+    });
     seconds.iteration = lap();
-    let coulomb = if matches!(solution.status, Status::Interrupted | Status::NoEquilibrium) {
-        None
-    } else {
-        let _ = observer(&Event::Coulomb);
-        coulomb_facts(problem, &dual, &solution)
-    };
-    seconds.coulomb = lap();
-    let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-    Ok(Outcome {
-        solution,
-        method_name,
-        settings,
-        method,
-        coulomb,
-        path,
-        times,
-        seconds,
-        peak_memory: machine::peak_memory(),
-    })
+    kept.operator = Some(Operator::Factor(dual, path));
+    let mut answer = answer?;
+    let solution = &mut answer.solution;
+    solution.counts.products -= products;
+    solution.counts.solves -= solves;
+    solution.history.iter_mut().for_each(|progress| *progress = own(progress));
+    Ok(outcome(settings, answer, path, times, seconds))
+}
+
+fn outcome(settings: &Settings, answer: Answer, path: Path, times: Vec<f64>, seconds: Seconds) -> Outcome {
+    Outcome { method: answer.method, times, seconds, ..Outcome::new(answer.solution, settings, path) }
 }

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::balance::Balance;
 use super::report::departure;
 use super::write::Origin;
 use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
@@ -11,13 +12,29 @@ use crate::linalg::Csr;
 
 /// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
+    let overrides: Vec<String> = origin.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let mut map = Map::new();
+    map.insert("title".into(), json!(prepared.facts.title));
+    map.insert("units".into(), json!(prepared.facts.units));
+    map.extend(answer(prepared, outcome));
+    map.insert("overrides".into(), json!(overrides));
+    map.insert("versions".into(), json!({ "stiction": env!("CARGO_PKG_VERSION"), "summary": 1 }));
+    if let Some(last) = outcome.steps.last() {
+        map.insert("load".into(), json!(load(prepared)));
+        map.insert("balance".into(), last["balance"].clone());
+        map.insert("steps".into(), json!(outcome.steps));
+    }
+    format!("{:#}\n", Value::Object(map))
+}
+
+/// What the summary says of one answer; of a stepped run it says the same of every step.
+pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Value> {
     let solution = &outcome.solution;
     let with_names = |(name, totals): (String, Totals)| {
         let mut entry = Map::from_iter([("name".to_string(), json!(name))]);
         entry.extend(contact(&totals));
         Value::Object(entry)
     };
-    let overrides: Vec<String> = origin.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let coulomb = outcome.coulomb.map(|facts| {
         json!({
             "contraction": facts.contraction,
@@ -30,8 +47,6 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         outcome.seconds.phases().iter().map(|(name, value)| (name.to_string(), json!(value))).collect();
     seconds.insert("total".into(), json!(outcome.seconds.total()));
     let value = json!({
-        "title": prepared.facts.title,
-        "units": prepared.facts.units,
         "status": status(solution.status),
         "departure": departure(&prepared.problem, solution.status),
         "certificate": certificate(&solution.certificate),
@@ -51,10 +66,33 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         "seconds": seconds,
         "peak_memory_bytes": outcome.peak_memory,
         "coulomb": coulomb,
-        "overrides": overrides,
-        "versions": { "stiction": env!("CARGO_PKG_VERSION"), "summary": 1 },
     });
-    format!("{value:#}\n")
+    match value {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}
+
+/// Work, elastic energy, dissipation and what their balance misses, since the start of the first step.
+pub(super) fn balance(balance: &Balance) -> Value {
+    json!({
+        "work": balance.work,
+        "elastic": balance.elastic,
+        "dissipation": balance.dissipation,
+        "drift": balance.drift(),
+    })
+}
+
+/// The force the loads add up to in the step that is solved.
+pub(super) fn load(prepared: &Prepared) -> [f64; 3] {
+    let dofs = &prepared.model.dofs;
+    let mut sum = [0.0; 3];
+    if let Some(supports) = &prepared.problem.supports {
+        let free = dofs.free.iter().zip(&supports.free_load);
+        let held = dofs.prescribed.iter().zip(&supports.load);
+        free.chain(held).for_each(|(&dof, force)| sum[dof as usize % 3] += force);
+    }
+    sum
 }
 
 /// What the iteration cost by name, that of Newton's method or that of another.

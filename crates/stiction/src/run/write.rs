@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::fields::{BodyFields, SurfaceFields, body, surfaces};
+use super::step_file::remove_steps;
 use super::{Outcome, Prepared, pictures, summary};
 use crate::Error;
 use crate::friction::Phase;
@@ -35,17 +36,29 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     let start = Instant::now();
     folder::create(folder)?;
     folder::remove(&folder.join("summary.json"))?;
+    let stepped = !outcome.steps.is_empty();
+    if !stepped {
+        remove_steps(folder)?;
+    }
     let (body, surfaces) = (body(prepared, outcome), surfaces(prepared, outcome));
-    let mut files = vec!["result.vtu".to_string()];
-    write_body(&folder.join("result.vtu"), prepared, &body)?;
-    if !surfaces.is_empty() {
-        write_contact(&folder.join("contact.vtu"), &surfaces)?;
-        files.push("contact.vtu".into());
+    let mut files = Vec::new();
+    let names: &[&str] = if surfaces.is_empty() { &["result"] } else { &["result", "contact"] };
+    if stepped {
+        // The files of the steps are there already.
+        files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
+    } else {
+        write_body(&folder.join("result.vtu"), prepared, &body)?;
+        if !surfaces.is_empty() {
+            write_contact(&folder.join("contact.vtu"), &surfaces, false)?;
+        }
+        files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }
     let solution = &outcome.solution;
     problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
-    folder::write_text(&folder.join("log.jsonl"), &log(outcome))?;
+    if !stepped {
+        folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
+    }
     files.extend(["problem.npz", "solution.npz", "log.jsonl"].map(String::from));
     let copy = folder.join("case.toml");
     if !origin.path.as_ref().is_some_and(|path| folder::same(path, &copy)) {
@@ -53,14 +66,14 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
         files.push("case.toml".into());
     }
     files.extend(pictures::write(folder, prepared, outcome, &body, &surfaces)?);
-    outcome.seconds.output = start.elapsed().as_secs_f64();
+    outcome.seconds.output += start.elapsed().as_secs_f64();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
     folder::write_text(&folder.join("summary.json"), &summary(prepared, outcome, origin))?;
     files.push("summary.json".into());
     Ok(files)
 }
 
-fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) -> Result<(), Error> {
+pub(super) fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) -> Result<(), Error> {
     let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
     vtu::write(
         path,
@@ -75,8 +88,9 @@ fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) -> Result<(),
     )
 }
 
-/// The surfaces of all pairs one after the other; a node of two pairs stands there twice.
-fn write_contact(path: &Path, surfaces: &[SurfaceFields]) -> Result<(), Error> {
+/// The surfaces of all pairs one after the other; a node of two pairs stands there twice. With load steps `slid` is
+/// what each point has slid since the start, `slip` what it has in the step.
+pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bool) -> Result<(), Error> {
     let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|s| s.points.iter().copied()).collect();
     let mut grid = Grid::new(&points);
     let (mut first, mut pair) = (0, Vec::new());
@@ -91,26 +105,28 @@ fn write_contact(path: &Path, surfaces: &[SurfaceFields]) -> Result<(), Error> {
     let scalars = |of: fn(&SurfaceFields) -> &Vec<f64>| surfaces.iter().flat_map(of).copied().collect::<Vec<f64>>();
     let vectors = |of: fn(&SurfaceFields) -> &Vec<[f64; 3]>| surfaces.iter().flat_map(of).copied().collect::<Vec<_>>();
     let integers = |of: fn(&SurfaceFields) -> &Vec<i32>| surfaces.iter().flat_map(of).copied().collect::<Vec<i32>>();
-    vtu::write(
-        path,
-        &grid,
-        &[
-            Array::scalar("pressure", &scalars(|s| &s.pressure)),
-            Array::vector("shear_traction", &vectors(|s| &s.shear)),
-            Array::vector("slip", &vectors(|s| &s.slip)),
-            Array::scalar("gap", &scalars(|s| &s.gap)),
-            Array::integer("status", &integers(|s| &s.status)),
-            Array::vector("lambda", &vectors(|s| &s.lambda)),
-            Array::integer("pair", &pair),
-            Array::integer("node", &integers(|s| &s.nodes)),
-        ],
-        &[],
-        &[],
-    )
+    let (pressure, gap) = (scalars(|s| &s.pressure), scalars(|s| &s.gap));
+    let [shear, slip, slid, lambda] =
+        [vectors(|s| &s.shear), vectors(|s| &s.slip), vectors(|s| &s.slid), vectors(|s| &s.lambda)];
+    let (status, nodes) = (integers(|s| &s.status), integers(|s| &s.nodes));
+    let mut arrays = vec![
+        Array::scalar("pressure", &pressure),
+        Array::vector("shear_traction", &shear),
+        Array::vector("slip", &slip),
+        Array::scalar("gap", &gap),
+        Array::integer("status", &status),
+        Array::vector("lambda", &lambda),
+        Array::integer("pair", &pair),
+        Array::integer("node", &nodes),
+    ];
+    if stepped {
+        arrays.push(Array::vector("slid", &slid));
+    }
+    vtu::write(path, &grid, &arrays, &[], &[])
 }
 
-/// One line an iteration.
-fn log(outcome: &Outcome) -> String {
+/// One line an iteration, with the number of its load step if there are any.
+pub(super) fn log(outcome: &Outcome, number: Option<usize>) -> String {
     let line = |(step, seconds): (&crate::friction::Progress, &f64)| {
         let phase = match step.phase {
             Phase::Newton => "newton",
@@ -119,7 +135,7 @@ fn log(outcome: &Outcome) -> String {
             Phase::Uzawa => "uzawa",
             Phase::Multigrid => "multigrid",
         };
-        let line = json!({
+        let mut line = json!({
             "iteration": step.iteration,
             "phase": phase,
             "residual": step.residual,
@@ -129,6 +145,9 @@ fn log(outcome: &Outcome) -> String {
             "slip": step.slip,
             "seconds": seconds,
         });
+        if let Some(number) = number {
+            line["step"] = json!(number);
+        }
         format!("{line}\n")
     };
     outcome.solution.history.iter().zip(&outcome.times).map(line).collect()

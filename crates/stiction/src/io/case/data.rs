@@ -22,6 +22,19 @@ pub struct Case {
     pub loads: Vec<LoadSpec>,
     pub contacts: Vec<ContactSpec>,
     pub solver: SolverSpec,
+    /// In the order of their times; empty for a single static problem.
+    pub steps: Vec<StepSpec>,
+}
+
+/// A stretch of the time axis, from the end of the step before it or from 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepSpec {
+    pub name: String,
+    /// Time at its end, greater than that of the step before it.
+    pub until: f64,
+    /// Equal increments, >= 1.
+    pub increments: usize,
+    pub spot: Spot,
 }
 
 /// Where the mesh comes from.
@@ -109,6 +122,8 @@ pub struct ContactSpec {
     pub on: Region,
     /// Directions have unit length.
     pub against: Obstacle,
+    /// Translation of the obstacle, length; depends on time only.
+    pub motion: Option<[Field; 3]>,
     pub friction: SurfaceFriction,
     pub spot: Spot,
 }

@@ -13,6 +13,7 @@ mod read_contact;
 mod read_mesh;
 mod read_region;
 mod read_solver;
+mod read_step;
 mod schema;
 mod set;
 mod source;
@@ -79,6 +80,7 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
         loads: each(&case, "load", read_body::load)?,
         contacts,
         solver,
+        steps: read_step::steps(&case)?,
     };
     weighs_something(&case)?;
     Ok(case)

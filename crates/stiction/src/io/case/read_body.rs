@@ -75,7 +75,7 @@ pub(super) fn load(table: &View) -> Result<LoadSpec, Error> {
     Ok(LoadSpec { on, kind, spot: table.spot() })
 }
 
-fn fields(table: &View, node: &Node, allowed: &[&str]) -> Result<[Field; 3], Error> {
+pub(super) fn fields(table: &View, node: &Node, allowed: &[&str]) -> Result<[Field; 3], Error> {
     let mut fields = [Field::Constant(0.0), Field::Constant(0.0), Field::Constant(0.0)];
     for (component, item) in fields.iter_mut().zip(node.items()) {
         *component = field(table, item, allowed)?;

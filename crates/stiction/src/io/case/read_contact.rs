@@ -1,10 +1,12 @@
 //! `[[contact]]`: surfaces, obstacles and friction.
 
 use super::data::{ContactSpec, Region};
+use super::read_body::fields;
 use super::read_region::extended_region;
 use super::view::View;
 use crate::Error;
 use crate::contact::{Obstacle, Side, SurfaceFriction};
+use crate::fem::Field;
 
 /// All contacts; their names differ.
 pub(super) fn contacts(case: &View) -> Result<Vec<ContactSpec>, Error> {
@@ -28,7 +30,8 @@ fn contact(table: &View, i: usize) -> Result<ContactSpec, Error> {
         (Region::Groups(groups), None) => groups.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join("+"),
         _ => format!("contact {}", i + 1),
     };
-    Ok(ContactSpec { name, on, against: obstacle(table)?, friction: friction(table)?, spot: table.spot() })
+    let (against, motion, friction) = (obstacle(table)?, motion(table)?, friction(table)?);
+    Ok(ContactSpec { name, on, against, motion, friction, spot: table.spot() })
 }
 
 fn obstacle(table: &View) -> Result<Obstacle, Error> {
@@ -49,6 +52,12 @@ fn obstacle(table: &View) -> Result<Obstacle, Error> {
     } else {
         Err(table.error("against", "`against` names no obstacle", "give a plane, a sphere or a cylinder"))
     }
+}
+
+/// How the obstacle moves, if it does.
+fn motion(table: &View) -> Result<Option<[Field; 3]>, Error> {
+    let Some(against) = table.table("against") else { return Ok(None) };
+    against.given("motion").map(|node| fields(&against, node, &["t"])).transpose()
 }
 
 fn side(table: &View) -> Side {

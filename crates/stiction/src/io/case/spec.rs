@@ -9,7 +9,7 @@ const GROUPS: Kind = Kind::Either(&[Kind::Text, NAMES]);
 
 /// A whole case file.
 pub(super) static CASE: Rules = Rules {
-    doc: "A static problem of elastic bodies in frictional contact. Any consistent system of units will do.",
+    doc: "A static or quasi-static problem of elastic bodies in frictional contact. Any consistent system of units will do.",
     one_of: &[],
     keys: &[
         key(
@@ -31,13 +31,29 @@ pub(super) static CASE: Rules = Rules {
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
         key("contact", Kind::Tables(&CONTACT), "[[contact]]", "Surfaces that may touch a rigid obstacle."),
         key("solver", Kind::Table(&SOLVER), "[solver]", "Settings of the solver; the defaults need no tuning."),
-        key("step", STEP, "[[step]]", "Load steps."),
+        key(
+            "step",
+            Kind::Tables(&STEP),
+            "[[step]]",
+            "Load steps: the time t of expressions goes from 0 through their ends, and friction remembers where each point has slid.",
+        ),
     ],
 };
 
-const STEP: Kind = Kind::Absent {
-    what: "load steps are not available in this version",
-    remedy: "take [[step]] out; every load then acts in full at once",
+static STEP: Rules = Rules {
+    doc: "A stretch of the time axis, which begins at 0 or where the step before it ends.",
+    one_of: &[],
+    keys: &[
+        key("name", Kind::Text, "name = \"press\"", "Name of the step in the results; \"step 1\" and so on if absent."),
+        key("until", Kind::Number(POSITIVE), "until = 1", "The time t at its end.").required().unit("time"),
+        key(
+            "increments",
+            Kind::Whole { from: 1, to: 100_000 },
+            "increments = 4",
+            "In how many equal increments of time it is solved; one that cannot be solved is halved.",
+        )
+        .default("1"),
+    ],
 };
 
 static MESH: Rules = Rules {
@@ -239,6 +255,13 @@ static OBSTACLE: Rules = Rules {
             "cylinder = { point = [0, 0, -1], axis = [0, 1, 0], radius = 1 }",
             "A cylinder without ends.",
         ),
+        key(
+            "motion",
+            FIELDS,
+            "motion = [0, 0, \"-0.1*t\"]",
+            "Translation of the obstacle from where it is given; numbers or expressions in t. Small: the gap changes along its normal.",
+        )
+        .unit("length"),
     ],
 };
 

@@ -44,6 +44,17 @@ fn set(pairs: &[(&str, &str)]) -> Vec<(String, String)> {
 }
 
 #[test]
+fn steps_and_the_motion_of_an_obstacle_are_read() {
+    let with = edited("} }\nfriction", "}, motion = [\"2*t\", 0, -1] }\nfriction");
+    let case = read_text(&(with + "[[step]]\nuntil = 0.5\n[[step]]\nname = \"slide\"\nuntil = 2\nincrements = 3\n"));
+    let steps: Vec<_> = case.steps.iter().map(|s| (s.name.as_str(), s.until, s.increments)).collect();
+    assert_eq!(steps, [("step 1", 0.5, 1), ("slide", 2.0, 3)]);
+    let motion = case.contacts[0].motion.as_ref().unwrap();
+    assert_eq!([0, 1, 2].map(|c| motion[c].at([f64::NAN; 3], 4.0)), [8.0, 0.0, -1.0]);
+    assert!(read_text(BRICK).steps.is_empty() && read_text(BRICK).contacts[0].motion.is_none());
+}
+
+#[test]
 fn the_brick_is_read_as_it_is_meant() {
     let case = read_text(BRICK);
     assert_eq!(case.title, "Brick on a rigid foundation");
@@ -239,7 +250,7 @@ fn the_schema_knows_every_key_of_the_templates() {
     assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
     assert_eq!(schema["required"], serde_json::json!(["mesh", "materials"]));
     assert_eq!(schema["properties"]["solver"]["properties"]["tolerance"]["default"], 1e-8);
-    assert!(schema["properties"].get("step").is_none());
+    assert_eq!(schema["properties"]["step"]["items"]["required"], serde_json::json!(["until"]));
     for template in templates() {
         let value: toml::Table = template.text.parse().unwrap();
         walk(&toml::Value::Table(value), &schema, template.name);

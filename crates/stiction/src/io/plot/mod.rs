@@ -9,6 +9,7 @@ mod decor;
 mod deformed;
 mod drawing;
 mod edges;
+mod history;
 mod plane;
 mod raster;
 mod scene;
@@ -20,6 +21,7 @@ mod ticks;
 pub use convergence::{ConvergencePoint, convergence};
 pub use deformed::{DeformedPlot, deformed};
 pub use drawing::{Align, Drawing};
+pub use history::{HistoryPanel, history};
 pub use space::{Axis, FaceColors, SpacePlot, space};
 pub use surface::{MapValues, MapVectors, SurfaceMap, surface_map};
 

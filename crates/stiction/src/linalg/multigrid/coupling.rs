@@ -179,7 +179,7 @@ mod tests {
     /// Two lattices side by side without a spring between them, the nodes of one face of the first coupled to two nodes
     /// of the second.
     fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, Coupling) {
-        let (a, kernel) = lattice([4, 4, 4]);
+        let (a, kernel) = lattice([4, 4, 4], [1.0; 3]);
         let n = a.rows;
         let named = |i: usize, name: &mut dyn FnMut(u32)| {
             a.row(i % n).0.iter().for_each(|&j| name(j + (i / n * n) as u32));

@@ -105,13 +105,27 @@ fn keys_that_are_missing_or_exclude_one_another_are_named() {
 #[test]
 fn what_this_version_cannot_do_is_said_plainly() {
     let absent = "not available in this version";
-    fails("[solver]", "[[step]]\n[solver]", "17:3", &["load steps", absent]);
     fails("\"tet4\"", "\"tet10\"", "4:59", &[absent, "more cells"]);
     fails("\"tet4\"", "\"hex20\"", "4:59", &[absent, "more cells"]);
     fails("traction =", "temperature = 80\ntraction =", "12:1", &["thermal", absent]);
     let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
     fails(plane, "\"other\"", "15:11", &["deformable", absent, "rigid obstacle"]);
-    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder }"]);
+    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder, motion }"]);
+}
+
+#[test]
+fn steps_and_motions_are_held_to_the_time_axis() {
+    let with =
+        |steps: &str, place: &str, parts: &[&str]| fails("[solver]", &format!("{steps}\n[solver]"), place, parts);
+    with("[[step]]", "17:1", &["this [[step]] has no `until`", "add until = 1"]);
+    with("[[step]]\nuntil = 0", "18:9", &["`until` is", "greater than 0"]);
+    with("[[step]]\nuntil = 1\n[[step]]\nuntil = 1", "20:9", &["begins at t = 1", "no duration"]);
+    with("[[step]]\nuntil = 1\nincrements = 0", "19:14", &["from 1 to 100000"]);
+    with("[[step]]\nuntil = 1\nincrement = 2", "19:1", &["did you mean `increments`?"]);
+    let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
+    fails(plane, &format!("{plane}, motion = [0, 0, \"x\"]"), "15:81", &["only t may"]);
+    fails(plane, &format!("{plane}, motion = 1"), "15:73", &["`motion` is the number 1", "motion = [0, 0"]);
+    fails(plane, &format!("{plane}, moton = [0, 0, 1]"), "15:64", &["did you mean `motion`?"]);
 }
 
 #[test]

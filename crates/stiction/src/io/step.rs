@@ -1,0 +1,114 @@
+//! What `check` and `--resume` need of one load step, as NumPy arrays; what all steps share is in the problem's file.
+
+use std::path::Path;
+
+use super::npz::{self, Array, count, f64s, scalar, usizes};
+use crate::Error;
+use crate::contact::ContactProblem;
+
+/// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepFile {
+    pub t: f64,
+    /// Load less what the prescribed displacements demand, newton, `n`.
+    pub f: Vec<f64>,
+    /// Length, `m`.
+    pub gap: Vec<f64>,
+    /// Length, `2m`.
+    pub slip_reference: Vec<f64>,
+    /// How far the obstacles have moved along the rows of `B`, length, `3m`.
+    pub motion: Vec<f64>,
+    /// External forces at the prescribed degrees of freedom, newton, `p`.
+    pub support_load: Vec<f64>,
+    /// External forces at the unknowns, newton, `n`.
+    pub support_free_load: Vec<f64>,
+    /// Prescribed displacements, length, `p`.
+    pub support_displacement: Vec<f64>,
+    /// Displacements, length, `n`.
+    pub u: Vec<f64>,
+    /// Newton, `3m`.
+    pub lambda: Vec<f64>,
+    /// 0 open, 1 stick, 2 slip, `m`.
+    pub states: Vec<usize>,
+    /// Work, elastic energy, dissipation.
+    pub energy: [f64; 3],
+    /// Step, increment, part of the increment reached and length of the next part: where the time axis goes on.
+    pub position: [usize; 4],
+}
+
+impl StepFile {
+    /// Makes `problem` that of this step.
+    pub fn put_into(&self, problem: &mut ContactProblem) {
+        problem.f.clone_from(&self.f);
+        problem.gap.clone_from(&self.gap);
+        problem.slip_reference.clone_from(&self.slip_reference);
+        if let Some(supports) = &mut problem.supports {
+            supports.load.clone_from(&self.support_load);
+            supports.free_load.clone_from(&self.support_free_load);
+            supports.displacement.clone_from(&self.support_displacement);
+        }
+    }
+}
+
+/// Writes a step, as a whole or not at all.
+pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
+    npz::write(
+        path,
+        &[
+            ("format", Array::count(1)),
+            ("t", Array::scalar(step.t)),
+            ("f", Array::f64(&step.f)),
+            ("gap", Array::f64(&step.gap)),
+            ("slip_reference", Array::f64(&step.slip_reference)),
+            ("motion", Array::f64(&step.motion)),
+            ("support_load", Array::f64(&step.support_load)),
+            ("support_free_load", Array::f64(&step.support_free_load)),
+            ("support_displacement", Array::f64(&step.support_displacement)),
+            ("u", Array::f64(&step.u)),
+            ("lambda", Array::f64(&step.lambda)),
+            ("states", Array::usize(&step.states)),
+            ("energy", Array::f64(&step.energy)),
+            ("position", Array::usize(&step.position)),
+        ],
+    )
+}
+
+/// Reads a step of a problem with `n` unknowns, `p` prescribed displacements and `m` contact points.
+///
+/// # Errors
+/// If the file is missing, damaged, or of another problem.
+pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, Error> {
+    let arrays = npz::read(path)?;
+    let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);
+    let read = || -> Result<StepFile, Error> {
+        if count(&arrays, "format")? != 1 {
+            return Err(damaged("the file has another format than this version reads"));
+        }
+        let states = usizes(&arrays, "states", Some(m))?;
+        if let Some(state) = states.iter().find(|&&state| state > 2) {
+            return Err(damaged(format!("there is no state of contact {state}")));
+        }
+        let energy = list("energy", 3)?;
+        let position = usizes(&arrays, "position", Some(4))?;
+        Ok(StepFile {
+            t: scalar(&arrays, "t")?,
+            f: list("f", n)?,
+            gap: list("gap", m)?,
+            slip_reference: list("slip_reference", 2 * m)?,
+            motion: list("motion", 3 * m)?,
+            support_load: list("support_load", p)?,
+            support_free_load: list("support_free_load", n)?,
+            support_displacement: list("support_displacement", p)?,
+            u: list("u", n)?,
+            lambda: list("lambda", 3 * m)?,
+            states,
+            energy: [energy[0], energy[1], energy[2]],
+            position: [position[0], position[1], position[2], position[3]],
+        })
+    };
+    read().map_err(|error| error.at(&path.display().to_string()))
+}
+
+fn damaged(what: impl Into<String>) -> Error {
+    Error::new("", what, "the file is damaged or not of this program; solve the case again")
+}

@@ -1,0 +1,329 @@
+//! Load steps: friction remembers where it has slid, and what becomes of the work.
+
+use std::ops::ControlFlow;
+
+use serde_json::Value;
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::run::{Event, Outcome, Prepared, Restart, Settings, Step, prepare, solve, solve_steps};
+
+/// A block of 20 x 10 x 10 on a plane, without loads.
+const BLOCK: &str = r#"
+[mesh]
+block = { size = [20, 10, 10], cells = [8, 4, 4], element = "hex8" }
+[materials.steel]
+young = 210e3
+poisson = 0
+"#;
+
+/// A stepped run in memory: its case, its answer and the multipliers of each step.
+struct Run {
+    prepared: Prepared,
+    outcome: Outcome,
+    lambda: Vec<Vec<f64>>,
+}
+
+fn run_with(text: &str, change: impl FnOnce(&mut Settings)) -> Run {
+    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let mut settings = Settings::of(&case.solver);
+    change(&mut settings);
+    let mut lambda = Vec::new();
+    let mut keep = |_: &Prepared, step: &Step| {
+        lambda.push(step.outcome.solution.lambda.clone());
+        Ok(())
+    };
+    let outcome = solve_steps(&mut prepared, &settings, None, &mut keep, &mut |_| ControlFlow::Continue(()));
+    Run { prepared, outcome: outcome.unwrap_or_else(|e| panic!("{e}")), lambda }
+}
+
+/// The same, and every step is certified.
+fn run(text: &str) -> Run {
+    let run = run_with(text, |_| {});
+    assert_eq!(run.outcome.solution.status, Status::Solved);
+    assert!(run.outcome.steps.iter().all(|entry| entry["certificate"]["passed"] == true));
+    run
+}
+
+impl Run {
+    fn number(&self, step: usize, group: &str, key: &str) -> f64 {
+        self.outcome.steps[step][group][key].as_f64().unwrap()
+    }
+
+    fn friction_x(&self, step: usize) -> f64 {
+        self.outcome.steps[step]["contact"]["tangential_force"][0].as_f64().unwrap()
+    }
+}
+
+fn contact(friction: &str, motion: &str) -> String {
+    format!(
+        "[[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}{motion} }}\n\
+         friction = {friction}\n"
+    )
+}
+
+fn steps(list: &[(f64, usize)]) -> String {
+    list.iter().map(|(until, n)| format!("[[step]]\nuntil = {until}\nincrements = {n}\n")).collect()
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
+    norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
+}
+
+/// With a flat foot and loads in proportion to the time, stress and slip are in proportion too: each point slips in one
+/// direction, or not at all, and the number of steps does not matter.
+#[test]
+fn proportional_loading_of_a_flat_foot_does_not_depend_on_the_steps() {
+    let body = BLOCK
+        .replace("poisson = 0", "poisson = 0.3")
+        .replace("[20, 10, 10], cells = [8,", "[30, 10, 10], cells = [12,")
+        + "[[fix]]\non = \"x-min\"\n[[load]]\non = \"z-max\"\ntraction = [\"4*t\", 0, \"-t*(35 - x)\"]\n\
+           [[load]]\non = \"x-max\"\ntraction = [0, 0, \"12*t\"]\n"
+        + &contact("{ coulomb = 1 }", "");
+    let [one, five] = [1, 5].map(|count| run(&(body.clone() + &steps(&[(1.0, count)]))));
+    let last = &one.outcome.steps[0]["contact"];
+    assert!(["open", "stick", "slip"].iter().all(|state| last[state].as_u64() > Some(3)), "{last}");
+    assert!(apart(&five.outcome.solution.lambda, &one.outcome.solution.lambda) < 1e-6);
+    assert!(apart(&five.outcome.solution.u, &one.outcome.solution.u) < 1e-6);
+    // Without [[step]] the case is solved at t = 1.
+    let case = case::parse(&body, "case.toml", &[]).unwrap();
+    let still =
+        solve(&prepare(&case).unwrap(), &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(apart(&one.outcome.solution.lambda, &still.solution.lambda) < 1e-6);
+}
+
+/// Fully slipping, the elastic state does not depend on how far the block has slid: between two cycles whose amplitudes
+/// differ by 0.1 the dissipated energies differ by 4 F N 0.1 exactly, and one more way along costs F N times the way.
+/// With Poisson's ratio zero N = E A d / h = 8400.
+#[test]
+fn a_block_pulled_to_and_fro_dissipates_the_area_of_its_loop() {
+    let top = "0.1*max(0, min(t - 1, 1)) - 0.2*max(0, min(t - 2, 1)) + 0.2*max(0, min(t - 3, 1)) \
+               + 0.1*max(0, min(t - 4, 1)) - 0.4*max(0, min(t - 5, 1)) + 0.4*max(0, min(t - 6, 1))";
+    let text = BLOCK.to_string()
+        + &format!("[[fix]]\non = \"z-max\"\nvalue = [\"{top}\", 0, \"-2e-3*min(t, 1)\"]\n")
+        + &contact("{ coulomb = 0.5 }", "")
+        + &steps(&[(1.0, 1), (2.0, 2), (4.0, 4), (5.0, 2), (7.0, 8)]);
+    let run = run(&text);
+    let time = |t: f64| run.outcome.steps.iter().position(|entry| entry["t"] == t).unwrap();
+    let dissipated = |t: f64| run.number(time(t), "balance", "dissipation");
+    let (small, large) = (dissipated(4.0) - dissipated(2.0), dissipated(7.0) - dissipated(5.0));
+    assert!(((large - small) / (4.0 * 4200.0 * 0.1) - 1.0).abs() < 1e-9, "{small} {large}");
+    assert!(((dissipated(5.0) - dissipated(4.0)) / (4200.0 * 0.1) - 1.0).abs() < 1e-9);
+    // Both are the parallelogram less what the block itself shears back, two halves of a few per cent.
+    assert!(small < 4.0 * 4200.0 * 0.1 && small > 0.9 * 4.0 * 4200.0 * 0.1);
+    for (t, force) in [(1.0, 0.0), (2.0, -4200.0), (3.0, 4200.0), (4.0, -4200.0), (6.0, 4200.0), (7.0, -4200.0)] {
+        assert!((run.friction_x(time(t)) - force).abs() < 1e-6 * 4200.0, "t = {t}");
+        assert!((run.number(time(t), "contact", "normal_force") / 8400.0 - 1.0).abs() < 1e-9);
+    }
+}
+
+/// Pulled back a little after slipping, the foot sticks: friction falls by what the block's shear alone takes,
+/// less than its bound on the other side. A solver that forgot the slip would answer as if pushed from the start.
+#[test]
+fn friction_remembers_where_it_slid() {
+    let body = BLOCK.to_string()
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"0.1*t - 0.101*max(0, t - 1)\", 0, \"-2e-3*min(2*t, 1)\"]\n"
+        + &contact("{ coulomb = 0.5 }", "");
+    let run = run(&(body + &steps(&[(1.0, 2), (2.0, 1)])));
+    // From 0.1 at t = 1 to 0.099 at t = 2: one micrometre back.
+    assert!((run.friction_x(1) + 4200.0).abs() < 1e-6 * 4200.0);
+    let back = run.friction_x(2);
+    assert!(back > -4200.0 * 0.99 && back < 0.0, "{back}");
+    // Where the pressure falls with the shear a few points still slip, by next to nothing.
+    assert!(run.outcome.steps[2]["contact"]["stick"].as_u64() > Some(30));
+    assert!((run.number(2, "balance", "dissipation") / run.number(1, "balance", "dissipation") - 1.0).abs() < 1e-3);
+}
+
+/// Only relative motion counts: a plane that moves up and along is a top that moves down and back.
+#[test]
+fn moving_the_obstacle_is_moving_the_support_the_other_way() {
+    let path = ["3e-3*sin(2*t)", "1e-3*t", "2e-3*min(1, t)"];
+    let [x, y, z] = path;
+    let body = BLOCK.replace("poisson = 0", "poisson = 0.3");
+    let top = format!("[[fix]]\non = \"z-max\"\nvalue = [\"-({x})\", \"-({y})\", \"-({z})\"]\n");
+    let by_support = body.clone() + &top + &contact("{ coulomb = 0.3 }", "");
+    let motion = format!(", motion = [\"{x}\", \"{y}\", \"{z}\"]");
+    let by_obstacle = body + "[[fix]]\non = \"z-max\"\n" + &contact("{ coulomb = 0.3 }", &motion);
+    let [a, b] = [by_support, by_obstacle].map(|text| run(&(text + &steps(&[(2.0, 6)]))));
+    let partial =
+        |entry: &Value| entry["contact"]["stick"].as_u64() > Some(0) && entry["contact"]["slip"].as_u64() > Some(0);
+    assert!(a.outcome.steps.iter().any(partial));
+    for step in 0..6 {
+        assert!(apart(&b.lambda[step], &a.lambda[step]) < 1e-6);
+        for key in ["work", "elastic", "dissipation"] {
+            let (of_a, of_b) = (a.number(step, "balance", key), b.number(step, "balance", key));
+            assert!((of_a - of_b).abs() < 1e-6 * a.number(step, "balance", "work"), "{key} {of_a} {of_b}");
+        }
+    }
+    // What is solved at once without steps is the first step that goes there.
+    let only = run(&(by_one_step(&motion) + &steps(&[(1.0, 1)])));
+    let case = case::parse(&by_one_step(&motion), "case.toml", &[]).unwrap();
+    let still =
+        solve(&prepare(&case).unwrap(), &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(apart(&only.outcome.solution.lambda, &still.solution.lambda) < 1e-6);
+}
+
+fn by_one_step(motion: &str) -> String {
+    BLOCK.to_string() + "[[fix]]\non = \"z-max\"\n" + &contact("{ coulomb = 0.3 }", motion)
+}
+
+/// The displacements themselves by multigrid, whose set-up is kept as the factor is.
+#[test]
+fn both_paths_walk_the_same_steps() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"4e-3*sin(2*min(t, 2))\", 0, \"-2e-3*min(t, 1)\"]\n"
+        + &contact("{ coulomb = 0.3 }", "")
+        + &steps(&[(2.0, 4), (3.0, 1)]);
+    let [direct, multigrid] = ["solves", "multigrid"].map(|path| run(&format!("{text}[solver]\npath = \"{path}\"\n")));
+    assert!(multigrid.outcome.steps.iter().all(|entry| entry["path"] == "multigrid"));
+    for step in 0..5 {
+        assert!(apart(&multigrid.lambda[step], &direct.lambda[step]) < 1e-6);
+    }
+    // Nothing changes in the last step.
+    let cycles = |step: usize| multigrid.outcome.steps[step]["counts"]["cycles"].as_u64().unwrap();
+    assert!(cycles(0) > 5 && cycles(4) <= 2, "{} {}", cycles(0), cycles(4));
+}
+
+/// The first look at the multipliers of the last step is enough.
+#[test]
+fn a_step_that_changes_nothing_costs_next_to_nothing() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"2e-3*min(t, 1)\", 0, \"-2e-3*min(t, 1)\"]\n"
+        + &contact("{ coulomb = 0.3 }", "")
+        + &steps(&[(1.0, 1), (2.0, 1)]);
+    let run = run(&text);
+    let counts = |step: usize, key: &str| run.outcome.steps[step]["counts"][key].as_u64().unwrap();
+    assert!(counts(0, "iterations") >= 3 && counts(0, "products") > 20, "{}", run.outcome.steps[0]["counts"]);
+    assert_eq!(counts(1, "iterations"), 0);
+    assert!(counts(1, "products") <= 2 && counts(1, "solves") <= 3, "{}", run.outcome.steps[1]["counts"]);
+    assert_eq!(run.outcome.steps[1]["attempts"], 1);
+    assert!(apart(&run.lambda[1], &run.lambda[0]) < 1e-12);
+    let [first, second] = [0, 1].map(|step| run.number(step, "balance", "dissipation"));
+    assert!(first > 0.0 && (second / first - 1.0).abs() < 1e-9);
+}
+
+/// A step of length dt misses O(dt²) of the energy, so that the whole way misses O(dt).
+#[test]
+fn the_balance_of_energy_closes_as_the_steps_get_shorter() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"4e-3*sin(1.5*t)\", 0, \"-2e-3*(1 - 0.5*cos(t))\"]\n"
+        + &contact("{ coulomb = 0.3 }", "");
+    let drifts = |count: usize| {
+        let run = run(&(text.clone() + &steps(&[(0.1, 1), (1.6, count)])));
+        // From the second step on: the body is not at rest at t = 0, and the first step has it all.
+        let drift: Vec<f64> = (0..=count).map(|step| run.number(step, "balance", "drift")).collect();
+        let work = run.number(count, "balance", "work");
+        let each = drift.windows(2).map(|d| (d[1] - d[0]).abs()).fold(0.0, f64::max);
+        [each / work, (drift[count] - drift[0]).abs() / work]
+    };
+    let found = [6, 12, 24, 48].map(drifts);
+    println!("largest of a step, and in all, over the work: {found:?}");
+    let [each, all] = [0, 1].map(|i| (found[0][i] / found[3][i]).log2() / 3.0);
+    println!("observed orders {each:.2} and {all:.2}");
+    assert!(each > 1.6 && all > 0.8, "{each} {all}");
+    assert!(found[3][1] < 0.02);
+}
+
+/// Without friction the way does not matter: an increment that is too long for the few iterations allowed ends, in
+/// halves, where one long step would have ended.
+#[test]
+fn a_step_that_fails_is_halved_and_grows_back() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [0, 0, \"-0.3*t\"]\n[[contact]]\non = \"z-min\"\nfriction = \"none\"\n\
+           against = { sphere = { center = [7, 4, -60.2], radius = 60 } }\n";
+    let exact = run(&(text.clone() + &steps(&[(3.0, 1)])));
+    let newton_steps = exact.outcome.solution.counts.newton_steps;
+    assert!(newton_steps > 3, "{newton_steps}");
+    let mut halved = 0;
+    let case = case::parse(&(text.clone() + &steps(&[(3.0, 1)])), "case.toml", &[]).unwrap();
+    let mut prepared = prepare(&case).unwrap();
+    let mut settings = Settings::of(&case.solver);
+    settings.solver.max_iterations = newton_steps - 1;
+    let mut count = |event: &Event| {
+        halved += usize::from(matches!(event, Event::Halved { .. }));
+        ControlFlow::Continue(())
+    };
+    let short = solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut count).unwrap();
+    assert_eq!(short.solution.status, Status::Solved);
+    assert!(halved > 0 && short.steps.len() > 1, "{halved}");
+    assert_eq!(short.steps.last().unwrap()["t"], 3.0);
+    assert!(apart(&short.solution.lambda, &exact.outcome.solution.lambda) < 1e-6);
+
+    // Where nothing helps, the shortest step says how it ended.
+    let lost = run_with(&(text + &steps(&[(1.0, 1), (3.0, 1)])), |settings| settings.solver.max_iterations = 1);
+    let last = lost.outcome.steps.last().unwrap();
+    assert_eq!(lost.outcome.solution.status, Status::MaxIterations);
+    assert!(last["status"] == "max_iterations" && last["certificate"]["passed"] == false);
+    assert!(last["attempts"].as_u64() > Some(2) && last["dt"] == 1.0 / 64.0, "{last}");
+}
+
+/// An interrupted run ends with its last finished step, and a run that goes on from there ends as if nothing had been.
+#[test]
+fn an_interrupted_run_goes_on_where_it_stopped() {
+    let text = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"4e-3*sin(2*t)\", 0, \"-2e-3*min(t, 1)\"]\n"
+        + &contact("{ coulomb = 0.3 }", "")
+        + &steps(&[(1.0, 2), (3.0, 5)]);
+    let whole = run(&text);
+    let case = case::parse(&text, "case.toml", &[]).unwrap();
+    let settings = Settings::of(&case.solver);
+    let mut prepared = prepare(&case).unwrap();
+    let mut kept = None;
+    let mut keep = |_: &Prepared, step: &Step| {
+        kept = Some(Restart { entries: step.entries.to_vec(), last: step.file.clone() });
+        Ok(())
+    };
+    let mut finished = 0;
+    let mut stop = |event: &Event| {
+        finished += usize::from(matches!(event, Event::Finished(_)));
+        let within = matches!(event, Event::Iteration(p) if p.iteration > 0);
+        if finished == 3 && within { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let stopped = solve_steps(&mut prepared, &settings, None, &mut keep, &mut stop).unwrap();
+    assert_eq!(stopped.solution.status, Status::Interrupted);
+    assert_eq!(stopped.steps.len(), 3);
+    assert!(stopped.solution.certificate.passed);
+    let (u, lambda) = (&stopped.solution.u, &stopped.solution.lambda);
+    // The problem it leaves is that of the step it kept.
+    let judged = stiction::certificate::certify(&prepared.problem, u, lambda, 1e-8);
+    assert!(judged.passed && lambda == &whole.lambda[2], "{judged:?}");
+
+    let mut prepared = prepare(&case).unwrap();
+    let resumed =
+        solve_steps(&mut prepared, &settings, kept, &mut |_, _| Ok(()), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(resumed.solution.lambda, whole.outcome.solution.lambda);
+    assert_eq!(resumed.solution.u, whole.outcome.solution.u);
+    for (a, b) in resumed.steps.iter().zip(&whole.outcome.steps) {
+        assert!(
+            a["balance"] == b["balance"]
+                && a["contact"] == b["contact"]
+                && a["counts"]["products"] == b["counts"]["products"]
+        );
+    }
+    assert_eq!(prepared.problem.slip_reference, whole.prepared.problem.slip_reference);
+}
+
+/// What would go wrong in a later step is said before the first one is solved.
+#[test]
+fn steps_that_cannot_be_posed_are_refused_at_once() {
+    let fails = |fix: &str, contact: &str, parts: &[&str]| {
+        let text = BLOCK.to_string() + fix + contact + &steps(&[(1.0, 1), (3.0, 2)]);
+        let error = match prepare(&case::parse(&text, "case.toml", &[]).unwrap()) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("accepted: {text}"),
+        };
+        parts.iter().for_each(|part| assert!(error.contains(part), "{part:?} is not in {error}"));
+    };
+    let plane = |motion: &str| contact("{ coulomb = 0.3 }", motion);
+    let held = "[[fix]]\non = \"z-max\"\nvalue = [0, 0, \"sqrt(2.5 - t)*(t - 3)\"]\n";
+    fails("[[fix]]\non = \"z-max\"\nvalue = [\"1/(t - 2)\", 0, 0]\n", &plane(""), &["case.toml:7", "at time t = 2"]);
+    fails(&held.replace("2.5", "2"), &plane(""), &["case.toml:7", "NaN", "t = 3"]);
+    let top = "[[fix]]\non = \"z-max\"\n";
+    fails(top, &plane(", motion = [0, \"1/(t - 1)\", 0]"), &["case.toml:9", "at time t = 1"]);
+    // A plane of symmetry does not follow an obstacle that moves across it.
+    let symmetry = top.to_string() + "[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n";
+    fails(&symmetry, &plane(", motion = [0, \"t*(t - 3)\", 0]"), &["slides over the obstacle", "held in a direction"]);
+    let clamped = top.to_string() + "[[fix]]\non = \"x-min\"\n";
+    fails(&clamped, &plane(", motion = [0, 0, \"1e-3*t*(3 - t)\"]"), &["which is held, gets 2.000e-3 into", "t = 1"]);
+}
