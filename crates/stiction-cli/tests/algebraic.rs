@@ -79,5 +79,33 @@ fn what_cannot_be_used_ends_with_two_and_writes_nothing() {
     folder.run(&["algebraic", "none.hdf5", "-o", "out"]).ends(2, &["none.hdf5"]);
     folder.run(&["algebraic", "slip.hdf5", "--tolerance=-1"]).ends(2, &["between 0 and 1"]);
     folder.run(&["algebraic"]).ends(2, &["FILES"]);
+    folder.run(&["algebraic", "slip.hdf5", "--method", "simplex"]).ends(2, &["simplex", "gauss-seidel"]);
+    folder.run(&["algebraic", "slip.hdf5", "--form", "dense"]).ends(2, &["dense", "condensed"]);
     assert!(!folder.exists("out"));
+}
+
+#[test]
+fn the_method_is_a_choice_and_is_told() {
+    let folder = folder("algebraic-method");
+    for (method, told) in [
+        ("newton", "Newton steps"),
+        ("gauss-seidel", "sweeps"),
+        ("gradient", "gradient steps"),
+        ("admm", "alternations"),
+    ] {
+        let run = folder.run(&["algebraic", "slip.hdf5", "--method", method]);
+        run.ends(0, &[]);
+        assert!(run.out.contains(told), "{method}: {}", run.out);
+    }
+}
+
+#[test]
+fn a_guess_is_told_with_its_residual() {
+    let folder = folder("algebraic-guess");
+    let guess = |r: [f64; 3]| State { r: r.to_vec(), ..State::default() };
+    write(&folder.path.join("guess.hdf5"), &point(1.0, 2.0), None, &[guess([9.0, 9.0, 9.0]), guess([1.0, -0.3, 0.0])])
+        .unwrap();
+    let run = folder.run(&["algebraic", "guess.hdf5"]);
+    run.ends(0, &[]);
+    assert!(run.out.contains("guesses      2: started from number 2"), "{}", run.out);
 }

@@ -4,7 +4,7 @@ use super::course::Course;
 use super::gradient::ROUND;
 use super::law::project;
 use super::settings::Status;
-use super::system::System;
+use super::system::{Shifted, System};
 
 /// Penalty over the local flexibility.
 pub const PENALTY: f64 = 1.0;
@@ -20,7 +20,7 @@ const ROUNDS: usize = 2;
 /// penalty `rho`.
 pub struct Alternating<'a> {
     system: &'a dyn System,
-    solve: Box<dyn Fn(&[V3]) -> Vec<V3> + 'a>,
+    solve: Shifted<'a>,
     rho: f64,
     pub z: Vec<V3>,
     /// Multiplier of `r = z`: minus the velocity of De Saxcé.

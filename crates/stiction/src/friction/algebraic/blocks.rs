@@ -1,7 +1,7 @@
 use super::V3;
 use super::law::Linearised;
 use super::sweeps::sweep;
-use super::system::System;
+use super::system::{Shifted, System};
 use crate::contact::LocalProblem;
 use crate::linalg::{NodeGraph, nested_dissection};
 
@@ -132,7 +132,7 @@ impl System for Blocks {
         self.newton_step(alpha, points)
     }
 
-    fn shifted(&self, alpha: f64) -> Option<Box<dyn Fn(&[V3]) -> Vec<V3> + '_>> {
+    fn shifted(&self, alpha: f64) -> Option<Shifted<'_>> {
         let lu = self.shifted_factor(alpha)?;
         Some(Box::new(move |x| lu.solve(x.as_flattened()).as_chunks().0.to_vec()))
     }

@@ -295,7 +295,7 @@ pub fn components(a: &Csr) -> Vec<Vec<u32>> {
 
 /// `|G' v + b|` over its terms; zero without constraints.
 #[allow(non_snake_case)]
-pub fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
+fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
     let Some(Equalities { G, b }) = &problem.equalities else { return 0.0 };
     let mut rest = G.transpose_times(v);
     axpy(1.0, b, &mut rest);

@@ -35,7 +35,7 @@ pub struct Prepared<'a> {
 
 #[derive(Debug)]
 enum Body {
-    Condensed(Condensed),
+    Condensed(Box<Condensed>),
     Sparse(Box<Sparse>),
 }
 
@@ -55,9 +55,9 @@ pub fn prepare(problem: &DiscreteProblem, form: Form, method: Method) -> Result<
     let body = match &*independent.problem {
         DiscreteProblem::Global(global) => match sparse_order(global, form, method) {
             Some(order) => Body::Sparse(Box::new(Sparse::new(global, order)?)),
-            None => Body::Condensed(condense(&independent.problem)?),
+            None => Body::Condensed(Box::new(condense(&independent.problem)?)),
         },
-        DiscreteProblem::Local(_) => Body::Condensed(condense(&independent.problem)?),
+        DiscreteProblem::Local(_) => Body::Condensed(Box::new(condense(&independent.problem)?)),
     };
     Ok(Prepared { given: problem, independent, body })
 }
@@ -120,10 +120,9 @@ impl Prepared<'_> {
 
     /// Velocities and bilateral impulses for impulses `r`, `dm`.
     pub fn recover(&self, r: &[f64]) -> Recovered {
-        let mut recovered = match (&self.body, &*self.independent.problem) {
-            (Body::Sparse(sparse), DiscreteProblem::Global(global)) => sparse.recover(global, r),
-            (Body::Condensed(condensed), problem) => condensed.recover(problem, r),
-            (Body::Sparse(_), DiscreteProblem::Local(_)) => unreachable!("local problems are condensed"),
+        let mut recovered = match &self.body {
+            Body::Sparse(sparse) => sparse.recover(r),
+            Body::Condensed(condensed) => condensed.recover(&self.independent.problem, r),
         };
         if self.independent.dropped() > 0 {
             recovered.l = self.independent.all(&recovered.l);
@@ -135,7 +134,8 @@ impl Prepared<'_> {
     /// Judges impulses `r` at velocities `u` of the points, both `dm`.
     pub fn measures(&self, r: &[f64], u: &[f64]) -> Measures {
         match &self.body {
-            Body::Condensed(Condensed { local, .. }) => {
+            Body::Condensed(condensed) => {
+                let local = &condensed.local;
                 measure(local.dimension, &local.mu, &local.traces(), &local.q, r, u)
             }
             Body::Sparse(s) => measure(s.dimension, &s.mu, &s.traces, &s.offset, r, u),

@@ -73,23 +73,29 @@ pub fn independent(problem: &DiscreteProblem) -> Result<Independent<'_>, Error> 
     Ok(Independent { problem: Cow::Owned(fewer), kept, of })
 }
 
+/// A row after elimination of those before it, over its pivot.
+struct Eliminated {
+    pivot: u32,
+    row: Vec<(u32, f64)>,
+    rhs: f64,
+}
+
 /// Gaussian elimination of the constraints `rows x + rhs = 0` one after the other, each with its largest remaining
 /// coefficient as pivot: those that do not vanish.
 fn kept(rows: &Csr, rhs: &[f64]) -> Result<Vec<u32>, Error> {
     let none = usize::MAX;
     let mut pivot_of = vec![none; rows.cols];
-    // Eliminated rows with their pivot's column, over the pivot, and right-hand sides.
-    let mut eliminated: Vec<(u32, Vec<(u32, f64)>, f64)> = Vec::new();
+    let mut eliminated: Vec<Eliminated> = Vec::new();
     let (mut dense, mut kept) = (vec![0.0; rows.cols], Vec::new());
-    for i in 0..rows.rows {
+    for (i, &given) in rhs.iter().enumerate() {
         let (columns, values) = rows.row(i);
         let mut touched: BTreeSet<u32> = columns.iter().copied().collect();
         columns.iter().zip(values).for_each(|(&j, &v)| dense[j as usize] = v);
-        let mut b = rhs[i];
+        let mut b = given;
         let (size, mut terms) = (norm(values), b.abs());
         let mut next: BTreeSet<usize> = columns.iter().map(|&j| pivot_of[j as usize]).filter(|&k| k != none).collect();
         while let Some(k) = next.pop_first() {
-            let (pivot, row, of_row) = &eliminated[k];
+            let Eliminated { pivot, row, rhs } = &eliminated[k];
             let factor = dense[*pivot as usize];
             for &(j, v) in row {
                 dense[j as usize] -= factor * v;
@@ -97,8 +103,8 @@ fn kept(rows: &Csr, rhs: &[f64]) -> Result<Vec<u32>, Error> {
                     next.extend(Some(pivot_of[j as usize]).filter(|&l| l != none && l > k));
                 }
             }
-            b -= factor * of_row;
-            terms = terms.max((factor * of_row).abs());
+            b -= factor * rhs;
+            terms = terms.max((factor * rhs).abs());
         }
         let largest = touched
             .iter()
@@ -109,7 +115,7 @@ fn kept(rows: &Csr, rhs: &[f64]) -> Result<Vec<u32>, Error> {
                 let scale = dense[pivot as usize];
                 let row = touched.iter().map(|&j| (j, dense[j as usize] / scale)).filter(|e| e.1 != 0.0).collect();
                 pivot_of[pivot as usize] = eliminated.len();
-                eliminated.push((pivot, row, b / scale));
+                eliminated.push(Eliminated { pivot, row, rhs: b / scale });
                 kept.push(i as u32);
             }
             None if b.abs() > CONTRADICTS * terms => {

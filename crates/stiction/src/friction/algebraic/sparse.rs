@@ -1,13 +1,13 @@
 use super::V3;
 use super::blocks::{length, plus};
-use super::condense::{Recovered, balance, balance_of_constraints};
+use super::condense::{Recovered, balance};
 use super::law::Linearised;
 use super::saddle::{Order, Saddle, Touch, bordered};
 use super::step::refined;
-use super::system::System;
+use super::system::{Shifted, System};
 use crate::Error;
 use crate::contact::GlobalProblem;
-use crate::linalg::{Csr, Lu, axpy, inverse_forms};
+use crate::linalg::{Csr, Lu, axpy, inverse_forms, norm};
 
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.
 #[derive(Debug)]
@@ -19,6 +19,8 @@ pub struct Sparse {
     /// `dm x (n + p)`.
     directions: Csr,
     H: Csr,
+    /// Number of velocities.
+    unknowns: usize,
     /// `f`, then `-b`.
     load: Vec<f64>,
     w: Vec<f64>,
@@ -66,6 +68,7 @@ impl Sparse {
             order,
             directions,
             H: h,
+            unknowns: problem.f.len(),
             w: problem.w.clone(),
             mu: problem.mu.clone(),
             q: Vec::new(),
@@ -101,17 +104,23 @@ impl Sparse {
         (x, u)
     }
 
-    /// What belongs to impulses `r` of `problem`; impulses of constraints as they are numbered here.
-    pub fn recover(&self, problem: &GlobalProblem, r: &[f64]) -> Recovered {
+    /// What belongs to impulses `r`; impulses of constraints as they are numbered here.
+    pub fn recover(&self, r: &[f64]) -> Recovered {
         let (mut v, u) = self.state(r);
-        let l = v.split_off(problem.f.len());
-        let mut load = problem.H.times(r);
-        axpy(1.0, &problem.f, &mut load);
-        if let Some(equalities) = &problem.equalities {
-            axpy(1.0, &equalities.G.times(&l), &mut load);
+        let n = self.unknowns;
+        let mut load = self.H.times(r);
+        axpy(1.0, &self.load, &mut load);
+        let inner: Vec<f64> = self.A.times(&v).iter().map(|x| -x).collect();
+        let mut equilibrium = balance(&[&inner[..n], &load[..n]]);
+        if n < v.len() {
+            // Where b vanishes, the terms of G' v are the scale.
+            let terms = |i: usize| self.A.row(i).0.iter().zip(self.A.row(i).1).map(|(&j, g)| (g * v[j as usize]).abs());
+            let speeds: Vec<f64> = (n..v.len()).map(|i| terms(i).sum()).collect();
+            let rest: Vec<f64> = (n..v.len()).map(|i| inner[i] + load[i]).collect();
+            let scale = norm(&speeds).max(norm(&load[n..]));
+            equilibrium = equilibrium.max(if scale > 0.0 { norm(&rest) / scale } else { 0.0 });
         }
-        let inertia: Vec<f64> = problem.M.times(&v).iter().map(|x| -x).collect();
-        let equilibrium = balance(&[&inertia, &load]).max(balance_of_constraints(problem, &v));
+        let l = v.split_off(n);
         Recovered { u, v, l, equilibrium }
     }
 
@@ -156,7 +165,7 @@ impl System for Sparse {
         d.as_flattened().iter().all(|x| x.is_finite()).then_some(d)
     }
 
-    fn shifted(&self, alpha: f64) -> Option<Box<dyn Fn(&[V3]) -> Vec<V3> + '_>> {
+    fn shifted(&self, alpha: f64) -> Option<Shifted<'_>> {
         let points = vec![Linearised::free(); self.mu.len()];
         let saddle = Saddle::new(self, alpha, &points, &vec![[0.0; 3]; points.len()]);
         let lu = saddle.factor(self)?;

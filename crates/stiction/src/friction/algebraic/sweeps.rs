@@ -80,11 +80,11 @@ fn local_step(w: &[V3; 3], law: &Linearised) -> Option<V3> {
     let n = law.unknowns;
     let moved = times(w, &law.known);
     let mut a = [[0.0f64; 4]; 3];
-    for k in 0..n {
-        let row = row_times(&law.rows[k], w);
-        (0..n).for_each(|l| a[k][l] = dot(&row, &law.columns[l]));
-        a[k][k] += law.softness[k];
-        a[k][3] = law.rhs[k] - dot(&law.rows[k], &moved);
+    for (k, row) in a.iter_mut().enumerate().take(n) {
+        let of_w = row_times(&law.rows[k], w);
+        (0..n).for_each(|l| row[l] = dot(&of_w, &law.columns[l]));
+        row[k] += law.softness[k];
+        row[3] = law.rhs[k] - dot(&law.rows[k], &moved);
     }
     for k in 0..n {
         let pivot = (k..n).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
