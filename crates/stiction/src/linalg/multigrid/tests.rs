@@ -6,7 +6,7 @@ use super::*;
 
 /// A lattice of springs along edges and face diagonals with steps of these lengths, held weakly everywhere: an
 /// elastic body without elements.
-fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
+pub(super) fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
     let [a, b, c] = size;
     let at = |i: usize, j: usize, k: usize| (i * b + j) * c + k;
     let place = |v: usize| [v / (b * c), v / c % b, v % c];
@@ -148,7 +148,7 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels = Multigrid::new(&a, &kernel, &[]).unwrap().numbers();
+        let levels = Multigrid::new(&a, &kernel, &[], None).unwrap().numbers();
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
@@ -175,16 +175,30 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
         })
         .collect();
     let step = coarsen(&a, &kernel, STRONG).unwrap();
-    let local = truncate::Local::new(&a, &step, &nodes);
-    let expected = truncated_galerkin(&a, &step, &nodes, &conditions);
-    let change = local.change(&conditions, step.matrix.rows);
+    assert_local_changes(&a, &a, &step, &nodes, &conditions);
+}
+
+/// The coarse matrix of `a` and its local change beside the product with the matrix `conditioned` the long way.
+pub(super) fn assert_local_changes(
+    a: &Blocks<3, 3>,
+    conditioned: &Blocks<3, 3>,
+    step: &Coarser<3>,
+    nodes: &[u32],
+    conditions: &[Condition],
+) {
+    let local = truncate::Local::new(a, step, nodes);
+    let expected = truncated_galerkin(conditioned, step, nodes, conditions);
+    let change = local.change(conditions, step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
             let before = step.matrix.place(k, l).map_or([[0.0; 6]; 6], |place| step.matrix.value[place]);
+            // What changes has its place in the matrix.
+            let room = step.matrix.place(k, l).is_some();
             let row = local.touched[0].iter().position(|&t| t as usize == k);
             let d = row.and_then(|t| change.place(t, l).map(|place| change.value[place])).unwrap_or([[0.0; 6]; 6]);
             for r in 0..6 {
                 for c in 0..6 {
+                    assert!(room || d[r][c] == 0.0, "no room at {k} {l}");
                     let found = before[r][c] + d[r][c];
                     assert!((found - expected[k][l][r][c]).abs() < 1e-11, "{k} {l}: {found} {}", expected[k][l][r][c]);
                 }
