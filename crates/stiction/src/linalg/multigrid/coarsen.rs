@@ -19,12 +19,13 @@ pub struct Coarser<const R: usize> {
 }
 
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
-/// there exactly; the prolongation smoothed by one damped block Jacobi step. `None` if that makes nothing coarser.
+/// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
+/// prolongation follow couplings that are strong and near. `None` if that makes nothing coarser.
 pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
     let kept = near(a, kernel, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
-    // Six unknowns an aggregate against R a node.
+    // Six unknowns an aggregate against R a node: flat cells in thin layers have two nodes an aggregate or little more.
     if 6 * count > R * a.rows * 9 / 10 {
         return None;
     }
@@ -48,8 +49,8 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
-/// A coarse matrix with so many times the numbers of its finer one costs more than it saves: cells are stretched, and
-/// the prolongation reaches far across the weak couplings.
+/// A coarse matrix with so many times the numbers of its finer one costs more than it saves. Flat cells, which
+/// coarsen along lines of three nodes only, have up to 2.6 times as many.
 const MOST_FILL: usize = 4;
 
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.

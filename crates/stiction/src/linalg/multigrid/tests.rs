@@ -143,6 +143,20 @@ fn what_is_out_of_reach_leaves_the_near_kernel_as_it_would_be() {
 }
 
 #[test]
+fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat_cells() {
+    // Fully coarsened, 27 blocks of 36 numbers stand for 27 nodes of 19 blocks of 9, and boundaries add to that; along
+    // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
+    for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
+        let (a, kernel) = lattice([13, 13, 13], step);
+        let levels = Multigrid::new(&a, &kernel, &[], None).unwrap().numbers();
+        let all: usize = levels.iter().map(|l| l.1).sum();
+        let complexity = all as f64 / levels[0].1 as f64;
+        assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
+        assert!(levels.last().unwrap().0 <= BOTTOM, "{levels:?}");
+    }
+}
+
+#[test]
 fn local_changes_give_the_galerkin_product_of_the_truncated_prolongation() {
     for step in [[1.0; 3], [20.0, 1.0, 1.0]] {
         local_changes_are_exact(lattice([7, 5, 4], step));
