@@ -47,11 +47,12 @@ fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
     FixFacts { on: regions::name(&spec.on), nodes: fix.nodes.len(), components, at }
 }
 
-/// Refuses bodies that can move rigidly where neither a support nor any contact point resists: nothing determines their
-/// displacement. Whether contact can also balance the loads shows in the solve.
-pub(super) fn held(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem, case: &Case) -> Result<(), Error> {
-    let free = if problem.points() == 0 { unsupported(mesh, dofs) } else { unresisted_by_contact(problem) };
-    free.map_or(Ok(()), |error| Err(place::at(support_spot(case), error)))
+/// Whether contact alone holds some body. Refused are bodies that can move rigidly where neither a support nor any contact
+/// point resists: nothing determines their displacement. Whether contact can also balance the loads shows in the solve.
+pub(super) fn floats(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem, case: &Case) -> Result<bool, Error> {
+    let Some(unsupported) = unsupported(mesh, dofs) else { return Ok(false) };
+    let free = if problem.points() == 0 { Some(unsupported) } else { unresisted_by_contact(problem) };
+    free.map_or(Ok(true), |error| Err(place::at(support_spot(case), error)))
 }
 
 fn unresisted_by_contact(problem: &ContactProblem) -> Option<Error> {
@@ -63,6 +64,7 @@ fn unresisted_by_contact(problem: &ContactProblem) -> Option<Error> {
     Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
 }
 
+/// A body that supports do not hold.
 fn unsupported(mesh: &Mesh, dofs: &DofMap) -> Option<Error> {
     let body_of_node = bodies(mesh);
     let unheld = unheld_motions(mesh, dofs, &body_of_node);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{TIME, fixes, held, loads};
+use super::loads::{TIME, fixes, floats, loads};
 use super::nested::{Coarser, coarser};
 use super::solve::may_take_multigrid;
 use super::{materials, mesh, place, surfaces};
@@ -26,6 +26,8 @@ pub struct Prepared {
     pub model: FeModel,
     pub surfaces: Vec<ContactSurface>,
     pub problem: ContactProblem,
+    /// Whether contact alone holds some body.
+    pub floats: bool,
     pub facts: Facts,
     /// The same case on a coarser mesh, where there is one and its solution is worth having.
     pub coarser: Option<Coarser>,
@@ -51,7 +53,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let assembled = start.elapsed().as_secs_f64();
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
-    held(&mesh, &model.dofs, &problem, case)?;
+    let floats = floats(&mesh, &model.dofs, &problem, case)?;
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {
@@ -76,7 +78,19 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
     let coarser = if may_take_multigrid(&case.solver, problem.unknowns()) { coarser(case) } else { None };
-    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, coarser, seconds })
+    Ok(Prepared {
+        mesh,
+        mesh_spot,
+        materials,
+        material_of_cell,
+        model,
+        surfaces,
+        problem,
+        floats,
+        facts,
+        coarser,
+        seconds,
+    })
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

@@ -212,7 +212,7 @@ fn by_multigrid(
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
     let (begin, mut times) = (Instant::now(), Vec::new());
-    let departs = no_equilibrium(problem, &rigid_motions(problem)).is_some();
+    let departs = prepared.floats && no_equilibrium(problem, &rigid_motions(problem)).is_some();
     let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations);
     let solver = friction::Settings {
         max_iterations: if departs { 0 } else { cycles },
