@@ -35,10 +35,10 @@ struct Sums {
 
 impl Sums {
     fn add(&mut self, motion: &[f64; 6], force: f64, internal: f64) {
-        for k in 0..6 {
-            self.sum[k] += motion[k] * force;
-            self.magnitude[k] += (motion[k] * force).abs();
-            self.rounding[k] += (motion[k] * internal).abs() * f64::EPSILON;
+        for (k, &motion) in motion.iter().enumerate() {
+            self.sum[k] += motion * force;
+            self.magnitude[k] += (motion * force).abs();
+            self.rounding[k] += (motion * internal).abs() * f64::EPSILON;
         }
     }
 }

@@ -1,6 +1,6 @@
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::{Csr, SmallLu, axpy, dot};
+use crate::linalg::{Csr, axpy, dot};
 
 /// What the dual operator knows of bodies that nothing but contact holds: their rigid motions `R`, of which there are
 /// `k`, and the springs that stand for the missing supports in the factor. Without such bodies `k = 0`.
@@ -15,8 +15,6 @@ pub struct Floating {
     pub jumps: Vec<Vec<f64>>,
     /// Unknowns that hold a spring, and its stiffness, force per length.
     pub(super) springs: Vec<(u32, f64)>,
-    /// `Rᵀ D R` of the springs `D`.
-    holding: SmallLu,
 }
 
 impl Floating {
@@ -26,16 +24,7 @@ impl Floating {
         // As stiff as the body itself is there: neither the springs nor the body decide the condition.
         let springs: Vec<(u32, f64)> =
             motions.fixing().into_iter().map(|i| (i, problem.K.entry(i as usize, i as usize))).collect();
-        let count = motions.len();
-        let mut holding = vec![vec![0.0; count]; count];
-        let mut force = vec![0.0; problem.unknowns()];
-        for (k, column) in (0..count).zip(unit_vectors(count)) {
-            let mut u = vec![0.0; problem.unknowns()];
-            motions.add(&column, &mut u);
-            springs.iter().for_each(|&(i, stiffness)| force[i as usize] = stiffness * u[i as usize]);
-            motions.work(&force).into_iter().enumerate().for_each(|(row, work)| holding[row][k] = work);
-        }
-        Floating { motions, jumps, springs, holding: SmallLu::new(holding) }
+        Floating { motions, jumps, springs }
     }
 
     /// Number of rigid motions `k`.
@@ -51,11 +40,6 @@ impl Floating {
     /// `Rᵀ f - Gᵀ lambda`: what the forces lack of balance, for `resultant = Rᵀ f`.
     pub fn imbalance(&self, resultant: &[f64], lambda: &[f64]) -> Vec<f64> {
         resultant.iter().zip(&self.jumps).map(|(e, g)| e - dot(g, lambda)).collect()
-    }
-
-    /// The motion by which the springs give way under forces out of balance.
-    pub fn give(&self, imbalance: &[f64]) -> Vec<f64> {
-        self.holding.solve(imbalance)
     }
 
     /// `v -= G alpha`: the motions close gaps as displacements do.
@@ -75,8 +59,4 @@ impl Floating {
         }
         held
     }
-}
-
-fn unit_vectors(count: usize) -> impl Iterator<Item = Vec<f64>> {
-    (0..count).map(move |k| (0..count).map(|j| f64::from(u8::from(j == k))).collect())
 }

@@ -97,6 +97,10 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { TAME_SLOPE };
         let system = NewtonSystem::new(on.friction, largest_slope, on.live, on.stiffness, &at.lambda, &at.v, on.r);
         let step = system.solve(on.dual, jumps, &imbalance(at), forcing, INNER_LIMIT);
+        // Such a motion would be as long as rounding makes it.
+        if !step.resisted {
+            return End::Stalled;
+        }
         recent.push(theta);
         let highest = recent.iter().rev().take(MEMORY).fold(0.0, |a: f64, &b| a.max(b));
         let mut t = 1.0;

@@ -43,6 +43,8 @@ pub(super) struct Step {
     pub dv: Vec<f64>,
     /// The change of the rigid motions of bodies that float.
     pub d_alpha: Vec<f64>,
+    /// False if a body floats in a motion that no point in contact resists.
+    pub resisted: bool,
 }
 
 /// The rigid motions of floating bodies within a Newton step: further unknowns `alpha`, whose equations are the balance
@@ -293,6 +295,6 @@ impl NewtonSystem {
             axpy(1.0, &scaled[count..], &mut d_alpha);
             axpy(c, image, &mut dv);
         }
-        Step { d, dv, d_alpha }
+        Step { d, dv, d_alpha, resisted: !border.coarse.singular }
     }
 }

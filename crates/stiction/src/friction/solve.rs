@@ -124,7 +124,7 @@ const RESTARTS: usize = 5;
 ///
 /// Bodies that contact alone holds start from their rest as rigid bodies on an elastic foundation; their rigid motions
 /// are unknowns of each Newton step, and the balance of their forces is part of the residual. Where the steps stall, the
-/// body is held by springs whose rest length then follows it (the method of multipliers for the balance).
+/// body is held by springs for as long as the other means take, and then moved to where its forces balance.
 ///
 /// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
 /// enough but did not certify is reduced further.
@@ -226,7 +226,7 @@ impl<'a> Solver<'a> {
             self.counts.fixed_point_steps += 1;
             let frozen = self.frozen_laws();
             let end = self.newton(&frozen, Phase::FixedPoint, Held::BySprings, 1.0, tolerance.max(1e-6), observer);
-            self.follow();
+            self.settle();
             match end {
                 End::Stalled => self.gradient_steps(),
                 End::Converged => {}
@@ -250,10 +250,28 @@ impl<'a> Solver<'a> {
         }
         let mut u = self.dual.displacement(self.problem, &vec![0.0; self.v0.len()]);
         floating.motions.bodies.iter().flat_map(|body| &body.unknowns).for_each(|&i| u[i as usize] = 0.0);
-        let (opening, r) = (self.problem.opening(&u), self.parameter(1.0));
+        self.rest_on(self.problem.opening(&u));
+    }
+
+    /// Moves floating bodies until the augmented multipliers `lambda - r v` of the present deformation, made admissible,
+    /// balance their loads, and takes these for the multipliers: points that were missing to hold a body touch then.
+    fn settle(&mut self) {
+        let (floating, r) = (&self.dual.floating, self.parameter(1.0));
+        if floating.is_empty() {
+            return;
+        }
+        let still: Vec<f64> = self.at.alpha.iter().map(|a| -a).collect();
+        let mut opening = self.at.v.clone();
+        floating.close(&still, &mut opening);
+        opening.iter_mut().enumerate().for_each(|(i, v)| *v -= self.at.lambda[i] / r[i % r.len()]);
+        self.rest_on(opening);
+    }
+
+    /// Rigid motions and multipliers from the rest on the foundation with this opening at zero motions.
+    fn rest_on(&mut self, opening: Vec<f64>) {
+        let (jumps, r) = (&self.dual.floating.jumps[..], self.parameter(1.0));
         let (friction, resultant) = (&self.problem.friction[..], &self.resultant[..]);
-        let foundation = Foundation { friction, jumps: &floating.jumps, resultant, opening: &opening, stiffness: &r };
-        let rest = foundation.rest();
+        let rest = Foundation { friction, jumps, resultant, opening: &opening, stiffness: &r }.rest();
         self.at.alpha = rest.alpha;
         self.at.lambda = rest.lambda;
         self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
@@ -270,14 +288,6 @@ impl<'a> Solver<'a> {
         self.at.v = self.dual.times(&self.at.lambda);
         axpy(1.0, &self.v0, &mut self.at.v);
         floating.close(&self.at.alpha, &mut self.at.v);
-    }
-
-    /// The springs that hold floating bodies give way until they carry nothing (a step of the method of multipliers).
-    fn follow(&mut self) {
-        let floating = &self.dual.floating;
-        let moved = floating.give(&floating.imbalance(&self.resultant, &self.at.lambda));
-        axpy(1.0, &moved, &mut self.at.alpha);
-        floating.close(&moved, &mut self.at.v);
     }
 
     /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
@@ -385,7 +395,7 @@ impl<'a> Solver<'a> {
         self.at.lambda = found.x;
         self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
         self.at.v = found.a_times_x.iter().zip(&v0).map(|(q, v0)| q + v0).collect();
-        self.follow();
+        self.settle();
     }
 
     /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.

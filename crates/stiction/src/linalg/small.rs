@@ -45,12 +45,15 @@ pub struct SmallLu {
     lu: Vec<Vec<f64>>,
     /// Row of the matrix that stands at each place.
     order: Vec<usize>,
+    /// Whether a pivot had to be replaced.
+    pub singular: bool,
 }
 
 impl SmallLu {
     pub fn new(mut a: Vec<Vec<f64>>) -> Self {
         let n = a.len();
         let mut order: Vec<usize> = (0..n).collect();
+        let mut singular = false;
         let least = 1e-12 * a.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
         for k in 0..n {
             let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).unwrap_or(k);
@@ -58,6 +61,7 @@ impl SmallLu {
             order.swap(k, pivot);
             if a[k][k].abs() <= least {
                 a[k][k] = least.max(f64::MIN_POSITIVE);
+                singular = true;
             }
             let (above, below) = a.split_at_mut(k + 1);
             for row in below {
@@ -65,7 +69,7 @@ impl SmallLu {
                 (k + 1..n).for_each(|j| row[j] -= row[k] * above[k][j]);
             }
         }
-        SmallLu { lu: a, order }
+        SmallLu { lu: a, order, singular }
     }
 
     /// The solution for the right-hand side `b`.
@@ -109,6 +113,7 @@ mod tests {
     #[test]
     fn a_singular_matrix_is_answered_by_finite_numbers() {
         let singular = SmallLu::new(vec![vec![1.0, 1.0], vec![1.0, 1.0]]);
+        assert!(singular.singular);
         let x = singular.solve(&[1.0, 1.0]);
         assert!((x[0] + x[1] - 1.0).abs() < 1e-12, "{x:?}");
         assert!(singular.solve(&[1.0, 2.0]).iter().all(|x| x.is_finite()));

@@ -5,7 +5,7 @@ use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
-use crate::contact::rigid::RigidMotions;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Mesh, bodies};
@@ -53,17 +53,19 @@ fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
     FixFacts { on: regions::name(&spec.on), nodes: fix.nodes.len(), components, at }
 }
 
-/// Refuses bodies that can move rigidly where neither a support nor any contact point resists: nothing determines their
-/// displacement. Whether contact can also balance the loads shows in the solve.
-pub(super) fn held(
+/// The motions of bodies that contact alone holds. Refused are bodies that can move rigidly where neither a support nor any
+/// contact point resists: nothing determines their displacement. Whether contact can also balance the loads shows in the
+/// solve.
+pub(super) fn held_by_contact(
     mesh: &Mesh,
     dofs: &DofMap,
     problem: &ContactProblem,
-    motions: &RigidMotions,
     case: &Case,
-) -> Result<(), Error> {
-    let free = if problem.points() == 0 { unsupported(mesh, dofs) } else { unresisted_by_contact(problem, motions) };
-    free.map_or(Ok(()), |error| Err(place::at(support_spot(case), error)))
+) -> Result<RigidMotions, Error> {
+    let Some(unsupported) = unsupported(mesh, dofs) else { return Ok(RigidMotions::default()) };
+    let motions = rigid_motions(problem);
+    let free = if problem.points() == 0 { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
+    free.map_or(Ok(motions), |error| Err(place::at(support_spot(case), error)))
 }
 
 fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Option<Error> {
@@ -74,6 +76,7 @@ fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Op
     Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
 }
 
+/// A body that supports do not hold.
 fn unsupported(mesh: &Mesh, dofs: &DofMap) -> Option<Error> {
     let body_of_node = bodies(mesh);
     let unheld = unheld_motions(mesh, dofs, &body_of_node);

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use super::axis::Position;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{end, fixes, held, loads};
+use super::loads::{end, fixes, held_by_contact, loads};
 use super::moment::{Acting, apply, moment};
 use super::nested::{Coarser, coarser};
 use super::solve::multigrid_first;
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
-use crate::contact::rigid::{RigidMotions, rigid_motions};
+use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, assemble, notes};
 use crate::io::case::{Case, Spot};
@@ -60,8 +60,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let assembled = start.elapsed().as_secs_f64();
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
-    let motions = rigid_motions(&problem);
-    held(&mesh, &model.dofs, &problem, &motions, case)?;
+    let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let acting = Acting::new(case, loads, fixes).posed(&problem);
     let posed = start.elapsed().as_secs_f64();
 
