@@ -14,6 +14,8 @@ pub struct Facts {
     pub fixes: Vec<FixFacts>,
     pub loads: Vec<LoadFacts>,
     pub contacts: Vec<ContactFacts>,
+    /// Increments of the load steps and the time they end at, at which the loads are told; none without load steps.
+    pub steps: Option<(usize, f64)>,
     /// Unknown displacements.
     pub unknowns: usize,
     /// Contact points.

@@ -38,6 +38,13 @@ impl fmt::Display for Facts {
         if self.loads.len() > 1 {
             writeln!(f, "  loads      resultant of all {}", triple(self.resultant()))?;
         }
+        if let Some((increments, end)) = self.steps {
+            writeln!(
+                f,
+                "  steps      {increments} increments from t = 0 to {}, where the loads are as told",
+                number(end)
+            )?;
+        }
         self.contacts.iter().try_for_each(|contact| write!(f, "{contact}"))?;
         writeln!(f, "  unknowns   {} displacements, {} contact points", self.unknowns, self.points)?;
         self.notes.iter().try_for_each(|note| writeln!(f, "  note       {note}"))

@@ -70,7 +70,11 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         friction: s.friction,
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
-    let notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
+    let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
+    let moving = case.contacts.iter().filter(|contact| contact.motion.is_some());
+    notes.extend(
+        moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
+    );
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
@@ -79,6 +83,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         fixes: fix_facts,
         loads: load_facts,
         contacts,
+        steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
         points: problem.points(),
         notes,

@@ -1,7 +1,7 @@
 //! Load steps: one static problem after the other, each with the slip of the last one as its reference.
 //!
-//! Backward Euler in the slip rate (J. Haslinger, R. Kučera, O. Vlach and C. C. Baniotopoulos, Math. Comput. Simul. 82
-//! (2012) 1936-1951): stiffness and `B` stand, so that one factor or one multigrid hierarchy serves all steps.
+//! Implicit Euler: the slip rate in Coulomb's law is the slip since the last step over the time between them, and the
+//! time cancels. Stiffness and `B` stand, so that one factor or one multigrid hierarchy serves all steps.
 
 use std::ops::ControlFlow;
 
@@ -59,9 +59,8 @@ struct March {
 /// Solves all load steps of a prepared case, from the start or from where `restart` ends; the answer is that of the
 /// last step, and `prepared` holds the problem it solves.
 ///
-/// A step that does not end certified is tried again from zero multipliers, then halved up to
-/// [`six times`](super::axis::MOST_HALVINGS); after that the run ends with the status of the shortest.
-/// An interrupted run ends with its last finished step.
+/// A step that does not end certified is tried again from zero, then halved up to six times; after that the run ends
+/// with the status of the shortest. An interrupted run ends with its last finished step.
 ///
 /// # Errors
 /// As [`solve`](super::solve()); expressions that are not finite; what `keep` returns.
@@ -87,7 +86,7 @@ pub fn solve_steps(
         }
         let moment = moment(prepared, t)?;
         apply(prepared, &moment, &march.slid);
-        let mut outcome = attempt(prepared, settings, &mut march, &mut kept, observer)?;
+        let outcome = attempt(prepared, settings, &mut march, &mut kept, observer)?;
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -108,7 +107,7 @@ pub fn solve_steps(
                 false
             }
         };
-        let line = finish(prepared, &mut march, moment, &mut outcome, [begin, t], finished);
+        let line = finish(prepared, &mut march, moment, &outcome, [begin, t], finished);
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, entries: &march.entries })?;
         march.last = Some((outcome, prepared.problem.slip_reference.clone()));
@@ -193,7 +192,7 @@ fn finish(
     prepared: &Prepared,
     march: &mut March,
     moment: Moment,
-    outcome: &mut Outcome,
+    outcome: &Outcome,
     [begin, t]: [f64; 2],
     finished: bool,
 ) -> StepLine {
