@@ -19,6 +19,7 @@ pub mod npz;
 pub mod plot;
 pub mod problem;
 pub mod vtu;
+pub mod vtu_read;
 
 use std::path::Path;
 

@@ -4,6 +4,7 @@ One brick of 2 x 1 x 1 as hexahedra (brick) and as tetrahedra (tets), each as .m
 the names tell, and in wedge.* and tet10.* what this program does not compute with.
 """
 
+import os
 import pathlib
 
 import gmsh
@@ -36,10 +37,10 @@ def model(name, cells, recombine):
         gmsh.model.addPhysicalGroup(2, faces, name=group)
     gmsh.model.mesh.generate(3)
     gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
-    gmsh.write(str(HERE / f"{name}.msh"))
+    gmsh.write(f"{name}.msh")
     gmsh.option.setNumber("Mesh.SaveGroupsOfElements", 1)
     gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
-    gmsh.write(str(HERE / f"{name}-gmsh.inp"))
+    gmsh.write(f"{name}-gmsh.inp")
 
 
 def convert(name):
@@ -115,9 +116,10 @@ def unusable():
     gmsh.option.setNumber("Mesh.SaveAll", 1)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(2)
-    gmsh.write(str(HERE / "tet10-gmsh.inp"))
+    gmsh.write("tet10-gmsh.inp")
 
 
+os.chdir(HERE)  # Gmsh writes the path into the file
 gmsh.initialize()
 gmsh.option.setNumber("General.Terminal", 0)
 model("brick", [4, 2, 2], True)
