@@ -18,7 +18,6 @@ pub(super) enum Role {
 
 const ORDER: &str = "this version computes with linear elements: mesh with first order (C3D4 or C3D8)";
 const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
-const PLANE: &str = "save first-order faces, or leave the faces out and name the surface by *SURFACE";
 
 /// Names of faces begin with one of these, and the number of nodes follows.
 const FACES: [&str; 11] = ["SFM3D", "STRI", "CPEG", "CPS", "CPE", "CAX", "M3D", "R3D", "DS", "MGAX", "S"];
@@ -61,7 +60,7 @@ impl Role {
         let face = FACES.iter().find_map(|family| name.strip_prefix(family));
         match face.map(leading_number) {
             Some(nodes @ (3 | 4)) => Role::Face(nodes),
-            Some(6 | 8 | 9 | 65) => Role::Refused("a face of second order", PLANE),
+            Some(6 | 8 | 9 | 65) => Role::Refused("a face of second order", ORDER),
             _ => Role::Skipped,
         }
     }

@@ -10,8 +10,10 @@ use crate::io::number::{float, integer};
 /// Includes within includes, and includes altogether: more are taken for a file that includes itself.
 const DEEPEST_INCLUDE: usize = 16;
 const MOST_INCLUDES: usize = 1000;
-/// Each keyword may need some hundred bytes, far more than its line may have.
-const MOST_KEYWORDS: usize = 250_000;
+/// Keywords of nodes, elements and sets: each may need a thousand bytes, far more than its line may have.
+const MOST_KEYWORDS: usize = 100_000;
+/// Keywords that a note can name; nobody reads more.
+const MOST_SKIPPED: usize = 1000;
 /// Parts and instances.
 const MOST_INSTANCES: usize = 10_000;
 /// Names of sets within sets, for the same reason.
@@ -98,9 +100,11 @@ impl Reader<'_> {
     }
 
     fn keyword(&mut self, keyword: &Keyword) -> Result<(), Error> {
-        self.keywords += 1;
+        if ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"].contains(&keyword.name.as_str()) {
+            self.keywords += 1;
+        }
         if self.keywords > MOST_KEYWORDS {
-            let what = format!("there are more than {MOST_KEYWORDS} keywords");
+            let what = format!("there are more than {MOST_KEYWORDS} keywords of nodes, elements and sets");
             return Err(Error::new(keyword.place(), what, "write elements of one type and set under one *ELEMENT"));
         }
         match keyword.name.as_str() {
@@ -139,7 +143,7 @@ impl Reader<'_> {
     fn skip(&mut self, title: &str) {
         self.section = Section::Skipped;
         let title = format!("*{title}");
-        if !self.deck.skipped.contains(&title) {
+        if self.deck.skipped.len() < MOST_SKIPPED && !self.deck.skipped.contains(&title) {
             self.deck.skipped.push(title);
         }
     }
