@@ -32,9 +32,16 @@ pub type Include<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, String>;
 /// Errors name the file, the line or element, what is wrong there, and the remedy.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let name = path.display().to_string();
-    let bytes = super::mesh_bytes(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    parse_owned(bytes, &name, scale, &|file| std::fs::read(folder.join(file)).map_err(|e| e.to_string()))
+    let include = |file: &str| std::fs::read(folder.join(file)).map_err(|e| e.to_string());
+    let mesh = || {
+        super::check_scale(scale)?;
+        let bytes = super::mesh_bytes(path)?;
+        let deck = read::deck(&bytes, &include)?;
+        drop(bytes); // the build needs memory of its own
+        assemble::assemble(deck, scale)
+    };
+    mesh().map_err(|e| if e.place == name { e } else { e.at(&name) })
 }
 
 /// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
@@ -42,16 +49,9 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 /// Never panics, never follows more than a thousand includes, and never allocates more than a fixed multiple of the
 /// length of all files together.
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
-    parse_owned(bytes.to_vec(), source_name, scale, include)
-}
-
-/// As [`parse`]; the bytes are freed before the boundary is looked for.
-fn parse_owned(bytes: Vec<u8>, source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;
-        let deck = read::deck(&bytes, include)?;
-        drop(bytes);
-        assemble::assemble(deck, scale)
+        assemble::assemble(read::deck(bytes, include)?, scale)
     };
     mesh().map_err(|e| e.at(source_name))
 }

@@ -92,6 +92,10 @@ impl<'a> Document<'a> {
         count: usize,
         mut push: impl FnMut(&[u8]) -> Option<()>,
     ) -> Result<(), Error> {
+        if count > text.len() {
+            let read = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+            return Err(self.fail(array, format!("it holds {read} numbers where {count} are needed")));
+        }
         let mut read = 0;
         for word in text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()) {
             if read < count && push(word).is_none() {

@@ -11,14 +11,14 @@ use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMe
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
 
-/// What became of a cell of the file.
+/// What became of a cell of the file: its number among those of its kind.
 #[derive(Clone, Copy)]
 enum Place {
-    /// Its number among the cells of its kind.
-    Cell(CellKind, u32),
-    Face([u32; 4]),
-    /// Its nodes in `Cells::line_nodes`.
-    Nodes(usize, usize),
+    Tet(u32),
+    Hex(u32),
+    Face(u32),
+    /// A point or a line.
+    Line(u32),
 }
 
 /// The cells of the file.
@@ -26,7 +26,10 @@ struct Sorted {
     tets: RawCells,
     hexes: RawCells,
     places: Vec<Place>,
+    faces: Vec<[u32; 4]>,
+    /// Nodes of all lines, and where those of each begin and end.
     line_nodes: Vec<u32>,
+    lines: Vec<[u32; 2]>,
 }
 
 /// Collects cells and groups and builds the mesh.
@@ -40,7 +43,8 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
     note_unused(document, &cells, in_group, &mut notes);
-    let Sorted { tets, hexes, .. } = cells;
+    let Sorted { tets, hexes, places, .. } = cells;
+    drop(places); // the build needs memory of its own
     let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
@@ -56,14 +60,21 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(unknown(n)))?;
     let mut nodes: Vec<u32> = Vec::new();
     let count = ends.last().map_or(0, |&end| end as usize);
-    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| nodes.push(unknown(n)))?;
+    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| {
+        if nodes.is_empty() {
+            nodes.reserve_exact(count); // the file is long enough, or the first number would not come
+        }
+        nodes.push(unknown(n));
+    })?;
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
     let mut sorted = Sorted {
         tets: block(CellKind::Tet4),
         hexes: block(CellKind::Hex8),
         places: Vec::with_capacity(codes.len()),
+        faces: Vec::new(),
         line_nodes: Vec::new(),
+        lines: Vec::new(),
     };
     let mut refused: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
     let mut from = 0;
@@ -81,16 +92,20 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
                 let block = if kind == CellKind::Tet4 { &mut sorted.tets } else { &mut sorted.hexes };
                 block.nodes.extend(order.iter().map(|&n| cell[n]));
                 block.ids.push(i as u64);
-                Place::Cell(kind, block.ids.len() as u32 - 1)
+                let number = block.ids.len() as u32 - 1;
+                if kind == CellKind::Tet4 { Place::Tet(number) } else { Place::Hex(number) }
             }
             Role::Face(order) => {
                 let mut corners = [u32::MAX; 4];
                 corners.iter_mut().zip(order).for_each(|(corner, &n)| *corner = cell[n]);
-                Place::Face(corners)
+                sorted.faces.push(corners);
+                Place::Face(sorted.faces.len() as u32 - 1)
             }
             Role::Nodes => {
                 sorted.line_nodes.extend(cell);
-                Place::Nodes(sorted.line_nodes.len() - cell.len(), sorted.line_nodes.len())
+                let end = sorted.line_nodes.len();
+                sorted.lines.push([end - cell.len(), end].map(|n| n as u32));
+                Place::Line(sorted.lines.len() as u32 - 1)
             }
             Role::Refused(what, remedy) => {
                 refused.entry(what).or_insert((0, remedy)).0 += 1;
@@ -149,10 +164,13 @@ fn cell_groups(document: &Document, cells: &Sorted, notes: &mut Vec<MeshNote>) -
         for (place, value) in cells.places.iter().zip(values) {
             let group = of_value.entry(value).or_default();
             match *place {
-                Place::Cell(CellKind::Tet4, i) => group.cells.push(i),
-                Place::Cell(CellKind::Hex8, i) => group.cells.push(i + cells.tets.ids.len() as u32),
-                Place::Face(corners) => group.faces.push(corners),
-                Place::Nodes(from, to) => group.nodes.extend(&cells.line_nodes[from..to]),
+                Place::Tet(i) => group.cells.push(i),
+                Place::Hex(i) => group.cells.push(i + cells.tets.ids.len() as u32),
+                Place::Face(i) => group.faces.push(cells.faces[i as usize]),
+                Place::Line(i) => {
+                    let [from, to] = cells.lines[i as usize];
+                    group.nodes.extend(&cells.line_nodes[from as usize..to as usize]);
+                }
             }
         }
         for (value, mut group) in of_value {
@@ -212,7 +230,7 @@ fn note_unused(document: &Document, cells: &Sorted, in_group: bool, notes: &mut 
     if !what.is_empty() {
         notes.push(MeshNote::NotRead { what });
     }
-    let count = cells.places.iter().filter(|place| !matches!(place, Place::Cell(..))).count();
+    let count = cells.faces.len() + cells.lines.len();
     if count > 0 && !in_group {
         notes.push(MeshNote::Skipped { what: "surface or curve element".into(), count });
     }
