@@ -4,6 +4,7 @@ mod discrete;
 mod obstacle;
 mod pose;
 mod problem;
+pub mod rigid;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
