@@ -24,10 +24,7 @@ use cursor::{Cursor, Encoding};
 /// Errors name the file, the line (ASCII) or byte (binary) or element, what is wrong there, and the remedy.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| {
-        Error::new(name.as_str(), format!("the mesh file cannot be read ({e})"), "check its path and permissions")
-    })?;
-    parse(&bytes, &name, scale)
+    parse(&super::mesh_bytes(path)?, &name, scale)
 }
 
 /// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
@@ -35,9 +32,7 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 /// Never panics and never allocates more than a fixed multiple of the length of `bytes`.
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
-        if !(scale.is_finite() && scale > 0.0) {
-            return Err(Error::new("", format!("the scale {scale} is not a positive number"), "1e-3 turns mm into m"));
-        }
+        super::check_scale(scale)?;
         foreign::refuse(bytes, source_name)?;
         assemble::assemble(sections(bytes)?, scale)
     };

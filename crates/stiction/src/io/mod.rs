@@ -1,7 +1,10 @@
 //! Case files, mesh readers and result writers: the only module that opens files.
 
+mod labels;
+mod number;
 mod replace;
 
+pub mod abaqus;
 pub mod arrays;
 pub mod case;
 pub mod expression;
@@ -17,3 +20,24 @@ pub mod problem;
 pub mod step;
 pub mod storage;
 pub mod vtu;
+pub mod vtu_read;
+
+use std::path::Path;
+
+use crate::Error;
+
+/// The bytes of a mesh file.
+fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    std::fs::read(path).map_err(|e| {
+        let what = format!("the mesh file cannot be read ({e})");
+        Error::new(path.display().to_string(), what, "check its path and permissions")
+    })
+}
+
+/// An error unless coordinates can be multiplied by `scale`.
+fn check_scale(scale: f64) -> Result<(), Error> {
+    if scale.is_finite() && scale > 0.0 {
+        return Ok(());
+    }
+    Err(Error::new("", format!("the scale {scale} is not a positive number"), "1e-3 turns mm into m"))
+}

@@ -29,7 +29,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     note_coincident(&raw, &faces, &mut notes);
     note_unjoined(&raw, &table, &faces, &mut notes);
 
-    let match_group = |g| groups::group(g, &former, &table, &seen.boundary, &mut notes);
+    let match_group = |g| groups::group(g, &former, &table, &seen.boundary, &faces, &mut notes);
     let groups = raw_groups.into_iter().map(match_group).collect();
     drop(table);
     let cells = raw.cells.into_iter().map(|block| Cells { kind: block.kind, nodes: block.nodes }).collect();

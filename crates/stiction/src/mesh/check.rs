@@ -33,7 +33,10 @@ pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
     for group in &raw.groups {
         let face = |f: &[u32; 4]| f[..3].iter().any(outside) || f[3] != u32::MAX && outside(&f[3]);
         let cell = |c: &u32| *c as usize >= cells;
-        if group.nodes.iter().any(outside) || group.faces.iter().any(face) || group.cells.iter().any(cell) {
+        if group.nodes.iter().any(outside)
+            || group.faces.iter().any(face)
+            || group.cells.iter().chain(&group.skin).any(cell)
+        {
             let place = format!("group \"{}\"", group.name);
             return Err(Error::new(place, "it refers to a node or cell that does not exist", "write the file again"));
         }

@@ -3,14 +3,15 @@
 use super::build::Former;
 use super::face_table::{FaceTable, sorted};
 use super::notes::SHOWN;
-use super::{Group, MeshNote, RawGroup};
+use super::{Face, Group, MeshNote, RawGroup};
 
-/// The group in the numbers of the mesh; `boundary` are the numbers in `table` of the mesh's faces, ascending.
+/// The group in the numbers of the mesh; `boundary` are the numbers in `table` of the mesh's `faces`, ascending.
 pub(super) fn group(
     group: RawGroup,
     former: &Former,
     table: &FaceTable,
     boundary: &[u32],
+    faces: &[Face],
     notes: &mut Vec<MeshNote>,
 ) -> Group {
     let kept = &former.kept;
@@ -34,9 +35,13 @@ pub(super) fn group(
     }
     let lost: Vec<u32> = group.nodes.iter().copied().filter(|&n| kept[n as usize] == u32::MAX).collect();
     out.nodes = group.nodes.iter().map(|&n| kept[n as usize]).filter(|&n| n != u32::MAX).collect();
+    out.faces.extend(skin(group.skin, faces));
     for list in [&mut out.cells, &mut out.faces, &mut out.nodes] {
         list.sort_unstable();
         list.dedup();
+    }
+    if group.faces_of_nodes && out.faces.is_empty() {
+        out.faces = spanned(&out.nodes, faces);
     }
     out.interior_faces.sort_unstable_by_key(|f| (sorted(*f), *f));
     out.interior_faces.dedup_by_key(|f| sorted(*f));
@@ -56,4 +61,24 @@ pub(super) fn group(
         notes.push(MeshNote::EmptyGroup { group: name() });
     }
     out
+}
+
+/// Numbers of the boundary faces of these cells.
+fn skin(mut cells: Vec<u32>, faces: &[Face]) -> Vec<u32> {
+    if cells.is_empty() {
+        return cells;
+    }
+    cells.sort_unstable();
+    let of_cells = faces.iter().enumerate().filter(|(_, face)| cells.binary_search(&face.cell).is_ok());
+    of_cells.map(|(number, _)| number as u32).collect()
+}
+
+/// Numbers of the boundary faces all of whose nodes are in `nodes`, ascending; none unless each node has such a face.
+fn spanned(nodes: &[u32], faces: &[Face]) -> Vec<u32> {
+    let within = |face: &Face| face.nodes().iter().all(|node| nodes.binary_search(node).is_ok());
+    let spanned: Vec<u32> = (0..faces.len() as u32).filter(|&f| within(&faces[f as usize])).collect();
+    let mut covered: Vec<u32> = spanned.iter().flat_map(|&f| faces[f as usize].nodes()).copied().collect();
+    covered.sort_unstable();
+    covered.dedup();
+    if covered.len() == nodes.len() { spanned } else { Vec::new() }
 }

@@ -27,6 +27,12 @@ pub enum MeshNote {
     UnjoinedFaces { count: usize, first: Vec<u64> },
     /// Elements of lower dimension that a file holds outside any group: `what` in the singular, how many.
     Skipped { what: String, count: usize },
+    /// Parts of a file that say nothing of the mesh, or nothing that is used.
+    NotRead { what: Vec<String> },
+    /// Numbers in a set that no node or element has, and the first of them.
+    UnknownMembers { group: String, count: usize, first: Vec<u64> },
+    /// A set that shares its `name` with another of other nodes, and the group it became.
+    Renamed { name: String, group: String },
 }
 
 impl fmt::Display for MeshNotes {
@@ -64,12 +70,27 @@ impl fmt::Display for MeshNote {
                 write!(f, "{faces} of hexahedra touch tetrahedra without being joined: {}", list(first, *count))
             }
             MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),
+            MeshNote::NotRead { what } => {
+                let shown = what[..what.len().min(NAMES_SHOWN)].join(", ");
+                let more = what.len().saturating_sub(NAMES_SHOWN);
+                write!(f, "not read: {shown}{}", if more > 0 { format!(" and {more} more") } else { String::new() })
+            }
+            MeshNote::UnknownMembers { group, count, first } => {
+                let numbers = many(*count, "number");
+                write!(f, "group \"{group}\" lists {numbers} that nothing has: {}", list(first, *count))
+            }
+            MeshNote::Renamed { name, group } => {
+                write!(f, "\"{name}\" names several sets with different nodes; one of them is called \"{group}\"")
+            }
         }
     }
 }
 
 /// How many of the numbers of a list are shown.
 pub(super) const SHOWN: usize = 5;
+
+/// How many names of a list are shown.
+const NAMES_SHOWN: usize = 12;
 
 /// "1 node", "2 nodes".
 pub(super) fn many(count: usize, what: &str) -> String {

@@ -33,6 +33,10 @@ pub struct RawGroup {
     pub faces: Vec<[u32; 4]>,
     /// Indices into [`RawMesh::nodes`].
     pub nodes: Vec<u32>,
+    /// Numbers of cells all of whose boundary faces belong to the group.
+    pub skin: Vec<u32>,
+    /// Whether boundary faces with all their nodes in `nodes` belong to the group, where such faces have all of them.
+    pub faces_of_nodes: bool,
 }
 
 impl RawMesh {

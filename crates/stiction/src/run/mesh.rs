@@ -6,23 +6,27 @@ use super::place;
 use super::report::number;
 use crate::Error;
 use crate::io::case::{MeshSource, MeshSpec};
-use crate::io::{gmsh, machine};
+use crate::io::{abaqus, gmsh, machine, vtu_read};
 use crate::mesh::{Mesh, MeshNotes, block};
 
 /// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
 const BYTES_PER_NODE: f64 = 5000.0;
 
-/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format.
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format:
+/// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`.
 pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
     match ending.as_str() {
         "msh" => gmsh::read(path, scale),
+        "inp" => abaqus::read(path, scale),
+        "vtu" => vtu_read::read(path, scale),
         _ => {
             let what = match ending.as_str() {
                 "" => "the name of this mesh file has no ending that tells its format".to_string(),
                 _ => format!("mesh files ending in .{ending} cannot be read in this version"),
             };
-            Err(Error::new(path.display().to_string(), what, "convert it to Gmsh's .msh, version 2.2 or 4.1"))
+            let remedy = "convert it to Gmsh's .msh (2.2 or 4.1), an Abaqus or CalculiX .inp, or VTK's .vtu";
+            Err(Error::new(path.display().to_string(), what, remedy))
         }
     }
 }

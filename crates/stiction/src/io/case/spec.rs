@@ -70,7 +70,7 @@ static MESH: Rules = Rules {
             "file",
             Kind::Text,
             "file = \"part.msh\"",
-            "A mesh file of Gmsh, .msh of version 2.2 or 4.1, relative to the folder of the case file.",
+            "A mesh file, .msh (Gmsh 2.2, 4.1), .inp (Abaqus, CalculiX) or .vtu, relative to the folder of the case file.",
         ),
         key("scale", Kind::Number(POSITIVE), "scale = 1e-3", "Factor on the coordinates of the file.").default("1"),
     ],

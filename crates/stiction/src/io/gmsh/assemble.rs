@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::contents::{Contents, Physical, Run};
 use super::types::{Role, element_type};
 use crate::Error;
+use crate::io::labels::Labels;
 use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
 
 /// Resolves node tags, collects cells and groups and builds the mesh.
@@ -43,32 +44,14 @@ fn refuse_unusable(contents: &Contents) -> Result<(), Error> {
 
 /// The nodes of all elements as indices instead of tags.
 fn resolve(contents: &mut Contents) -> Result<Vec<u32>, Error> {
-    let tags = &contents.node_tags;
     let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", super::cursor::DAMAGED);
-    let highest = tags.iter().copied().max().unwrap_or(0);
-    let index: Box<dyn Fn(u64) -> Option<u32>> = if highest <= 4 * tags.len() as u64 + 1000 {
-        // numbers without large gaps, as nearly always
-        let mut table = vec![u32::MAX; highest as usize + 1];
-        for (i, &tag) in tags.iter().enumerate() {
-            if std::mem::replace(&mut table[tag as usize], i as u32) != u32::MAX {
-                return Err(twice(tag));
-            }
-        }
-        Box::new(move |tag| table.get(tag as usize).copied().filter(|&i| i != u32::MAX))
-    } else {
-        let mut table: Vec<(u64, u32)> = tags.iter().enumerate().map(|(i, &tag)| (tag, i as u32)).collect();
-        table.sort_unstable();
-        if let Some(w) = table.windows(2).find(|w| w[0].0 == w[1].0) {
-            return Err(twice(w[0].0));
-        }
-        Box::new(move |tag| table.binary_search_by_key(&tag, |e| e.0).ok().map(|at| table[at].1))
-    };
+    let index = Labels::new(contents.node_tags.iter().copied()).map_err(twice)?;
     let element_nodes = std::mem::take(&mut contents.element_nodes);
     let mut resolved = Vec::with_capacity(element_nodes.len());
     for run in &contents.runs {
         let k = run.kind.nodes;
         for (i, &tag) in element_nodes[run.first_node..][..run.count * k].iter().enumerate() {
-            let Some(node) = index(tag) else {
+            let Some(node) = index.find(tag) else {
                 let place = format!("element {}", contents.element_tags[run.first + i / k]);
                 let what = format!("it names node {tag}, which the file does not hold");
                 return Err(Error::new(place, what, super::cursor::DAMAGED));

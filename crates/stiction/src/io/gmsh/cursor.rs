@@ -1,6 +1,7 @@
 //! A place in the bytes of a file, and the numbers that follow it.
 
 use crate::Error;
+use crate::io::number::{float, integer};
 
 /// The remedy for whatever a writer would not have written.
 pub(super) const DAMAGED: &str = "the file is damaged or incomplete; write it again";
@@ -110,23 +111,7 @@ impl<'a> Cursor<'a> {
     /// A whole number written as text.
     pub fn text_integer(&mut self, what: &str) -> Result<i64, Error> {
         let word = self.word(what)?;
-        let (negative, digits) = match word {
-            [b'-', digits @ ..] => (true, digits),
-            [b'+', digits @ ..] => (false, digits),
-            digits => (false, digits),
-        };
-        let mut value: i64 = 0;
-        // 18 digits fit into 63 bits
-        if digits.is_empty() || digits.len() > 18 {
-            return Err(self.not_a_number(word, what));
-        }
-        for digit in digits {
-            if !digit.is_ascii_digit() {
-                return Err(self.not_a_number(word, what));
-            }
-            value = 10 * value + i64::from(digit - b'0');
-        }
-        Ok(if negative { -value } else { value })
+        integer(word).ok_or_else(|| self.not_a_number(word, what))
     }
 
     /// An `int`: four bytes in binary files.
@@ -165,8 +150,7 @@ impl<'a> Cursor<'a> {
         match self.encoding {
             Encoding::Text => {
                 let word = self.word(what)?;
-                let value = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
-                value.ok_or_else(|| self.not_a_number(word, what))
+                float(word).ok_or_else(|| self.not_a_number(word, what))
             }
             Encoding::Binary { big, .. } => Ok(f64::from_le_bytes(self.little(big)?)),
         }

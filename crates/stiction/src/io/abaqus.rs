@@ -1,0 +1,60 @@
+//! Reader of Abaqus and CalculiX inputs (`.inp`): their mesh and its sets, nothing of the model.
+//!
+//! Formats: CalculiX CrunchiX User's Manual, chapter "Input deck format"; Abaqus Keywords Reference. `*NODE`,
+//! `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE`, `*INCLUDE` (and `INPUT=` of the first two) are read, in parts and
+//! instances too. What else changes nodes or elements (`*NGEN`, `*SYSTEM`, `*NMAP` ..) is refused; all other keywords
+//! are skipped and named in a note.
+//!
+//! Groups: an element set gives cells (solids), faces (shells, membranes and plane elements on the surface) or nodes
+//! (lines); a surface gives boundary faces; a node set gives nodes, and faces too where whole boundary faces make it
+//! up. Where kinds of sets share a name but not their nodes, as sets of Abaqus/CAE do, the surface keeps the name, or
+//! else the node set; the others are called `NAME (nset)` and `NAME (elset)`. Sets that are `INTERNAL` give no groups.
+//! Sets of a part that is placed several times are called `INSTANCE.NAME`.
+
+mod assemble;
+mod deck;
+mod elements;
+mod keyword;
+mod place;
+mod read;
+mod sets;
+
+use std::path::Path;
+
+use crate::Error;
+use crate::mesh::{Mesh, MeshNotes};
+
+/// Contents of the file an input names by `*INCLUDE`, or why there are none.
+pub type Include<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, String>;
+
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0. Included files are looked for beside it.
+///
+/// Errors name the file, the line or element, what is wrong there, and the remedy.
+pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let name = path.display().to_string();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let include = |file: &str| std::fs::read(folder.join(file)).map_err(|e| e.to_string());
+    let mesh = || {
+        super::check_scale(scale)?;
+        let bytes = super::mesh_bytes(path)?;
+        let deck = read::deck(&bytes, &include)?;
+        drop(bytes); // the build needs memory of its own
+        assemble::assemble(deck, scale)
+    };
+    mesh().map_err(|e| if e.place == name { e } else { e.at(&name) })
+}
+
+/// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
+///
+/// Never panics, never follows more than a thousand includes, and never allocates more than a fixed multiple of the
+/// length of all files together.
+pub fn parse(bytes: &[u8], source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
+    let mesh = || {
+        super::check_scale(scale)?;
+        assemble::assemble(read::deck(bytes, include)?, scale)
+    };
+    mesh().map_err(|e| e.at(source_name))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+//! The element types of Abaqus and CalculiX.
+
+use crate::mesh::CellKind;
+
+/// What this program makes of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Cell(CellKind),
+    /// A face of the surface, with three or four nodes.
+    Face(usize),
+    /// A line: its nodes.
+    Nodes(usize),
+    /// Known, but not computed with; what it is and the remedy.
+    Refused(&'static str, &'static str),
+    /// Springs, masses, connectors and whatever else has no place in a solid.
+    Skipped,
+}
+
+const ORDER: &str = "this version computes with linear elements: mesh with first order (C3D4 or C3D8)";
+const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
+
+/// Names of faces begin with one of these, and the number of nodes follows.
+const FACES: [&str; 11] = ["SFM3D", "STRI", "CPEG", "CPS", "CPE", "CAX", "M3D", "R3D", "DS", "MGAX", "S"];
+/// Beginnings of names of lines with two and with three nodes.
+const LINES: [(&str, usize); 12] = [
+    ("T3D2", 2),
+    ("T2D2", 2),
+    ("B31", 2),
+    ("B21", 2),
+    ("B33", 2),
+    ("R2D2", 2),
+    ("RB3D2", 2),
+    ("RB2D2", 2),
+    ("T3D3", 3),
+    ("T2D3", 3),
+    ("B32", 3),
+    ("B22", 3),
+];
+
+impl Role {
+    /// The role of the element type called `name`, in capitals. Letters behind the number of nodes tell how it is
+    /// integrated (R, I, H, M, T ..) and change nothing here.
+    pub fn of(name: &str) -> Role {
+        // DC3D8 conducts heat on the same nodes
+        let solid = name.strip_prefix('D').unwrap_or(name).strip_prefix("C3D");
+        if let Some(nodes) = solid.map(leading_number) {
+            return match nodes {
+                4 => Role::Cell(CellKind::Tet4),
+                8 => Role::Cell(CellKind::Hex8),
+                10 => Role::Refused("a tetrahedron of second order", ORDER),
+                20 | 27 => Role::Refused("a hexahedron of second order", ORDER),
+                6 | 15 | 18 => Role::Refused("a wedge", SHAPE),
+                5 | 13 => Role::Refused("a pyramid", SHAPE),
+                _ => Role::Refused("an unknown solid", SHAPE),
+            };
+        }
+        if let Some((_, nodes)) = LINES.iter().find(|(begin, _)| name.starts_with(begin)) {
+            return Role::Nodes(*nodes);
+        }
+        let face = FACES.iter().find_map(|family| name.strip_prefix(family));
+        match face.map(leading_number) {
+            Some(nodes @ (3 | 4)) => Role::Face(nodes),
+            Some(6 | 8 | 9 | 65) => Role::Refused("a face of second order", ORDER),
+            _ => Role::Skipped,
+        }
+    }
+
+    /// Nodes of an element that is kept.
+    pub fn nodes(self) -> usize {
+        match self {
+            Role::Cell(kind) => kind.nodes(),
+            Role::Face(nodes) | Role::Nodes(nodes) => nodes,
+            Role::Refused(..) | Role::Skipped => 0,
+        }
+    }
+}
+
+/// The digits a text begins with; 0 if there are none.
+fn leading_number(text: &str) -> usize {
+    let digits = text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    text[..digits].parse().unwrap_or(0)
+}
+
+/// Local nodes of the faces S1, S2, .. of a cell, as the CalculiX manual (section "*SURFACE") counts them.
+pub(super) fn faces(kind: CellKind) -> &'static [&'static [usize]] {
+    match kind {
+        CellKind::Tet4 => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
+        CellKind::Hex8 => &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]],
+    }
+}

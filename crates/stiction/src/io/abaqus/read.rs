@@ -1,0 +1,510 @@
+//! From lines to a deck.
+
+use super::Include;
+use super::deck::{Deck, FaceLabel, Instance, Kind, Members, Motion, Name, Part, Set, Sets};
+use super::elements::Role;
+use super::keyword::{Data, Fields, Keyword, Piece, Pieces};
+use crate::Error;
+use crate::io::number::{float, integer};
+
+/// Includes within includes, and includes altogether: more are taken for a file that includes itself.
+const DEEPEST_INCLUDE: usize = 16;
+const MOST_INCLUDES: usize = 1000;
+/// Keywords of nodes, elements and sets: each may need a thousand bytes, far more than its line may have.
+const MOST_KEYWORDS: usize = 100_000;
+/// Keywords that a note can name; nobody reads more.
+const MOST_SKIPPED: usize = 1000;
+/// Parts and instances.
+const MOST_INSTANCES: usize = 10_000;
+/// Names of sets within sets, for the same reason.
+const MOST_NAMES: usize = 1_000_000;
+
+/// Keywords that make or move nodes and elements: skipping them would give another mesh.
+const REFUSED: [&str; 9] =
+    ["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRICMODELGENERATION", "SUBSTRUCTUREGENERATE"];
+
+/// What the data lines that follow mean.
+#[derive(Clone, Copy)]
+enum Section {
+    Skipped,
+    Nodes,
+    /// The last block of the part.
+    Elements,
+    /// The last members of the set of that number.
+    Set {
+        kind: Kind,
+        number: usize,
+        generate: bool,
+    },
+    /// The last instance; how many of its lines were read.
+    Instance {
+        lines: usize,
+    },
+}
+
+struct Reader<'a> {
+    deck: Deck,
+    include: Include<'a>,
+    /// The part that is open, 0 for none.
+    part: usize,
+    /// The instance that is open.
+    instance: Option<String>,
+    section: Section,
+    /// Sets that nodes or elements are added to as they come.
+    into: Option<String>,
+    /// Names of the files that are open, but the first.
+    open: Vec<String>,
+    includes: usize,
+    keywords: usize,
+    /// Names of sets within sets.
+    names: usize,
+}
+
+/// Everything an input and its includes say.
+pub(super) fn deck(bytes: &[u8], include: Include) -> Result<Deck, Error> {
+    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    if start.is_empty() {
+        return Err(Error::new("", "the file is empty", "was writing it interrupted?"));
+    }
+    if start[0] != b'*' {
+        let what = "this is not an Abaqus or CalculiX input: it does not begin with a keyword such as *NODE";
+        return Err(Error::new("", what, "export it again as .inp, or name the file with its own ending"));
+    }
+    let deck = Deck { parts: vec![Part::default()], instances: Vec::new(), skipped: Vec::new(), bytes: 0 };
+    let mut reader = Reader {
+        deck,
+        include,
+        part: 0,
+        instance: None,
+        section: Section::Skipped,
+        into: None,
+        open: Vec::new(),
+        includes: 0,
+        keywords: 0,
+        names: 0,
+    };
+    reader.file(bytes)?;
+    Ok(reader.deck)
+}
+
+impl Reader<'_> {
+    fn file(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.deck.bytes += bytes.len();
+        for piece in Pieces::new(bytes) {
+            match piece {
+                Piece::Keyword(keyword) => self.keyword(&keyword)?,
+                Piece::Data(data) => self.data(data)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn keyword(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        if ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"].contains(&keyword.name.as_str()) {
+            self.keywords += 1;
+        }
+        if self.keywords > MOST_KEYWORDS {
+            let what = format!("there are more than {MOST_KEYWORDS} keywords of nodes, elements and sets");
+            return Err(Error::new(keyword.place(), what, "write elements of one type and set under one *ELEMENT"));
+        }
+        match keyword.name.as_str() {
+            "INCLUDE" => return self.follow(keyword),
+            "NODE" => self.nodes_begin(keyword)?,
+            "ELEMENT" => self.elements_begin(keyword)?,
+            "NSET" => self.set_begin(keyword, Kind::Nodes, "NSET")?,
+            "ELSET" => self.set_begin(keyword, Kind::Elements, "ELSET")?,
+            "SURFACE" => self.surface_begin(keyword)?,
+            "PART" | "INSTANCE" if self.deck.parts.len() + self.deck.instances.len() > MOST_INSTANCES => {
+                let what = format!("there are more than {MOST_INSTANCES} parts and instances");
+                return Err(Error::new(keyword.place(), what, "write the assembled mesh without instances"));
+            }
+            "PART" => {
+                self.deck.parts.push(Part { name: keyword.needed("NAME")?.to_string(), ..Part::default() });
+                self.part = self.deck.parts.len() - 1;
+                self.section = Section::Skipped;
+            }
+            "INSTANCE" => self.instance_begin(keyword)?,
+            "ENDPART" | "ASSEMBLY" | "ENDASSEMBLY" | "ENDINSTANCE" => {
+                (self.part, self.instance, self.section) = (0, None, Section::Skipped);
+            }
+            name if REFUSED.contains(&name) => {
+                let what = format!("*{} makes or moves nodes or elements and cannot be read", keyword.title);
+                return Err(Error::new(keyword.place(), what, "write the input with all nodes and elements in it"));
+            }
+            _ => self.skip(&keyword.title),
+        }
+        if matches!(self.section, Section::Nodes | Section::Elements) && keyword.get("INPUT").is_some() {
+            self.follow(keyword)?;
+        }
+        Ok(())
+    }
+
+    /// Notes a keyword that is not read.
+    fn skip(&mut self, title: &str) {
+        self.section = Section::Skipped;
+        let title = format!("*{title}");
+        if self.deck.skipped.len() < MOST_SKIPPED && !self.deck.skipped.contains(&title) {
+            self.deck.skipped.push(title);
+        }
+    }
+
+    /// Reads the file a keyword names.
+    fn follow(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        let name = keyword.needed("INPUT")?;
+        self.includes += 1;
+        let what = if self.open.iter().any(|open| open == name) || self.open.len() >= DEEPEST_INCLUDE {
+            format!("\"{name}\" is included within itself, or more than {DEEPEST_INCLUDE} files deep")
+        } else if self.includes > MOST_INCLUDES {
+            format!("more than {MOST_INCLUDES} files are included")
+        } else {
+            match (self.include)(name) {
+                Ok(bytes) => {
+                    self.open.push(name.to_string());
+                    self.file(&bytes).map_err(|e| e.at(name))?;
+                    self.open.pop();
+                    return Ok(());
+                }
+                Err(why) => format!("the file \"{name}\" it includes cannot be read ({why})"),
+            }
+        };
+        let remedy = "put the file beside the input, and write its name as it is on the disk";
+        Err(Error::new(keyword.place(), what, remedy))
+    }
+
+    fn part(&mut self) -> &mut Part {
+        &mut self.deck.parts[self.part]
+    }
+
+    /// The place of a keyword with the file it is in, for messages after everything has been read.
+    fn place(&self, keyword: &Keyword) -> String {
+        self.open.iter().map(|file| format!("{file}, ")).collect::<String>() + &keyword.place()
+    }
+
+    /// Nodes and elements of an instance would need numbers of their own.
+    fn outside_instance(&self, keyword: &Keyword) -> Result<(), Error> {
+        match &self.instance {
+            None => Ok(()),
+            Some(name) => {
+                let what = format!("instance {name} has nodes or elements of its own");
+                Err(Error::new(keyword.place(), what, "put them into its part"))
+            }
+        }
+    }
+
+    fn nodes_begin(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        self.outside_instance(keyword)?;
+        if let Some(system) = keyword.get("SYSTEM").filter(|s| !s.eq_ignore_ascii_case("R")) {
+            let what = format!("the nodes are given in the system {system}, and only cartesian ones can be read");
+            return Err(Error::new(keyword.place(), what, "write cartesian coordinates"));
+        }
+        self.section = Section::Nodes;
+        self.add_into(keyword, Kind::Nodes, "NSET");
+        Ok(())
+    }
+
+    fn elements_begin(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        self.outside_instance(keyword)?;
+        let name = keyword.needed("TYPE")?.to_uppercase();
+        match Role::of(&name) {
+            Role::Refused(what, remedy) => {
+                let what = format!("elements of type {name} cannot be used ({what})");
+                return Err(Error::new(keyword.place(), what, remedy));
+            }
+            Role::Skipped => self.skip(&format!("ELEMENT, TYPE={name}")),
+            role => {
+                let place = self.place(keyword);
+                let block = super::deck::Block { role, labels: Vec::new(), nodes: Vec::new(), place };
+                self.part().blocks.push(block);
+                self.section = Section::Elements;
+            }
+        }
+        self.add_into(keyword, Kind::Elements, "ELSET");
+        Ok(())
+    }
+
+    /// Makes the set that nodes or elements name at their keyword.
+    fn add_into(&mut self, keyword: &Keyword, kind: Kind, parameter: &str) {
+        self.into = keyword.get(parameter).filter(|name| !name.is_empty()).map(String::from);
+        if let Some(name) = self.into.clone() {
+            let place = self.place(keyword);
+            self.sets(kind).at(&name, || place.clone()).members.push(Members::default());
+        }
+    }
+
+    fn sets(&mut self, kind: Kind) -> &mut Sets {
+        let part = self.part();
+        match kind {
+            Kind::Nodes => &mut part.nsets,
+            Kind::Elements => &mut part.elsets,
+            Kind::Surface => &mut part.surfaces,
+        }
+    }
+
+    fn set_begin(&mut self, keyword: &Keyword, kind: Kind, parameter: &str) -> Result<(), Error> {
+        let name = keyword.needed(parameter)?;
+        let mut members = self.members(keyword);
+        if let Some(elset) = keyword.get("ELSET").filter(|_| kind == Kind::Nodes) {
+            members.names.push(Name { name: elset.into(), kind: Kind::Elements, face: FaceLabel::Boundary });
+        }
+        let place = self.place(keyword);
+        let generate = keyword.get("GENERATE").is_some();
+        let set = self.sets(kind).at(name, || place.clone());
+        set.internal |= keyword.get("INTERNAL").is_some();
+        set.members.push(members);
+        let number = self.sets(kind).find(name).unwrap_or(0);
+        self.section = Section::Set { kind, number, generate };
+        Ok(())
+    }
+
+    fn members(&self, keyword: &Keyword) -> Members {
+        let instance = keyword.get("INSTANCE").map(String::from).or_else(|| self.instance.clone());
+        Members { instance, ..Members::default() }
+    }
+
+    fn surface_begin(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        let name = keyword.needed("NAME")?.to_string();
+        let kind = keyword.get("TYPE").unwrap_or("ELEMENT").to_uppercase();
+        if kind != "ELEMENT" && kind != "NODE" {
+            self.skip(&format!("SURFACE, TYPE={kind}"));
+            return Ok(());
+        }
+        if let Some(how) = keyword.get("COMBINE").filter(|how| !how.eq_ignore_ascii_case("UNION")) {
+            let what = format!("surface {name} is made by COMBINE={how}, and only UNION can be read");
+            return Err(Error::new(keyword.place(), what, "list its faces"));
+        }
+        let members = Members { nodal: kind == "NODE", ..self.members(keyword) };
+        let place = self.place(keyword);
+        let set = self.sets(Kind::Surface).at(&name, || place.clone());
+        set.internal |= keyword.get("INTERNAL").is_some();
+        set.members.push(members);
+        let number = self.sets(Kind::Surface).find(&name).unwrap_or(0);
+        // of a union the lines name surfaces: told by `generate`, which surfaces do not have otherwise
+        self.section = Section::Set { kind: Kind::Surface, number, generate: keyword.get("COMBINE").is_some() };
+        Ok(())
+    }
+
+    fn instance_begin(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        let name = keyword.needed("NAME").or_else(|e| keyword.needed("INSTANCE").map_err(|_| e))?.to_string();
+        if keyword.get("LIBRARY").is_some() {
+            let what = format!("instance {name} comes from the results of another analysis");
+            return Err(Error::new(keyword.place(), what, "write its part into the input"));
+        }
+        let part = keyword.needed("PART")?;
+        let Some(part) = self.deck.parts.iter().skip(1).position(|p| p.name.eq_ignore_ascii_case(part)) else {
+            let names: Vec<&str> = self.deck.parts.iter().skip(1).map(|p| p.name.as_str()).collect();
+            let what = format!("instance {name} is of part {part}, which does not stand before it");
+            return Err(Error::new(keyword.place(), what, format!("parts so far: {}", names.join(", "))));
+        };
+        self.deck.instances.push(Instance { name: name.clone(), part: part + 1, motion: Motion::default() });
+        (self.part, self.instance, self.section) = (0, Some(name), Section::Instance { lines: 0 });
+        Ok(())
+    }
+
+    fn data(&mut self, data: Data) -> Result<(), Error> {
+        let fields = Fields::new(data);
+        match self.section {
+            Section::Skipped => Ok(()),
+            Section::Nodes => self.nodes(fields, data.bytes),
+            Section::Elements => self.elements(fields, data.bytes),
+            Section::Set { kind, number, generate } => {
+                let set = &mut self.sets(kind).list[number];
+                match (kind, generate) {
+                    (Kind::Surface, union) => surface(set, fields, union)?,
+                    (_, true) => ranges(set, fields)?,
+                    (_, false) => listed(set, fields, kind)?,
+                }
+                self.names += set.members.last().map_or(0, |members| members.names.len());
+                if self.names <= MOST_NAMES {
+                    return Ok(());
+                }
+                let what = format!("more than {MOST_NAMES} names of sets within sets");
+                Err(Error::new(format!("line {}", data.line), what, "list the members themselves"))
+            }
+            Section::Instance { lines } => self.motion(fields, lines),
+        }
+    }
+
+    /// Lines `number, x, y, z`; coordinates that are missing are zero.
+    fn nodes(&mut self, mut fields: Fields, bytes: &[u8]) -> Result<(), Error> {
+        let into = self.into.clone();
+        let part = self.part();
+        let before = part.nodes.len();
+        // no node is shorter than six bytes, so that blank lines do not reserve memory
+        let lines = (1 + bytes.iter().filter(|&&b| b == b'\n').count()).min(1 + bytes.len() / 6);
+        part.nodes.reserve(lines);
+        part.node_labels.reserve(lines);
+        while fields.more() {
+            let label = label(&mut fields, "the number of a node")?;
+            let mut x = [0.0; 3];
+            for (c, x) in x.iter_mut().enumerate() {
+                match fields.field() {
+                    Some([]) => {}
+                    Some(word) => *x = float(word).ok_or_else(|| fields.not_a(word, ["x", "y", "z"][c]))?,
+                    None if c == 0 => return Err(fields.fail(format!("node {label} has no coordinates"))),
+                    None => break,
+                }
+            }
+            part.node_labels.push(label);
+            part.nodes.push(x);
+            fields.next_line();
+        }
+        if let Some(name) = into {
+            let Part { nsets, node_labels, .. } = part;
+            if let Some(members) = nsets.at(&name, String::new).members.last_mut() {
+                members.labels.extend_from_slice(&node_labels[before..]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Numbers of an element and of its nodes, which may go on over the next lines.
+    fn elements(&mut self, mut fields: Fields, bytes: &[u8]) -> Result<(), Error> {
+        let into = self.into.clone();
+        let Part { blocks, elsets, .. } = self.part();
+        let Some(block) = blocks.last_mut() else { return Ok(()) };
+        let (before, k) = (block.labels.len(), block.role.nodes());
+        // the shortest element: one digit and one comma a number
+        let lines = bytes.iter().filter(|&&b| b == b'\n').count().min(bytes.len() / (2 * (k + 1)));
+        block.labels.reserve(lines + 1);
+        block.nodes.reserve((lines + 1) * k);
+        while fields.more() {
+            let number = label(&mut fields, "the number of an element")?;
+            for i in 0..k {
+                let node = loop {
+                    match fields.field() {
+                        Some(word) => break label_of(&fields, word, "the number of a node")?,
+                        None => fields.next_line(),
+                    }
+                    if !fields.more() {
+                        return Err(fields.fail(format!("element {number} has {i} nodes instead of {k}")));
+                    }
+                };
+                block.nodes.push(node);
+            }
+            if fields.field().is_some_and(|word| !word.is_empty()) {
+                return Err(fields.fail(format!("element {number} has more than {k} nodes")));
+            }
+            block.labels.push(number);
+            fields.next_line();
+        }
+        if let Some(members) = into.and_then(|name| elsets.at(&name, String::new).members.last_mut()) {
+            members.labels.extend_from_slice(&block.labels[before..]);
+        }
+        Ok(())
+    }
+
+    /// A line of a translation, then one of two points on an axis and an angle in degrees.
+    fn motion(&mut self, mut fields: Fields, mut lines: usize) -> Result<(), Error> {
+        while fields.more() {
+            let mut values = Vec::new();
+            while let Some(word) = fields.field() {
+                let number = if word.is_empty() { Some(0.0) } else { float(word) };
+                values.push(number.filter(|x| x.is_finite()).ok_or_else(|| fields.not_a(word, "a number"))?);
+            }
+            let motion = self.deck.instances.last_mut().map(|instance| &mut instance.motion);
+            match (lines, &values[..], motion) {
+                (0, &[x, y, z], Some(motion)) => motion.translation = [x, y, z],
+                (1, &[a, b, c, d, e, f, degrees], Some(motion)) if [a, b, c] != [d, e, f] => {
+                    motion.rotation = Some(([a, b, c], [d, e, f], degrees));
+                }
+                _ => {
+                    let what = "an instance is placed by a line of 3 numbers and one of 7: a translation, two points of an axis and an angle";
+                    return Err(fields.fail(what));
+                }
+            }
+            lines += 1;
+            fields.next_line();
+        }
+        self.section = Section::Instance { lines };
+        Ok(())
+    }
+}
+
+/// A number of a node or an element that begins a line.
+fn label(fields: &mut Fields, what: &str) -> Result<u32, Error> {
+    let word = fields.field().unwrap_or(b"");
+    label_of(fields, word, what)
+}
+
+#[inline]
+fn label_of(fields: &Fields, word: &[u8], what: &str) -> Result<u32, Error> {
+    integer(word).and_then(|n| u32::try_from(n).ok()).ok_or_else(|| fields.not_a(word, what))
+}
+
+/// The members that the keyword above began.
+fn last(set: &mut Set) -> &mut Members {
+    if set.members.is_empty() {
+        set.members.push(Members::default());
+    }
+    let last = set.members.len() - 1;
+    &mut set.members[last]
+}
+
+/// Lines of labels and names.
+fn listed(set: &mut Set, mut fields: Fields, kind: Kind) -> Result<(), Error> {
+    let members = last(set);
+    while fields.more() {
+        while let Some(word) = fields.field() {
+            match integer(word) {
+                Some(_) => members.labels.push(label_of(&fields, word, "a number or the name of a set")?),
+                None if word.is_empty() => {}
+                None => {
+                    members.names.push(Name { name: Fields::text(word), kind, face: FaceLabel::Boundary });
+                }
+            }
+        }
+        fields.next_line();
+    }
+    Ok(())
+}
+
+/// Lines `first, last, step`.
+fn ranges(set: &mut Set, mut fields: Fields) -> Result<(), Error> {
+    let members = last(set);
+    while fields.more() {
+        let first = label(&mut fields, "the first number of a range")?;
+        let last = label(&mut fields, "the last number of a range")?;
+        let step = match fields.field() {
+            None | Some([]) => 1,
+            Some(word) => label_of(&fields, word, "the step of a range")?,
+        };
+        if last < first || step == 0 {
+            return Err(fields.fail(format!("a range cannot go from {first} to {last} in steps of {step}")));
+        }
+        members.ranges.push([first, last, step]);
+        fields.next_line();
+    }
+    Ok(())
+}
+
+/// Lines of an element or a set and the face; of nodes; or of surfaces whose union this is.
+fn surface(set: &mut Set, mut fields: Fields, union: bool) -> Result<(), Error> {
+    let members = last(set);
+    while fields.more() {
+        let what = fields.field().unwrap_or(b"");
+        let face = match fields.field() {
+            _ if members.nodal || union => FaceLabel::Boundary,
+            None | Some([]) => FaceLabel::Boundary,
+            Some([b'S' | b's', digit @ b'1'..=b'6']) => FaceLabel::Side(digit - b'1'),
+            Some(word) if word.eq_ignore_ascii_case(b"SPOS") || word.eq_ignore_ascii_case(b"SNEG") => {
+                FaceLabel::Boundary
+            }
+            Some(word) => return Err(fields.not_a(word, "a face, S1 to S6,")),
+        };
+        match integer(what) {
+            Some(_) if members.nodal => members.labels.push(label_of(&fields, what, "a node")?),
+            Some(_) if !union => members.faces.push((label_of(&fields, what, "an element")?, face)),
+            _ if what.is_empty() => return Err(fields.not_a(what, "an element, a node or a set")),
+            _ => {
+                let kind = match (union, members.nodal) {
+                    (true, _) => Kind::Surface,
+                    (false, true) => Kind::Nodes,
+                    (false, false) => Kind::Elements,
+                };
+                members.names.push(Name { name: Fields::text(what), kind, face });
+            }
+        }
+        fields.next_line();
+    }
+    Ok(())
+}

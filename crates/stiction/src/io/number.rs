@@ -1,0 +1,158 @@
+//! Numbers in the bytes of a text file.
+
+/// Powers of ten that are exact in double precision.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// A whole number of at most 18 digits, which fit into 63 bits.
+pub(super) fn integer(word: &[u8]) -> Option<i64> {
+    let (negative, digits) = match word {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value: i64 = 0;
+    for digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = 10 * value + i64::from(digit - b'0');
+    }
+    Some(if negative { -value } else { value })
+}
+
+/// A floating point number, correctly rounded; may be infinite or NaN. Fortran's exponent `1.5D-3` is read too.
+///
+/// Up to 15 significant digits with a small power of ten need one exact product or quotient (Clinger 1990); all other
+/// words go to the standard library.
+pub(super) fn float(word: &[u8]) -> Option<f64> {
+    match short(word) {
+        Some(value) => Some(value),
+        None => long(word),
+    }
+}
+
+/// The number, if its digits and its power of ten are both exact in double precision.
+fn short(word: &[u8]) -> Option<f64> {
+    let (negative, rest) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        rest => (false, rest),
+    };
+    let (mut mantissa, mut digits, mut power) = (0u64, 0, 0i32);
+    let mut point = false;
+    let mut at = 0;
+    while let Some(&b) = rest.get(at) {
+        match b {
+            b'0'..=b'9' => {
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(b - b'0'));
+                digits += usize::from(mantissa != 0 || point);
+                power -= i32::from(point);
+            }
+            b'.' if !point => point = true,
+            _ => break,
+        }
+        at += 1;
+    }
+    // 19 digits do not overflow 64 bits; leading zeros after the point count as digits, which only costs speed
+    if digits > 19 || mantissa > 1 << 53 || at == usize::from(point) {
+        return None;
+    }
+    if at < rest.len() {
+        let [b'e' | b'E' | b'd' | b'D', exponent @ ..] = &rest[at..] else { return None };
+        power = power.checked_add(i32::try_from(integer(exponent)?).ok()?)?;
+    }
+    let value = match power {
+        0..=22 => mantissa as f64 * POWERS[power as usize],
+        -22..0 => mantissa as f64 / POWERS[-power as usize],
+        _ => return None,
+    };
+    Some(if negative { -value } else { value })
+}
+
+/// Whatever the standard library reads.
+fn long(word: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(word).ok()?;
+    match text.parse() {
+        Ok(value) => Some(value),
+        // Fortran; "d" occurs in no other number
+        Err(_) => text.replace(['d', 'D'], "e").parse().ok().filter(|_| text.starts_with(|c: char| !c.is_alphabetic())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_give_the_number_of_the_standard_library_to_the_bit() {
+        let words = [
+            "0",
+            "-0",
+            "1",
+            "+1.5",
+            "-.5",
+            "5.",
+            "1e3",
+            "1E+3",
+            "-1.25e-3",
+            "0.1",
+            "0.30000000000000004",
+            "1e22",
+            "1e23",
+            "9007199254740993",
+            "123456789012345678901234567890",
+            "0.000000000000000000000001",
+            "1e-400",
+            "1e400",
+            "4.9e-324",
+            "2.2250738585072011e-308",
+            "inf",
+            "-inf",
+            "00000000000000000000012",
+            "1e-22",
+            "8.5e-23",
+        ];
+        for word in words {
+            assert_eq!(
+                float(word.as_bytes()).map(f64::to_bits),
+                Some(word.parse::<f64>().unwrap().to_bits()),
+                "{word}"
+            );
+        }
+        // coordinates as programs write them
+        let mut state = 1u64;
+        for _ in 0..20_000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let x = (state >> 11) as f64 / (1u64 << 40) as f64 - 4000.0;
+            for word in [format!("{x}"), format!("{x:.3}"), format!("{x:.6e}"), format!("{:.16e}", x * 1e-9)] {
+                assert_eq!(
+                    float(word.as_bytes()).map(f64::to_bits),
+                    Some(word.parse::<f64>().unwrap().to_bits()),
+                    "{word}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn fortran_is_read_and_nonsense_is_not() {
+        assert_eq!(float(b"-1.5D-3"), Some(-1.5e-3));
+        assert_eq!(float(b"1.2345678901234567890123d2"), Some(123.456_789_012_345_68));
+        for word in ["", ".", "-", "e5", "1e", "1e5.", "1.2.3", "0x10", "1,2", "d", "1e+", "--1", "1d5d"] {
+            assert_eq!(float(word.as_bytes()), None, "{word}");
+        }
+        assert_eq!(
+            (integer(b"-12"), integer(b"+3"), integer(b"999999999999999999")),
+            (Some(-12), Some(3), Some(999_999_999_999_999_999))
+        );
+        for word in ["", "-", "1.0", "9999999999999999999", "1a"] {
+            assert_eq!(integer(word.as_bytes()), None, "{word}");
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! From arrays to a mesh.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::document::{Document, Number, Section};
+use super::types::{Role, role};
+use super::xml::DAMAGED;
+use crate::Error;
+use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
+
+/// Arrays of more values are numbers of something else than groups.
+const MOST_GROUPS: usize = 1000;
+
+/// What became of a cell of the file: its number among those of its kind.
+#[derive(Clone, Copy)]
+enum Place {
+    Tet(u32),
+    Hex(u32),
+    Face(u32),
+    /// A point or a line.
+    Line(u32),
+}
+
+/// The cells of the file.
+struct Sorted {
+    tets: RawCells,
+    hexes: RawCells,
+    places: Vec<Place>,
+    faces: Vec<[u32; 4]>,
+    /// Nodes of all lines, and where those of each begin and end.
+    line_nodes: Vec<u32>,
+    lines: Vec<[u32; 2]>,
+}
+
+/// Collects cells and groups and builds the mesh.
+pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let points = document.floats(document.needed(Section::Points, "Points")?, 3 * document.points)?;
+    let nodes: Vec<[f64; 3]> = points.as_chunks::<3>().0.iter().map(|x| x.map(|c| c * scale)).collect();
+    drop(points);
+    let cells = sort(document)?;
+    let mut notes = Vec::new();
+    let mut groups = cell_groups(document, &cells, &mut notes)?;
+    let in_group = !groups.is_empty();
+    point_groups(document, &mut groups, &mut notes)?;
+    note_unused(document, &cells, in_group, &mut notes);
+    let Sorted { tets, hexes, places, .. } = cells;
+    drop(places); // the build needs memory of its own
+    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups })?;
+    notes.extend(built.0);
+    Ok((mesh, MeshNotes(notes)))
+}
+
+/// Reads the cells and sorts them by what they are.
+fn sort(document: &Document) -> Result<Sorted, Error> {
+    let mut codes: Vec<u8> = Vec::new();
+    let mut ends: Vec<u32> = Vec::new();
+    let unknown = |n: i64| u32::try_from(n).unwrap_or(u32::MAX);
+    let code = |n: i64| u8::try_from(n).unwrap_or(u8::MAX);
+    document.integers(document.needed(Section::Cells, "types")?, document.cells, |n| codes.push(code(n)))?;
+    document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(unknown(n)))?;
+    let mut nodes: Vec<u32> = Vec::new();
+    let count = ends.last().map_or(0, |&end| end as usize);
+    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| {
+        if nodes.is_empty() {
+            nodes.reserve_exact(count); // the file is long enough, or the first number would not come
+        }
+        nodes.push(unknown(n));
+    })?;
+
+    let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
+    let mut sorted = Sorted {
+        tets: block(CellKind::Tet4),
+        hexes: block(CellKind::Hex8),
+        places: Vec::with_capacity(codes.len()),
+        faces: Vec::new(),
+        line_nodes: Vec::new(),
+        lines: Vec::new(),
+    };
+    let mut refused: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+    let mut from = 0;
+    for (i, (&code, &end)) in codes.iter().zip(&ends).enumerate() {
+        let fail = |what: String| Error::new(format!("cell {i}"), what, DAMAGED);
+        let Some(cell) = nodes.get(from..end as usize) else {
+            return Err(fail(format!("its nodes end at {end} where they begin at {from} of {count}")));
+        };
+        from = end as usize;
+        if let Some(node) = cell.iter().find(|&&node| node as usize >= document.points) {
+            return Err(fail(format!("it names node {node} of {} (counted from 0)", document.points)));
+        }
+        let place = match role(code, cell.len()) {
+            Role::Cell(kind, order) => {
+                let block = if kind == CellKind::Tet4 { &mut sorted.tets } else { &mut sorted.hexes };
+                block.nodes.extend(order.iter().map(|&n| cell[n]));
+                block.ids.push(i as u64);
+                let number = block.ids.len() as u32 - 1;
+                if kind == CellKind::Tet4 { Place::Tet(number) } else { Place::Hex(number) }
+            }
+            Role::Face(order) => {
+                let mut corners = [u32::MAX; 4];
+                corners.iter_mut().zip(order).for_each(|(corner, &n)| *corner = cell[n]);
+                sorted.faces.push(corners);
+                Place::Face(sorted.faces.len() as u32 - 1)
+            }
+            Role::Nodes => {
+                sorted.line_nodes.extend(cell);
+                let end = sorted.line_nodes.len();
+                sorted.lines.push([end - cell.len(), end].map(|n| n as u32));
+                Place::Line(sorted.lines.len() as u32 - 1)
+            }
+            Role::Refused(what, remedy) => {
+                refused.entry(what).or_insert((0, remedy)).0 += 1;
+                continue;
+            }
+        };
+        sorted.places.push(place);
+    }
+    if let Some((_, (_, remedy))) = refused.iter().next() {
+        let list: Vec<String> = refused.iter().map(|(what, (count, _))| format!("{count} x {what}")).collect();
+        return Err(Error::new("", format!("cells that cannot be used: {}", list.join(", ")), *remedy));
+    }
+    if sorted.tets.ids.is_empty() && sorted.hexes.ids.is_empty() {
+        let what = format!("there are no volume cells among its {} cells", codes.len());
+        return Err(Error::new("", what, "write the solid with tetrahedra or hexahedra, not only its surface"));
+    }
+    Ok(sorted)
+}
+
+/// The values of an array that makes groups, and whether they are all 0 or 1.
+fn group_values(document: &Document, section: Section, count: usize) -> Result<Vec<(String, Vec<i64>, bool)>, Error> {
+    let mut arrays = Vec::new();
+    for array in document.arrays.iter().filter(|a| a.section == section && makes_groups(a)) {
+        let mut values = Vec::new();
+        document.integers(array, count, |n| values.push(n))?;
+        let mut distinct: Vec<i64> = Vec::new();
+        for value in &values {
+            if let Err(at) = distinct.binary_search(value) {
+                distinct.insert(at, *value);
+            }
+            if distinct.len() > MOST_GROUPS {
+                break;
+            }
+        }
+        let numbers = distinct.len() == values.len() && values.len() > 2;
+        if !numbers && distinct.len() <= MOST_GROUPS {
+            arrays.push((array.name.clone(), values, distinct.iter().all(|v| [0, 1].contains(v))));
+        }
+    }
+    Ok(arrays)
+}
+
+fn makes_groups(array: &super::document::Array) -> bool {
+    array.number != Number::Float && array.components == 1 && !array.name.starts_with("vtk") && !array.name.is_empty()
+}
+
+/// The name of the group of cells or points with that value.
+fn group_name(array: &str, value: i64, mask: bool) -> String {
+    if mask && value == 1 { array.to_string() } else { format!("{array}-{value}") }
+}
+
+fn cell_groups(document: &Document, cells: &Sorted, notes: &mut Vec<MeshNote>) -> Result<Vec<RawGroup>, Error> {
+    let mut groups: Vec<RawGroup> = Vec::new();
+    for (array, values, mask) in group_values(document, Section::CellData, document.cells)? {
+        let mut of_value: BTreeMap<i64, RawGroup> = BTreeMap::new();
+        for (place, value) in cells.places.iter().zip(values) {
+            let group = of_value.entry(value).or_default();
+            match *place {
+                Place::Tet(i) => group.cells.push(i),
+                Place::Hex(i) => group.cells.push(i + cells.tets.ids.len() as u32),
+                Place::Face(i) => group.faces.push(cells.faces[i as usize]),
+                Place::Line(i) => {
+                    let [from, to] = cells.lines[i as usize];
+                    group.nodes.extend(&cells.line_nodes[from as usize..to as usize]);
+                }
+            }
+        }
+        for (value, mut group) in of_value {
+            group.name = group_name(&array, value, mask);
+            groups.push(group);
+        }
+    }
+    notes.extend(merge(&mut groups));
+    Ok(groups)
+}
+
+fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec<MeshNote>) -> Result<(), Error> {
+    for (array, values, mask) in group_values(document, Section::PointData, document.points)? {
+        let mut of_value: BTreeMap<i64, RawGroup> = BTreeMap::new();
+        for (node, &value) in values.iter().enumerate().filter(|(_, value)| !(mask && **value == 0)) {
+            of_value.entry(value).or_default().nodes.push(node as u32);
+        }
+        for (value, mut group) in of_value {
+            (group.name, group.faces_of_nodes) = (group_name(&array, value, mask), true);
+            groups.push(group);
+        }
+    }
+    notes.extend(merge(groups));
+    Ok(())
+}
+
+/// Groups of one name become one.
+fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
+    let mut at: HashMap<String, usize> = HashMap::new();
+    let mut notes = Vec::new();
+    let mut merged: Vec<RawGroup> = Vec::with_capacity(groups.len());
+    for group in groups.drain(..) {
+        match at.get(&group.name) {
+            Some(&first) => {
+                notes.push(MeshNote::SharedName { group: group.name });
+                let first: &mut RawGroup = &mut merged[first];
+                first.cells.extend(group.cells);
+                first.faces.extend(group.faces);
+                first.nodes.extend(group.nodes);
+                first.faces_of_nodes |= group.faces_of_nodes;
+            }
+            None => {
+                at.insert(group.name.clone(), merged.len());
+                merged.push(group);
+            }
+        }
+    }
+    *groups = merged;
+    notes
+}
+
+/// Notes arrays that are not read, and faces in no group.
+fn note_unused(document: &Document, cells: &Sorted, in_group: bool, notes: &mut Vec<MeshNote>) {
+    let data = |a: &&super::document::Array| matches!(a.section, Section::PointData | Section::CellData);
+    let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a));
+    let what: Vec<String> = unused.map(|a| format!("array \"{}\"", a.name)).collect();
+    if !what.is_empty() {
+        notes.push(MeshNote::NotRead { what });
+    }
+    let count = cells.faces.len() + cells.lines.len();
+    if count > 0 && !in_group {
+        notes.push(MeshNote::Skipped { what: "surface or curve element".into(), count });
+    }
+}

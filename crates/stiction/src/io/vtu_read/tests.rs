@@ -1,0 +1,137 @@
+use super::*;
+
+/// A tetrahedron with a triangle, as text; `from` replaced by `to`.
+fn edited(from: &str, to: &str) -> String {
+    let text = r#"<?xml version="1.0"?>
+<!-- a > comment -->
+<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+<UnstructuredGrid><FieldData><DataArray type="Float64" Name="TIME" NumberOfTuples="1" format="ascii">1</DataArray></FieldData>
+<Piece NumberOfPoints="4" NumberOfCells="2">
+<Points><DataArray type="Float32" Name="p" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1
+<InformationKey name="L2"><Value index="0"> 0 </Value></InformationKey></DataArray></Points>
+<Cells>
+<DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3 0 1 2</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4 7</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">10 5</DataArray>
+</Cells>
+<PointData><DataArray type="Int32" Name="on &lt;top&gt;" format="ascii">0 1 0 0</DataArray></PointData>
+<CellData Scalars="part">
+<DataArray type="Int32" Name="part" format="ascii">-7 3</DataArray>
+<DataArray type="Float64" Name="stress" format="ascii">0 0</DataArray>
+</CellData></Piece></UnstructuredGrid></VTKFile>
+"#;
+    assert!(text.contains(from));
+    text.replacen(from, to, 1)
+}
+
+fn refused(text: &str, words: &[&str]) {
+    let message = parse(text.as_bytes(), "part.vtu", 1.0).map(|_| ()).unwrap_err().to_string();
+    for word in words.iter().chain(&["part.vtu"]) {
+        assert!(message.contains(word), "\"{word}\" is not in: {message}");
+    }
+}
+
+#[test]
+fn a_grid_of_text_is_read_with_its_groups() {
+    let (mesh, notes) = parse(edited("4", "4").as_bytes(), "part.vtu", 3.0).unwrap();
+    assert!((mesh.volume() - 4.5).abs() < 1e-15);
+    assert_eq!(mesh.group("part--7").unwrap().cells, [0]);
+    let [face] = mesh.group("part-3").unwrap().faces[..] else { panic!("one face") };
+    assert_eq!(mesh.face_normal(face as usize), [0.0, 0.0, -1.0]);
+    assert_eq!(mesh.group("on <top>").unwrap().nodes, [1]);
+    assert_eq!((mesh.groups.len(), notes.to_string().as_str()), (3, "not read: array \"stress\"\n"));
+}
+
+#[test]
+fn arrays_of_numbers_and_masks_are_told_from_groups() {
+    let names = |text: String| -> Vec<String> {
+        let (mesh, _) = parse(text.as_bytes(), "part.vtu", 1.0).unwrap();
+        mesh.groups.into_iter().map(|g| g.name).collect()
+    };
+    assert_eq!(names(edited("-7 3", "1 0")), ["part-0", "part", "on <top>"]);
+    assert_eq!(
+        names(edited(">0 1 0 0<", ">10 11 12 13<")),
+        ["part--7", "part-3"],
+        "all different: numbers of the points"
+    );
+    assert_eq!(names(edited("on &lt;top&gt;", "vtkGhostType")), ["part--7", "part-3"]);
+}
+
+#[test]
+fn voxels_count_their_nodes_along_the_axes() {
+    let corners: String = (0..8).map(|i| format!("{} {} {} ", i & 1, i >> 1 & 1, i >> 2)).collect();
+    let text = edited("NumberOfPoints=\"4\" NumberOfCells=\"2\"", "NumberOfPoints=\"8\" NumberOfCells=\"1\"");
+    let text = text.replace("0 0 0 1 0 0 0 1 0 0 0 1", &corners).replace("0 1 2 3 0 1 2", "0 1 2 3 4 5 6 7");
+    let text = text.replace("4 7<", "8<").replace("10 5<", "11<").replace("-7 3", "5").replace(">0 0<", ">0<");
+    let (mesh, _) = parse(text.replace(">0 1 0 0<", ">0 0 0 0 0 0 0 1<").as_bytes(), "part.vtu", 1.0).unwrap();
+    assert!((mesh.volume() - 1.0).abs() < 1e-14);
+    assert_eq!(mesh.faces.len(), 6);
+}
+
+#[test]
+fn what_cannot_be_read_is_refused() {
+    refused("", &["empty"]);
+    refused("# vtk DataFile Version 3.0\n", &["legacy", "ParaView"]);
+    refused("solid\n", &["not a VTU file"]);
+    refused(&edited("UnstructuredGrid", "PolyData"), &["line 3", "\"PolyData\"", "ParaView"]);
+    refused(&edited("header_type=\"UInt64\"", "compressor=\"vtkLZMADataCompressor\""), &["line 3", "vtkLZMA", "zlib"]);
+    refused(&edited("NumberOfPoints=\"4\"", "NumberOfPoints=\"5\""), &["array \"p\" (line 6)", "12 numbers where 15"]);
+    refused(&edited("NumberOfPoints=\"4\"", "NumberOfPoints=\"4000000000\""), &["array \"p\"", "12 numbers"]);
+    refused(&edited("NumberOfPoints=\"4\"", "NumberOfPoints=\"-4\""), &["line 5", "\"-4\""]);
+    refused(&edited("0 1 2 3 0 1 2<", "0 1 2 9 0 1 2<"), &["cell 0", "node 9 of 4"]);
+    refused(&edited("4 7<", "4 3<"), &["connectivity", "7 numbers where 3"]);
+    refused(&edited("4 7<", "9 7<"), &["cell 0", "end at 9"]);
+    refused(&edited("0 1 2 3 0 1 2<", "0 1 2 x 0 1 2<"), &["array \"connectivity\" (line 9)", "\"x\""]);
+    refused(&edited("10 5<", "24 5<"), &["1 x tetrahedron of second order", "first order"]);
+    refused(&edited("10 5<", "14 5<"), &["1 x pyramid", "tetrahedra or hexahedra"]);
+    refused(&edited("10 5<", "10 10<"), &["unusual number of nodes"]);
+    refused(&edited("0 1 2 3 0 1 2<", "0 1 3 2 0 1 2<"), &["inside out", "mirrored"]);
+    refused(&edited("Name=\"types\"", "Name=\"type\""), &["no array \"types\""]);
+    refused(
+        &edited("</Piece>", "</Piece><Piece NumberOfPoints=\"1\" NumberOfCells=\"1\"></Piece>"),
+        &["several pieces"],
+    );
+    refused(&edited("type=\"Float32\"", "type=\"Float16\""), &["line 6", "\"Float16\""]);
+    refused(&edited("format=\"ascii\">0 0 0 1", "format=\"appended\" offset=\"5\">0 0 0 1"), &["end too early"]);
+}
+
+/// Deterministic noise (Marsaglia's xorshift).
+struct Noise(u64);
+
+impl Noise {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n as u64) as usize
+    }
+}
+
+#[test]
+fn cut_and_changed_grids_do_not_panic() {
+    let mut files = vec![edited("4", "4").into_bytes()];
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+    for suffix in ["raw", "raw-zlib", "base64-zlib", "inline-zlib"] {
+        files.push(std::fs::read(format!("{folder}/brick-vtk-{suffix}.vtu")).unwrap());
+    }
+    let mut noise = Noise(0x2545_f491_4f6c_dd1d);
+    for bytes in files {
+        assert!(parse(&bytes, "a.vtu", 1.0).is_ok());
+        for end in 0..bytes.len() {
+            drop(parse(&bytes[..end], "a.vtu", 1.0));
+        }
+        for _ in 0..1500 {
+            let mut changed = bytes.clone();
+            for _ in 0..1 + noise.below(3) {
+                let at = noise.below(changed.len());
+                changed[at] = match noise.below(4) {
+                    0 => noise.below(256) as u8,
+                    1 => changed[at] ^ 1 << noise.below(8),
+                    2 => b"0123456789-.e<>\"/= \n"[noise.below(20)],
+                    _ => 0xff,
+                };
+            }
+            drop(parse(&changed, "a.vtu", 1.0));
+        }
+    }
+}

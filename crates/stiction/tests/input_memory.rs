@@ -1,0 +1,112 @@
+//! Files that promise much in few bytes must not take memory out of proportion.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::fmt::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use stiction::io::{abaqus, gmsh, vtu_read};
+
+/// Counts the bytes in use and their largest number.
+struct Counting;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        PEAK.fetch_max(now, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Memory besides ten times the file: what the readers grant small files.
+const BESIDES: usize = 128 << 20;
+
+const TET: &str = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n";
+
+/// Lines made by `line`, `bytes` long altogether.
+fn lines(begin: &str, bytes: usize, line: impl Fn(usize, &mut String)) -> String {
+    let mut text = begin.to_string();
+    let mut i = 0;
+    while text.len() < bytes {
+        line(i, &mut text);
+        i += 1;
+    }
+    text
+}
+
+#[test]
+fn memory_stays_in_proportion_to_the_file() {
+    let many = 3 << 20;
+    let nodes = lines("*NODE\n", many / 2, |i, t| writeln!(t, "{},0", i + 1).unwrap());
+    let whole = format!("{nodes}{}", &TET[6..]).replace("*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n", "");
+    let part = TET.replace("*NODE", "*PART,NAME=P\n*NODE") + "*END PART\n*ASSEMBLY\n";
+    let big_part = nodes.replace("*NODE", "*PART,NAME=P\n*NODE") + "*END PART\n*ASSEMBLY\n";
+    let inputs = [
+        ("bare nodes", nodes.clone()),
+        ("blank lines", lines(TET, many, |_, t| t.push('\n'))),
+        ("empty sets", lines(TET, many, |i, t| writeln!(t, "*NSET,NSET={i}").unwrap())),
+        ("empty blocks", lines(TET, many, |_, t| t.push_str("*ELEMENT,TYPE=C3D4\n"))),
+        ("names in a set", lines(&format!("{TET}*ELSET,ELSET=A\n"), many, |_, t| t.push_str("E,\n"))),
+        ("surfaces of everything", lines(TET, many, |i, t| writeln!(t, "*SURFACE,NAME={i}\nE").unwrap())),
+        (
+            "sets of everything",
+            lines(&whole, 2 * many, |i, t| write!(t, "*NSET,NSET={i},GENERATE\n1,99999999\n").unwrap()),
+        ),
+        (
+            "overlapping ranges",
+            lines(&format!("{whole}*NSET,NSET=A,GENERATE\n"), many, |i, t| {
+                writeln!(t, "{},4000000000,2", i % 1000).unwrap()
+            }),
+        ),
+        (
+            "sets in sets",
+            lines(TET, many, |i, t| write!(t, "*ELSET,ELSET={i}a\n{}a,{}a\n", i.saturating_sub(1), i + 1).unwrap()),
+        ),
+        ("many instances", lines(&part, many, |i, t| writeln!(t, "*INSTANCE,NAME={i},PART=P").unwrap())),
+        ("large instances", lines(&big_part, many, |i, t| writeln!(t, "*INSTANCE,NAME={i},PART=P").unwrap())),
+        ("unknown keywords", lines(TET, many, |i, t| writeln!(t, "*K{i}").unwrap())),
+        ("a long keyword", lines("*NODE", many, |_, t| t.push_str(",A,\n"))),
+    ];
+    let grid = |points: &str, data: &str| {
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\" compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid>\
+             <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" \
+             format=\"binary\">{data}</DataArray></Points></Piece></UnstructuredGrid></VTKFile>"
+        )
+    };
+    let grids = [
+        // one block that promises 96 GB, and four thousand million blocks
+        grid("4000000000", "AQAAAP////8AAAAAEAAAAA==AAAAAAAAAAAAAAAAAAAA"),
+        grid("4000000000", "/////wAAAEAAAAAAEAAAAA==AAAAAAAAAAAAAAAAAAAA"),
+        lines("<VTKFile type=\"UnstructuredGrid\">", many, |_, t| t.push_str("<a b=''/>")),
+        lines("<VTKFile ", many, |_, t| t.push_str("b='' ")),
+    ];
+    let meshes = ["$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4000000000 1 4000000000\n3 1 0 4000000000\n1\n"];
+
+    let check = |name: &str, text: &str, parse: &dyn Fn(&[u8]) -> bool| {
+        let before = NOW.load(Ordering::Relaxed);
+        PEAK.store(before, Ordering::Relaxed);
+        parse(text.as_bytes());
+        let used = PEAK.load(Ordering::Relaxed).saturating_sub(before);
+        assert!(used <= 10 * text.len() + BESIDES, "{name}: {} bytes took {used}", text.len());
+    };
+    for (name, text) in &inputs {
+        check(name, text, &|bytes| abaqus::parse(bytes, "a.inp", 1.0, &|_| Err(String::new())).is_ok());
+    }
+    for text in &grids {
+        check("grid", text, &|bytes| vtu_read::parse(bytes, "a.vtu", 1.0).is_ok());
+    }
+    for text in meshes {
+        check("mesh", text, &|bytes| gmsh::parse(bytes, "a.msh", 1.0).is_ok());
+    }
+}

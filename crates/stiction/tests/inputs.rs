@@ -1,0 +1,137 @@
+//! Meshes written by other programs: one brick in many files gives one mesh and one solution.
+//!
+//! `tests/data/make_inputs.py` made the files with Gmsh, meshio and VTK. The reference is Gmsh's own `.msh`.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::*;
+use stiction::contact::SurfaceFriction;
+use stiction::mesh::Mesh;
+use stiction::run::read_mesh;
+
+/// Files of the brick of hexahedra; groups are named alike, or `part-` and the number Gmsh gave them.
+const BRICK: [&str; 11] = [
+    "brick-gmsh.inp",
+    "brick-meshio.inp",
+    "brick-meshio-ascii.vtu",
+    "brick-meshio-binary.vtu",
+    "brick-meshio-zlib.vtu",
+    "brick-vtk-raw.vtu",
+    "brick-vtk-raw-zlib.vtu",
+    "brick-vtk-base64.vtu",
+    "brick-vtk-base64-zlib.vtu",
+    "brick-vtk-inline-zlib.vtu",
+    "brick-pyvista.vtu",
+];
+const TETS: [&str; 3] = ["tets-gmsh.inp", "tets-meshio.inp", "tets-meshio-zlib.vtu"];
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).join(name)
+}
+
+fn mesh(name: &str) -> Mesh {
+    read_mesh(&path(name), 1.0).unwrap_or_else(|e| panic!("{e}")).0
+}
+
+/// The name a group of `brick.msh` has in another file.
+fn renamed(file: &str, group: &str) -> String {
+    let number = ["body", "left", "right", "bottom", "top"].iter().position(|g| *g == group).unwrap();
+    if file.ends_with("vtu") { format!("part-{}", number + 1) } else { group.to_string() }
+}
+
+/// Corners of things by their places, independent of any numbering.
+fn places<'a>(mesh: &Mesh, things: impl Iterator<Item = &'a [u32]>) -> Vec<Vec<[i64; 3]>> {
+    let place = |&n: &u32| mesh.nodes[n as usize].map(|x| (x * 1e9).round() as i64);
+    let mut places: Vec<Vec<[i64; 3]>> = things.map(|nodes| nodes.iter().map(place).collect()).collect();
+    places.iter_mut().for_each(|corners| corners.sort_unstable());
+    places.sort_unstable();
+    places
+}
+
+#[test]
+fn every_program_and_encoding_gives_the_mesh_that_gmsh_wrote() {
+    for (reference, files) in [("brick.msh", &BRICK[..]), ("tets.msh", &TETS)] {
+        let expected = mesh(reference);
+        assert!((expected.volume() - 2.0).abs() < 1e-12);
+        let cells = |mesh: &Mesh| places(mesh, mesh.cell_iter().map(|(_, cell)| cell));
+        let faces = |mesh: &Mesh, group: &str| {
+            let group = mesh.group(group).unwrap_or_else(|| panic!("{group}"));
+            places(mesh, group.faces.iter().map(|&f| mesh.faces[f as usize].nodes()))
+        };
+        for file in files {
+            let found = mesh(file);
+            assert_eq!(cells(&found), cells(&expected), "{file}");
+            for side in ["left", "right", "bottom", "top"] {
+                assert_eq!(faces(&found, &renamed(file, side)), faces(&expected, side), "{file} {side}");
+            }
+            let body = found.group(&renamed(file, "body")).unwrap();
+            assert_eq!(body.cells.len(), found.cell_count(), "{file}");
+            if file.contains("vtk") {
+                // a mask of points names the nodes at the bottom, and with them its faces
+                assert_eq!(faces(&found, "bottom"), faces(&expected, "bottom"), "{file}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_solution_does_not_depend_on_the_format() {
+    for (reference, files) in [("brick.msh", &BRICK[..]), ("tets.msh", &TETS)] {
+        let solution = |file: &str| {
+            let name = |group| if file == reference { String::from(group) } else { renamed(file, group) };
+            let case = Case {
+                mesh: mesh(file),
+                young: 21.19e10,
+                poisson: 0.277,
+                loads: Vec::new(),
+                fixes: Vec::new(),
+                surfaces: Vec::new(),
+            };
+            let case = case.fix(&name("left"), HELD).contact(&name("bottom"), FLOOR, SurfaceFriction::Coulomb(0.3));
+            let case = case.traction(&name("top"), [0.0, 0.0, -1e6]).traction(&name("right"), [1e6, 5e5, 0.0]);
+            let posed = case.pose();
+            let solved = solved(&posed.problem, 1e-10);
+            // by place, since numbers of nodes differ
+            let mut at: Vec<([i64; 3], [f64; 3])> = case
+                .mesh
+                .nodes
+                .iter()
+                .map(|x| x.map(|c| (c * 1e9).round() as i64))
+                .zip(posed.full(&solved.u))
+                .collect();
+            at.sort_by_key(|entry| entry.0);
+            at.into_iter().flat_map(|entry| entry.1).collect::<Vec<f64>>()
+        };
+        let expected = solution(reference);
+        for file in files {
+            // the contact problem is solved to 1e-10
+            assert!(distance(&solution(file), &expected) < 1e-8, "{file}");
+        }
+    }
+}
+
+#[test]
+fn the_scale_multiplies_lengths_in_every_format() {
+    for file in ["brick.msh", "brick-gmsh.inp", "brick-vtk-raw.vtu"] {
+        let (mesh, _) = read_mesh(&path(file), 1e-3).unwrap();
+        assert!((mesh.volume() - 2e-9).abs() < 1e-20, "{file}");
+        let message = read_mesh(&path(file), -1.0).unwrap_err().to_string();
+        assert!(message.contains("scale -1") && message.contains(file), "{message}");
+    }
+}
+
+#[test]
+fn what_programs_write_and_we_cannot_use_is_named() {
+    for (file, words) in [
+        ("tet10-gmsh.inp", ["CPS6", "face of second order", "C3D4 or C3D8"]),
+        ("wedge-meshio.vtu", ["1 x wedge", "tetrahedra or hexahedra", "wedge-meshio.vtu"]),
+        ("brick-vtk-lz4.vtu", ["vtkLZ4DataCompressor", "zlib", "line 2"]),
+        ("make_inputs.py", [".py", ".inp", ".vtu"]),
+        ("missing.inp", ["missing.inp", "cannot be read", "path"]),
+    ] {
+        let message = read_mesh(&path(file), 1.0).unwrap_err().to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    }
+}
