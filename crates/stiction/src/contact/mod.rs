@@ -1,11 +1,21 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
 mod discrete;
+mod flat;
+mod frame;
+mod mortar;
+mod normals;
 mod obstacle;
+mod pair;
+mod points;
 mod pose;
 mod problem;
+mod roles;
+mod surface;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
-pub use pose::{ContactSurface, SurfaceFacts, SurfaceFriction, pose};
+pub use pose::pose;
 pub use problem::{ContactProblem, Friction, Pair, Supports};
+pub use roles::{Reason, Role, choose_slave};
+pub use surface::{ContactSurface, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts, SurfaceFriction};

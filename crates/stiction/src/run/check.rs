@@ -45,7 +45,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let path = folder.join("summary.json");
     let stored = stored_certificate(&folder::read_text(&path)?).map_err(|e| e.at(&path.display().to_string()))?;
-    let normal_force: f64 = lambda[..problem.points()].iter().sum();
+    let normal_force: f64 = lambda.iter().zip(&problem.share).map(|(force, share)| share * force).sum();
     let differences = compare(&stored, &certificate, normal_force)?;
     Ok(Checked { certificate, differences })
 }

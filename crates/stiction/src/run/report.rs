@@ -101,7 +101,7 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
         ),
     );
     if t.open == t.points {
-        line("", "no point touches the obstacle".into());
+        line("", "no point is in contact".into());
     }
     if let Some(place) = t.max_pressure_at {
         line(
