@@ -148,7 +148,8 @@ mod tests {
         assert!(clip(&[[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]], &SQUARE).is_empty());
         // What is cut off and what stays add up to the whole.
         let odd = [[0.2, -0.3], [1.4, 0.1], [0.9, 1.2], [-0.2, 0.8]];
-        let halves = [[[0.5, -9.0], [0.5, 9.0], [-9.0, 9.0], [-9.0, -9.0]], [[0.5, 9.0], [0.5, -9.0], [9.0, -9.0], [9.0, 9.0]]];
+        let halves =
+            [[[0.5, -9.0], [0.5, 9.0], [-9.0, 9.0], [-9.0, -9.0]], [[0.5, 9.0], [0.5, -9.0], [9.0, -9.0], [9.0, 9.0]]];
         let sum: f64 = halves.iter().map(|half| area(&clip(&odd, half))).sum();
         assert!((sum - area(&odd)).abs() < 1e-14);
     }
@@ -160,7 +161,12 @@ mod tests {
         for (bent, degree) in [(false, 5), (true, 10)] {
             for (p, q) in (0..=degree).flat_map(|p| (0..=degree - p).map(move |q| (p, q))) {
                 let sum: f64 = quadrature(&triangle, bent).iter().map(|(x, w)| w * x[0].powi(p) * x[1].powi(q)).sum();
-                let exact = if p + q <= 10 { factorial(p) * factorial(q) / ((p + q + 1)..=(p + q + 2)).fold(factorial(p + q), |a, k| a * f64::from(k)) } else { 0.0 };
+                let exact = if p + q <= 10 {
+                    factorial(p) * factorial(q)
+                        / ((p + q + 1)..=(p + q + 2)).fold(factorial(p + q), |a, k| a * f64::from(k))
+                } else {
+                    0.0
+                };
                 assert!((sum - exact).abs() < 1e-15, "{p} {q}: {sum} {exact}");
             }
         }
@@ -175,7 +181,9 @@ mod tests {
             for x in [[0.0, 0.0], [0.5, 0.4], [-0.2, 1.0], [0.01, 0.9]] {
                 let shape = flat.shape(x);
                 let back = [0, 1].map(|c| flat.corners().iter().zip(shape).map(|(p, s)| s * p[c]).sum::<f64>());
-                assert!((0..2).all(|c| (back[c] - x[c]).abs() < 1e-14) && (shape.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+                assert!(
+                    (0..2).all(|c| (back[c] - x[c]).abs() < 1e-14) && (shape.iter().sum::<f64>() - 1.0).abs() < 1e-14
+                );
             }
         }
     }

@@ -7,6 +7,8 @@
 //! Bischoff 2011) and with the very quadrature of the coupling, which keeps the jump of a linear field zero whatever the
 //! error of the quadrature.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rayon::prelude::*;
 
 use super::flat::{Flat, P2, area, clip, quadrature};
@@ -104,7 +106,7 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
     let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
     let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
     let (mut segments, mut averted) = (Vec::new(), false);
-    for other in candidates.into_iter().map(|i| master[i as usize]).filter(|&other| other != face) {
+    for other in candidates.into_iter().map(|i| master[i as usize]) {
         let seen = plane.see(&corners(mesh, other));
         let mut polygon = clip(seen.flat.corners(), slave.flat.corners());
         if area(&polygon).abs() <= SLIVER * whole {
@@ -207,50 +209,96 @@ pub(super) struct Row {
     pub others: Vec<(u32, f64)>,
 }
 
-/// The rows of the slave nodes that `keep` keeps, ascending by node, and the covered area of faces without such a node,
-/// which no row stands for.
+/// Over so many rings of faces kept nodes carry for dropped ones: a corner triangle may have only dropped nodes, but what
+/// is farther away is not theirs.
+const RINGS: usize = 2;
+
+/// Who carries for each dropped node with a covered patch, and which part of it: the kept nodes next to it.
+type Carriers = BTreeMap<u32, Vec<(u32, f64)>>;
+
+fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool) -> Carriers {
+    let mut near: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
+        let nodes = mesh.faces[face as usize].nodes();
+        for &node in nodes.iter().filter(|&&node| !keep(node)) {
+            near.entry(node).or_default().extend(nodes.iter().filter(|&&other| other != node));
+        }
+    }
+    let mut carriers = Carriers::new();
+    for _ in 0..RINGS {
+        let mut ring = Carriers::new();
+        for (&node, others) in near.iter().filter(|(node, _)| !carriers.contains_key(node)) {
+            let of = |other: &u32| if keep(*other) { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() };
+            let known: Vec<Vec<(u32, f64)>> = others.iter().filter_map(of).collect();
+            let part = 1.0 / known.len() as f64;
+            let mut parts: BTreeMap<u32, f64> = BTreeMap::new();
+            known.iter().flatten().for_each(|&(other, weight)| *parts.entry(other).or_default() += part * weight);
+            if !parts.is_empty() {
+                ring.insert(node, parts.into_iter().collect());
+            }
+        }
+        carriers.append(&mut ring);
+    }
+    carriers
+}
+
+/// The rows of the slave nodes that `keep` keeps, ascending by node, and the covered area no row stands for.
 ///
-/// On a face with dropped nodes `q` the kept ones share their functions evenly, `psi_j + sum_q psi_q / kept`: the
+/// A dropped node `q` leaves its function to the kept nodes next to it, `psi_j + sum_q c_jq psi_q`, `sum_j c_jq = 1`: the
 /// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
 /// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
 pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
-    // (node, place of the other: masters first, other, weight times area)
-    let mut terms: Vec<(u32, u8, u32, f64)> = Vec::new();
-    let mut own: Vec<(u32, f64, f64)> = Vec::new();
+    let carriers = carriers(mesh, slave, met, &keep);
+    let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
-        let nodes = mesh.faces[face as usize].nodes();
-        let kept: Vec<usize> = (0..nodes.len()).filter(|&i| keep(nodes[i])).collect();
-        let dropped: Vec<usize> = (0..nodes.len()).filter(|i| !kept.contains(i)).collect();
-        if kept.is_empty() {
-            lost += met.covered;
-        }
-        let part = 1.0 / kept.len() as f64;
-        let with = |values: &[f64; 4], i: usize| values[i] + part * dropped.iter().map(|&q| values[q]).sum::<f64>();
-        for &i in &kept {
-            own.push((nodes[i], met.areas[i], with(&met.areas, i)));
-            terms.extend(met.masters.iter().map(|(k, values)| (nodes[i], 0, *k, -with(values, i))));
-            terms.extend(dropped.iter().map(|&q| (nodes[i], 1, nodes[q], part * met.areas[q])));
+        for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate() {
+            if keep(node) {
+                let own = sums.entry(node).or_default();
+                own.area += met.areas[i];
+                own.add(met, i, 1.0);
+                continue;
+            }
+            let Some(carriers) = carriers.get(&node) else {
+                lost += met.areas[i];
+                continue;
+            };
+            for &(carrier, part) in carriers {
+                let carrier = sums.entry(carrier).or_default();
+                *carrier.dropped.entry(node).or_default() += part * met.areas[i];
+                carrier.add(met, i, part);
+            }
         }
     }
-    // Sorting keeps the order of the faces within a sum: the result does not depend on threads.
-    own.sort_by_key(|entry| entry.0);
-    terms.sort_by_key(|entry| (entry.0, entry.1, entry.2));
-    let mut terms = terms.chunk_by(|a, b| a.0 == b.0).peekable();
-    let rows = own.chunk_by(|a, b| a.0 == b.0).map(|own| {
-        let node = own[0].0;
-        let (area, all) = own.iter().fold((0.0, 0.0), |(a, b), entry| (a + entry.1, b + entry.2));
-        let mine = terms.next_if(|terms| terms[0].0 == node).unwrap_or(&[]);
-        let sums = mine.chunk_by(|a, b| (a.1, a.2) == (b.1, b.2));
-        let mut others: Vec<(u8, u32, f64)> =
-            sums.map(|sum| (sum[0].1, sum[0].2, sum.iter().map(|t| t.3).sum::<f64>() / area)).collect();
-        others.retain(|(_, _, weight)| weight.abs() > ROUNDING);
+    (sums.into_iter().map(|(node, sums)| sums.row(node)).collect(), lost)
+}
+
+/// Integrals over all faces around a node, those of the nodes it carries for included; area.
+#[derive(Default)]
+struct Sums {
+    /// `int phi_j`.
+    area: f64,
+    /// `int psi_j phi_k` of master nodes `k`.
+    masters: BTreeMap<u32, f64>,
+    /// `int psi_j phi_q` of dropped slave nodes `q`.
+    dropped: BTreeMap<u32, f64>,
+}
+
+impl Sums {
+    fn add(&mut self, met: &Met, i: usize, part: f64) {
+        met.masters.iter().for_each(|(k, values)| *self.masters.entry(*k).or_default() += part * values[i]);
+    }
+
+    fn row(self, node: u32) -> Row {
+        let area = self.area;
+        let share = 1.0 + self.dropped.values().sum::<f64>() / area;
+        let mut others: Vec<(u32, f64)> = self.masters.into_iter().map(|(k, value)| (k, -value / area)).collect();
+        others.retain(|(_, weight)| weight.abs() > ROUNDING);
         // A translation of everything must not be a jump, to the last digit.
-        let sum: f64 = 1.0 + others.iter().map(|other| other.2).sum::<f64>();
-        let heaviest = others.iter_mut().filter(|o| o.0 == 0).max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
-        heaviest.into_iter().for_each(|other| other.2 -= sum);
-        let others = others.into_iter().map(|(_, other, weight)| (other, weight)).collect();
-        Row { node, area, share: all / area, others }
-    });
-    (rows.collect(), lost)
+        let sum = share + others.iter().map(|other| other.1).sum::<f64>();
+        let heaviest = others.iter_mut().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        heaviest.into_iter().for_each(|other| other.1 -= sum);
+        others.extend(self.dropped.into_iter().map(|(q, value)| (q, value / area)));
+        Row { node, area, share, others }
+    }
 }

@@ -39,6 +39,16 @@ pub(super) fn points_of_pair(
             return Err(Error::new("", "a surface of the pair has no faces", remedy));
         }
     }
+    let own: HashSet<u32> = surface.faces.iter().copied().collect();
+    let both = master.faces.iter().filter(|face| own.contains(face)).count();
+    if both > 0 {
+        let remedy = "name two surfaces without common faces in `on` and `against`";
+        return Err(Error::new(
+            "",
+            format!("{both} faces belong to both surfaces, and no face can touch itself"),
+            remedy,
+        ));
+    }
     let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
     let met = meet(mesh, &surface.faces, &master.faces, search);
     let sizes = [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)];

@@ -55,7 +55,10 @@ pub(super) fn notes(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     note(pair.taken, "are used by another contact");
     note(pair.barely_covered, "hardly look at the other surface");
     if s.dropped_area > 0.0 {
-        notes.push(format!("the area {} carries no contact force: its nodes are all held or used", number(s.dropped_area)));
+        notes.push(format!(
+            "the area {} carries no contact force: its nodes are all held or used",
+            number(s.dropped_area)
+        ));
     }
     if s.guided > 0 && contact.friction != SurfaceFriction::None {
         notes.push(format!("{} points are guided: friction acts in their free directions only", s.guided));

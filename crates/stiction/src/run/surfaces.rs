@@ -36,8 +36,7 @@ pub(super) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurfac
         let Counterpart::Surface(master) = &mut surface.against else { continue };
         if master.reason != Reason::Asked {
             let young = [young(solid, &surface.faces), young(solid, &master.faces)];
-            (master.slave, master.reason) =
-                choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
+            (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
         }
         if master.slave == Role::Against {
             std::mem::swap(&mut surface.faces, &mut master.faces);

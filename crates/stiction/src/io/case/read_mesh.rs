@@ -42,11 +42,9 @@ fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
 
 fn placing(table: &View) -> Result<Placing, Error> {
     let turn = match table.table("turn") {
-        Some(turn) => Some(Turn {
-            point: turn.vector("point"),
-            axis: direction(&turn, "axis")?,
-            degrees: turn.number("degrees"),
-        }),
+        Some(turn) => {
+            Some(Turn { point: turn.vector("point"), axis: direction(&turn, "axis")?, degrees: turn.number("degrees") })
+        }
         None => None,
     };
     Ok(Placing { turn, by: table.vector("move") })

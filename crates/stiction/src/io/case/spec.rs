@@ -19,7 +19,8 @@ pub(super) static CASE: Rules = Rules {
             "Heading of the results; the file name if absent.",
         ),
         key("units", Kind::Text, "units = \"m, N, Pa\"", "Names of the units, a label only: nothing is converted."),
-        key("mesh", Kind::Table(&MESH), "[mesh]", "The mesh: a block made here, a file, or several of them.").required(),
+        key("mesh", Kind::Table(&MESH), "[mesh]", "The mesh: a block made here, a file, or several of them.")
+            .required(),
         key(
             "materials",
             Kind::Named(&MATERIAL),
@@ -29,7 +30,12 @@ pub(super) static CASE: Rules = Rules {
         .required(),
         key("fix", Kind::Tables(&FIX), "[[fix]]", "Prescribed displacements."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
-        key("contact", Kind::Tables(&CONTACT), "[[contact]]", "Surfaces that may touch a rigid obstacle or one another."),
+        key(
+            "contact",
+            Kind::Tables(&CONTACT),
+            "[[contact]]",
+            "Surfaces that may touch a rigid obstacle or one another.",
+        ),
         key("solver", Kind::Table(&SOLVER), "[solver]", "Settings of the solver; the defaults need no tuning."),
         key("step", STEP, "[[step]]", "Load steps."),
     ],
@@ -84,9 +90,8 @@ const MESH_TURN: Key = key(
     "turn = { axis = [0, 0, 1], degrees = 30 }",
     "Turns the mesh about a line, after it was scaled.",
 );
-const MESH_MOVE: Key = key("move", POINT, "move = [0, 0, 1]", "Moves the mesh, after it was turned.")
-    .default("[0, 0, 0]")
-    .unit("length");
+const MESH_MOVE: Key =
+    key("move", POINT, "move = [0, 0, 1]", "Moves the mesh, after it was turned.").default("[0, 0, 0]").unit("length");
 
 static TURN: Rules = Rules {
     doc: "A turn about a line.",
@@ -272,10 +277,8 @@ const GAP_NAME: Kind = Kind::Choice {
     names: &[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")],
     absent: &[],
 };
-const SLAVE: Kind = Kind::Choice {
-    names: &[("on", "the surface of `on`"), ("against", "the surface of `against`")],
-    absent: &[],
-};
+const SLAVE: Kind =
+    Kind::Choice { names: &[("on", "the surface of `on`"), ("against", "the surface of `against`")], absent: &[] };
 
 static OBSTACLE: Rules = Rules {
     doc: "A rigid obstacle.",
