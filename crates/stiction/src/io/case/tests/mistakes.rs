@@ -122,8 +122,8 @@ fn mistakes_about_pairs_and_parts_are_shown() {
     fails(plane, "\"a\"\nslave = \"a\"", "16:9", &["\"on\" (the surface of `on`)"]);
     fails(plane, "\"a\"\nsearch = 0", "16:10", &["greater than 0"]);
     fails(plane, "\"a\"\ngap = \"open\"", "16:7", &["as-meshed", "closed"]);
-    fails("block = {", "parts.a = 3\n#", "4:1", &["`parts.a`", "[mesh.parts.ring]"]);
-    fails("block = {", "parts.a.move = [0, 0, 1]\n#", "4:1", &["none of block, file"]);
+    fails("block = {", "parts.a = 3\n#", "4:7", &["`parts.a`", "[mesh.parts.ring]"]);
+    fails("block = {", "parts.a.move = [0, 0, 1]\n#", "4:7", &["none of block, file"]);
     fails("block = {", "scale = 2\nparts.a.block = {", "4:9", &["the mesh has parts"]);
     fails("block = {", "scale = 2\nfile = \"a.msh\"\nparts.a.block = {", "6:1", &["both `file` and `parts`"]);
     fails("block = {", "turn = { axis = [0, 0, 0], degrees = 1 }\nblock = {", "4:17", &["`axis` is zero"]);
