@@ -268,7 +268,10 @@ fn the_comments_of_the_commented_cases_are_true() {
     let ([open, stick, slip], _) = states("punch", &[]);
     assert!(open > 0 && stick > 0 && slip > 0, "a middle that sticks, a rim that slips, a gap");
     let ([open, _, slip], ratio) = states("pair", &[]);
-    assert!(open == 0 && slip > 0 && ratio < 0.0 && ratio > -0.3, "the stamp is dragged back by no more than F: {ratio}");
+    assert!(
+        open == 0 && slip > 0 && ratio < 0.0 && ratio > -0.3,
+        "the stamp is dragged back by no more than F: {ratio}"
+    );
 }
 
 #[test]

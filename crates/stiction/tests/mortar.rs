@@ -198,6 +198,7 @@ fn patch_tests_pass_in_contact_and_bonded() {
         for (elements, sided) in [([TET, HEX], false), ([HEX, TET], true), ([HEX, HEX], true)] {
             for (slave, master) in [("a.z-max", "b.z-min"), ("b.z-min", "a.z-max")] {
                 let mut mesh = stack([[3, 4, 3], [4, 3, 2]], elements, 0.0);
+                distort(&mut mesh);
                 tilt(&mut mesh);
                 place(&mut mesh, Some(&SKEW), [0.0; 3]);
                 let stress = field.stress(YOUNG, POISSON);
@@ -466,44 +467,4 @@ fn the_coupling_does_not_depend_on_the_number_of_threads() {
         pool.install(|| posed(&mesh, &fixes, &[], &surfaces).0)
     };
     assert_eq!(on(1), on(3));
-}
-
-#[test]
-#[ignore]
-fn scratch_measure() {
-    for n in [20usize, 40] {
-        let mesh = stack([[n, n, n / 2], [n + 1, n - 1, n / 2]], [HEX, TET], 0.1);
-        let zero = Linear { a: [[0.0; 3]; 3], b: [0.0; 3] };
-        let fixes = [zero.fix(&mesh, "a.z-min"), zero.fix(&mesh, "b.z-max")];
-        let surfaces = [pair(&mesh, "b.z-min", "a.z-max", SurfaceFriction::None)];
-        let formulation = Formulation::Full;
-        let materials = [Material { name: "m".into(), young: YOUNG, poisson: POISSON, density: 0.0, formulation }];
-        let material_of_cell = vec![0; mesh.cell_count()];
-        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
-        let t = std::time::Instant::now();
-        let mut model = assemble(&solid, &[], &fixes, 1.0).unwrap();
-        let a = t.elapsed().as_secs_f64();
-        let t = std::time::Instant::now();
-        let (p, _) = pose(&mesh, &mut model, &surfaces).unwrap();
-        println!("n {} points {} assemble {a:.3} pose {:.3}", p.unknowns(), p.points(), t.elapsed().as_secs_f64());
-    }
-    // distorted patch
-    let field = Linear { a: [[3e-5, 2e-5, 0.0], [0.0, 2e-5, 1e-5], [1e-5, 0.0, -2e-4]], b: [1e-4, 0.0, -2e-4] };
-    for elements in [[HEX, HEX], [TET, HEX], [TET, TET]] {
-        let mut mesh = stack([[3, 4, 3], [4, 3, 2]], elements, 0.0);
-        distort(&mut mesh);
-        let stress = field.stress(YOUNG, POISSON);
-        let fixes = vec![field.fix(&mesh, "a.z-min"), field.fix(&mesh, "b.z-max")];
-        let mut loads = Vec::new();
-        for side in ["x-min", "x-max", "y-min", "y-max"].iter().flat_map(|s| [format!("a.{s}"), format!("b.{s}")]) {
-            let faces = faces(&mesh, &side);
-            let n = mesh.face_normal(faces[0] as usize);
-            let value = stress.map(|row| Field::Constant((0..3).map(|c| row[c] * n[c]).sum()));
-            loads.push(Load::Traction { faces, value });
-        }
-        let (problem, Posed { model, .. }) = posed(&mesh, &fixes, &loads, &[pair(&mesh, "a.z-max", "b.z-min", SurfaceFriction::Coulomb(2.0))]);
-        let solution = common::attempt(&problem, &common::settings(1e-10));
-        let exact: Vec<f64> = mesh.nodes.iter().flat_map(|&x| field.at(x)).collect();
-        println!("distorted {elements:?} {:e}", distance(&full_displacement(&model, &solution.u), &exact));
-    }
 }

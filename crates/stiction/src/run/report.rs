@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::fields::surfaces;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
@@ -40,6 +41,9 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
             contact(&mut line, "all pairs: ", &totals(prepared, outcome));
         }
     }
+    for warning in far_slides(prepared, outcome) {
+        line("note", warning);
+    }
     let (size, place) = largest_displacement(prepared, outcome);
     line("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(facts) = &outcome.coulomb {
@@ -77,6 +81,25 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }
     text
+}
+
+/// Sliding beyond this part of a face is not small: two surfaces are coupled as they lie before the load.
+const SMALL_SLIDING: f64 = 0.2;
+
+/// Pairs that slide farther than the frozen coupling allows for.
+fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (contact, fields) in prepared.facts.contacts.iter().zip(surfaces(prepared, outcome)) {
+        let Some(pair) = &contact.surface.pair else { continue };
+        let size = pair.face_size[0].min(pair.face_size[1]);
+        let touching = fields.slip.iter().zip(&fields.status).filter(|(_, status)| **status > 0);
+        let slide = touching.map(|(s, _)| (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt()).fold(0.0, f64::max);
+        if slide > SMALL_SLIDING * size {
+            let what = format!("the surfaces slide by up to {}, a face is {} wide", number(slide), number(size));
+            warnings.push(format!("contact \"{}\": {what}; contact is that of the unmoved bodies", fields.name));
+        }
+    }
+    warnings
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
