@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use common::*;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::fem::{Formulation, Material, Solid, assemble};
-use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
+use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
 use stiction::linalg::Csr;
 use stiction::mesh::BlockElement;
 
@@ -105,6 +105,50 @@ fn both_paths_find_the_same_solution() {
     }
 }
 
+/// `1/2 u'Ku - f'u + sum of g |s|`.
+fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let m = problem.points();
+    let jump = problem.B.times(u);
+    let friction = problem.friction.iter().enumerate().map(|(j, law)| match law {
+        Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(jump[2 * m + j]),
+        _ => 0.0,
+    });
+    0.5 * dot(u, &problem.K.times(u)) - dot(&problem.f, u) + friction.sum::<f64>()
+}
+
+#[test]
+fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_solution() {
+    let laws = [SurfaceFriction::None, SurfaceFriction::GivenForce(1.3e4), SurfaceFriction::GivenStress(3e6)];
+    for (load, law) in [BrickLoad::Lift, BrickLoad::Press].into_iter().flat_map(|load| laws.map(|law| (load, law))) {
+        let p = brick(5, BlockElement::Hex8, load, law).pose().problem;
+        let mut primal = Primal::new(&p).unwrap();
+        // A start far from everything, with the nodes inside the obstacle.
+        let start: Vec<f64> = (0..p.unknowns()).map(|i| 1e-3 * ((i as f64 * 0.618).fract() - 0.5)).collect();
+        let mut after = |steps: usize| {
+            let start_displacement = Some(start.clone());
+            let settings = Settings { max_iterations: steps, start_displacement, ..settings(1e-10) };
+            descend_primal(&p, &mut primal, &settings, &mut |_| ControlFlow::Continue(())).unwrap()
+        };
+        let reference = solved(&p, 1e-10);
+        let least = energy(&p, &reference.u);
+        let mut before = f64::INFINITY;
+        for steps in 0..12 {
+            let now = energy(&p, &after(steps).u);
+            assert!(now <= before + 1e-13 * least.abs() && now >= least - 1e-9 * least.abs(), "{before} {now} {least}");
+            before = now;
+        }
+        let s = after(1000);
+        println!("{load:?} {law:?}: {:?}", s.counts);
+        assert_solved(&s);
+        assert!(distance(&s.u, &reference.u) < 1e-8 && s.counts.cycles <= 80, "{:?}", s.counts);
+    }
+    let coulomb = brick(3, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::Coulomb(0.3)).pose().problem;
+    let mut primal = Primal::new(&coulomb).unwrap();
+    let nothing = descend_primal(&coulomb, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+    assert!(nothing.is_none(), "Coulomb's law has no energy");
+}
+
 #[test]
 fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
     for (load, coefficient, most) in [
@@ -174,16 +218,19 @@ fn one_set_up_serves_many_loads() {
 #[test]
 fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
-    // A row of B that couples two nodes.
+    // Two points whose rows of B reach each other's nodes: neither has one of its own.
     let mut coupled = p.clone();
-    let far = coupled.unknowns() - 1;
-    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, far, 0.5)]);
+    let [here, there] = [0, 1].map(|j| coupled.B.row(j).0[0] as usize);
+    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
     let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
         (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
     };
     let all = [triplets(&coupled.B), triplets(&entry)].concat();
     coupled.B = Csr::from_triplets(p.B.rows, p.B.cols, &all);
-    assert!(Primal::new(&coupled).unwrap_err().what.contains("node of their own"));
+    match Primal::new(&coupled) {
+        Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
+        Ok(_) => panic!("a hierarchy without a node for each point"),
+    }
     // Indefinite and not a number: an end that says so, no solution, no hang.
     for value in [f64::NAN, -1e20] {
         let mut bad = p.clone();

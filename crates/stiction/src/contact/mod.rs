@@ -10,6 +10,7 @@ mod pair;
 mod points;
 mod pose;
 mod problem;
+pub mod rigid;
 mod roles;
 mod surface;
 

@@ -31,7 +31,7 @@ pub use method::{
     CopiesAtOnce, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Minimization,
     ObserveMethod, Penalty, Splitting, Start, Sweeps,
 };
-pub use primal::{Primal, solve_primal};
+pub use primal::{Primal, descend_primal, solve_primal};
 pub use quadratic::Quadratic;
 pub use run_method::{fixed_point_defect, run_method};
 pub use solve::{Counts, Phase, Progress, Settings, Solution, Status, solve};

@@ -17,13 +17,15 @@ pub struct Settings {
     pub tolerance: f64,
     /// Newton steps.
     pub max_iterations: usize,
-    /// Multipliers to start from, length `3m`, newton; zero if `None`.
+    /// Multipliers to start from, length `3m`, newton; zero if `None`. For methods on the multipliers.
     pub start: Option<Vec<f64>>,
+    /// Displacements to start from, length `n`; zero if `None`. For methods on the displacements.
+    pub start_displacement: Option<Vec<f64>>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { tolerance: 1e-8, max_iterations: 200, start: None }
+        Settings { tolerance: 1e-8, max_iterations: 200, start: None, start_displacement: None }
     }
 }
 

@@ -12,6 +12,7 @@ mod loads;
 mod materials;
 mod mesh;
 mod method_text;
+mod nested;
 mod pair_text;
 pub mod paper;
 mod pictures;

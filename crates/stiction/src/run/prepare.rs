@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::loads::{TIME, fixes, loads};
+use super::nested::{Coarser, coarser};
+use super::solve::may_take_multigrid;
 use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -25,6 +27,8 @@ pub struct Prepared {
     pub surfaces: Vec<ContactSurface>,
     pub problem: ContactProblem,
     pub facts: Facts,
+    /// The same case on a coarser mesh, where there is one and its solution is worth having.
+    pub coarser: Option<Coarser>,
     /// Seconds taken by the mesh, by assembly and by posing the contact.
     pub seconds: [f64; 3],
 }
@@ -69,7 +73,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     };
     let seconds = [meshed, assembled - meshed, posed - assembled];
     let mesh_spot = case.mesh.spot.clone();
-    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, seconds })
+    let coarser = if may_take_multigrid(&case.solver, problem.unknowns()) { coarser(case) } else { None };
+    Ok(Prepared { mesh, mesh_spot, materials, material_of_cell, model, surfaces, problem, facts, coarser, seconds })
 }
 
 /// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use crate::Error;
@@ -40,7 +41,7 @@ impl Settings {
         };
         let (tolerance, max_iterations) = (spec.tolerance, spec.max_iterations);
         Settings {
-            solver: friction::Settings { tolerance, max_iterations, start: None },
+            solver: friction::Settings { tolerance, max_iterations, ..friction::Settings::default() },
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
             dual: DualSettings { form, memory_limit: own.or_else(free) },
@@ -143,6 +144,12 @@ const MULTIGRID_BYTES: u64 = 2000;
 /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
 const CYCLES_PER_ITERATION: usize = 10;
 
+/// Whether a case with so many unknowns is solved by multigrid before anything else.
+pub(super) fn may_take_multigrid(spec: &SolverSpec, unknowns: usize) -> bool {
+    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && unknowns >= LARGE;
+    spec.method.method == Method::Newton && path
+}
+
 /// Solves a prepared case; a case without contact as well.
 ///
 /// Unless the case asks for a path, large problems go by multigrid; where that does not end with a certified answer
@@ -194,15 +201,17 @@ fn by_multigrid(
     let mut lap = stopwatch();
     let _ = observer(&Event::SettingUp { unknowns: problem.unknowns() });
     let mut primal = Primal::new(problem)?;
+    let start = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared));
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
-    let (start, mut times) = (Instant::now(), Vec::new());
+    let (begin, mut times) = (Instant::now(), Vec::new());
     let solver = friction::Settings {
         max_iterations: CYCLES_PER_ITERATION.saturating_mul(settings.solver.max_iterations),
+        start_displacement: start,
         ..settings.solver.clone()
     };
     let solution = solve_primal(problem, &mut primal, &solver, &mut |progress| {
-        times.push(start.elapsed().as_secs_f64());
+        times.push(begin.elapsed().as_secs_f64());
         observer(&Event::Iteration(*progress))
     });
     seconds.iteration = lap();

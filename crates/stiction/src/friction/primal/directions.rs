@@ -16,10 +16,16 @@ pub(super) struct Direction {
 /// Nodes summed at a time: sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
+pub(super) fn dot(x: &Vector, y: &Vector) -> f64 {
+    let part = |(x, y): (&[[f64; 3]], &[[f64; 3]])| {
+        x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| x * y).sum::<f64>()
+    };
+    let parts: Vec<f64> = x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK)).map(part).collect();
+    parts.iter().sum()
+}
+
 pub(super) fn norm(x: &Vector) -> f64 {
-    let part = |x: &[[f64; 3]]| x.iter().flatten().map(|v| v * v).sum::<f64>();
-    let parts: Vec<f64> = x.par_chunks(CHUNK).map(part).collect();
-    parts.iter().sum::<f64>().sqrt()
+    dot(x, x).sqrt()
 }
 
 /// Moves `u` and `ku` along the combination of the directions that minimises the energy, `(Sᵀ M S) y = Sᵀ r` with `M`

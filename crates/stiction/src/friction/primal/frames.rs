@@ -1,16 +1,18 @@
 use crate::contact::ContactProblem;
+use crate::contact::rigid::rigid_motions;
 use crate::linalg::NodeGraph;
-use crate::linalg::multigrid::{Block, Blocks, Nodes};
+use crate::linalg::multigrid::{Block, Blocks, Coupling, Kernel, Multigrid, Nodes};
 
-/// The problem by nodes, the nodes of contact points turned into their frames `(n, t1, t2)`: `K`, `f` and the
-/// near-kernel in components for which contact is a matter of single unknowns.
+/// The problem by nodes, the nodes of contact points turned into their frames `(n, t1, t2)` and, between bodies, counted
+/// from what they may touch: `K`, `f` and the near-kernel in components for which contact is a matter of single unknowns.
 #[derive(Debug)]
 pub(super) struct Turned {
     pub nodes: Nodes,
     pub k: Blocks<3, 3>,
     pub f: Vec<[f64; 3]>,
-    pub kernel: Vec<[[f64; 6]; 3]>,
     pub points: Vec<Point>,
+    /// Where rows of `B` reach other nodes than the point's own.
+    coupling: Option<Coupling>,
 }
 
 /// A contact point: its node, its frame, and which of its rows of `B` are there at all.
@@ -20,55 +22,84 @@ pub(super) struct Point {
     /// Rows: normal, tangents; orthonormal on the unknowns of the node.
     frame: Block<3, 3>,
     pub live: [bool; 3],
+    /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
+    pub flexibility: f64,
+    /// Whether it holds a body that floats: such a point is taken for closed at first whatever its gap.
+    pub floats: bool,
 }
 
 /// Rows of a point are orthonormal to this accuracy.
 const ORTHONORMAL: f64 = 1e-9;
 
+/// The other nodes of a point's rows, each with its block of `B`.
+type Others = Vec<(u32, Block<3, 3>)>;
+
 impl Turned {
-    /// `None` if some point's rows are not an orthonormal frame of one node that no other point has, or a node has
-    /// more than three unknowns: the primal path is not for such problems.
-    pub fn new(problem: &ContactProblem) -> Option<Turned> {
+    /// The problem turned, and the multigrid hierarchy of its matrix.
+    ///
+    /// # Errors
+    /// What the primal path is not for: a point without a node of its own on which its rows are an orthonormal frame
+    /// (own: no other point's rows reach it), nodes with more than three unknowns, a matrix that does not get coarser.
+    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
-        let nodes = Nodes::new(&graph, problem.unknowns())?;
-        let mut taken = vec![u32::MAX; nodes.count];
-        let mut points = Vec::with_capacity(problem.points());
-        for j in 0..problem.points() {
-            let point = point(problem, &nodes, j)?;
-            if std::mem::replace(&mut taken[point.node], j as u32) != u32::MAX {
-                return None;
-            }
-            points.push(point);
-        }
+        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
+        let (mut points, others) = points(problem, &nodes)
+            .ok_or("the multigrid path is for contact points that each have a node of their own")?;
+        let mut frame_of = vec![u32::MAX; nodes.count];
+        points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
-        turn_matrix(&mut k, &taken, &points);
-        let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
-        for (i, &(v, c)) in nodes.of.iter().enumerate() {
-            let c = c as usize;
-            kernel[v as usize][c] = match &problem.near_kernel {
-                Some(rows) => rows[i],
-                None => std::array::from_fn(|q| f64::from(u8::from(q == c))),
-            };
+        turn_matrix(&mut k, &frame_of, &points);
+        for (p, others) in points.iter_mut().zip(&others) {
+            let give = |v: usize, c: f64| c / trace(&k.diagonal(v)).max(f64::MIN_POSITIVE);
+            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
+            p.flexibility = give(p.node, 3.0) + others.iter().map(|(v, b)| give(*v as usize, square(b))).sum::<f64>();
         }
-        for p in &points {
-            let old = kernel[p.node];
-            kernel[p.node] =
-                std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum()));
+        let kernel = kernel(problem, &nodes, &points);
+        let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
+        let coupling = others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), &others, nodes.count));
+        let relative = coupling.as_ref().map(|c| c.matrix(&k));
+        let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
+            .ok_or("the stiffness matrix does not get coarser by aggregation")?;
+        if multigrid.is_singular() {
+            let motions = rigid_motions(problem);
+            let mut floating = vec![false; problem.unknowns()];
+            motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
+            for (j, p) in points.iter_mut().enumerate() {
+                let reached = |i: usize| problem.B.row(i).0.iter().any(|&c| floating[c as usize]);
+                p.floats = problem.rows(j).into_iter().any(reached);
+            }
         }
-        let mut turned = Turned { nodes, k, f: Vec::new(), kernel, points };
+        let k = relative.unwrap_or(k);
+        let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling };
         turned.set_load(&problem.f);
-        Some(turned)
+        Ok((turned, multigrid))
     }
 
     /// Another load for the same body.
     pub fn set_load(&mut self, f: &[f64]) {
         self.f = self.nodes.gather(f);
         self.points.iter().for_each(|p| self.f[p.node] = times(&p.frame, &self.f[p.node]));
+        if let Some(coupling) = &self.coupling {
+            coupling.forces(&mut self.f);
+        }
     }
 
-    /// A vector in the frames as one of unknowns.
+    /// Displacements of unknowns in the frames.
+    pub fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
+        let mut x = self.nodes.gather(u);
+        self.points.iter().for_each(|p| x[p.node] = times(&p.frame, &x[p.node]));
+        if let Some(coupling) = &self.coupling {
+            coupling.to_relative(&mut x);
+        }
+        x
+    }
+
+    /// The inverse of [`Self::to_frames`].
     pub fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
+        if let Some(coupling) = &self.coupling {
+            coupling.to_absolute(&mut x);
+        }
         for p in &self.points {
             let y = x[p.node];
             x[p.node] = std::array::from_fn(|c| (0..3).map(|r| p.frame[r][c] * y[r]).sum());
@@ -77,34 +108,84 @@ impl Turned {
     }
 }
 
+fn trace(a: &Block<3, 3>) -> f64 {
+    a[0][0] + a[1][1] + a[2][2]
+}
+
+/// The near-kernel by nodes, in the frames.
+fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kernel<3>> {
+    let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
+    for (i, &(v, c)) in nodes.of.iter().enumerate() {
+        let c = c as usize;
+        kernel[v as usize][c] = match &problem.near_kernel {
+            Some(rows) => rows[i],
+            None => std::array::from_fn(|q| f64::from(u8::from(q == c))),
+        };
+    }
+    for p in points {
+        let old = kernel[p.node];
+        kernel[p.node] =
+            std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum()));
+    }
+    kernel
+}
+
 fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|r| (0..3).map(|c| a[r][c] * x[c]).sum())
 }
 
-fn point(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Option<Point> {
-    let (mut frame, mut live, mut node) = ([[0.0; 3]; 3], [false; 3], None);
+/// The points with the other nodes they are coupled to; `None` if one has no node of its own.
+fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Others>)> {
+    let blocks: Vec<Others> = (0..problem.points()).map(|j| blocks(problem, nodes, j)).collect();
+    let mut reached = vec![0u32; nodes.count];
+    blocks.iter().flatten().for_each(|(v, _)| reached[*v as usize] += 1);
+    let mut points = Vec::with_capacity(blocks.len());
+    let mut others = Vec::with_capacity(blocks.len());
+    for (j, mut blocks) in blocks.into_iter().enumerate() {
+        let live = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
+        let own = blocks.iter().position(|(v, block)| reached[*v as usize] == 1 && is_frame(block, &live))?;
+        let (node, mut frame) = blocks.swap_remove(own);
+        complete(&mut frame, &live);
+        points.push(Point { node: node as usize, frame, live, flexibility: 0.0, floats: false });
+        others.push(blocks);
+    }
+    Some((points, others))
+}
+
+/// The rows of a point by nodes.
+fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Others {
+    let mut blocks: Others = Vec::new();
     for (r, i) in problem.rows(j).into_iter().enumerate() {
         let (columns, values) = problem.B.row(i);
-        for (&column, &value) in columns.iter().zip(values) {
+        for (&column, &value) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
             let (v, c) = nodes.of[column as usize];
-            if *node.get_or_insert(v) != v {
-                return None;
-            }
-            frame[r][c as usize] = value;
-            live[r] |= value != 0.0;
+            let place = blocks.iter().position(|(w, _)| *w == v).unwrap_or_else(|| {
+                blocks.push((v, [[0.0; 3]; 3]));
+                blocks.len() - 1
+            });
+            blocks[place].1[r][c as usize] = value;
         }
     }
-    let dot = |a: &[f64; 3], b: &[f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    for r in 0..3 {
-        for s in 0..=r {
+    blocks
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Whether the rows that are there are orthonormal.
+fn is_frame(block: &Block<3, 3>, live: &[bool; 3]) -> bool {
+    (0..3).all(|r| {
+        (0..=r).all(|s| {
             let expected = f64::from(u8::from(r == s));
-            if live[r] && live[s] && (dot(&frame[r], &frame[s]) - expected).abs() > ORTHONORMAL {
-                return None;
-            }
-        }
-    }
-    // Rows that are not there are filled with what completes the frame.
-    for r in (0..3).filter(|&r| !live[r]).collect::<Vec<_>>() {
+            !(live[r] && live[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
+        })
+    })
+}
+
+/// Fills rows that are not there with what completes the frame.
+fn complete(frame: &mut Block<3, 3>, live: &[bool; 3]) {
+    for r in (0..3).filter(|&r| !live[r]) {
         let mut best = ([0.0; 3], 0.0);
         for c in 0..3 {
             let mut e = [0.0; 3];
@@ -120,7 +201,6 @@ fn point(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Option<Point> {
         }
         frame[r] = best.0;
     }
-    Some(Point { node: node? as usize, frame, live })
 }
 
 /// `R K Rᵀ` with the frames at the nodes that have one.

@@ -28,14 +28,29 @@ pub(super) struct State {
     /// The residual after each cycle.
     history: Vec<f64>,
     last_reset: usize,
+    /// Whether the first sets are those of the displacements.
+    warm: bool,
     pub cycles: usize,
     pub resets: usize,
 }
 
 impl State {
-    /// Zero displacements of so many nodes.
+    /// Zero displacements of so many nodes; the first sets are guessed.
     pub fn zero(nodes: usize) -> State {
         State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() }
+    }
+
+    /// Displacements whose law decides the first sets.
+    pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
+        State { ku: k.times(&u), u, warm: true, ..State::default() }
+    }
+
+    /// Another iteration begins here: its sets are not those the directions were kept for.
+    pub fn begin_anew(&mut self) {
+        self.kept.clear();
+        self.history.clear();
+        self.coarse.clear();
+        self.warm = true;
     }
 }
 
@@ -74,13 +89,16 @@ pub(super) fn run(
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     loop {
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
-        let first = at.cycles == 0 && at.sets.is_empty();
-        at.sets =
-            (points.iter().zip(laws))
-                .map(|(p, law)| {
-                    if first && law.rest[0] <= 0.0 { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) }
-                })
-                .collect();
+        let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
+        at.sets = (points.iter().zip(laws))
+            .map(|(p, law)| {
+                if first && (p.floats || law.rest[0] <= 0.0) {
+                    stuck(law, p)
+                } else {
+                    set(law, p, lambda(p.node), at.u[p.node])
+                }
+            })
+            .collect();
         let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
         at.history.push(eps);
         if observe(at.cycles, eps, &at.sets).is_break() {
@@ -142,7 +160,7 @@ fn goes_round(history: &[f64], since_reset: usize) -> bool {
 }
 
 /// Tells the hierarchy the conditions; its coarse levels lag while few of them have changed.
-fn constrain(multigrid: &mut Multigrid, at: &mut State) {
+pub(super) fn constrain(multigrid: &mut Multigrid, at: &mut State) {
     let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
     let changed = conditions.iter().zip(&at.coarse).filter(|(a, b)| a.held != b.held).count();
     let coarse = at.coarse.len() != conditions.len() || changed as f64 > LAG * conditions.len() as f64;
@@ -182,7 +200,7 @@ fn balance(turned: &Turned, ku: &Vector) -> Vector {
 }
 
 /// The residual on the components that are not held: `f - K u` less friction.
-fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
+pub(super) fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
     let mut r = balance(turned, &at.ku);
     for ((p, s), law) in turned.points.iter().zip(&at.sets).zip(laws) {
         let (r, u) = (&mut r[p.node], at.u[p.node]);
@@ -197,7 +215,7 @@ fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
 
 /// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
 /// not held.
-fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
+pub(super) fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
     let mut r = balance(turned, ku);
     for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
         let (r, u) = (&mut r[p.node], u[p.node]);

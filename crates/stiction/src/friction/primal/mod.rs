@@ -4,10 +4,11 @@
 // Three components and three directions are told by their indices.
 #![allow(clippy::needless_range_loop)]
 
+mod descent;
 mod directions;
 mod frames;
 mod iteration;
 mod sets;
 mod solve;
 
-pub use solve::{Primal, solve_primal};
+pub use solve::{Primal, descend_primal, solve_primal};

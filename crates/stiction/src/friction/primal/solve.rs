@@ -1,11 +1,12 @@
 use std::ops::ControlFlow;
 
+use super::descent::descend;
 use super::frames::Turned;
 use super::iteration::{End, State, run};
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
 use crate::friction::solve::make_admissible;
 use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, Status};
 use crate::linalg::multigrid::Multigrid;
@@ -22,24 +23,11 @@ impl Primal {
     /// Turns the problem and sets up the hierarchy.
     ///
     /// # Errors
-    /// If the problem is not one for this path: a contact point whose rows of `B` are not an orthonormal frame of a
-    /// node of its own, nodes with more than three unknowns, or a matrix that does not get coarser by aggregation.
+    /// If the problem is not one for this path: a contact point without a node of its own on which its rows of `B` are
+    /// an orthonormal frame, nodes with more than three unknowns, or a matrix that does not get coarser by aggregation.
     pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
-        let turned = Turned::new(problem).ok_or_else(|| {
-            Error::new(
-                "",
-                "the multigrid path is for contact points that each have a node of their own",
-                "set path = \"auto\" under [solver]",
-            )
-        })?;
-        let nodes: Vec<u32> = turned.points.iter().map(|p| p.node as u32).collect();
-        let multigrid = Multigrid::new(&turned.k, &turned.kernel, &nodes).ok_or_else(|| {
-            Error::new(
-                "",
-                "the stiffness matrix does not get coarser by aggregation",
-                "set path = \"auto\" under [solver]",
-            )
-        })?;
+        let (turned, multigrid) =
+            Turned::new(problem).map_err(|what| Error::new("", what, "set path = \"auto\" under [solver]"))?;
         Ok(Primal { turned, multigrid })
     }
 }
@@ -49,31 +37,66 @@ impl Primal {
 const PARAMETER: f64 = 0.4;
 
 /// Solves contact with friction on the displacements; `primal` is that of `problem`, or of another problem with the
-/// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used.
+/// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used,
+/// `settings.start_displacement` is.
+///
+/// Where the sets go round in circles and no friction depends on a normal force, the energy is minimised by a descent
+/// that cannot ([`descend_primal`]), with as many cycles again.
 ///
 /// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is
 /// reduced further.
 ///
 /// # Panics
-/// If `primal` is of a problem with another number of unknowns or points.
+/// If `primal` is of a problem with another number of unknowns or points, or the start has another length.
 pub fn solve_primal(
     problem: &ContactProblem,
     primal: &mut Primal,
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
+    iterate(problem, primal, settings, false, observer)
+}
+
+/// Contact with given friction, without friction or bonded by monotone descent on the energy: what [`solve_primal`]
+/// falls back to. `None` if some friction is Coulomb's: there is no energy then.
+///
+/// # Panics
+/// As [`solve_primal`].
+pub fn descend_primal(
+    problem: &ContactProblem,
+    primal: &mut Primal,
+    settings: &Settings,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Option<Solution> {
+    convex(&problem.friction).then(|| iterate(problem, primal, settings, true, observer))
+}
+
+/// By the sets' own iteration, from where that fails by descent if there is an energy; or by descent alone.
+fn iterate(
+    problem: &ContactProblem,
+    primal: &mut Primal,
+    settings: &Settings,
+    mut descending: bool,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Solution {
     let Primal { turned, multigrid } = primal;
     let sizes = (turned.nodes.of.len(), turned.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
+    if let Some(u) = &settings.start_displacement {
+        assert_eq!(u.len(), sizes.0, "displacements to start from");
+    }
     turned.set_load(&problem.f);
     let m = problem.points();
     let law = |j: usize| {
-        let d = turned.k.diagonal(turned.points[j].node);
         let rest = [problem.gap[j], problem.slip_reference[j], problem.slip_reference[m + j]];
-        Law { friction: problem.friction[j], rest, parameter: PARAMETER * (d[0][0] + d[1][1] + d[2][2]) / 3.0 }
+        Law { friction: problem.friction[j], rest, parameter: PARAMETER / turned.points[j].flexibility }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
-    let mut at = State::zero(turned.f.len());
+    let mut at = match &settings.start_displacement {
+        Some(u) => State::at(turned.to_frames(u), &turned.k),
+        None => State::zero(turned.f.len()),
+    };
+    let mut most = settings.max_iterations;
     let mut history = Vec::new();
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
     let mut tolerance = 0.03 * settings.tolerance;
@@ -92,13 +115,29 @@ pub fn solve_primal(
             history.push(progress);
             observer(&progress)
         };
-        let end = run(turned, &laws, multigrid, &mut at, tolerance, settings.max_iterations, &mut observe);
+        let go = if descending { descend } else { run };
+        let end = go(turned, &laws, multigrid, &mut at, tolerance, most, &mut observe);
+        if !descending && convex(&problem.friction) && matches!(end, End::Failed | End::Limit) {
+            descending = true;
+            most = at.cycles + settings.max_iterations;
+            if !at.u.iter().flatten().all(|u| u.is_finite()) {
+                let cycles = at.cycles;
+                at = State::zero(turned.f.len());
+                at.cycles = cycles;
+            }
+            continue;
+        }
         let solution = solution(problem, turned, &at, end, settings.tolerance);
         tolerance *= 0.1;
         if end != End::Converged || solution.certificate.passed || tolerance < 1e-4 * settings.tolerance {
             return Solution { history, ..solution };
         }
     }
+}
+
+/// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
+fn convex(friction: &[Friction]) -> bool {
+    friction.iter().all(|law| !matches!(law, Friction::Coulomb { coefficient } if *coefficient > 0.0))
 }
 
 /// Multipliers from the balance at the contact nodes, made admissible, and what the certificate says.

@@ -8,6 +8,8 @@ pub struct Bottom {
     size: usize,
     /// By columns.
     lower: Vec<f64>,
+    /// Directions that were left out.
+    pub singular: usize,
 }
 
 /// A pivot below this share of its diagonal entry is taken for zero.
@@ -27,6 +29,7 @@ impl Bottom {
                 }
             }
         }
+        let mut singular = 0;
         for k in 0..n {
             let (done, rest) = lower.split_at_mut(k * n);
             let column = &mut rest[..n];
@@ -44,9 +47,10 @@ impl Bottom {
             } else {
                 column[k..].fill(0.0);
                 column[k] = f64::INFINITY;
+                singular += 1;
             }
         }
-        Bottom { size: n, lower }
+        Bottom { size: n, lower, singular }
     }
 
     pub fn nodes(&self) -> usize {

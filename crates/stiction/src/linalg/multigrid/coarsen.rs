@@ -6,6 +6,7 @@ use super::dense::{add_product, add_transpose_product, inverse};
 pub type Kernel<const R: usize> = [[f64; 6]; R];
 
 /// A coarser level: its matrix, the prolongation to it and what it needs of its own.
+#[derive(Debug, Clone)]
 pub struct Coarser<const R: usize> {
     pub prolongation: Blocks<R, 6>,
     /// `A P`, of use for local changes of the coarse matrix.

@@ -8,6 +8,7 @@ mod aggregate;
 mod blocks;
 mod bottom;
 mod coarsen;
+mod coupling;
 mod dense;
 mod packed;
 mod smoother;
@@ -17,6 +18,8 @@ mod truncate;
 
 pub use blocks::{Block, Blocks, Nodes};
 pub use coarsen::Kernel;
+pub use coupling::Coupling;
+pub use dense::inverse;
 pub use truncate::Condition;
 
 use bottom::Bottom;
@@ -52,9 +55,21 @@ impl Multigrid {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
     /// rigid motions for elasticity). Only `constrained` nodes can be constrained later. `None` if the matrix does
     /// not get coarser by aggregation.
-    pub fn new(a: &Blocks<3, 3>, kernel: &[Kernel<3>], constrained: &[u32]) -> Option<Multigrid> {
-        let fine = Level::new(a);
-        let step = coarsen(a, kernel, STRONG)?;
+    ///
+    /// With a coupling the hierarchy is that of the matrix of relative displacements, [`Coupling::matrix`], given
+    /// beside it; its coarse spaces are those of `a`, so that bodies which only contact holds together stay apart.
+    pub fn new(
+        a: &Blocks<3, 3>,
+        kernel: &[Kernel<3>],
+        constrained: &[u32],
+        coupled: Option<(&Coupling, &Blocks<3, 3>)>,
+    ) -> Option<Multigrid> {
+        let fine = Level::new(coupled.map_or(a, |(_, matrix)| matrix));
+        let mut step = coarsen(a, kernel, STRONG)?;
+        if let Some((coupling, _)) = coupled {
+            step.prolongation = coupling.prolongation(&step.prolongation);
+            step.matrix = coupling.widen(a, &step);
+        }
         let first = Packed::new(&step.prolongation);
         let mut local = Local::new(a, &step, constrained);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
@@ -72,6 +87,12 @@ impl Multigrid {
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
         Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
+    }
+
+    /// Whether some motion costs no energy under the present conditions, as far as the coarsest level can tell: the
+    /// near-kernel is represented there exactly.
+    pub fn is_singular(&self) -> bool {
+        self.bottom.singular > 0
     }
 
     /// One V-cycle for `A x = b` from zero.

@@ -97,16 +97,30 @@ fn local_changes_give_the_galerkin_product_of_the_truncated_prolongation() {
         })
         .collect();
     let step = coarsen(&a, &kernel, STRONG).unwrap();
-    let local = truncate::Local::new(&a, &step, &nodes);
-    let expected = truncated_galerkin(&a, &step, &nodes, &conditions);
-    let change = local.change(&conditions, step.matrix.rows);
+    assert_local_changes(&a, &a, &step, &nodes, &conditions);
+}
+
+/// The coarse matrix of `a` and its local change beside the product with the matrix `conditioned` the long way.
+pub(super) fn assert_local_changes(
+    a: &Blocks<3, 3>,
+    conditioned: &Blocks<3, 3>,
+    step: &Coarser<3>,
+    nodes: &[u32],
+    conditions: &[Condition],
+) {
+    let local = truncate::Local::new(a, step, nodes);
+    let expected = truncated_galerkin(conditioned, step, nodes, conditions);
+    let change = local.change(conditions, step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
             let before = step.matrix.place(k, l).map_or([[0.0; 6]; 6], |place| step.matrix.value[place]);
+            // What changes has its place in the matrix.
+            let room = step.matrix.place(k, l).is_some();
             let row = local.touched[0].iter().position(|&t| t as usize == k);
             let d = row.and_then(|t| change.place(t, l).map(|place| change.value[place])).unwrap_or([[0.0; 6]; 6]);
             for r in 0..6 {
                 for c in 0..6 {
+                    assert!(room || d[r][c] == 0.0, "no room at {k} {l}");
                     let found = before[r][c] + d[r][c];
                     assert!((found - expected[k][l][r][c]).abs() < 1e-11, "{k} {l}: {found} {}", expected[k][l][r][c]);
                 }

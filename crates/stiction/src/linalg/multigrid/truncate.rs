@@ -68,7 +68,7 @@ impl Local {
         let (p, a_times_p) = (rows_of(&step.prolongation), rows_of(&step.a_times_p));
         let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
         let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
-        let mut touched = a_times_p.column.clone();
+        let mut touched = [a_times_p.column.as_slice(), &p.column].concat();
         touched.sort_unstable();
         touched.dedup();
         let (free, bottom) = Default::default();
@@ -165,6 +165,9 @@ impl Local {
         let reached = |i: usize, name: &mut dyn FnMut(u32)| {
             if conditions[i] != Condition::default() {
                 self.a_times_p.row(i).0.iter().for_each(|&j| name(j));
+                // Relative displacements reach coarse nodes that the rows of `A P` do not.
+                let near = self.among.row(i).0.iter();
+                near.for_each(|&k| self.p.row(k as usize).0.iter().for_each(|&j| name(j)));
             }
         };
         let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {

@@ -1,0 +1,206 @@
+//! Bodies that nothing but contact holds: the rigid motions that strain nothing, found from the matrices alone.
+
+use super::ContactProblem;
+use crate::linalg::{Csr, axpy, dot, norm, symmetric_eigen};
+
+/// A connected piece of the body with rigid motions that strain nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FloatingBody {
+    /// Its unknowns, ascending.
+    pub unknowns: Vec<u32>,
+    /// One to six independent motions over `unknowns`, orthonormal, without a unit.
+    pub motions: Vec<Vec<f64>>,
+    /// The same motions as combinations of the columns of [`ContactProblem::near_kernel`].
+    pub coefficients: Vec<[f64; 6]>,
+}
+
+/// The null space `R` of the stiffness, `n x k`: `K R = 0`, `R' R = 1`. Its columns are the motions of one body after
+/// the other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RigidMotions {
+    pub bodies: Vec<FloatingBody>,
+}
+
+/// A motion of unit length whose energy is below this part of the largest diagonal entry of its body costs none. Far
+/// above rounding, which leaves some 1e-15, and far below the energy of a body that a single node holds, one part in
+/// as many as it has nodes.
+const NO_ENERGY: f64 = 1e-12;
+
+/// What is left of a rigid motion beside the others, over its own length, below which it is their combination.
+const DEPENDENT: f64 = 1e-9;
+
+/// The rigid motions that strain nothing. Bodies are the connected components of the graph of `K`; for each the
+/// energies `R' K R` of the near-kernel restricted to it tell the motions that are free: six for a body held by
+/// contact alone, three for one on a symmetry plane. Empty where the problem has no near-kernel.
+///
+/// # Panics
+/// If the problem does not pass [`ContactProblem::validate`].
+pub fn rigid_motions(problem: &ContactProblem) -> RigidMotions {
+    let Some(near_kernel) = &problem.near_kernel else { return RigidMotions::default() };
+    let mut bodies = Vec::new();
+    let mut place = vec![0; problem.K.rows];
+    for unknowns in components(&problem.K) {
+        unknowns.iter().enumerate().for_each(|(at, &i)| place[i as usize] = at as u32);
+        let (motions, coefficients) = basis(near_kernel, &unknowns);
+        let largest = unknowns.iter().map(|&i| problem.K.entry(i as usize, i as usize)).fold(0.0, f64::max);
+        let (values, vectors) =
+            symmetric_eigen(&energies(&problem.K, &unknowns, &place, &motions, NO_ENERGY * largest));
+        let free = values.iter().zip(&vectors).filter(|(v, _)| **v <= NO_ENERGY * largest).map(|(_, v)| v);
+        let mut body = FloatingBody { unknowns, motions: Vec::new(), coefficients: Vec::new() };
+        for weights in free {
+            let mut motion = vec![0.0; body.unknowns.len()];
+            weights.iter().zip(&motions).for_each(|(&w, m)| axpy(w, m, &mut motion));
+            body.motions.push(motion);
+            body.coefficients.push(std::array::from_fn(|k| dot(weights, &column(&coefficients, k))));
+        }
+        if !body.motions.is_empty() {
+            bodies.push(body);
+        }
+    }
+    RigidMotions { bodies }
+}
+
+impl RigidMotions {
+    /// Number of motions `k`.
+    pub fn len(&self) -> usize {
+        self.bodies.iter().map(|body| body.motions.len()).sum()
+    }
+
+    /// Whether every body is held.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// `R' f`: the work of the force `f` (length `n`) on the motions.
+    pub fn work(&self, force: &[f64]) -> Vec<f64> {
+        let on = |body: &FloatingBody, motion: &Vec<f64>| {
+            body.unknowns.iter().zip(motion).map(|(&i, r)| force[i as usize] * r).sum()
+        };
+        self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| on(body, motion))).collect()
+    }
+
+    /// `u += R alpha`.
+    pub fn add(&self, alpha: &[f64], u: &mut [f64]) {
+        let columns = self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| (body, motion)));
+        for ((body, motion), &a) in columns.zip(alpha) {
+            body.unknowns.iter().zip(motion).for_each(|(&i, r)| u[i as usize] += a * r);
+        }
+    }
+
+    /// The jumps `B R` of the motions, one vector of length `3m` each.
+    #[allow(non_snake_case)]
+    pub fn jumps(&self, B: &Csr) -> Vec<Vec<f64>> {
+        let jump = |k: usize| {
+            let (mut u, mut alpha) = (vec![0.0; B.cols], vec![0.0; self.len()]);
+            alpha[k] = 1.0;
+            self.add(&alpha, &mut u);
+            B.times(&u)
+        };
+        (0..self.len()).map(jump).collect()
+    }
+
+    /// As many unknowns of each body as it has motions, spread so that holding them stops all of them: each time the
+    /// unknown that moves most in the motions the ones before leave free (the pivots of a QR factorisation of `R'`).
+    /// Springs at these unknowns make `K` definite, and carry nothing where loads are in balance: the inverse is an
+    /// exact generalised inverse of `K` (Brzobohaty, Dostal, Kozubek, Kovar & Markopoulos 2011).
+    pub fn fixing(&self) -> Vec<u32> {
+        self.bodies.iter().flat_map(fixing).collect()
+    }
+}
+
+fn fixing(body: &FloatingBody) -> Vec<u32> {
+    let count = body.motions.len();
+    let mut rows: Vec<Vec<f64>> = (0..body.unknowns.len()).map(|i| column(&body.motions, i)).collect();
+    let mut fixed = Vec::with_capacity(count);
+    for _ in 0..count {
+        let lengths = rows.iter().map(|row| dot(row, row)).enumerate();
+        // The first of equals, whatever the last digits say.
+        let best = lengths.fold((0, 0.0), |best, (i, length)| if length > 1.001 * best.1 { (i, length) } else { best });
+        let direction: Vec<f64> = rows[best.0].iter().map(|v| v / best.1.sqrt()).collect();
+        rows.iter_mut().for_each(|row| axpy(-dot(row, &direction), &direction, row));
+        fixed.push(body.unknowns[best.0]);
+    }
+    fixed
+}
+
+fn column<V: AsRef<[f64]>>(rows: &[V], k: usize) -> Vec<f64> {
+    rows.iter().map(|row| row.as_ref()[k]).collect()
+}
+
+/// The unknowns of each connected component of the graph of `k`, ascending; components by their lowest unknown.
+fn components(k: &Csr) -> Vec<Vec<u32>> {
+    let mut component = vec![u32::MAX; k.rows];
+    let mut all: Vec<Vec<u32>> = Vec::new();
+    for seed in 0..k.rows as u32 {
+        if component[seed as usize] != u32::MAX {
+            continue;
+        }
+        let number = all.len() as u32;
+        component[seed as usize] = number;
+        let mut members = vec![seed];
+        let mut next = 0;
+        while let Some(&i) = members.get(next) {
+            let (columns, values) = k.row(i as usize);
+            for (&j, _) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
+                if component[j as usize] == u32::MAX {
+                    component[j as usize] = number;
+                    members.push(j);
+                }
+            }
+            next += 1;
+        }
+        members.sort_unstable();
+        all.push(members);
+    }
+    all
+}
+
+/// An orthonormal basis of the near-kernel restricted to `unknowns`, and its coefficients in the near-kernel.
+fn basis(near_kernel: &[[f64; 6]], unknowns: &[u32]) -> (Vec<Vec<f64>>, Vec<[f64; 6]>) {
+    let (mut motions, mut coefficients): (Vec<Vec<f64>>, Vec<[f64; 6]>) = Default::default();
+    // Translations come first: what they leave of the rotations is about the body's own centre.
+    for k in 0..6 {
+        let mut motion: Vec<f64> = unknowns.iter().map(|&i| near_kernel[i as usize][k]).collect();
+        let mut coefficient = [0.0; 6];
+        coefficient[k] = 1.0;
+        let own = norm(&motion);
+        // A small remainder has lost digits: it is made orthogonal once more.
+        for _ in 0..2 {
+            for (m, c) in motions.iter().zip(&coefficients) {
+                let share = dot(&motion, m);
+                axpy(-share, m, &mut motion);
+                axpy(-share, c, &mut coefficient);
+            }
+        }
+        let left = norm(&motion);
+        if left > DEPENDENT * own {
+            motions.push(motion.iter().map(|v| v / left).collect());
+            coefficients.push(coefficient.map(|v| v / left));
+        }
+    }
+    (motions, coefficients)
+}
+
+/// `R' K R` on the unknowns of one component, entries below `rounding` taken for zero; `place` is where an unknown
+/// stands among those of its component.
+#[allow(clippy::needless_range_loop)] // a symmetric matrix is told by its indices
+fn energies(k: &Csr, unknowns: &[u32], place: &[u32], motions: &[Vec<f64>], rounding: f64) -> Vec<Vec<f64>> {
+    let count = motions.len();
+    let mut energies = vec![vec![0.0; count]; count];
+    for (row, &i) in unknowns.iter().enumerate() {
+        let (columns, values) = k.row(i as usize);
+        let entries = || columns.iter().zip(values).filter(|(_, v)| **v != 0.0);
+        for b in 0..count {
+            let force: f64 = entries().map(|(&j, v)| v * motions[b][place[j as usize] as usize]).sum();
+            (0..=b).for_each(|a| energies[a][b] += motions[a][row] * force);
+        }
+    }
+    for b in 0..count {
+        for a in 0..=b {
+            let energy = energies[a][b];
+            let energy = if energy.abs() <= rounding { 0.0 } else { energy };
+            (energies[a][b], energies[b][a]) = (energy, energy);
+        }
+    }
+    energies
+}

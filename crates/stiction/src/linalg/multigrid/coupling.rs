@@ -1,0 +1,264 @@
+use rayon::prelude::*;
+
+use super::blocks::{Block, Blocks};
+use super::coarsen::Coarser;
+use super::dense::{add_product, add_transpose_product};
+
+/// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes conditions on differences
+/// between nodes conditions on single unknowns: with relative displacements at the nodes of one side of an interface
+/// (Wohlmuth & Krause 2003, for dual Lagrange multipliers) contact between bodies is as local as contact with an
+/// obstacle.
+#[derive(Debug, Clone)]
+pub struct Coupling {
+    /// The nodes that change; none of them is a column of `c`.
+    pub nodes: Vec<u32>,
+    /// `C`: a row for each of `nodes`, a column for each node there is.
+    pub c: Blocks<3, 3>,
+}
+
+impl Coupling {
+    /// `C` from its rows: what is added at each of `nodes`, as node and block.
+    pub fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> Coupling {
+        let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
+        let c =
+            Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
+        Coupling { nodes, c }
+    }
+
+    fn terms(&self, i: usize) -> impl Iterator<Item = (usize, &Block<3, 3>)> {
+        let (columns, blocks) = self.c.row(i);
+        columns.iter().map(|&k| k as usize).zip(blocks)
+    }
+
+    /// `x' = x + C x`.
+    pub fn to_relative(&self, x: &mut [[f64; 3]]) {
+        self.displace(x, 1.0);
+    }
+
+    /// `x = x' - C x'`.
+    pub fn to_absolute(&self, x: &mut [[f64; 3]]) {
+        self.displace(x, -1.0);
+    }
+
+    fn displace(&self, x: &mut [[f64; 3]], sign: f64) {
+        for (i, &v) in self.nodes.iter().enumerate() {
+            for (k, c) in self.terms(i) {
+                let other = x[k];
+                (0..3).for_each(|r| x[v as usize][r] += sign * (0..3).map(|s| c[r][s] * other[s]).sum::<f64>());
+            }
+        }
+    }
+
+    /// Forces that do the same work on the relative displacements, `f' = f - Cᵀ f`.
+    pub fn forces(&self, f: &mut [[f64; 3]]) {
+        for (i, &v) in self.nodes.iter().enumerate() {
+            let own = f[v as usize];
+            for (k, c) in self.terms(i) {
+                (0..3).for_each(|s| f[k][s] -= (0..3).map(|r| c[r][s] * own[r]).sum::<f64>());
+            }
+        }
+    }
+
+    /// Place of each node among `nodes`, `u32::MAX` for the others.
+    fn places(&self) -> Vec<u32> {
+        let mut place = vec![u32::MAX; self.c.cols];
+        self.nodes.iter().enumerate().for_each(|(i, &v)| place[v as usize] = i as u32);
+        place
+    }
+
+    /// `Tᵀ A T` with `x = T x'`: the matrix of the relative displacements.
+    pub fn matrix(&self, a: &Blocks<3, 3>) -> Blocks<3, 3> {
+        let place = self.places();
+        // A T: a column of a changed node goes to the nodes it is coupled to as well.
+        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+            for &j in a.row(i).0 {
+                name(j);
+                if place[j as usize] != u32::MAX {
+                    self.c.row(place[j as usize] as usize).0.iter().for_each(|&k| name(k));
+                }
+            }
+        };
+        let right: Blocks<3, 3> = Blocks::from_rows(a.rows, a.cols, reached, |i, row| {
+            let (columns, blocks) = a.row(i);
+            for (&j, block) in columns.iter().zip(blocks) {
+                let own = row.at(j);
+                own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(x, v)| *x += v);
+                if place[j as usize] != u32::MAX {
+                    let minus = block.map(|r| r.map(|v| -v));
+                    self.terms(place[j as usize] as usize).for_each(|(k, c)| add_product(&minus, c, row.at(k as u32)));
+                }
+            }
+        });
+        self.transpose(right)
+    }
+
+    /// `Tᵀ X`: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
+    fn transpose(&self, x: Blocks<3, 3>) -> Blocks<3, 3> {
+        let (start, entry) = self.c.by_columns();
+        let reached = |k: usize, name: &mut dyn FnMut(u32)| {
+            x.row(k).0.iter().for_each(|&j| name(j));
+            for &(i, _) in &entry[start[k]..start[k + 1]] {
+                x.row(self.nodes[i as usize] as usize).0.iter().for_each(|&j| name(j));
+            }
+        };
+        Blocks::from_rows(x.rows, x.cols, reached, |k, row| {
+            let (columns, blocks) = x.row(k);
+            for (&j, block) in columns.iter().zip(blocks) {
+                *row.at(j) = *block;
+            }
+            for &(i, place) in &entry[start[k]..start[k + 1]] {
+                let c = self.c.value[place as usize].map(|r| r.map(|v| -v));
+                let (columns, blocks) = x.row(self.nodes[i as usize] as usize);
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&c, block, row.at(j)));
+            }
+        })
+    }
+
+    /// The prolongation to relative displacements, `T⁻¹ P`.
+    pub(super) fn prolongation(&self, p: &Blocks<3, 6>) -> Blocks<3, 6> {
+        let place = self.places();
+        let coupled = |i: usize| (place[i] != u32::MAX).then(|| place[i] as usize);
+        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+            p.row(i).0.iter().for_each(|&j| name(j));
+            if let Some(i) = coupled(i) {
+                self.terms(i).for_each(|(k, _)| p.row(k).0.iter().for_each(|&j| name(j)));
+            }
+        };
+        Blocks::from_rows(p.rows, p.cols, reached, |i, row| {
+            let (columns, blocks) = p.row(i);
+            for (&j, block) in columns.iter().zip(blocks) {
+                *row.at(j) = *block;
+            }
+            let Some(i) = coupled(i) else { return };
+            for (k, c) in self.terms(i) {
+                let (columns, blocks) = p.row(k);
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_product(c, block, row.at(j)));
+            }
+        })
+    }
+
+    /// The coarse matrix of a step whose prolongation is one to relative displacements, with room for what conditions at the changed nodes will add: aggregates of both sides become
+    /// neighbours.
+    pub(super) fn widen(&self, a: &Blocks<3, 3>, step: &Coarser<3>) -> Blocks<6, 6> {
+        let Coarser { prolongation: p, a_times_p, matrix: m, .. } = step;
+        let place = self.places();
+        let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
+        let mut near = Vec::new();
+        for &v in &self.nodes {
+            near.clear();
+            near.extend_from_slice(a_times_p.row(v as usize).0);
+            for &w in a.row(v as usize).0.iter().filter(|&&w| place[w as usize] != u32::MAX) {
+                near.extend_from_slice(p.row(w as usize).0);
+            }
+            near.sort_unstable();
+            near.dedup();
+            for &j in p.row(v as usize).0 {
+                more[j as usize].extend_from_slice(&near);
+                near.iter().for_each(|&k| more[k as usize].push(j));
+            }
+        }
+        more.par_iter_mut().for_each(|row| {
+            row.sort_unstable();
+            row.dedup();
+        });
+        let named = |i: usize, name: &mut dyn FnMut(u32)| m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
+        Blocks::from_rows(m.rows, m.cols, named, |i, row| {
+            let (columns, blocks) = m.row(i);
+            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::coarsen::coarsen;
+    use super::super::tests::{assert_local_changes, lattice};
+    use super::super::{Condition, Multigrid};
+    use super::*;
+
+    /// Two lattices side by side without a spring between them, the nodes of one face of the first coupled to two nodes
+    /// of the second.
+    fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, Coupling) {
+        let (a, kernel) = lattice([4, 4, 4]);
+        let n = a.rows;
+        let named = |i: usize, name: &mut dyn FnMut(u32)| {
+            a.row(i % n).0.iter().for_each(|&j| name(j + (i / n * n) as u32));
+        };
+        let both = Blocks::from_rows(2 * n, 2 * n, named, |i, row| {
+            let (columns, blocks) = a.row(i % n);
+            columns.iter().zip(blocks).for_each(|(&j, b)| *row.at(j + (i / n * n) as u32) = *b);
+        });
+        let weight = |w: f64| [[-w, 0.1 * w, 0.0], [0.0, -w, 0.2 * w], [0.3 * w, 0.0, -w]];
+        let rows = (0..16u32).map(|i| vec![(n as u32 + i, weight(0.7)), (n as u32 + (i + 1) % 16, weight(0.3))]);
+        let kernel = [kernel.clone(), kernel].concat();
+        let coupling = Coupling::new((0..16).collect(), &rows.collect::<Vec<_>>(), 2 * n);
+        (both, kernel, coupling)
+    }
+
+    fn vector(n: usize, seed: f64) -> Vec<[f64; 3]> {
+        (0..n).map(|i| std::array::from_fn(|c| ((i * 3 + c) as f64 * seed).fract() - 0.5)).collect()
+    }
+
+    fn dot(x: &[[f64; 3]], y: &[[f64; 3]]) -> f64 {
+        x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| x * y).sum()
+    }
+
+    #[test]
+    fn relative_displacements_have_the_energy_and_the_work_of_the_absolute_ones() {
+        let (a, _, coupling) = two_bodies();
+        let relative = coupling.matrix(&a);
+        for seed in [0.618, 0.414] {
+            let (x, f) = (vector(a.rows, seed), vector(a.rows, 0.7321));
+            let mut y = x.clone();
+            coupling.to_relative(&mut y);
+            let (e, other) = (dot(&x, &a.times(&x)), dot(&y, &relative.times(&y)));
+            assert!((e - other).abs() < 1e-12 * e);
+            let mut g = f.clone();
+            coupling.forces(&mut g);
+            assert!((dot(&f, &x) - dot(&g, &y)).abs() < 1e-12 * dot(&f, &f));
+            coupling.to_absolute(&mut y);
+            let back = x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+            assert!(back < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_coarse_matrix_stays_and_bodies_held_together_are_solved_fast() {
+        let (a, kernel, coupling) = two_bodies();
+        let relative = coupling.matrix(&a);
+        let step = coarsen(&a, &kernel, 0.05).unwrap();
+        let p = coupling.prolongation(&step.prolongation);
+        // P'T'ATP is P'AP: the coarse spaces are the same displacements.
+        for q in [0, 3, 7] {
+            let mut coarse = vec![[0.0; 6]; p.cols];
+            coarse[q % p.cols][q % 6] = 1.0;
+            let fine = p.times(&coarse);
+            let (energy, expected) =
+                (dot(&fine, &relative.times(&fine)), step.matrix.diagonal(q % p.cols)[q % 6][q % 6]);
+            assert!((energy - expected).abs() < 1e-12 * expected);
+        }
+        let conditions = [Condition { held: [true; 3], spring: [[0.0; 3]; 3] }; 16];
+        let coupled = Coarser {
+            prolongation: p.clone(),
+            matrix: coupling.widen(&a, &Coarser { prolongation: p.clone(), ..step.clone() }),
+            ..step.clone()
+        };
+        assert_local_changes(&a, &relative, &coupled, &coupling.nodes, &conditions);
+        let mut multigrid = Multigrid::new(&a, &kernel, &coupling.nodes, Some((&coupling, &relative))).unwrap();
+        multigrid.constrain(&[Condition { held: [true; 3], spring: [[0.0; 3]; 3] }; 16], true);
+        let hold = |x: &mut Vec<[f64; 3]>| coupling.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
+        // Steepest descent with the cycle contracts the error; held nodes stay where they are.
+        let mut x = vector(a.rows, 0.618);
+        hold(&mut x);
+        let start = dot(&x, &relative.times(&x));
+        for _ in 0..12 {
+            let mut r: Vec<[f64; 3]> = relative.times(&x);
+            hold(&mut r);
+            let z = multigrid.cycle(&r);
+            assert!(coupling.nodes.iter().all(|&v| z[v as usize] == [0.0; 3]));
+            let step = dot(&r, &z) / dot(&z, &relative.times(&z));
+            x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x -= step * z);
+        }
+        assert!(dot(&x, &relative.times(&x)) < 1e-5 * start);
+    }
+}
