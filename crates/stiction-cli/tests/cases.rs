@@ -9,7 +9,7 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 6] = ["block", "brick", "greco", "hertz", "lug", "mindlin"];
+const CASES: [&str; 8] = ["block", "brick", "cylinder", "greco", "hertz", "lug", "mindlin", "rings"];
 
 #[test]
 fn pushed_blocks_obey_their_closed_forms() {
@@ -19,6 +19,16 @@ fn pushed_blocks_obey_their_closed_forms() {
 #[test]
 fn the_brick_agrees_with_two_independent_programs() {
     run_case("brick");
+}
+
+#[test]
+fn the_cylinder_agrees_with_hertz_and_nafems() {
+    run_case("cylinder");
+}
+
+#[test]
+fn the_shrink_fit_agrees_with_lame() {
+    run_case("rings");
 }
 
 #[test]
@@ -157,7 +167,7 @@ impl Solved {
     }
 
     /// What an expectation speaks of: a key of the summary (with another added, `plus`, or over
-    /// another, `per`), a nodal value, a measure of Hertz or of Mindlin.
+    /// another, `per`), a nodal value, a measure of Hertz's contact of a ball or along a line, or of Mindlin.
     fn found(&self, expect: &toml::Value) -> f64 {
         let text = |key: &str| expect.get(key).map(|v| v.as_str().unwrap());
         if let Some(name) = text("hertz") {
@@ -165,6 +175,9 @@ impl Solved {
         }
         if let Some(name) = text("mindlin") {
             return self.mindlin(name, expect.get("step").map_or(0, |s| s.as_integer().unwrap() as usize));
+        }
+        if let Some(name) = text("line") {
+            return self.line(name);
         }
         if let Some(key) = text("key") {
             let sum = self.key(key) + text("plus").map_or(0.0, |key| self.key(key));
@@ -213,8 +226,27 @@ impl Solved {
 
     /// The node of each contact point.
     fn nodes(&self) -> Vec<usize> {
-        let (problem, dofs) = (&self.prepared.problem, &self.prepared.model.dofs);
-        (0..problem.points()).map(|j| dofs.free[problem.B.row(j).0[0] as usize] as usize / 3).collect()
+        let contacts = self.prepared.facts.contacts.iter();
+        contacts.flat_map(|contact| contact.surface.nodes.iter().map(|&node| node as usize)).collect()
+    }
+
+    /// The cylinder on the block against Hertz at the computed force, of which half is in the model: `half_width` from the
+    /// second moment of the pressure, `sum(l x²) = 1/4 b² sum(l)` for a semi-ellipse, and its relative error; the error of
+    /// the greatest pressure.
+    fn line(&self, name: &str) -> f64 {
+        let (m, lambda) = (self.prepared.problem.points(), &self.outcome.solution.lambda);
+        let half: f64 = lambda[..m].iter().sum();
+        let compliance = 0.91 / 210e3 + 0.91 / 70e3;
+        let exact = (4.0 * 2.0 * half * 50.0 * compliance / std::f64::consts::PI).sqrt();
+        let greatest = 2.0 * 2.0 * half / (std::f64::consts::PI * exact);
+        let x = |j: usize| self.prepared.mesh.nodes[self.nodes()[j]][0];
+        let width = 2.0 * ((0..m).map(|j| lambda[j] * x(j).powi(2)).sum::<f64>() / half).sqrt();
+        match name {
+            "half_width" => width,
+            "width_error" => width / exact - 1.0,
+            "peak_error" => self.key("contact.max_pressure") / greatest - 1.0,
+            other => panic!("no measure {other}"),
+        }
     }
 
     /// Relative errors against Hertz at the computed force; the model is a quarter of the block.

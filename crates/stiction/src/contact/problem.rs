@@ -91,6 +91,9 @@ pub struct ContactProblem {
     pub friction: Vec<Friction>,
     /// The area each point stands for, `m`; only reports use it.
     pub area: Vec<f64>,
+    /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, and more where a
+    /// point between two bodies carries for a neighbour that was dropped; only reports use it.
+    pub share: Vec<f64>,
     /// Consecutive ranges that cover all points.
     pub pairs: Vec<Pair>,
     /// The node each unknown belongs to (any labels); unknowns of one node are ordered together.
@@ -115,6 +118,7 @@ impl ContactProblem {
             slip_reference: vec![0.0; 2 * m],
             friction,
             area: vec![1.0; m],
+            share: vec![1.0; m],
             pairs: vec![Pair { name: "contact".into(), points: 0..m }],
             node_of: None,
             near_kernel: None,
@@ -160,6 +164,7 @@ impl ContactProblem {
             ("slip_reference", self.slip_reference.len(), 2 * m),
             ("friction", self.friction.len(), m),
             ("area", self.area.len(), m),
+            ("share", self.share.len(), m),
             ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
             ("near_kernel", self.near_kernel.as_ref().map_or(n, Vec::len), n),
             ("bodies of unknowns", self.bodies.as_ref().map_or(n, |b| b.of.len()), n),

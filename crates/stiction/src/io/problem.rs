@@ -24,6 +24,7 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         ("friction_law".to_string(), Array::usize(&laws.iter().map(|l| l.0).collect::<Vec<_>>())),
         ("friction_value".to_string(), Array::f64(&laws.iter().map(|l| l.1).collect::<Vec<_>>())),
         ("area".to_string(), Array::f64(&problem.area)),
+        ("share".to_string(), Array::f64(&problem.share)),
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
         ("pair_ends".to_string(), Array::usize(&ends)),
     ];
@@ -97,6 +98,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
         friction,
         area: f64s(arrays, "area", Some(m))?.to_vec(),
+        share: if arrays.contains_key("share") { f64s(arrays, "share", Some(m))?.to_vec() } else { vec![1.0; m] },
         pairs: pairs(arrays, m)?,
         node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
         near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },

@@ -11,19 +11,23 @@ mod face_table;
 pub(crate) mod geometry;
 mod groups;
 mod info;
+mod join;
 mod notes;
 mod quality;
 mod query;
 mod raw;
+mod tree;
 pub(crate) mod v3;
 
 pub use block::{Block, BlockElement, block};
 pub use build::build;
 pub use components::bodies;
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};
+pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
 pub use raw::{RawCells, RawGroup, RawMesh};
+pub use tree::{Bounds, Tree, nearest_on_triangle};
 
 /// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

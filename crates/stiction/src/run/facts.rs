@@ -1,6 +1,6 @@
 //! What is known before anything is solved: shown to the user, who may see at once that a sign or a unit is wrong.
 
-use crate::contact::{Obstacle, SurfaceFacts, SurfaceFriction};
+use crate::contact::{Counterpart, SurfaceFacts, SurfaceFriction};
 use crate::mesh::MeshInfo;
 
 /// What a case amounts to on its mesh; `Display` says it in plain words.
@@ -62,7 +62,9 @@ pub struct LoadFacts {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFacts {
     pub surface: SurfaceFacts,
-    pub obstacle: Obstacle,
+    pub against: Counterpart,
+    /// What the case calls the surface and, for a pair, its counterpart.
+    pub names: [String; 2],
     pub friction: SurfaceFriction,
 }
 

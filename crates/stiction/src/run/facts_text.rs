@@ -3,8 +3,9 @@
 use std::fmt;
 
 use super::facts::{ContactFacts, Facts};
+use super::pair_text;
 use super::report::{number, triple};
-use crate::contact::{Obstacle, Side, SurfaceFriction};
+use crate::contact::{Counterpart, Obstacle, Side, SurfaceFriction};
 
 impl fmt::Display for Facts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -54,9 +55,15 @@ impl fmt::Display for Facts {
 impl fmt::Display for ContactFacts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let s = &self.surface;
-        let obstacle = obstacle(&self.obstacle);
-        writeln!(f, "  contact    {}: {} points, area {}, against {obstacle}", s.name, s.points, number(s.area))?;
+        let against = match &self.against {
+            Counterpart::Obstacle(it) => obstacle(it),
+            Counterpart::Surface(_) => format!("the surface {}", self.names[1]),
+        };
+        writeln!(f, "  contact    {}: {} points, area {}, against {against}", s.name, s.points, number(s.area))?;
         writeln!(f, "             friction {}", friction(self.friction))?;
+        if let Some(pair) = &s.pair {
+            return pair_text::lines(self, pair).iter().try_for_each(|line| writeln!(f, "             {line}"));
+        }
         let gap = match (s.gap_min, s.gap_max) {
             (low, high) if low == high => format!("gap {}", number(low)),
             (low, high) => format!("gap from {} to {}", number(low), number(high)),
@@ -75,6 +82,10 @@ impl ContactFacts {
     /// What a person should know about the pair, one sentence each.
     pub(super) fn notes(&self) -> Vec<String> {
         let s = &self.surface;
+        if let Some(pair) = &s.pair {
+            let notes = pair_text::notes(self, pair).into_iter();
+            return notes.map(|note| format!("contact \"{}\": {note}", s.name)).collect();
+        }
         let mut notes = Vec::new();
         let mut note = |count: usize, what: String| {
             if count > 0 {

@@ -1,7 +1,7 @@
 //! Fields over the body and over the contact surfaces, in global axes.
 
 use super::{Outcome, Prepared};
-use crate::contact::ContactSurface;
+use crate::contact::{ContactSurface, Counterpart, Role};
 use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
 use crate::friction::PointState;
 
@@ -9,10 +9,13 @@ use crate::friction::PointState;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PointFrame {
     pub node: u32,
-    /// Unit normal towards the obstacle.
+    /// Unit normal towards the counterpart.
     pub normal: [f64; 3],
     /// Zero where the point cannot move that way.
     pub tangents: [[f64; 3]; 2],
+    /// -1 where the body with the point is the one the case names in `against`: forces and slips are told as those of the
+    /// surface in `on`.
+    pub sign: f64,
 }
 
 impl PointFrame {
@@ -23,19 +26,25 @@ impl PointFrame {
     }
 }
 
-/// The frames of all contact points, read from the rows of `B`.
+/// The frames of all contact points, read from the rows of `B` at their own nodes.
 pub(super) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
     let (problem, dofs) = (&prepared.problem, &prepared.model.dofs);
     let m = problem.points();
-    let mut frames = vec![PointFrame::default(); m];
+    let mut frames = Vec::with_capacity(m);
+    for (contact, surface) in prepared.facts.contacts.iter().zip(&prepared.surfaces) {
+        let sign = match &surface.against {
+            Counterpart::Surface(master) if master.slave == Role::Against => -1.0,
+            _ => 1.0,
+        };
+        frames.extend(contact.surface.nodes.iter().map(|&node| PointFrame { node, sign, ..PointFrame::default() }));
+    }
     for (j, frame) in frames.iter_mut().enumerate() {
         for (i, row) in [j, m + j, 2 * m + j].into_iter().enumerate() {
             let (columns, values) = problem.B.row(row);
             let free = columns.iter().map(|&k| dofs.free[k as usize]).zip(values);
             let (columns, values) = problem.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
             let held = columns.iter().map(|&k| dofs.prescribed[k as usize]).zip(values);
-            for (dof, &value) in free.chain(held) {
-                frame.node = dof / 3;
+            for (dof, &value) in free.chain(held).filter(|(dof, _)| dof / 3 == frame.node) {
                 let vector = if i == 0 { &mut frame.normal } else { &mut frame.tangents[i - 1] };
                 vector[dof as usize % 3] = value;
             }
@@ -92,9 +101,9 @@ pub(super) struct SurfaceFields {
     pub nodes: Vec<i32>,
     /// `lambda_n` over area.
     pub pressure: Vec<f64>,
-    /// `lambda_t` over area: what the body exerts on the obstacle, along the slip.
+    /// `lambda_t` over area: what the body exerts on its counterpart, along the slip.
     pub shear: Vec<[f64; 3]>,
-    /// Sliding of the body over the obstacle, with load steps that of the last one.
+    /// Sliding of the body over its counterpart, with load steps that of the last one.
     pub slip: Vec<[f64; 3]>,
     /// The same since the start of the first step.
     pub slid: Vec<[f64; 3]>,
@@ -102,7 +111,7 @@ pub(super) struct SurfaceFields {
     pub gap: Vec<f64>,
     /// 0 open, 1 stick, 2 slip, -1 no contact point.
     pub status: Vec<i32>,
-    /// Force of the body on the obstacle.
+    /// Force of the body on its counterpart.
     pub lambda: Vec<[f64; 3]>,
 }
 
@@ -153,15 +162,18 @@ fn fill(
     let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
     fields.pressure[at] = normal / problem.area[j];
-    fields.shear[at] = friction.map(|force| force / problem.area[j]);
-    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]);
+    let share = problem.share[j];
+    let told = frame.sign / share;
+    fields.shear[at] = friction.map(|force| frame.sign * force / problem.area[j]);
+    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| told * slip);
+    fields.gap[at] = opening[j] / share;
     let before = &prepared.acting.slid;
-    fields.slid[at] = frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]);
-    fields.gap[at] = opening[j];
+    fields.slid[at] =
+        frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]).map(|slip| told * slip);
     fields.status[at] = match outcome.solution.states[j] {
         PointState::Open => 0,
         PointState::Stick => 1,
         PointState::Slip => 2,
     };
-    fields.lambda[at] = [0, 1, 2].map(|c| normal * frame.normal[c] + friction[c]);
+    fields.lambda[at] = [0, 1, 2].map(|c| frame.sign * share * (normal * frame.normal[c] + friction[c]));
 }

@@ -7,7 +7,7 @@ use super::report::number;
 use crate::Error;
 use crate::io::case::{MeshSource, MeshSpec};
 use crate::io::{abaqus, gmsh, machine, vtu_read};
-use crate::mesh::{Mesh, MeshNotes, block};
+use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh};
 
 /// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
 const BYTES_PER_NODE: f64 = 5000.0;
@@ -42,8 +42,32 @@ pub(super) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNo
             let read = read_mesh(path, *scale);
             read.and_then(|read| fits(read.0.nodes.len() as f64, memory).map(|()| read))
         }
+        MeshSource::Parts(parts) => return joined(parts, spec, memory),
     };
-    made.map_err(|error| place::at(&spec.spot, error))
+    let (mut mesh, notes) = made.map_err(|error| place::at(&spec.spot, error))?;
+    move_mesh(&mut mesh, spec.placing.turn.as_ref(), spec.placing.by);
+    Ok((mesh, notes))
+}
+
+/// All parts in one mesh; what their readers noted is kept.
+fn joined(parts: &[(String, MeshSpec)], spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+    let (mut meshes, mut notes) = (Vec::new(), Vec::new());
+    for (name, part) in parts {
+        let (made, noted) = mesh(part, memory)?;
+        meshes.push((name.clone(), made));
+        notes.extend(noted.0);
+    }
+    let nodes: f64 = meshes.iter().map(|(_, mesh)| mesh.nodes.len() as f64).sum();
+    let cells: f64 = meshes.iter().map(|(_, mesh)| mesh.cell_count() as f64).sum();
+    let countable = 3.0 * nodes < f64::from(u32::MAX) && cells < f64::from(u32::MAX);
+    if !countable {
+        let what = format!("the parts have {:.0} million nodes together, more than can be numbered", nodes / 1e6);
+        return Err(spec.spot.error(what, "use fewer cells"));
+    }
+    fits(nodes, memory).map_err(|error| place::at(&spec.spot, error))?;
+    let mut joined = join(meshes);
+    move_mesh(&mut joined, spec.placing.turn.as_ref(), spec.placing.by);
+    Ok((joined, MeshNotes(notes)))
 }
 
 /// Refuses a mesh whose matrix alone would not fit: nobody should find that out by the machine running out of memory.

@@ -17,6 +17,7 @@ mod mesh;
 mod method_text;
 mod moment;
 mod nested;
+mod pair_text;
 pub mod paper;
 mod pictures;
 mod place;

@@ -3,7 +3,7 @@
 use super::fields::{PointFrame, frames};
 use super::{Prepared, place};
 use crate::Error;
-use crate::contact::{ContactProblem, Friction, SurfaceFriction};
+use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, dof_map, external_forces};
 use crate::io::case::{Case, Spot, StepSpec};
 use crate::mesh::v3::{dot, norm, scale, sub};
@@ -143,6 +143,7 @@ fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> R
     let Prepared { mesh, problem, acting, .. } = prepared;
     let frames = frames(prepared);
     for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.pairs).enumerate() {
+        let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
         if surface.friction == SurfaceFriction::Bonded {
             continue;
         }
@@ -152,7 +153,7 @@ fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> R
             let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
             let value = [0, 1, 2].map(held);
             let x = mesh.nodes[node as usize];
-            let Some((distance, away)) = surface.obstacle.distance(x) else { continue };
+            let Some((distance, away)) = obstacle.distance(x) else { continue };
             if carries.contains(&node) || value.iter().all(Option::is_none) {
                 continue;
             }

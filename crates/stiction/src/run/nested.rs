@@ -31,6 +31,9 @@ const CYCLES: usize = 100;
 /// The coarser problem, if the mesh is a block that has one. What goes wrong here costs only the better start.
 pub(super) fn coarser(case: &Case) -> Option<Coarser> {
     let MeshSource::Block(block) = &case.mesh.source else { return None };
+    if case.mesh.placing.turn.is_some() {
+        return None; // the cells no longer lie along the axes
+    }
     let cells = block.cells.map(|n| (n / RATIO).max(LEAST));
     if (0..3).all(|c| cells[c] >= block.cells[c]) {
         return None;

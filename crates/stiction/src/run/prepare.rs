@@ -53,21 +53,20 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let meshed = start.elapsed().as_secs_f64();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
-    let surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
+    let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
     let (fixes, fix_facts) = fixes(&mesh, case)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     let mut model = assemble(&solid, &loads, &fixes, end(case))?;
     let assembled = start.elapsed().as_secs_f64();
+    surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let acting = Acting::new(case, loads, fixes).posed(&problem);
     let posed = start.elapsed().as_secs_f64();
 
-    let contacts = surface_facts.into_iter().zip(&surfaces).map(|(surface, s)| ContactFacts {
-        surface,
-        obstacle: s.obstacle,
-        friction: s.friction,
+    let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
+        ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
@@ -148,7 +147,7 @@ fn all_notes(
     all.extend(notes(solid));
     all.extend(contacts.iter().flat_map(ContactFacts::notes));
     for (a, b, count) in surfaces::shared(surfaces) {
-        all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: their points may touch both obstacles"));
+        all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: check that both are meant"));
     }
     all
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
+use super::fields::surfaces;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
@@ -53,6 +54,9 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         if several {
             contact(&mut line, "all pairs: ", &totals(prepared, outcome));
         }
+    }
+    for warning in far_slides(prepared, outcome) {
+        line("note", warning);
     }
     let (size, place) = largest_displacement(prepared, outcome);
     line("displacement", format!("at most {} at {}", number(size), triple(place)));
@@ -123,6 +127,25 @@ fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
     line("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
 }
 
+/// Sliding beyond this part of a face is not small: two surfaces are coupled as they lie before the load.
+const SMALL_SLIDING: f64 = 0.2;
+
+/// Pairs that slide farther than the frozen coupling allows for.
+fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (contact, fields) in prepared.facts.contacts.iter().zip(surfaces(prepared, outcome)) {
+        let Some(pair) = &contact.surface.pair else { continue };
+        let size = pair.face_size[0].min(pair.face_size[1]);
+        let touching = fields.slip.iter().zip(&fields.status).filter(|(_, status)| **status > 0);
+        let slide = touching.map(|(s, _)| (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt()).fold(0.0, f64::max);
+        if slide > SMALL_SLIDING * size {
+            let what = format!("the surfaces slide by up to {}, a face is {} wide", number(slide), number(size));
+            warnings.push(format!("contact \"{}\": {what}; contact is that of the unmoved bodies", fields.name));
+        }
+    }
+    warnings
+}
+
 fn has_coulomb(prepared: &Prepared) -> bool {
     prepared.problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
 }
@@ -145,7 +168,7 @@ fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
         ),
     );
     if t.open == t.points {
-        line("", "no point touches the obstacle".into());
+        line("", "no point is in contact".into());
     }
     if let Some(place) = t.max_pressure_at {
         line(

@@ -2,21 +2,64 @@
 
 use super::regions;
 use crate::Error;
-use crate::contact::ContactSurface;
-use crate::io::case::ContactSpec;
+use crate::contact::{ContactSurface, Counterpart, Master, Reason, Role, choose_slave};
+use crate::fem::{DofMap, Solid};
+use crate::io::case::{AgainstSpec, ContactSpec};
 use crate::mesh::Mesh;
 
-/// The surfaces and what they may touch.
+/// The surfaces and what they may touch; of a pair the surface of `on` is the slave for now.
 pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<ContactSurface>, Error> {
     let surface = |spec: &ContactSpec| {
+        let against = match &spec.against {
+            AgainstSpec::Obstacle(obstacle) => Counterpart::Obstacle(*obstacle),
+            AgainstSpec::Surface { region, gap, slave, search } => Counterpart::Surface(Master {
+                faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
+                gap: *gap,
+                search: *search,
+                slave: slave.unwrap_or(Role::On),
+                reason: if slave.is_some() { Reason::Asked } else { Reason::First },
+            }),
+        };
         Ok(ContactSurface {
             name: spec.name.clone(),
             faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
-            obstacle: spec.against,
+            against,
             friction: spec.friction,
         })
     };
     specs.iter().map(surface).collect()
+}
+
+/// Lets the slave of each pair be what the case asks for or [`choose_slave`] finds.
+pub(super) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
+    for surface in surfaces {
+        let Counterpart::Surface(master) = &mut surface.against else { continue };
+        if master.reason != Reason::Asked {
+            let young = [young(solid, &surface.faces), young(solid, &master.faces)];
+            (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
+        }
+        if master.slave == Role::Against {
+            std::mem::swap(&mut surface.faces, &mut master.faces);
+        }
+    }
+}
+
+/// Mean modulus of the cells behind the faces.
+fn young(solid: &Solid, faces: &[u32]) -> f64 {
+    let of = |&face: &u32| {
+        let cell = solid.mesh.faces[face as usize].cell as usize;
+        solid.materials[solid.material_of_cell[cell] as usize].young
+    };
+    faces.iter().map(of).sum::<f64>() / faces.len().max(1) as f64
+}
+
+/// What the case calls a surface and, for a pair, its counterpart.
+pub(super) fn names(spec: &ContactSpec) -> [String; 2] {
+    let against = match &spec.against {
+        AgainstSpec::Obstacle(_) => String::new(),
+        AgainstSpec::Surface { region, .. } => regions::name(region),
+    };
+    [regions::name(&spec.on), against]
 }
 
 /// Pairs of surfaces that share faces, and how many.

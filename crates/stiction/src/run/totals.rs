@@ -16,9 +16,9 @@ pub struct Totals {
     pub open_area: f64,
     pub stick_area: f64,
     pub slip_area: f64,
-    /// Sum of `lambda_n`.
+    /// Sum of `lambda_n`, with what points carry for dropped neighbours.
     pub normal_force: f64,
-    /// Resultant of friction as a force on the body.
+    /// Resultant of friction as a force on the body; of a pair, on the body of `on`.
     pub tangential_force: [f64; 3],
     pub max_lambda_n: f64,
     /// Largest `|lambda_t|`.
@@ -46,7 +46,7 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
     for j in points {
-        let area = prepared.problem.area[j];
+        let (area, share) = (prepared.problem.area[j], prepared.problem.share[j]);
         let (count, sum) = match outcome.solution.states[j] {
             PointState::Open => (&mut t.open, &mut t.open_area),
             PointState::Stick => (&mut t.stick, &mut t.stick_area),
@@ -56,9 +56,9 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
         *sum += area;
         let (normal, friction) = (lambda[j], [lambda[m + j], lambda[2 * m + j]]);
         let size = friction[0].hypot(friction[1]);
-        t.normal_force += normal;
+        t.normal_force += share * normal;
         let along = frames[j].tangential(friction);
-        (0..3).for_each(|c| t.tangential_force[c] -= along[c]);
+        (0..3).for_each(|c| t.tangential_force[c] -= frames[j].sign * share * along[c]);
         t.max_lambda_n = t.max_lambda_n.max(normal);
         t.max_lambda_t = t.max_lambda_t.max(size);
         if area > 0.0 {

@@ -68,7 +68,7 @@ impl Case {
 
     pub fn contact(mut self, group: &str, obstacle: Obstacle, friction: SurfaceFriction) -> Case {
         let faces = self.faces(group);
-        self.surfaces.push(ContactSurface { name: group.into(), faces, obstacle, friction });
+        self.surfaces.push(ContactSurface { name: group.into(), faces, against: obstacle.into(), friction });
         self
     }
 

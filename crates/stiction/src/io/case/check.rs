@@ -97,7 +97,6 @@ impl Check<'_> {
                 Some(kind) => self.value(node, kind, context),
                 None => self.mismatch(node, kind, context),
             },
-            (Kind::AbsentText { what, remedy }, Value::Text(_)) => Err(self.error(&node.at, what.to_string(), *remedy)),
             _ => self.mismatch(node, kind, context),
         }
     }
@@ -206,7 +205,7 @@ fn missing(key: &Key) -> (String, String) {
 /// Whether the TOML type of a value is that of `kind`.
 fn fits(kind: &Kind, node: &Node) -> bool {
     match kind {
-        Kind::Text | Kind::Choice { .. } | Kind::AbsentText { .. } => matches!(node.value, Value::Text(_)),
+        Kind::Text | Kind::Choice { .. } => matches!(node.value, Value::Text(_)),
         Kind::Number(_) | Kind::Whole { .. } => node.number().is_some(),
         Kind::Field => node.number().is_some() || node.text().is_some(),
         Kind::Flag => matches!(node.value, Value::Flag(_)),

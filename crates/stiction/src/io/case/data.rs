@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use super::source::Spot;
-use crate::contact::{Obstacle, SurfaceFriction};
+use crate::contact::{InitialGap, Obstacle, Role, SurfaceFriction};
 use crate::fem::{Field, Formulation};
 use crate::friction::{Method, MethodSettings};
-use crate::mesh::Block;
+use crate::mesh::{Block, Turn};
 
 /// A whole case. Any consistent system of units.
 #[derive(Debug, Clone)]
@@ -41,7 +41,16 @@ pub struct StepSpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSpec {
     pub source: MeshSource,
+    pub placing: Placing,
     pub spot: Spot,
+}
+
+/// Where a mesh is taken: turned first, then moved.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Placing {
+    pub turn: Option<Turn>,
+    /// Length.
+    pub by: [f64; 3],
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +63,8 @@ pub enum MeshSource {
         /// Factor on the coordinates, > 0.
         scale: f64,
     },
+    /// Several meshes, each under its name; none of them has parts of its own.
+    Parts(Vec<(String, MeshSpec)>),
 }
 
 /// An isotropic linear elastic material.
@@ -113,19 +124,34 @@ pub enum LoadKind {
     Gravity([Field; 3]),
 }
 
-/// A surface that may touch a rigid obstacle.
+/// A surface that may touch a rigid obstacle or another surface.
 #[derive(Debug, Clone)]
 pub struct ContactSpec {
     /// No two contacts share one.
     pub name: String,
     /// Never a point.
     pub on: Region,
-    /// Directions have unit length.
-    pub against: Obstacle,
+    pub against: AgainstSpec,
     /// Translation of the obstacle, length; depends on time only.
     pub motion: Option<[Field; 3]>,
     pub friction: SurfaceFriction,
     pub spot: Spot,
+}
+
+/// What a surface may touch.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AgainstSpec {
+    /// Directions have unit length.
+    Obstacle(Obstacle),
+    /// Groups of boundary faces.
+    Surface {
+        region: Region,
+        gap: InitialGap,
+        /// `None` lets sizes and materials decide.
+        slave: Option<Role>,
+        /// Length, > 0; `None` is a part of the surfaces' size.
+        search: Option<f64>,
+    },
 }
 
 /// Settings of the solver.

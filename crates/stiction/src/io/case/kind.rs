@@ -36,11 +36,6 @@ pub(super) enum Kind {
         what: &'static str,
         remedy: &'static str,
     },
-    /// The same for a text only.
-    AbsentText {
-        what: &'static str,
-        remedy: &'static str,
-    },
 }
 
 /// The keys of a table.
@@ -164,11 +159,11 @@ impl Kind {
             Kind::Named(_) => "a table of tables".into(),
             Kind::Either(kinds) => kinds
                 .iter()
-                .filter(|kind| !matches!(kind, Kind::Absent { .. } | Kind::AbsentText { .. }))
+                .filter(|kind| !matches!(kind, Kind::Absent { .. }))
                 .map(Kind::describe)
                 .collect::<Vec<_>>()
                 .join(", or "),
-            Kind::Absent { .. } | Kind::AbsentText { .. } => "nothing".into(),
+            Kind::Absent { .. } => "nothing".into(),
         }
     }
 }

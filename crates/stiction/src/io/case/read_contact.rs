@@ -1,11 +1,11 @@
 //! `[[contact]]`: surfaces, obstacles and friction.
 
-use super::data::{ContactSpec, Region};
+use super::data::{AgainstSpec, ContactSpec, Region};
 use super::read_body::fields;
-use super::read_region::extended_region;
+use super::read_region::{extended_region, groups};
 use super::view::View;
 use crate::Error;
-use crate::contact::{Obstacle, Side, SurfaceFriction};
+use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
 
 /// All contacts; their names differ.
@@ -30,8 +30,31 @@ fn contact(table: &View, i: usize) -> Result<ContactSpec, Error> {
         (Region::Groups(groups), None) => groups.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join("+"),
         _ => format!("contact {}", i + 1),
     };
-    let (against, motion, friction) = (obstacle(table)?, motion(table)?, friction(table)?);
+    let (against, motion, friction) = (against(table)?, motion(table)?, friction(table)?);
     Ok(ContactSpec { name, on, against, motion, friction, spot: table.spot() })
+}
+
+fn against(table: &View) -> Result<AgainstSpec, Error> {
+    let names = match table.given("against") {
+        Some(node) if node.entries().is_empty() => groups(table.source, node),
+        _ => Vec::new(),
+    };
+    if names.is_empty() {
+        let only = |key: &&&str| table.given(key).is_some();
+        if let Some(key) = ["gap", "slave", "search"].iter().find(only) {
+            let what = format!("`{key}` is for contact between two surfaces, but `against` is a rigid obstacle");
+            return Err(table.error(key, what, format!("take `{key}` out, or name a group in `against`")));
+        }
+        return Ok(AgainstSpec::Obstacle(obstacle(table)?));
+    }
+    let gap = match table.given("gap").and_then(|node| node.number()) {
+        Some(gap) => InitialGap::Uniform(gap),
+        None if table.text("gap") == "closed" => InitialGap::Closed,
+        None => InitialGap::AsMeshed,
+    };
+    let slave = table.given("slave").map(|_| if table.text("slave") == "on" { Role::On } else { Role::Against });
+    let search = table.given("search").map(|_| table.number("search"));
+    Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, slave, search })
 }
 
 fn obstacle(table: &View) -> Result<Obstacle, Error> {
@@ -65,7 +88,7 @@ fn side(table: &View) -> Side {
 }
 
 /// The vector under `key`, scaled to length one.
-fn direction(table: &View, key: &str) -> Result<[f64; 3], Error> {
+pub(super) fn direction(table: &View, key: &str) -> Result<[f64; 3], Error> {
     let v = table.vector(key);
     // Dividing by the largest entry first keeps the squares from overflowing or vanishing.
     let largest = v.iter().fold(0.0, |a: f64, b| a.max(b.abs()));

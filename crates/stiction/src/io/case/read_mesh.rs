@@ -2,18 +2,33 @@
 
 use std::path::Path;
 
-use super::data::{MaterialSpec, MeshSource, MeshSpec};
+use super::data::{MaterialSpec, MeshSource, MeshSpec, Placing};
+use super::read_contact::direction;
 use super::read_region::groups;
 use super::view::View;
 use crate::Error;
 use crate::fem::Formulation;
-use crate::mesh::{Block, BlockElement};
+use crate::mesh::{Block, BlockElement, Turn};
 
 /// The mesh; relative paths start at `folder`.
 pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
     let Some(table) = case.table("mesh") else {
         return Err(case.error("mesh", "the case file has no `mesh`", "add [mesh]"));
     };
+    let parts = table.tables("parts");
+    if parts.is_empty() {
+        return part(&table, folder);
+    }
+    if table.given("scale").is_some() {
+        let what = "`scale` is for a mesh file, but the mesh has parts";
+        return Err(table.error("scale", what, "take `scale` out, or give it to a part"));
+    }
+    let read = |(name, view): &(&str, View)| Ok((name.to_string(), part(view, folder)?));
+    let parts = parts.iter().map(read).collect::<Result<_, Error>>()?;
+    Ok(MeshSpec { source: MeshSource::Parts(parts), placing: placing(&table)?, spot: table.spot() })
+}
+
+fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
     let source = match table.table("block") {
         Some(_) if table.given("scale").is_some() => {
             let what = "`scale` is for a mesh file, but the mesh is a block";
@@ -22,7 +37,17 @@ pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
         Some(block) => MeshSource::Block(self::block(&block)?),
         None => MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") },
     };
-    Ok(MeshSpec { source, spot: table.spot() })
+    Ok(MeshSpec { source, placing: placing(table)?, spot: table.spot() })
+}
+
+fn placing(table: &View) -> Result<Placing, Error> {
+    let turn = match table.table("turn") {
+        Some(turn) => {
+            Some(Turn { point: turn.vector("point"), axis: direction(&turn, "axis")?, degrees: turn.number("degrees") })
+        }
+        None => None,
+    };
+    Ok(Placing { turn, by: table.vector("move") })
 }
 
 fn block(table: &View) -> Result<Block, Error> {

@@ -69,10 +69,10 @@ fn kind(kind: &Kind) -> Map<String, Value> {
         Kind::Tables(rules) => json!({ "type": "array", "items": table(rules) }),
         Kind::Named(rules) => json!({ "type": "object", "additionalProperties": table(rules), "minProperties": 1 }),
         Kind::Either(kinds) => {
-            let allowed = kinds.iter().filter(|k| !matches!(k, Kind::Absent { .. } | Kind::AbsentText { .. }));
+            let allowed = kinds.iter().filter(|k| !matches!(k, Kind::Absent { .. }));
             json!({ "anyOf": allowed.map(self::kind).collect::<Vec<_>>() })
         }
-        Kind::Absent { .. } | Kind::AbsentText { .. } => json!({}),
+        Kind::Absent { .. } => json!({}),
     };
     match schema {
         Value::Object(map) => map,

@@ -19,7 +19,8 @@ pub(super) static CASE: Rules = Rules {
             "Heading of the results; the file name if absent.",
         ),
         key("units", Kind::Text, "units = \"m, N, Pa\"", "Names of the units, a label only: nothing is converted."),
-        key("mesh", Kind::Table(&MESH), "[mesh]", "The mesh: a block made here, or a file.").required(),
+        key("mesh", Kind::Table(&MESH), "[mesh]", "The mesh: a block made here, a file, or several of them.")
+            .required(),
         key(
             "materials",
             Kind::Named(&MATERIAL),
@@ -29,7 +30,12 @@ pub(super) static CASE: Rules = Rules {
         .required(),
         key("fix", Kind::Tables(&FIX), "[[fix]]", "Prescribed displacements."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
-        key("contact", Kind::Tables(&CONTACT), "[[contact]]", "Surfaces that may touch a rigid obstacle."),
+        key(
+            "contact",
+            Kind::Tables(&CONTACT),
+            "[[contact]]",
+            "Surfaces that may touch a rigid obstacle or one another.",
+        ),
         key("solver", Kind::Table(&SOLVER), "[solver]", "Settings of the solver; the defaults need no tuning."),
         key(
             "step",
@@ -58,21 +64,60 @@ static STEP: Rules = Rules {
 
 static MESH: Rules = Rules {
     doc: "Where the mesh comes from.",
-    one_of: &["block", "file"],
+    one_of: &["block", "file", "parts"],
     keys: &[
+        MESH_BLOCK,
+        MESH_FILE,
         key(
-            "block",
-            Kind::Table(&BLOCK),
-            "block = { size = [3, 1, 1], cells = [24, 8, 8] }",
-            "A box of cells with the groups x-min, x-max, y-min, y-max, z-min, z-max and body.",
+            "parts",
+            Kind::Named(&PART),
+            "[mesh.parts.ring]",
+            "Several meshes under names of your choice; the group z-max of the part ring is called ring.z-max, and ring are all its cells.",
         ),
-        key(
-            "file",
-            Kind::Text,
-            "file = \"part.msh\"",
-            "A mesh file, .msh (Gmsh 2.2, 4.1), .inp (Abaqus, CalculiX) or .vtu, relative to the folder of the case file.",
-        ),
-        key("scale", Kind::Number(POSITIVE), "scale = 1e-3", "Factor on the coordinates of the file.").default("1"),
+        MESH_SCALE,
+        MESH_TURN,
+        MESH_MOVE,
+    ],
+};
+
+static PART: Rules = Rules {
+    doc: "A part of the mesh.",
+    one_of: &["block", "file"],
+    keys: &[MESH_BLOCK, MESH_FILE, MESH_SCALE, MESH_TURN, MESH_MOVE],
+};
+
+const MESH_BLOCK: Key = key(
+    "block",
+    Kind::Table(&BLOCK),
+    "block = { size = [3, 1, 1], cells = [24, 8, 8] }",
+    "A box of cells with the groups x-min, x-max, y-min, y-max, z-min, z-max and body.",
+);
+const MESH_FILE: Key = key(
+    "file",
+    Kind::Text,
+    "file = \"part.msh\"",
+    "A mesh file, .msh (Gmsh 2.2, 4.1), .inp (Abaqus, CalculiX) or .vtu, relative to the folder of the case file.",
+);
+const MESH_SCALE: Key =
+    key("scale", Kind::Number(POSITIVE), "scale = 1e-3", "Factor on the coordinates of the file.").default("1");
+const MESH_TURN: Key = key(
+    "turn",
+    Kind::Table(&TURN),
+    "turn = { axis = [0, 0, 1], degrees = 30 }",
+    "Turns the mesh about a line, after it was scaled.",
+);
+const MESH_MOVE: Key =
+    key("move", POINT, "move = [0, 0, 1]", "Moves the mesh, after it was turned.").default("[0, 0, 0]").unit("length");
+
+static TURN: Rules = Rules {
+    doc: "A turn about a line.",
+    one_of: &[],
+    keys: &[
+        key("axis", POINT, "axis = [0, 0, 1]", "The direction of the line, of any length.").required(),
+        key("degrees", Kind::Number(ANY), "degrees = 30", "The angle, as a right-handed screw along the axis.")
+            .required()
+            .unit("degree"),
+        key("point", POINT, "point = [0, 0, 0]", "A point of the line.").default("[0, 0, 0]").unit("length"),
     ],
 };
 
@@ -226,22 +271,30 @@ const TEMPERATURE: Kind = Kind::Absent {
 };
 
 static CONTACT: Rules = Rules {
-    doc: "A surface that may touch a rigid obstacle.",
+    doc: "A surface that may touch a rigid obstacle or another surface.",
     one_of: &[],
     keys: &[
         key("name", Kind::Text, "name = \"sole\"", "Name of the pair in the results; that of its group if absent."),
         key("on", REGION, "on = \"z-min\"", "The surface: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.").required(),
-        key("against", Kind::Either(&[Kind::Table(&OBSTACLE), DEFORMABLE]), "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", "The rigid obstacle.")
+        key("against", Kind::Either(&[Kind::Table(&OBSTACLE), Kind::Text, NAMES]), "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", "A rigid obstacle, or another surface of the mesh: a group or a list of groups.")
             .required(),
+        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded. A number holds wherever they meet; a negative one is an interference fit.")
+            .default("\"as-meshed\"")
+            .unit("length"),
+        key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent the finer one, or else that of the softer body."),
+        key("search", Kind::Number(POSITIVE), "search = 0.1", "Between two surfaces: how far apart they may be, or overlap, and still meet; a quarter of the diagonal of the smaller one if absent.")
+            .unit("length"),
         key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
     ],
 };
 
-const DEFORMABLE: Kind = Kind::AbsentText {
-    what: "contact between deformable surfaces is not available in this version",
-    remedy: "give a rigid obstacle: against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }, or a sphere or cylinder",
+const GAP_NAME: Kind = Kind::Choice {
+    names: &[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")],
+    absent: &[],
 };
+const SLAVE: Kind =
+    Kind::Choice { names: &[("on", "the surface of `on`"), ("against", "the surface of `against`")], absent: &[] };
 
 static OBSTACLE: Rules = Rules {
     doc: "A rigid obstacle.",

@@ -28,5 +28,10 @@ pub fn templates() -> &'static [Template] {
             description: "a block pressed onto a rigid sphere",
             text: include_str!("templates/punch.toml"),
         },
+        Template {
+            name: "pair",
+            description: "a stamp pressed onto a block and dragged along it, both deformable",
+            text: include_str!("templates/pair.toml"),
+        },
     ]
 }

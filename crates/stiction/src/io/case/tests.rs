@@ -4,9 +4,9 @@ mod mistakes;
 mod robustness;
 
 use super::*;
-use crate::contact::{Obstacle, Side, SurfaceFriction};
+use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation};
-use crate::mesh::{Block, BlockElement};
+use crate::mesh::{Block, BlockElement, Turn};
 
 /// The case file of the design, with a title that is easy to move.
 const BRICK: &str = r#"title = "Brick on a rigid foundation"
@@ -82,7 +82,8 @@ fn the_brick_is_read_as_it_is_meant() {
     assert!(matches!(traction[0], Field::Constant(0.0)));
     let [contact] = case.contacts.as_slice() else { panic!() };
     assert_eq!(contact.name, "z-min");
-    assert_eq!(contact.against, Obstacle::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+    let plane = Obstacle::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
+    assert_eq!(contact.against, AgainstSpec::Obstacle(plane));
     assert_eq!(contact.friction, SurfaceFriction::Coulomb(0.35));
     assert_eq!(contact.spot.place, "case.toml:13:1");
     assert_eq!(case.solver, SolverSpec::default());
@@ -159,23 +160,59 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c =
         contact("on = [\"a\", \"b\"]\nagainst.plane = { point = [0, 0, 1], normal = [0, 3, 4] }\nfriction = \"none\"");
     assert_eq!((c.name.as_str(), c.friction), ("a+b", SurfaceFriction::None));
-    assert_eq!(c.against, Obstacle::Plane { point: [0.0, 0.0, 1.0], normal: [0.0, 0.6, 0.8] });
+    let obstacle = |c: &ContactSpec| match c.against {
+        AgainstSpec::Obstacle(obstacle) => obstacle,
+        _ => panic!(),
+    };
+    assert_eq!(obstacle(&c), Obstacle::Plane { point: [0.0, 0.0, 1.0], normal: [0.0, 0.6, 0.8] });
     let c = contact(
         "name = \"n\"\non.box = [[0, 0, 0], [1, 2, 0]]\nagainst.sphere = { center = [0, 0, 1], radius = 2, side = \"inside\" }\nfriction = \"bonded\"",
     );
     assert_eq!((c.name.as_str(), c.friction), ("n", SurfaceFriction::Bonded));
     assert_eq!(c.on, Region::Box { min: [0.0; 3], max: [1.0, 2.0, 0.0] });
-    assert_eq!(c.against, Obstacle::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
+    assert_eq!(obstacle(&c), Obstacle::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
     let c = contact(
         "on = \"a\"\nagainst.cylinder = { point = [0, 0, 1], axis = [0, -1e300, 0], radius = 2 }\nfriction = { tresca = 5 }",
     );
     let (point, axis) = ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]);
-    assert_eq!(c.against, Obstacle::Cylinder { point, axis, radius: 2.0, side: Side::Outside });
+    assert_eq!(obstacle(&c), Obstacle::Cylinder { point, axis, radius: 2.0, side: Side::Outside });
     assert_eq!(c.friction, SurfaceFriction::GivenStress(5.0));
     let c = contact(
         "on.box = [[0, 0, 0], [1, 1, 1]]\nagainst.plane = { point = [0, 0, 0], normal = [1, 0, 0] }\nfriction = { tresca = 5, nodal = true }",
     );
     assert_eq!((c.name.as_str(), c.friction), ("contact 1", SurfaceFriction::GivenForce(5.0)));
+}
+
+#[test]
+fn pairs_of_surfaces_are_read() {
+    let pair = |lines: &str| {
+        let text = edited("against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", lines);
+        match read_text(&text).contacts[0].against.clone() {
+            AgainstSpec::Surface { region: Region::Groups(groups), gap, slave, search } => {
+                (groups.iter().map(|g| g.0.clone()).collect::<Vec<_>>().join(" "), gap, slave, search)
+            }
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(pair("against = \"a\""), ("a".into(), InitialGap::AsMeshed, None, None));
+    let all = pair("against = [\"a\", \"b\"]\ngap = -2e-3\nslave = \"against\"\nsearch = 4");
+    assert_eq!(all, ("a b".into(), InitialGap::Uniform(-2e-3), Some(Role::Against), Some(4.0)));
+    assert_eq!(pair("against = \"a\"\ngap = \"closed\"\nslave = \"on\"").1, InitialGap::Closed);
+}
+
+#[test]
+fn parts_of_a_mesh_are_read_with_their_places() {
+    let text = edited(
+        "block = {",
+        "move = [1, 2, 3]\nparts.low.file = \"low.msh\"\nparts.low.scale = 1e-3\nparts.top.turn = { axis = [0, 0, 2], degrees = 30 }\nparts.top.block = {",
+    );
+    let mesh = read_text(&text).mesh;
+    let MeshSource::Parts(parts) = &mesh.source else { panic!() };
+    assert_eq!((mesh.placing, parts[0].0.as_str()), (Placing { turn: None, by: [1.0, 2.0, 3.0] }, "low"));
+    assert_eq!(parts[0].1.source, MeshSource::File { path: "low.msh".into(), scale: 1e-3 });
+    let turn = Turn { point: [0.0; 3], axis: [0.0, 0.0, 1.0], degrees: 30.0 };
+    assert_eq!((parts[1].0.as_str(), parts[1].1.placing), ("top", Placing { turn: Some(turn), by: [0.0; 3] }));
+    assert!(matches!(parts[1].1.source, MeshSource::Block(_)));
 }
 
 #[test]

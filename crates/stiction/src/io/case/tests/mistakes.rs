@@ -109,8 +109,7 @@ fn what_this_version_cannot_do_is_said_plainly() {
     fails("\"tet4\"", "\"hex20\"", "4:59", &[absent, "more cells"]);
     fails("traction =", "temperature = 80\ntraction =", "12:1", &["thermal", absent]);
     let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
-    fails(plane, "\"other\"", "15:11", &["deformable", absent, "rigid obstacle"]);
-    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder, motion }"]);
+    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder, motion }", "at least 1 entries"]);
 }
 
 #[test]
@@ -126,6 +125,23 @@ fn steps_and_motions_are_held_to_the_time_axis() {
     fails(plane, &format!("{plane}, motion = [0, 0, \"x\"]"), "15:81", &["only t may"]);
     fails(plane, &format!("{plane}, motion = 1"), "15:73", &["`motion` is the number 1", "motion = [0, 0"]);
     fails(plane, &format!("{plane}, moton = [0, 0, 1]"), "15:64", &["did you mean `motion`?"]);
+}
+
+#[test]
+fn mistakes_about_pairs_and_parts_are_shown() {
+    let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+    fails(plane, "\" \"", "15:11", &["empty text"]);
+    fails(plane, &format!("{plane}\ngap = 0.1"), "16:7", &["`gap` is for contact between two surfaces"]);
+    fails(plane, &format!("{plane}\nsearch = 1"), "16:10", &["`search` is for", "name a group in `against`"]);
+    fails(plane, "\"a\"\nslave = \"a\"", "16:9", &["\"on\" (the surface of `on`)"]);
+    fails(plane, "\"a\"\nsearch = 0", "16:10", &["greater than 0"]);
+    fails(plane, "\"a\"\ngap = \"open\"", "16:7", &["as-meshed", "closed"]);
+    fails("block = {", "parts.a = 3\n#", "4:7", &["`parts.a`", "[mesh.parts.ring]"]);
+    fails("block = {", "parts.a.move = [0, 0, 1]\n#", "4:7", &["none of block, file"]);
+    fails("block = {", "scale = 2\nparts.a.block = {", "4:9", &["the mesh has parts"]);
+    fails("block = {", "scale = 2\nfile = \"a.msh\"\nparts.a.block = {", "6:1", &["both `file` and `parts`"]);
+    fails("block = {", "turn = { axis = [0, 0, 0], degrees = 1 }\nblock = {", "4:17", &["`axis` is zero"]);
+    fails("block = {", "turn = { axis = [0, 0, 1] }\nblock = {", "4:8", &["no `degrees`"]);
 }
 
 #[test]

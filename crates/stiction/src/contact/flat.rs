@@ -1,0 +1,190 @@
+//! Faces in a plane: clipping, shape functions at a point, quadrature over polygons.
+
+/// A point of the plane.
+pub(super) type P2 = [f64; 2];
+
+fn cross(a: P2, b: P2, c: P2) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Area of a polygon, positive if it is counter-clockwise.
+pub(super) fn area(polygon: &[P2]) -> f64 {
+    let Some(&first) = polygon.first() else { return 0.0 };
+    polygon.windows(2).map(|edge| 0.5 * cross(first, edge[0], edge[1])).sum()
+}
+
+/// The part of `subject` inside the convex, counter-clockwise `window` (Sutherland & Hodgman 1974).
+pub(super) fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
+    let mut polygon = subject.to_vec();
+    for (i, &a) in window.iter().enumerate() {
+        let b = window[(i + 1) % window.len()];
+        let input = std::mem::take(&mut polygon);
+        for (j, &to) in input.iter().enumerate() {
+            let from = input[(j + input.len() - 1) % input.len()];
+            let (before, here) = (cross(a, b, from), cross(a, b, to));
+            if (before < 0.0) != (here < 0.0) {
+                let t = before / (before - here);
+                polygon.push([from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]);
+            }
+            if here >= 0.0 {
+                polygon.push(to);
+            }
+        }
+    }
+    polygon
+}
+
+/// A triangle or quadrilateral with its shape functions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flat {
+    corners: [P2; 4],
+    count: usize,
+    /// A quadrilateral whose map from the reference square is not affine.
+    pub bent: bool,
+}
+
+/// Newton steps for a point of a quadrilateral; four are enough unless it is hardly convex.
+const STEPS: usize = 20;
+
+impl Flat {
+    /// From three or four corners.
+    pub fn new(corners: &[P2]) -> Flat {
+        let mut all = [[0.0; 2]; 4];
+        all[..corners.len()].copy_from_slice(corners);
+        let twist = [0, 1].map(|c| all[0][c] - all[1][c] + all[2][c] - all[3][c]);
+        let size = [0, 1].map(|c| all[2][c] - all[0][c]);
+        let bent = corners.len() == 4 && twist[0].hypot(twist[1]) > 1e-10 * size[0].hypot(size[1]);
+        Flat { corners: all, count: corners.len(), bent }
+    }
+
+    pub fn corners(&self) -> &[P2] {
+        &self.corners[..self.count]
+    }
+
+    /// Values of the shape functions at `x`; the last is zero on a triangle.
+    pub fn shape(&self, x: P2) -> [f64; 4] {
+        let [a, b, c, d] = self.corners;
+        if self.count == 3 {
+            let whole = cross(a, b, c);
+            let (second, third) = (cross(a, x, c) / whole, cross(a, b, x) / whole);
+            return [1.0 - second - third, second, third, 0.0];
+        }
+        // x = a + s e + t f + s t g on the unit square.
+        let [e, f] = [[b[0] - a[0], b[1] - a[1]], [d[0] - a[0], d[1] - a[1]]];
+        let g = [a[0] - b[0] + c[0] - d[0], a[1] - b[1] + c[1] - d[1]];
+        let (mut s, mut t) = (0.5, 0.5);
+        for _ in 0..STEPS {
+            let r = [0, 1].map(|k| a[k] + s * e[k] + t * f[k] + s * t * g[k] - x[k]);
+            let (ds, dt) = ([0, 1].map(|k| e[k] + t * g[k]), [0, 1].map(|k| f[k] + s * g[k]));
+            let det = ds[0] * dt[1] - ds[1] * dt[0];
+            let (step_s, step_t) = ((r[0] * dt[1] - r[1] * dt[0]) / det, (ds[0] * r[1] - ds[1] * r[0]) / det);
+            (s, t) = (s - step_s, t - step_t);
+            if step_s.abs().max(step_t.abs()) < 1e-15 {
+                break;
+            }
+        }
+        [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
+    }
+}
+
+/// Points and weights over a counter-clockwise convex polygon, cut into triangles around its middle. Exact to degree 5;
+/// where shape functions are no polynomials (`bent`) with 64 points a triangle instead of 7.
+pub(super) fn quadrature(polygon: &[P2], bent: bool) -> Vec<(P2, f64)> {
+    let count = polygon.len() as f64;
+    let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / count);
+    let rule = if bent { collapsed() } else { radon() };
+    let mut points = Vec::with_capacity(polygon.len() * rule.len());
+    for (i, &b) in polygon.iter().enumerate() {
+        let c = polygon[(i + 1) % polygon.len()];
+        let area = 0.5 * cross(middle, b, c);
+        if area > 0.0 {
+            let at = |w: [f64; 3]| [0, 1].map(|k| w[0] * middle[k] + w[1] * b[k] + w[2] * c[k]);
+            points.extend(rule.iter().map(|&(w, weight)| (at(w), weight * area)));
+        }
+    }
+    points
+}
+
+/// Radon's rule of seven points, exact to degree 5.
+fn radon() -> Vec<([f64; 3], f64)> {
+    let root = 15f64.sqrt();
+    let mut rule = vec![([1.0 / 3.0; 3], 9.0 / 40.0)];
+    for s in [-root, root] {
+        let (near, weight) = ((6.0 + s) / 21.0, (155.0 + s) / 1200.0);
+        rule.extend((0..3).map(|i| (std::array::from_fn(|k| if k == i { 1.0 - 2.0 * near } else { near }), weight)));
+    }
+    rule
+}
+
+/// Gauss's eight points on the unit interval, those of its upper half: distances from the middle, and weights.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.091_717_321_247_824_95, 0.181_341_891_689_181],
+    [0.262_766_204_958_164_5, 0.156_853_322_938_943_65],
+    [0.398_333_238_706_813_4, 0.111_190_517_226_687_23],
+    [0.480_144_928_248_768_1, 0.050_614_268_145_188_13],
+];
+
+/// A square of Gauss points collapsed onto the triangle: exact to degree 14.
+fn collapsed() -> Vec<([f64; 3], f64)> {
+    let line: Vec<[f64; 2]> = GAUSS.iter().flat_map(|&[x, w]| [[0.5 - x, w], [0.5 + x, w]]).collect();
+    let at = |[r, a]: [f64; 2], [s, b]: [f64; 2]| ([r, (1.0 - r) * (1.0 - s), (1.0 - r) * s], 2.0 * a * b * (1.0 - r));
+    line.iter().flat_map(|&r| line.iter().map(move |&s| at(r, s))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [P2; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+    #[test]
+    fn clipping_keeps_what_both_cover() {
+        let corner = [[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]];
+        assert!((area(&clip(&corner, &SQUARE)) - 0.25).abs() < 1e-16);
+        let triangle = [[-1.0, 0.5], [0.5, -1.0], [2.0, 0.5]]; // its lower corner lies outside
+        // Of the strip 0 <= y <= 1/2 the edges y = -x - 1/2 and y = x - 3/2 of the triangle leave all inside the square.
+        assert!((area(&clip(&triangle, &SQUARE)) - 0.5).abs() < 1e-15);
+        assert_eq!(area(&clip(&SQUARE, &SQUARE)), 1.0);
+        assert!(clip(&[[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]], &SQUARE).is_empty());
+        // What is cut off and what stays add up to the whole.
+        let odd = [[0.2, -0.3], [1.4, 0.1], [0.9, 1.2], [-0.2, 0.8]];
+        let halves =
+            [[[0.5, -9.0], [0.5, 9.0], [-9.0, 9.0], [-9.0, -9.0]], [[0.5, 9.0], [0.5, -9.0], [9.0, -9.0], [9.0, 9.0]]];
+        let sum: f64 = halves.iter().map(|half| area(&clip(&odd, half))).sum();
+        assert!((sum - area(&odd)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn both_rules_integrate_polynomials_exactly() {
+        let triangle = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let factorial = |n: i32| (1..=n).product::<i32>() as f64;
+        for (bent, degree) in [(false, 5), (true, 10)] {
+            for (p, q) in (0..=degree).flat_map(|p| (0..=degree - p).map(move |q| (p, q))) {
+                let sum: f64 = quadrature(&triangle, bent).iter().map(|(x, w)| w * x[0].powi(p) * x[1].powi(q)).sum();
+                let exact = if p + q <= 10 {
+                    factorial(p) * factorial(q)
+                        / ((p + q + 1)..=(p + q + 2)).fold(factorial(p + q), |a, k| a * f64::from(k))
+                } else {
+                    0.0
+                };
+                assert!((sum - exact).abs() < 1e-15, "{p} {q}: {sum} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn shape_functions_reproduce_every_point() {
+        let quad = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]]);
+        let triangle = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0]]);
+        assert!(quad.bent && !triangle.bent && !Flat::new(&SQUARE).bent);
+        for flat in [quad, triangle] {
+            for x in [[0.0, 0.0], [0.5, 0.4], [-0.2, 1.0], [0.01, 0.9]] {
+                let shape = flat.shape(x);
+                let back = [0, 1].map(|c| flat.corners().iter().zip(shape).map(|(p, s)| s * p[c]).sum::<f64>());
+                assert!(
+                    (0..2).all(|c| (back[c] - x[c]).abs() < 1e-14) && (shape.iter().sum::<f64>() - 1.0).abs() < 1e-14
+                );
+            }
+        }
+    }
+}

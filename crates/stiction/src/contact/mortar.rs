@@ -1,0 +1,304 @@
+//! Dual mortar: how the nodes of a slave surface hang on the nodes of a master surface with another mesh.
+//!
+//! Lagrange multipliers with dual shape functions `psi_j` (Wohlmuth 2000), integrated face by face over the segments in
+//! which slave and master faces overlap (Puso & Laursen 2004): on the plane through the middle of the slave face across
+//! its normal both are projected and clipped, and what remains is integrated by triangles, exactly on flat faces.
+//! `psi = A phi` on a face, `A = D M⁻¹`, `D = diag(int phi)`, `M = int phi phi'`, over the covered part only (Cichosz &
+//! Bischoff 2011) and with the very quadrature of the coupling, which keeps the jump of a linear field zero whatever the
+//! error of the quadrature.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use super::flat::{Flat, P2, area, clip, quadrature};
+use super::obstacle::unit;
+use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
+use crate::mesh::{Bounds, Mesh, Tree};
+
+/// Faces meet if the cosine between their outward normals is below this: they look at one another within 75 degrees.
+const FACING: f64 = -0.25;
+/// Overlaps smaller than this part of the slave face are rounding.
+const SLIVER: f64 = 1e-13;
+/// A face covered to less than this part is not covered: the dual functions over it could not be told apart.
+const LEAST_PART: f64 = 1e-6;
+/// Weights below this are rounding: matching nodes then hang on one node only.
+const ROUNDING: f64 = 1e-12;
+
+/// What a slave face meets: everything about its nodes `i`, in the order of the face.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Met {
+    /// `int phi_i` over the covered part; area.
+    pub areas: [f64; 4],
+    /// `int psi_i phi_k` for the nodes `k` of the master faces, ascending; area.
+    pub masters: Vec<(u32, [f64; 4])>,
+    /// The covered area; 0 if the face meets nothing.
+    pub covered: f64,
+    /// Whether a face of the other surface that looks the same way lies over or under it.
+    pub averted: bool,
+}
+
+/// A face in space, seen along a direction.
+struct Seen {
+    flat: Flat,
+    /// Heights of the corners above the plane.
+    heights: [f64; 4],
+}
+
+/// A plane with axes; the third is its normal.
+struct Plane {
+    origin: V3,
+    axes: [V3; 3],
+}
+
+impl Plane {
+    /// Through the middle of a face across its mean normal.
+    fn of_face(mesh: &Mesh, face: u32) -> Option<Plane> {
+        let normal = unit(mesh.face_vector_area(face as usize))?;
+        let corners = corners(mesh, face);
+        let origin = scale(1.0 / corners.len() as f64, corners.iter().fold([0.0; 3], |a, &x| add(a, x)));
+        let edge = sub(corners[1], corners[0]);
+        let first = unit(sub(edge, scale(dot(edge, normal), normal)))?;
+        Some(Plane { origin, axes: [first, cross(normal, first), normal] })
+    }
+
+    fn see(&self, corners: &[V3]) -> Seen {
+        let (mut flat, mut heights) = ([[0.0; 2]; 4], [0.0; 4]);
+        for (i, &x) in corners.iter().enumerate() {
+            let d = sub(x, self.origin);
+            flat[i] = [dot(d, self.axes[0]), dot(d, self.axes[1])];
+            heights[i] = dot(d, self.axes[2]);
+        }
+        Seen { flat: Flat::new(&flat[..corners.len()]), heights }
+    }
+}
+
+impl Seen {
+    fn height(&self, x: P2) -> f64 {
+        self.flat.shape(x).iter().zip(self.heights).map(|(s, h)| s * h).sum()
+    }
+}
+
+fn corners(mesh: &Mesh, face: u32) -> Vec<V3> {
+    mesh.faces[face as usize].nodes().iter().map(|&node| mesh.nodes[node as usize]).collect()
+}
+
+/// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal.
+pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64) -> Vec<Met> {
+    let tree = Tree::new(master.iter().map(|&face| Bounds::around(corners(mesh, face))).collect());
+    slave.par_iter().map(|&face| met(mesh, face, master, &tree, search).unwrap_or_default()).collect()
+}
+
+/// The part of a slave face under one master face.
+struct Segment {
+    face: u32,
+    seen: Seen,
+    polygon: Vec<P2>,
+    /// Of its middle, from the slave face to the master face along the normal; length.
+    distance: f64,
+}
+
+fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Option<Met> {
+    let plane = Plane::of_face(mesh, face)?;
+    let own = corners(mesh, face);
+    let slave = plane.see(&own);
+    let whole = area(slave.flat.corners());
+    let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
+    let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
+    let (mut segments, mut averted) = (Vec::new(), false);
+    for other in candidates.into_iter().map(|i| master[i as usize]) {
+        let seen = plane.see(&corners(mesh, other));
+        let mut polygon = clip(seen.flat.corners(), slave.flat.corners());
+        if area(&polygon).abs() <= SLIVER * whole {
+            continue;
+        }
+        let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / polygon.len() as f64);
+        let distance = seen.height(middle) - slave.height(middle);
+        let facing = dot(mesh.face_normal(other as usize), plane.axes[2]) < FACING;
+        averted |= !facing && distance.abs() <= search;
+        if facing && distance.abs() <= search {
+            // Seen from the slave face the master face turns the other way.
+            polygon.reverse();
+            segments.push(Segment { face: other, seen, polygon, distance });
+        }
+    }
+    keep_nearest(&mut segments, whole);
+    let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
+    if covered < LEAST_PART * whole {
+        return Some(Met { averted, ..Met::default() });
+    }
+    couple(mesh, &slave, &segments, own.len()).map(|(areas, masters)| Met { areas, masters, covered, averted })
+}
+
+/// Where several layers lie over one another, only the nearest is met.
+fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
+    let mut covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
+    while covered > (1.0 + 1e-6) * whole {
+        let far = segments.iter().enumerate().max_by(|a, b| a.1.distance.abs().total_cmp(&b.1.distance.abs()));
+        let Some((far, _)) = far else { return };
+        covered -= area(&segments.remove(far).polygon);
+    }
+}
+
+/// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
+fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<([f64; 4], Vec<(u32, [f64; 4])>)> {
+    let (mut d, mut m, mut points) = ([0.0; 4], [[0.0; 4]; 4], Vec::new());
+    for (number, segment) in segments.iter().enumerate() {
+        for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || segment.seen.flat.bent) {
+            let phi = slave.flat.shape(x);
+            for i in 0..n {
+                d[i] += weight * phi[i];
+                (0..n).for_each(|j| m[i][j] += weight * phi[i] * phi[j]);
+            }
+            points.push((number, phi, segment.seen.flat.shape(x), weight));
+        }
+    }
+    let inverse = inverse(m, n)?;
+    let mut masters: Vec<(u32, [f64; 4])> = Vec::new();
+    for segment in segments {
+        masters.extend(mesh.faces[segment.face as usize].nodes().iter().map(|&node| (node, [0.0; 4])));
+    }
+    masters.sort_unstable_by_key(|entry| entry.0);
+    masters.dedup_by_key(|entry| entry.0);
+    for (number, phi, other, weight) in points {
+        let psi: [f64; 4] = std::array::from_fn(|i| d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>());
+        let nodes = mesh.faces[segments[number].face as usize].nodes();
+        for (&node, shape) in nodes.iter().zip(other) {
+            let place = masters.partition_point(|e| e.0 < node);
+            let entry = &mut masters[place].1;
+            (0..n).for_each(|i| entry[i] += weight * psi[i] * shape);
+        }
+    }
+    Some((d, masters))
+}
+
+/// Inverse of a symmetric positive definite matrix of order `n <= 4`, by Gauss and Jordan after scaling its diagonal to
+/// one; `None` if it is singular.
+fn inverse(m: [[f64; 4]; 4], n: usize) -> Option<[[f64; 4]; 4]> {
+    let s: [f64; 4] = std::array::from_fn(|i| if i < n { 1.0 / m[i][i].sqrt() } else { 1.0 });
+    let mut a: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| s[i] * s[j] * m[i][j]));
+    let mut b: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+        a.swap(k, pivot);
+        b.swap(k, pivot);
+        let scale = 1.0 / a[k][k];
+        if !scale.is_finite() {
+            return None;
+        }
+        a[k].iter_mut().chain(&mut b[k]).for_each(|x| *x *= scale);
+        let (row, other) = (a[k], b[k]);
+        for i in (0..n).filter(|&i| i != k) {
+            let factor = a[i][k];
+            (0..n).for_each(|j| (a[i][j], b[i][j]) = (a[i][j] - factor * row[j], b[i][j] - factor * other[j]));
+        }
+    }
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| s[i] * s[j] * b[i][j])))
+}
+
+/// The weighted jump at a slave node, `u_node + sum(weight u_other)`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Row {
+    pub node: u32,
+    /// `D_jj = int phi_j` over the covered part.
+    pub area: f64,
+    /// `int psi_j / D_jj`: one, and more where the node carries what a dropped neighbour would have carried. The master
+    /// weights add up to its negative.
+    pub share: f64,
+    /// Master nodes with `-M_jk / D_jj`, then dropped slave nodes, each ascending.
+    pub others: Vec<(u32, f64)>,
+}
+
+/// Over so many rings of faces kept nodes carry for dropped ones: a corner triangle may have only dropped nodes, but what
+/// is farther away is not theirs.
+const RINGS: usize = 2;
+
+/// Who carries for each dropped node with a covered patch, and which part of it: the kept nodes next to it.
+type Carriers = BTreeMap<u32, Vec<(u32, f64)>>;
+
+fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool) -> Carriers {
+    let mut near: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
+        let nodes = mesh.faces[face as usize].nodes();
+        for &node in nodes.iter().filter(|&&node| !keep(node)) {
+            near.entry(node).or_default().extend(nodes.iter().filter(|&&other| other != node));
+        }
+    }
+    let mut carriers = Carriers::new();
+    for _ in 0..RINGS {
+        let mut ring = Carriers::new();
+        for (&node, others) in near.iter().filter(|(node, _)| !carriers.contains_key(node)) {
+            let of = |other: &u32| if keep(*other) { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() };
+            let known: Vec<Vec<(u32, f64)>> = others.iter().filter_map(of).collect();
+            let part = 1.0 / known.len() as f64;
+            let mut parts: BTreeMap<u32, f64> = BTreeMap::new();
+            known.iter().flatten().for_each(|&(other, weight)| *parts.entry(other).or_default() += part * weight);
+            if !parts.is_empty() {
+                ring.insert(node, parts.into_iter().collect());
+            }
+        }
+        carriers.append(&mut ring);
+    }
+    carriers
+}
+
+/// The rows of the slave nodes that `keep` keeps, ascending by node, and the covered area no row stands for.
+///
+/// A dropped node `q` leaves its function to the kept nodes next to it, `psi_j + sum_q c_jq psi_q`, `sum_j c_jq = 1`: the
+/// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
+/// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
+pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
+    let carriers = carriers(mesh, slave, met, &keep);
+    let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
+    let mut lost = 0.0;
+    for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
+        for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate() {
+            if keep(node) {
+                let own = sums.entry(node).or_default();
+                own.area += met.areas[i];
+                own.add(met, i, 1.0);
+                continue;
+            }
+            let Some(carriers) = carriers.get(&node) else {
+                lost += met.areas[i];
+                continue;
+            };
+            for &(carrier, part) in carriers {
+                let carrier = sums.entry(carrier).or_default();
+                *carrier.dropped.entry(node).or_default() += part * met.areas[i];
+                carrier.add(met, i, part);
+            }
+        }
+    }
+    (sums.into_iter().map(|(node, sums)| sums.row(node)).collect(), lost)
+}
+
+/// Integrals over all faces around a node, those of the nodes it carries for included; area.
+#[derive(Default)]
+struct Sums {
+    /// `int phi_j`.
+    area: f64,
+    /// `int psi_j phi_k` of master nodes `k`.
+    masters: BTreeMap<u32, f64>,
+    /// `int psi_j phi_q` of dropped slave nodes `q`.
+    dropped: BTreeMap<u32, f64>,
+}
+
+impl Sums {
+    fn add(&mut self, met: &Met, i: usize, part: f64) {
+        met.masters.iter().for_each(|(k, values)| *self.masters.entry(*k).or_default() += part * values[i]);
+    }
+
+    fn row(self, node: u32) -> Row {
+        let area = self.area;
+        let share = 1.0 + self.dropped.values().sum::<f64>() / area;
+        let mut others: Vec<(u32, f64)> = self.masters.into_iter().map(|(k, value)| (k, -value / area)).collect();
+        others.retain(|(_, weight)| weight.abs() > ROUNDING);
+        // A translation of everything must not be a jump, to the last digit.
+        let sum = share + others.iter().map(|other| other.1).sum::<f64>();
+        let heaviest = others.iter_mut().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        heaviest.into_iter().for_each(|other| other.1 -= sum);
+        others.extend(self.dropped.into_iter().map(|(q, value)| (q, value / area)));
+        Row { node, area, share, others }
+    }
+}

@@ -1,0 +1,194 @@
+//! Contact points between two surfaces of the mesh.
+
+use std::collections::{HashMap, HashSet};
+
+use super::frame::{frame, tied_frame};
+use super::mortar::{Met, Row, meet, rows};
+use super::normals::normals;
+use super::points::{Point, law, prescribed, refuse_dragging};
+use super::roles::face_size;
+use super::surface::SEARCH;
+use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
+use crate::Error;
+use crate::fem::{FeModel, nodal_areas};
+use crate::mesh::v3::{V3, dot, sub};
+use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
+
+/// A node is dropped if less than this part of its patch of faces looks at the other surface: it lies far outside that
+/// surface, whose displacement there would be guessed.
+const LEAST_COVER: f64 = 0.02;
+/// Gaps below this part of a face's size are rounding.
+const TOUCHING: f64 = 1e-6;
+
+/// Appends the points of one pair. `taken` are the nodes that other contacts use.
+///
+/// A point hangs on its own node and on the master nodes by the weighted jump of [`rows`]; its gap is that jump of the
+/// coordinates along the averaged normal, so that gap and displacement mean the same whatever the meshes. Nodes that
+/// cannot carry a multiplier leave it to their neighbours.
+pub(super) fn points_of_pair(
+    mesh: &Mesh,
+    model: &FeModel,
+    surface: &ContactSurface,
+    master: &Master,
+    taken: &HashSet<u32>,
+    points: &mut Vec<Point>,
+) -> Result<SurfaceFacts, Error> {
+    for (faces, key) in [(&surface.faces, "on"), (&master.faces, "against")] {
+        if faces.is_empty() {
+            let remedy = format!("name a group of boundary faces in `{key}`");
+            return Err(Error::new("", "a surface of the pair has no faces", remedy));
+        }
+    }
+    let own: HashSet<u32> = surface.faces.iter().copied().collect();
+    let both = master.faces.iter().filter(|face| own.contains(face)).count();
+    if both > 0 {
+        let remedy = "name two surfaces without common faces in `on` and `against`";
+        return Err(Error::new(
+            "",
+            format!("{both} faces belong to both surfaces, and no face can touch itself"),
+            remedy,
+        ));
+    }
+    let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+    let met = meet(mesh, &surface.faces, &master.faces, search);
+    let sizes = [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)];
+    let mut facts = PairFacts {
+        slave: master.slave,
+        reason: master.reason,
+        faces: [surface.faces.len(), master.faces.len()],
+        face_size: sizes,
+        search,
+        covered_area: met.iter().map(|met| met.covered).sum(),
+        touching_area: 0.0,
+        uncovered: 0,
+        barely_covered: 0,
+        shared: 0,
+        taken: 0,
+        averted: met.iter().any(|met| met.averted),
+        nearest: None,
+    };
+    let mut found = SurfaceFacts {
+        name: surface.name.clone(),
+        gap_min: f64::INFINITY,
+        gap_max: f64::NEG_INFINITY,
+        ..SurfaceFacts::default()
+    };
+    let frames = frames(mesh, model, surface, master, &met, taken, &mut facts, &mut found);
+    let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
+    found.dropped_area = lost;
+    for row in rows {
+        let (normal, frame) = frames[&row.node];
+        let x = mesh.nodes[row.node as usize];
+        let held = prescribed(model, row.node);
+        let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
+        refuse_dragging(&held, imposed, normal, row.node, x, surface.friction)?;
+        let gap = initial_gap(mesh, &row, normal, master.gap);
+        let visible = gap / row.share;
+        found.guided += usize::from(frame[2] == [0.0; 3]);
+        (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
+        if visible.abs() <= TOUCHING * sizes[0] {
+            facts.touching_area += row.area;
+        } else if visible < 0.0 {
+            found.overlapping += 1;
+            found.overlapping_area += row.area;
+        }
+        // A tie keeps the distance it was meshed with.
+        let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
+        let Row { node, area, share, others } = row;
+        let friction = law(surface.friction, area);
+        points.push(Point { node, gap, area, friction, frame, normal, others, share });
+        found.nodes.push(node);
+    }
+    found.points = found.nodes.len();
+    if found.points == 0 {
+        facts.nearest = nearest(mesh, &surface.faces, &master.faces);
+        (found.gap_min, found.gap_max) = (0.0, 0.0);
+    }
+    found.pair = Some(facts);
+    Ok(found)
+}
+
+/// A quarter of the diagonal of the smaller surface.
+fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 {
+    let diagonal = |faces: &[u32]| {
+        Bounds::around(mesh.face_nodes(faces).into_iter().map(|node| mesh.nodes[node as usize])).diagonal()
+    };
+    SEARCH * diagonal(slave).min(diagonal(master))
+}
+
+/// Normal and frame of each node that keeps its multipliers; counts those that do not.
+#[allow(clippy::too_many_arguments)]
+fn frames(
+    mesh: &Mesh,
+    model: &FeModel,
+    surface: &ContactSurface,
+    master: &Master,
+    met: &[Met],
+    taken: &HashSet<u32>,
+    facts: &mut PairFacts,
+    found: &mut SurfaceFacts,
+) -> HashMap<u32, (V3, [V3; 3])> {
+    let mut covered: HashMap<u32, f64> = HashMap::new();
+    for (&face, met) in surface.faces.iter().zip(met) {
+        for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
+            *covered.entry(node).or_default() += area;
+        }
+    }
+    let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
+    let tied = surface.friction == SurfaceFriction::Bonded;
+    let mut frames = HashMap::new();
+    let normals = normals(mesh, &surface.faces, &model.dofs);
+    for ((node, normal), (_, whole)) in normals.into_iter().zip(nodal_areas(mesh, &surface.faces)) {
+        found.area += whole;
+        let held = prescribed(model, node);
+        let free = held.map(|value| value.is_none());
+        let axes = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
+        match axes {
+            _ if covered[&node] == 0.0 => facts.uncovered += 1,
+            _ if others.contains(&node) => facts.shared += 1,
+            _ if taken.contains(&node) => facts.taken += 1,
+            None if !free.contains(&true) => found.clamped += 1,
+            None => found.held_along_normal += 1,
+            _ if covered[&node] < LEAST_COVER * whole => facts.barely_covered += 1,
+            Some(axes) => {
+                frames.insert(node, (normal, axes));
+            }
+        }
+    }
+    frames
+}
+
+/// The weighted jump of the coordinates along the normal, or what the case says it is.
+fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap) -> f64 {
+    let x = mesh.nodes[row.node as usize];
+    match gap {
+        InitialGap::AsMeshed => {
+            let along = |&(other, weight): &(u32, f64)| weight * dot(normal, sub(mesh.nodes[other as usize], x));
+            0.0 - row.others.iter().map(along).sum::<f64>()
+        }
+        InitialGap::Closed => 0.0,
+        InitialGap::Uniform(gap) => row.share * gap,
+    }
+}
+
+/// Smallest distance of a node of the first surface from the second.
+fn nearest(mesh: &Mesh, from: &[u32], to: &[u32]) -> Option<f64> {
+    let at = |node: &u32| mesh.nodes[*node as usize];
+    let triangles: Vec<[V3; 3]> = (to.iter())
+        .flat_map(|&face| {
+            let nodes = mesh.faces[face as usize].nodes();
+            (1..nodes.len() - 1).map(|i| [at(&nodes[0]), at(&nodes[i]), at(&nodes[i + 1])])
+        })
+        .collect();
+    let tree = Tree::new(triangles.iter().map(|t| Bounds::around(*t)).collect());
+    let mut best: Option<f64> = None;
+    for node in mesh.face_nodes(from) {
+        let distance2 = |i: u32| {
+            let d = sub(at(&node), nearest_on_triangle(at(&node), triangles[i as usize]));
+            dot(d, d)
+        };
+        let nearer = tree.nearest(at(&node), best.unwrap_or(f64::INFINITY), distance2);
+        best = nearer.map(|found| found.1).or(best);
+    }
+    best.map(f64::sqrt)
+}

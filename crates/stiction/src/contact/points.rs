@@ -1,0 +1,158 @@
+//! Contact points: on an obstacle, and what all have in common.
+
+use std::collections::HashSet;
+
+use super::frame::{frame, tied_frame};
+use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
+use crate::Error;
+use crate::fem::{FeModel, nodal_areas, nodal_normals};
+use crate::mesh::Mesh;
+use crate::mesh::v3::{dot, norm};
+
+/// Prescribed displacements below this part of others are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A contact point: its jump is `u_node + sum(weight u_other)` along its axes.
+pub(super) struct Point {
+    pub node: u32,
+    /// Before any displacement, the prescribed ones included.
+    pub gap: f64,
+    pub area: f64,
+    pub friction: Friction,
+    /// Normal and tangents in the free components of the node; a tangent may be zero.
+    pub frame: [[f64; 3]; 3],
+    /// The unit normal over all components.
+    pub normal: [f64; 3],
+    /// Other nodes with their weights; none on an obstacle.
+    pub others: Vec<(u32, f64)>,
+    /// See `ContactProblem::share`.
+    pub share: f64,
+}
+
+/// Appends the points of a surface that may touch an obstacle.
+pub(super) fn points_on_obstacle(
+    mesh: &Mesh,
+    model: &FeModel,
+    surface: &ContactSurface,
+    obstacle: &Obstacle,
+    tied_elsewhere: &HashSet<u32>,
+    points: &mut Vec<Point>,
+) -> Result<SurfaceFacts, Error> {
+    if surface.faces.is_empty() {
+        return Err(Error::new("", "the contact surface has no faces", "name a group of boundary faces in `on`"));
+    }
+    let mut facts = SurfaceFacts {
+        name: surface.name.clone(),
+        gap_min: f64::INFINITY,
+        gap_max: f64::NEG_INFINITY,
+        ..Default::default()
+    };
+    let outward = nodal_normals(mesh, &surface.faces);
+    let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+    for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
+        let x = mesh.nodes[node as usize];
+        let (distance, away) = obstacle.distance(x).ok_or_else(|| {
+            let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
+            Error::new("", what, "move the obstacle: no node may lie on its axis or centre")
+        })?;
+        facts.area += area;
+        let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
+        let held = prescribed(model, node);
+        let free = held.map(|p| p.is_none());
+        let tied = surface.friction == SurfaceFriction::Bonded;
+        if tied {
+            refuse_moving_tied(&held, negligible, node, x)?;
+        }
+        let frame = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
+        let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
+        let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
+        let gap = distance - imposed;
+        let Some(frame) = frame else {
+            let clamped = held.iter().all(Option::is_some);
+            *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
+            facts.dropped_area += area;
+            refuse_imposed_overlap(gap, distance, node, x, surface)?;
+            continue;
+        };
+        refuse_dragging(&held, imposed, normal, node, x, surface.friction)?;
+        facts.guided += usize::from(frame[2] == [0.0; 3]);
+        facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
+        facts.gap_min = facts.gap_min.min(distance);
+        facts.gap_max = facts.gap_max.max(distance);
+        if distance < 0.0 {
+            facts.overlapping += 1;
+            facts.overlapping_area += area;
+        }
+        facts.points += 1;
+        facts.nodes.push(node);
+        let friction = law(surface.friction, area);
+        // A tie keeps the distance it was meshed with.
+        let gap = if friction == Friction::Bonded { 0.0 } else { distance };
+        points.push(Point { node, gap, area, friction, frame, normal, others: Vec::new(), share: 1.0 });
+    }
+    if facts.points == 0 {
+        let what =
+            format!("all {} nodes of the contact surface are prescribed", facts.clamped + facts.held_along_normal);
+        return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
+    }
+    Ok(facts)
+}
+
+pub(super) fn law(friction: SurfaceFriction, area: f64) -> Friction {
+    match friction {
+        SurfaceFriction::None => Friction::None,
+        SurfaceFriction::Bonded => Friction::Bonded,
+        SurfaceFriction::Coulomb(coefficient) => Friction::Coulomb { coefficient },
+        SurfaceFriction::GivenStress(stress) => Friction::Given { slip_bound: stress * area },
+        SurfaceFriction::GivenForce(slip_bound) => Friction::Given { slip_bound },
+    }
+}
+
+/// The prescribed components of a node.
+pub(super) fn prescribed(model: &FeModel, node: u32) -> [Option<f64>; 3] {
+    let value = |c: u32| model.dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| model.dofs.value[i]);
+    [0, 1, 2].map(value)
+}
+
+fn refuse_imposed_overlap(
+    gap: f64,
+    distance: f64,
+    node: u32,
+    x: [f64; 3],
+    surface: &ContactSurface,
+) -> Result<(), Error> {
+    // A node meshed slightly inside and held there is an overlap of the mesh, not one that was imposed.
+    if surface.friction == SurfaceFriction::Bonded || gap >= 0.0 || gap >= distance {
+        return Ok(());
+    }
+    let what = format!("the prescribed displacement pushes node {} at {x:?} {:.3e} into the obstacle", node + 1, -gap);
+    Err(Error::new("", what, "reduce the prescribed displacement, or take the node out of the contact surface"))
+}
+
+/// A tie holds its node where it was meshed, as a prescribed zero would; a prescribed displacement contradicts it.
+fn refuse_moving_tied(prescribed: &[Option<f64>; 3], negligible: f64, node: u32, x: [f64; 3]) -> Result<(), Error> {
+    if prescribed.iter().flatten().all(|value| value.abs() <= negligible) {
+        return Ok(());
+    }
+    let value = prescribed.map(|value| value.map_or("free".to_string(), |v| v.to_string())).join(", ");
+    let what = format!("node {} at {x:?} is bonded to an obstacle at rest, and prescribed to move: {value}", node + 1);
+    Err(Error::new("", what, "take the node out of the bonded surface or out of the [[fix]], or prescribe zero there"))
+}
+
+pub(super) fn refuse_dragging(
+    prescribed: &[Option<f64>; 3],
+    imposed: f64,
+    normal: [f64; 3],
+    node: u32,
+    x: [f64; 3],
+    friction: SurfaceFriction,
+) -> Result<(), Error> {
+    let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
+    let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
+    if friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
+        return Ok(());
+    }
+    let what =
+        format!("node {} at {x:?} of the contact surface is dragged along it by a prescribed displacement", node + 1);
+    Err(Error::new("", what, "prescribe all its components, or none; or make the contact frictionless"))
+}

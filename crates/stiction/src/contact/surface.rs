@@ -1,0 +1,126 @@
+use super::{Obstacle, Reason, Role};
+
+/// Friction of a whole surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SurfaceFriction {
+    None,
+    Bonded,
+    /// Coefficient of Coulomb friction.
+    Coulomb(f64),
+    /// Given friction as a shear stress; the bound of a point is the stress times its area.
+    GivenStress(f64),
+    /// Given friction as a force at each point, as in the source paper.
+    GivenForce(f64),
+}
+
+/// A candidate contact surface of the body and what it may touch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSurface {
+    pub name: String,
+    /// Indices into `Mesh::faces`; their nodes carry the contact points.
+    pub faces: Vec<u32>,
+    pub against: Counterpart,
+    pub friction: SurfaceFriction,
+}
+
+/// What a surface may touch.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Counterpart {
+    Obstacle(Obstacle),
+    /// Another surface of the mesh, deformable as well.
+    Surface(Master),
+}
+
+impl From<Obstacle> for Counterpart {
+    fn from(obstacle: Obstacle) -> Self {
+        Counterpart::Obstacle(obstacle)
+    }
+}
+
+/// The surface that follows the contact points of another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Master {
+    /// Indices into `Mesh::faces`.
+    pub faces: Vec<u32>,
+    pub gap: InitialGap,
+    /// Surfaces meet if they are no farther apart, or overlap no deeper, than this length; by default
+    /// [`SEARCH`] of the diagonal of the smaller of the two.
+    pub search: Option<f64>,
+    /// Which of the surfaces named by the user is the slave, the one with the contact points. Forces and slips are those
+    /// of the slave whoever it is.
+    pub slave: Role,
+    pub reason: Reason,
+}
+
+/// The default of [`Master::search`] as a part of the diagonal of the smaller surface.
+pub const SEARCH: f64 = 0.25;
+
+/// The distance of two surfaces before anything is loaded.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum InitialGap {
+    /// What the meshes say, overlaps included.
+    #[default]
+    AsMeshed,
+    /// None, wherever the surfaces meet.
+    Closed,
+    /// The same length wherever they meet; negative for an interference fit.
+    Uniform(f64),
+}
+
+/// What was found while posing one surface.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceFacts {
+    pub name: String,
+    /// Contact points kept.
+    pub points: usize,
+    /// The node of each.
+    pub nodes: Vec<u32>,
+    /// Area of the faces.
+    pub area: f64,
+    pub gap_min: f64,
+    pub gap_max: f64,
+    /// Points that start inside the counterpart, and the area they stand for.
+    pub overlapping: usize,
+    pub overlapping_area: f64,
+    /// Nodes of the surface whose three components are prescribed: their multipliers are dropped.
+    pub clamped: usize,
+    /// Nodes that cannot move along the normal, those a bonded surface ties included: dropped as well.
+    pub held_along_normal: usize,
+    /// Points with one or no free tangential direction, as on a symmetry plane.
+    pub guided: usize,
+    /// Points whose outward normal does not face the obstacle.
+    pub facing_away: usize,
+    /// Area of dropped nodes, which carries no contact force.
+    pub dropped_area: f64,
+    /// For contact between two surfaces.
+    pub pair: Option<PairFacts>,
+}
+
+/// What was found about two surfaces; areas and sizes are those of the slave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairFacts {
+    pub slave: Role,
+    pub reason: Reason,
+    /// Faces of slave and master.
+    pub faces: [usize; 2],
+    /// Root of the mean area of the faces of slave and master; length.
+    pub face_size: [f64; 2],
+    /// How far apart the surfaces were allowed to be; length.
+    pub search: f64,
+    /// Area over which the surfaces look at one another within that distance.
+    pub covered_area: f64,
+    /// Area of the points whose gap is rounding.
+    pub touching_area: f64,
+    /// Nodes that look at nothing of the other surface.
+    pub uncovered: usize,
+    /// Nodes whose patch hardly reaches over the other surface: their neighbours carry for them.
+    pub barely_covered: usize,
+    /// Nodes of both surfaces, where the meshes are joined: dropped, neighbours carry for them.
+    pub shared: usize,
+    /// Nodes another contact uses already: dropped, neighbours carry for them.
+    pub taken: usize,
+    /// Whether faces that look the same way lie over one another.
+    pub averted: bool,
+    /// Smallest distance of a slave node from the other surface, told only if the surfaces nowhere meet; length.
+    pub nearest: Option<f64>,
+}
