@@ -111,7 +111,7 @@ fn a_rotated_model_has_the_rotated_displacement_and_the_same_normal_forces() {
                     Field::Function { text: "turned".into(), value: std::sync::Arc::new(turned) }
                 });
             }
-            turned.surfaces[0].obstacle = Obstacle::Plane { point: shift, normal: apply(&r, [0.0, 0.0, 1.0]) };
+            turned.surfaces[0].against = Obstacle::Plane { point: shift, normal: apply(&r, [0.0, 0.0, 1.0]) }.into();
             let turned = turned.pose();
             let b = solved(&turned.problem, TIGHT);
             let m = posed.problem.points();

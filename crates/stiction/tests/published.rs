@@ -56,7 +56,7 @@ fn the_brick_of_five_tetrahedra_a_cell_is_that_of_getfem() {
 fn a_floor_below_the_brick_given_by_a_normal_of_any_length_is_the_same_floor() {
     let case = brick(4, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35));
     let mut other = case.clone();
-    other.surfaces[0].obstacle = Obstacle::Plane { point: [7.0, -3.0, 0.0], normal: [0.0, 0.0, 0.01] };
+    other.surfaces[0].against = Obstacle::Plane { point: [7.0, -3.0, 0.0], normal: [0.0, 0.0, 0.01] }.into();
     let (a, b) = (solved(&case.pose().problem, 1e-10), solved(&other.pose().problem, 1e-10));
     assert!(distance(&a.lambda, &b.lambda) < 1e-12);
 }
