@@ -31,7 +31,7 @@ pub(super) struct Met {
     /// `int phi_i` over the covered part; area.
     pub areas: [f64; 4],
     /// `int psi_i phi_k` for the nodes `k` of the master faces, ascending; area.
-    pub masters: Vec<(u32, [f64; 4])>,
+    pub masters: PerMaster,
     /// The covered area; 0 if the face meets nothing.
     pub covered: f64,
     /// Whether a face of the other surface that looks the same way lies over or under it.
@@ -140,8 +140,11 @@ fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
     }
 }
 
+/// For the nodes of other faces `k` an integral with each node of a face.
+type PerMaster = Vec<(u32, [f64; 4])>;
+
 /// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
-fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<([f64; 4], Vec<(u32, [f64; 4])>)> {
+fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<([f64; 4], PerMaster)> {
     let (mut d, mut m, mut points) = ([0.0; 4], [[0.0; 4]; 4], Vec::new());
     for (number, segment) in segments.iter().enumerate() {
         for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || segment.seen.flat.bent) {
@@ -154,7 +157,7 @@ fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<(
         }
     }
     let inverse = inverse(m, n)?;
-    let mut masters: Vec<(u32, [f64; 4])> = Vec::new();
+    let mut masters = PerMaster::new();
     for segment in segments {
         masters.extend(mesh.faces[segment.face as usize].nodes().iter().map(|&node| (node, [0.0; 4])));
     }

@@ -4,6 +4,9 @@ use super::facts::ContactFacts;
 use super::report::number;
 use crate::contact::{Counterpart, InitialGap, PairFacts, Reason, Role, SurfaceFriction};
 
+/// Lengths below this part of a face's size are not worth reading.
+const ROUNDING: f64 = 1e-9;
+
 /// What was found: who carries the points, how much of the surfaces meets, how they lie.
 pub(super) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     let s = &contact.surface;
@@ -19,8 +22,9 @@ pub(super) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     if s.points == 0 {
         return lines;
     }
-    let gap = match (s.gap_min, s.gap_max) {
-        (low, high) if high - low <= 1e-12 * pair.face_size[0] => format!("gap {}", number(high)),
+    let known = |x: f64| if x.abs() <= ROUNDING * pair.face_size[0] { 0.0 } else { x };
+    let gap = match (known(s.gap_min), known(s.gap_max)) {
+        (low, high) if known(high - low) == 0.0 => format!("gap {}", number(high)),
         (low, high) => format!("gap from {} to {}", number(low), number(high)),
     };
     let meshed = match &contact.against {

@@ -85,10 +85,10 @@ fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Uni
     // No state of the legend stands for points that are not in contact at all.
     let status: Vec<u8> = s.status.iter().map(|&state| u8::try_from(state).unwrap_or(u8::MAX)).collect();
     let of_pair = if suffix.is_empty() { String::new() } else { format!(", {}", s.name) };
-    let arrows = MapVectors { values: &s.shear, label: "Shear on obstacle", unit_label: units.stress };
+    let arrows = MapVectors { values: &s.shear, label: "Shear on counterpart", unit_label: units.stress };
     let pictures = [
         ("pressure", "contact pressure", "Pressure", MapValues::Scalar(&s.pressure), None),
-        ("shear", "shear traction on the obstacle", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
+        ("shear", "shear traction on the counterpart", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
         ("status", "state of contact", "", MapValues::Status(&status), None),
     ];
     let touching: Vec<bool> = s.status.iter().map(|&state| state > 0).collect();
