@@ -25,6 +25,8 @@ pub struct Contents {
 
 /// Most guesses read.
 const GUESSES: i32 = 64;
+/// Chunks of this many bytes may be larger than their file.
+const SMALL: u64 = 1 << 16;
 /// No filter of HDF5 expands its input by more (that of deflate).
 const EXPANSION: u64 = 1032;
 
@@ -104,11 +106,20 @@ impl Node {
         let unreadable = |e: hdf5_pure::Error| self.damaged(name, &format!("there is no such array ({e})"));
         let dataset = self.group.dataset(name).map_err(unreadable)?;
         let shape = dataset.shape().map_err(unreadable)?;
-        let numbers = shape.iter().try_fold(1u64, |n, &k| n.checked_mul(k));
-        if numbers.and_then(|n| n.checked_mul(4)).is_none_or(|b| b > self.size.saturating_mul(EXPANSION)) {
-            return Err(
-                self.damaged(name, &format!("its shape {shape:?} is beyond the {} bytes of the file", self.size))
-            );
+        // Without filters no array is larger than the file; with them no larger than what its stored chunks expand to.
+        let limit = if dataset.filters().is_empty() {
+            self.size
+        } else {
+            let stored = dataset.chunks().map_or(self.size, |all| all.iter().map(|c| c.storage_size).sum());
+            stored.min(self.size).saturating_mul(EXPANSION)
+        };
+        let chunk = dataset.chunk_shape().map_err(unreadable)?.unwrap_or_default();
+        for shape in [&shape, &chunk] {
+            let numbers = shape.iter().try_fold(1u64, |n, &k| n.checked_mul(k));
+            if numbers.and_then(|n| n.checked_mul(4)).is_none_or(|b| b > limit.max(SMALL)) {
+                let what = format!("its shape {shape:?} is beyond the {} bytes of the file", self.size);
+                return Err(self.damaged(name, &what));
+            }
         }
         Ok(dataset)
     }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use npyz::WriterBuilder;
@@ -147,8 +147,12 @@ pub fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Array>, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn archive(file: impl Read + Seek, size: u64) -> Result<BTreeMap<String, Array>, Error> {
+fn archive(mut file: impl Read + Seek, size: u64) -> Result<BTreeMap<String, Array>, Error> {
     let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
+    let announced = announced(&mut file, size).map_err(|e| damaged(format!("its end cannot be read ({e})")))?;
+    if announced.saturating_mul(SMALLEST_ENTRY) > size {
+        return Err(damaged(format!("it announces {announced} arrays in {size} bytes")));
+    }
     let mut archive = NpzArchive::new(file).map_err(|e| damaged(format!("not an npz file ({e})")))?;
     let zip = archive.zip_archive();
     let mut arrays = BTreeMap::new();
@@ -168,6 +172,30 @@ fn archive(file: impl Read + Seek, size: u64) -> Result<BTreeMap<String, Array>,
         arrays.insert(name, array);
     }
     Ok(arrays)
+}
+
+/// Bytes that an entry takes in the directory at the end of a zip file, without its name.
+const SMALLEST_ENTRY: u64 = 46;
+/// The end record with the longest comment, and the locator before it.
+const END: u64 = 22 + 0xffff + 20;
+
+/// The number of entries that the end record announces (PKWARE, APPNOTE 4.3.14 to 4.3.16): an archive is read with
+/// memory for all of them before the first is looked at. Zero where there is no record, which reading then finds.
+fn announced(file: &mut (impl Read + Seek), size: u64) -> io::Result<u64> {
+    let mut tail = Vec::new();
+    file.seek(SeekFrom::Start(size.saturating_sub(END)))?;
+    file.read_to_end(&mut tail)?;
+    let Some(end) = tail.windows(4).rposition(|bytes| bytes == b"PK\x05\x06") else { return Ok(0) };
+    let small = tail.get(end + 8..end + 10).map_or(0, |b| u64::from(u16::from_le_bytes([b[0], b[1]])));
+    let locator = end.checked_sub(20).map(|at| &tail[at..end]).filter(|record| record.starts_with(b"PK\x06\x07"));
+    let Some(at) = locator.and_then(|record| record[8..].first_chunk()) else { return Ok(small) };
+    let mut wide = [0; 40];
+    file.seek(SeekFrom::Start(u64::from_le_bytes(*at)))?;
+    if file.read_exact(&mut wide).is_err() || !wide.starts_with(b"PK\x06\x06") {
+        return Err(io::Error::other("the wide end record is not where its locator says"));
+    }
+    let counts: [[u8; 8]; 2] = std::array::from_fn(|k| std::array::from_fn(|i| wide[24 + 8 * k + i]));
+    Ok(counts.map(u64::from_le_bytes).into_iter().fold(small, u64::max))
 }
 
 /// An array from the bytes of a `.npy` file: magic, version, length of the header, header, numbers.
