@@ -15,6 +15,7 @@ mod assemble;
 mod deck;
 mod elements;
 mod keyword;
+mod lines;
 mod place;
 mod read;
 mod sets;
