@@ -68,7 +68,7 @@ unsafe impl GlobalAlloc for Counting {
 /// Memory beyond ten times the file is a finding; below the slack it is not worth a word.
 const FACTOR: usize = 10;
 const SLACK: usize = 1 << 18;
-/// The library for HDF5 reserves 1.1 MB for a count of 16 bits, in files of 15 kB and of 32 kB alike.
+/// The library for HDF5 may reserve 1.1 MB, in files of 15 kB and of 32 kB alike.
 const HDF5: usize = 1 << 21;
 /// So is a file of a few thousand bytes that takes so long.
 const SLOW: Duration = Duration::from_secs(2);
