@@ -1,9 +1,10 @@
 //! Discrete problems with Coulomb friction that come as matrices, `W` singular, not quite symmetric and of any scale.
 //!
-//! The way: a global problem is condensed to its points ([`condense`]); every point is scaled by the trace of its block
-//! of `W`; proximal terms make the problem regular ([`solve`]); each regularised problem is solved by a semismooth
-//! Newton method on the law of Alart and Curnier, with sparse unsymmetric factors; where Newton's method fails, the
-//! proximal term grows, and at last exact sweeps over the points start it from elsewhere.
+//! The way: [`prepare`] leaves out redundant constraints and condenses a global problem to its points ([`condense`]) or
+//! keeps its velocities, whichever is cheaper; every point is scaled by the trace of its block of `W`; gradients choose a
+//! start; proximal terms make the problem regular ([`solve`]); each regularised problem is solved by a semismooth Newton
+//! method on the law of Alart and Curnier, with sparse unsymmetric factors; where Newton's method fails the proximal term
+//! grows, and at last sweeps, gradients or alternating directions start it from elsewhere.
 
 mod admm;
 mod blocks;
