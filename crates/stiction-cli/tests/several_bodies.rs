@@ -1,0 +1,63 @@
+//! Shipped cases with contact between bodies: both ways of solving them agree, and what cannot rest says how it leaves.
+
+mod common;
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use common::Folder;
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::linalg::norm;
+use stiction::run::{Prepared, Settings, Step, prepare, solve, solve_steps};
+
+/// Displacements and multipliers at the end of the case, solved by one path and by no other.
+fn solved(name: &str, path: &str) -> (Vec<f64>, Vec<f64>) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/{name}.toml"));
+    let case = case::read(&file, &[("solver.path".to_string(), path.to_string())]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let settings = Settings::of(&case.solver);
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let mut keep = |_: &Prepared, step: &Step| {
+        assert_eq!(format!("{:?}", step.outcome.path).to_lowercase(), path, "{name}");
+        Ok(())
+    };
+    let outcome = if case.steps.is_empty() {
+        solve(&prepared, &settings, &mut go_on)
+    } else {
+        solve_steps(&mut prepared, &settings, None, &mut keep, &mut go_on)
+    };
+    let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(outcome.solution.status, Status::Solved, "{name} {path}");
+    assert_eq!(format!("{:?}", outcome.path).to_lowercase(), path, "{name}");
+    (outcome.solution.u, outcome.solution.lambda)
+}
+
+/// Largest difference in the norm of the whole, relative.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    norm(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>()) / norm(b)
+}
+
+#[test]
+fn both_paths_agree_between_bodies() {
+    for name in ["cylinder", "joint", "patch", "rings", "slide"] {
+        let [(u, lambda), (v, other)] = ["multigrid", "solves"].map(|path| solved(name, path));
+        let differences = [apart(&u, &v), apart(&lambda, &other)];
+        println!("{name}: {} unknowns, {differences:.1e?}", u.len());
+        assert!(differences.iter().all(|&d| d < 1e-6), "{name}: {differences:?}");
+    }
+}
+
+/// The limit is τ = F p at t = 2; just beyond it the upper block leaves along the shear.
+#[test]
+fn a_block_sheared_beyond_friction_is_told_to_slide_away() {
+    let text = include_str!("../../../cases/slide/slide.toml");
+    let folder = Folder::new("slide", text);
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        folder.run(&["solve", "case.toml", "--set", &path, "--set", "step.1.until=1.99999"]).ends(0, &[]);
+        let run = folder.run(&["solve", "case.toml", "--set", &path, "--set", "step.1.until=2.00001"]);
+        run.ends(1, &["slides away"]);
+        assert!(folder.summary("case-results")["status"] != "solved");
+    }
+}
