@@ -1,11 +1,13 @@
 """Contact between two bodies beside one linear solve: two blocks of other cells on one another, and the same blocks bonded.
 
-    python3 bench/external/bodies.py [--sizes 50k,200k,700k] [--threads 1]
+    python3 bench/external/bodies.py [--sizes 50k,200k,700k] [--elements hex8,tet4] [--threads 1]
 
-builds `stiction` and solves every size with `stiction solve` on the multigrid path: "held", the upper block pressed and
-sheared below and beyond its friction, some points slipping; "floating", the same block held by contact alone; and "bonded",
-one block of as many unknowns without contact. Seconds of a solve are the wall seconds of set-up and iteration, those of
-posing what the search for overlaps and the integration of the mortar rows take, with all that is posed beside them.
+builds `stiction` and solves every size with `stiction solve` on the multigrid path, pressed and sheared by its top: "bonded",
+the two blocks tied to one another, a linear problem with the same unknowns; "block", one block of about as many without
+contact, which as a block starts from a coarser one; "held", the upper block held on one side, with Coulomb friction;
+"floating", the upper block held by contact and friction alone; and "smooth", held and without friction. Seconds of a solve
+are the wall seconds of set-up and iteration; those of posing are all between the assembled matrix and the contact problem,
+the mortar rows among it.
 """
 
 import argparse
@@ -26,14 +28,14 @@ poisson = 0.3
 path = "multigrid"
 """
 BODIES = """[mesh.parts.low]
-block = {{ size = [1, 1, 0.5], cells = [{0}, {0}, {1}], element = "hex8" }}
+block = {{ size = [1, 1, 0.5], cells = [{0}, {0}, {1}], element = "{4}" }}
 [mesh.parts.high]
-block = {{ size = [1, 1, 0.5], cells = [{2}, {2}, {3}], element = "hex8" }}
+block = {{ size = [1, 1, 0.5], cells = [{2}, {2}, {3}], element = "{4}" }}
 move = [0, 0, 0.5]
 [[contact]]
 on = "high.z-min"
 against = "low.z-max"
-friction = {{ coulomb = 0.3 }}
+friction = {5}
 [[fix]]
 on = "low.z-min"
 [[load]]
@@ -41,55 +43,65 @@ on = "high.z-max"
 traction = [2e5, 5e4, -1e6]
 """
 HELD = '[[fix]]\non = "high.x-max"\n'
-ONE = """[mesh]
-block = {{ size = [1, 1, 1], cells = [{0}, {0}, {1}], element = "hex8" }}
+BLOCK = """[mesh]
+block = {{ size = [1, 1, 1], cells = [{0}, {0}, {0}], element = "{1}" }}
 [[fix]]
 on = "z-min"
 [[load]]
 on = "z-max"
 traction = [2e5, 5e4, -1e6]
 """
+COULOMB = "{ coulomb = 0.3 }"
+LOADS = {
+    "bonded": ('"bonded"', ""),
+    "block": None,
+    "held": (COULOMB, HELD),
+    "floating": (COULOMB, ""),
+    "smooth": ('"none"', HELD),
+}
 
 
-def text(load, n):
-    if load == "bonded":
-        return ONE.format(n, n) + MATERIAL
+def text(load, element, n):
+    if load == "block":
+        return BLOCK.format(round(n * 0.95), element) + MATERIAL
+    friction, held = LOADS[load]
     m = round(0.9 * n)
-    return BODIES.format(n, n // 2, m, m // 2) + (HELD if load == "held" else "") + MATERIAL
+    return BODIES.format(n, n // 2, m, m // 2, element, friction) + held + MATERIAL
 
 
-def ours(load, n, threads, folder):
+def ours(load, element, n, threads, folder):
     case = os.path.join(folder, load + ".toml")
     with open(case, "w") as file:
-        file.write(text(load, n))
+        file.write(text(load, element, n))
     results = os.path.join(folder, load)
     command = [os.path.join(TARGET, "release", "stiction"), "solve", case, "-o", results]
     done = subprocess.run([*command, "--threads", str(threads), "--progress", "none"], stdout=subprocess.DEVNULL)
     with open(os.path.join(results, "summary.json")) as file:
         summary = json.load(file)
     if done.returncode != 0 or not summary["certificate"]["passed"]:
-        print(f"{n} {load}: {summary['status']} {summary['certificate']}", file=sys.stderr)
+        print(f"{element} {n} {load}: {summary['status']} {summary['certificate']}", file=sys.stderr)
     return summary
 
 
-HEAD = """| unknowns | load | points | in contact % | solve s | of it set-up | cycles | solve / bonded | posing s | of the run | worst |
-|---|---|---|---|---|---|---|---|---|---|---|"""
+HEAD = """| element | unknowns | load | points | in contact % | solve s | of it set-up | cycles | solve / bonded | posing s | of the run | worst |
+|---|---|---|---|---|---|---|---|---|---|---|---|"""
 
 
-def size(name, threads):
-    """The rows of one size; seconds are compared an unknown, as the bonded block has a few more."""
+def size(element, name, threads):
+    """The rows of one size; where numbers of unknowns differ, seconds an unknown are compared."""
     with tempfile.TemporaryDirectory() as folder:
         bonded = None
-        for load in ("bonded", "held", "floating"):
-            s = ours(load, SIZES[name], threads, folder)
+        for load in LOADS:
+            s = ours(load, element, SIZES[name], threads, folder)
             seconds = s["seconds"]
             solve = seconds["setup"] + seconds["iteration"]
             bonded = bonded or solve / s["dofs"]
             points = s["contact"]["points"]
             print(
-                f"| {s['dofs']} | {load} | {points} | {300 * points / s['dofs']:.1f} | {solve:.2f} | {seconds['setup']:.2f} "
-                f"| {s['counts']['cycles']} | **{solve / s['dofs'] / bonded:.2f}** | {seconds['contact']:.2f} "
-                f"| {100 * seconds['contact'] / seconds['total']:.1f} % | {s['certificate']['worst']:.1e} |",
+                f"| {element} | {s['dofs']} | {load} | {points} | {300 * points / s['dofs']:.1f} | {solve:.2f} "
+                f"| {seconds['setup']:.2f} | {s['counts']['cycles']} | **{solve / s['dofs'] / bonded:.2f}** "
+                f"| {seconds['contact']:.2f} | {100 * seconds['contact'] / seconds['total']:.1f} % "
+                f"| {s['certificate']['worst']:.1e} |",
                 flush=True,
             )
 
@@ -97,12 +109,14 @@ def size(name, threads):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--sizes", default="50k,200k,700k")
+    parser.add_argument("--elements", default="hex8,tet4")
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
     subprocess.run(["cargo", "build", "--release", "--quiet", "--bin", "stiction"], cwd=ROOT, check=True)
     print(HEAD)
-    for name in arguments.sizes.split(","):
-        size(name, arguments.threads)
+    for element in arguments.elements.split(","):
+        for name in arguments.sizes.split(","):
+            size(element, name, arguments.threads)
 
 
 main()
