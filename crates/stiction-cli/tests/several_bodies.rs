@@ -61,3 +61,39 @@ fn a_block_sheared_beyond_friction_is_told_to_slide_away() {
         assert!(folder.summary("case-results")["status"] != "solved");
     }
 }
+
+/// On a slope of tanθ = 0.3 the upper part slides down along `(-1, 0, -0.3)` where F is less.
+#[test]
+fn a_body_on_too_steep_a_slope_is_told_to_slide_down() {
+    let folder = Folder::new("slope", "");
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/patch/patch.toml");
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        let solve = |f: &str| {
+            let friction = format!("contact.0.friction.coulomb={f}");
+            folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", &friction])
+        };
+        solve("0.3001").ends(0, &[]);
+        solve("0.2999").ends(1, &["no equilibrium", "body \"high\": translation along (-0.957826, 0, -0.287348)"]);
+    }
+}
+
+/// Once plates, head and nut all slide, the load is 0.3 + 0.15 of the clamping force, and no more is carried.
+#[test]
+fn the_bolted_joint_carries_what_friction_gives() {
+    let folder = Folder::new("joint", "");
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/joint/joint.toml");
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        let load = "load.0.force=['2800*max(t - 1, 0)', 0, 0]";
+        folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]).ends(1, &[]);
+        let summary = folder.summary("out");
+        let solved = |step: &&serde_json::Value| step["status"] == "solved";
+        let last = summary["steps"].as_array().unwrap().iter().rev().find(solved).unwrap();
+        let limit = 0.45 * last["pairs"][1]["normal_force"].as_f64().unwrap();
+        let share = last["load"][0].as_f64().unwrap() / limit;
+        println!("{path}: {share} of {limit}");
+        // The shortest increment is 22 N, 0.008 of the limit.
+        assert!(share > 0.98 && share < 1.0, "{share} of {limit}");
+    }
+}
