@@ -110,8 +110,12 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
             let motion = run::departure(&prepared.problem, outcome.solution.status).unwrap_or_default();
+            let [when, files] = match outcome.steps.last().and_then(|step| step["t"].as_f64()) {
+                Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
+                None => [String::new(), "the files hold".into()],
+            };
             output::note(&format!(
-                "warning: there is no equilibrium, the loads carry away {motion}; the files hold no result\n"
+                "warning: there is no equilibrium{when}, the loads carry away {motion}; {files} no result\n"
             ));
             code::SHORT
         }

@@ -9,7 +9,8 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 8] = ["block", "brick", "cylinder", "greco", "hertz", "lug", "mindlin", "rings"];
+const CASES: [&str; 11] =
+    ["block", "brick", "cylinder", "greco", "hertz", "joint", "lug", "mindlin", "patch", "rings", "slide"];
 
 #[test]
 fn pushed_blocks_obey_their_closed_forms() {
@@ -29,6 +30,21 @@ fn the_cylinder_agrees_with_hertz_and_nafems() {
 #[test]
 fn the_shrink_fit_agrees_with_lame() {
     run_case("rings");
+}
+
+#[test]
+fn a_linear_displacement_passes_a_slope_between_two_meshes() {
+    run_case("patch");
+}
+
+#[test]
+fn a_sheared_block_sticks_up_to_the_limit_of_friction() {
+    run_case("slide");
+}
+
+#[test]
+fn the_forces_in_the_bolted_joint_balance() {
+    run_case("joint");
 }
 
 #[test]

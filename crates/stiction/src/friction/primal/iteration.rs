@@ -27,11 +27,21 @@ pub(super) struct State {
     coarse: Vec<Condition>,
     /// The residual after each cycle.
     history: Vec<f64>,
+    /// Where the residual was least so far.
+    best: Option<Best>,
     last_reset: usize,
     /// Whether the first sets are those of the displacements.
     warm: bool,
     pub cycles: usize,
     pub resets: usize,
+}
+
+#[derive(Debug, Clone)]
+struct Best {
+    residual: f64,
+    u: Vector,
+    ku: Vector,
+    sets: Vec<Set>,
 }
 
 impl State {
@@ -43,6 +53,21 @@ impl State {
     /// Displacements whose law decides the first sets.
     pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
         State { ku: k.times(&u), u, warm: true, ..State::default() }
+    }
+
+    /// Goes back to where the residual was least. Bodies that nothing holds any more are carried off ever faster, and where
+    /// they are then says nothing.
+    pub fn go_back(&mut self) {
+        if let Some(Best { u, ku, sets, .. }) = self.best.take() {
+            (self.u, self.ku, self.sets) = (u, ku, sets);
+        }
+    }
+
+    fn keep_best(&mut self, residual: f64) {
+        if self.best.as_ref().is_none_or(|best| residual < best.residual) {
+            let (u, ku, sets) = (self.u.clone(), self.ku.clone(), self.sets.clone());
+            self.best = Some(Best { residual, u, ku, sets });
+        }
     }
 
     /// Another iteration begins here: its sets are not those the directions were kept for.
@@ -118,6 +143,7 @@ pub(super) fn run(
         if at.cycles >= max_cycles {
             return End::Limit;
         }
+        at.keep_best(eps);
         if !eps.is_finite() || hopeless(&at.history) {
             return End::Failed;
         }

@@ -127,6 +127,10 @@ fn iterate(
             }
             continue;
         }
+        // A descent ends lower than wherever it began.
+        if end == End::Failed && !descending {
+            at.go_back();
+        }
         let solution = solution(problem, turned, &at, end, settings.tolerance);
         tolerance *= 0.1;
         if end != End::Converged || solution.certificate.passed || tolerance < 1e-4 * settings.tolerance {

@@ -1,0 +1,103 @@
+//! Shipped cases with contact between bodies: both ways of solving them agree, and what cannot rest says how it leaves.
+
+mod common;
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use common::Folder;
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::linalg::norm;
+use stiction::run::{Prepared, Settings, Step, prepare, solve, solve_steps};
+
+/// Displacements and multipliers at the end of the case, solved by one path and by no other.
+fn solved(name: &str, path: &str) -> (Vec<f64>, Vec<f64>) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/{name}.toml"));
+    let case = case::read(&file, &[("solver.path".to_string(), path.to_string())]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let settings = Settings::of(&case.solver);
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let mut keep = |_: &Prepared, step: &Step| {
+        assert_eq!(format!("{:?}", step.outcome.path).to_lowercase(), path, "{name}");
+        Ok(())
+    };
+    let outcome = if case.steps.is_empty() {
+        solve(&prepared, &settings, &mut go_on)
+    } else {
+        solve_steps(&mut prepared, &settings, None, &mut keep, &mut go_on)
+    };
+    let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(outcome.solution.status, Status::Solved, "{name} {path}");
+    assert_eq!(format!("{:?}", outcome.path).to_lowercase(), path, "{name}");
+    (outcome.solution.u, outcome.solution.lambda)
+}
+
+/// Largest difference in the norm of the whole, relative.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    norm(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>()) / norm(b)
+}
+
+#[test]
+fn both_paths_agree_between_bodies() {
+    for name in ["cylinder", "joint", "patch", "rings", "slide"] {
+        let [(u, lambda), (v, other)] = ["multigrid", "solves"].map(|path| solved(name, path));
+        let differences = [apart(&u, &v), apart(&lambda, &other)];
+        println!("{name}: {} unknowns, {:.1e} and {:.1e} apart", u.len(), differences[0], differences[1]);
+        assert!(differences.iter().all(|&d| d < 1e-6), "{name}: {differences:?}");
+    }
+}
+
+/// The limit is τ = F p at t = 2; just beyond it the upper block leaves along the shear.
+#[test]
+fn a_block_sheared_beyond_friction_is_told_to_slide_away() {
+    let text = include_str!("../../../cases/slide/slide.toml");
+    let folder = Folder::new("slide", text);
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        folder.run(&["solve", "case.toml", "--set", &path, "--set", "step.1.until=1.99999"]).ends(0, &[]);
+        let run = folder.run(&["solve", "case.toml", "--set", &path, "--set", "step.1.until=2.00001"]);
+        run.ends(1, &["no equilibrium", "at t = 2.0000", "body \"high\": translation along x"]);
+        assert!(folder.summary("case-results")["status"] != "solved");
+    }
+}
+
+/// On a slope of tanθ = 0.3 the upper part slides down along `(-1, 0, -0.3)` where F is less.
+#[test]
+fn a_body_on_too_steep_a_slope_is_told_to_slide_down() {
+    let folder = Folder::new("slope", "");
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/patch/patch.toml");
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        let solve = |f: &str| {
+            let friction = format!("contact.0.friction.coulomb={f}");
+            folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", &friction])
+        };
+        solve("0.3001").ends(0, &[]);
+        solve("0.2999").ends(1, &["no equilibrium", "body \"high\": translation along (-0.957826, 0, -0.287348)"]);
+    }
+}
+
+/// Once plates, head and nut all slide, the load is 0.3 + 0.15 of the clamping force, and no more is carried.
+#[test]
+fn the_bolted_joint_carries_what_friction_gives() {
+    let folder = Folder::new("joint", "");
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/joint/joint.toml");
+    for path in ["solves", "multigrid"] {
+        let path = format!("solver.path={path}");
+        let load = "load.0.force=['2800*max(t - 1, 0)', 0, 0]";
+        folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]).ends(1, &[]);
+        let summary = folder.summary("out");
+        let solved = |step: &&serde_json::Value| step["status"] == "solved";
+        let steps = summary["steps"].as_array().unwrap();
+        let last = steps.iter().rev().find(solved).unwrap();
+        let limit = 0.45 * last["pairs"][1]["normal_force"].as_f64().unwrap();
+        let share = last["load"][0].as_f64().unwrap() / limit;
+        println!("{path}: {share} of {limit}");
+        // The shortest increment is 22 N, 0.008 of the limit.
+        assert!(share > 0.98 && share < 1.0, "{share} of {limit}");
+        // What is told of the step that failed is not where the plate went when nothing held it.
+        let failed = 0.45 * steps[steps.len() - 1]["pairs"][1]["normal_force"].as_f64().unwrap();
+        assert!(failed > 0.5 * limit && failed < 2.0 * limit, "{failed}");
+    }
+}
