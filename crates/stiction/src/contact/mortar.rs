@@ -140,8 +140,10 @@ fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
     }
 }
 
-/// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
-fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<([f64; 4], Vec<(u32, [f64; 4])>)> {
+/// Integrals over the segments of a slave face: of `phi_i`, and of `psi_i phi_k` for each master node `k`.
+type Coupling = ([f64; 4], Vec<(u32, [f64; 4])>);
+
+fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<Coupling> {
     let (mut d, mut m, mut points) = ([0.0; 4], [[0.0; 4]; 4], Vec::new());
     for (number, segment) in segments.iter().enumerate() {
         for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || segment.seen.flat.bent) {
