@@ -91,7 +91,8 @@ fn a_step_that_forgets_its_predecessor_fails_its_check() {
     assert!(check.out.contains("dissipation is told to be"), "{check:#?}");
 }
 
-/// Equal but for rounding: the last digits of a factorisation depend on where the allocator puts its arrays.
+/// Equal within the tolerance of the certificate: the last digits of a factorisation depend on where the allocator puts
+/// its arrays, and steps start from the ones before them.
 fn assert_close(a: &Value, b: &Value) {
     match (a, b) {
         (Value::Array(x), Value::Array(y)) => {
@@ -104,7 +105,7 @@ fn assert_close(a: &Value, b: &Value) {
         }
         (Value::Number(x), Value::Number(y)) => {
             let (x, y) = (x.as_f64().unwrap(), y.as_f64().unwrap());
-            assert!((x - y).abs() <= 1e-9 * x.abs().max(y.abs()).max(1.0), "{x} and {y}");
+            assert!((x - y).abs() <= 1e-8 * x.abs().max(y.abs()).max(1.0), "{x} and {y}");
         }
         _ => assert_eq!(a, b),
     }

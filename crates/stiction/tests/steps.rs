@@ -258,6 +258,10 @@ fn a_step_that_fails_is_halved_and_grows_back() {
     assert!(last["attempts"].as_u64() > Some(2) && last["dt"] == 1.0 / 64.0, "{last}");
 }
 
+/// Last digits of a factorisation depend on where the allocator puts its arrays, and steps that start from them end
+/// anywhere within the tolerance of the certificate.
+const ROUNDING: f64 = 1e-8;
+
 /// An interrupted run ends with its last finished step, and a run that goes on from there ends as if nothing had been.
 #[test]
 fn an_interrupted_run_goes_on_where_it_stopped() {
@@ -287,26 +291,25 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let (u, lambda) = (&stopped.solution.u, &stopped.solution.lambda);
     // The problem it leaves is that of the step it kept.
     let judged = stiction::certificate::certify(&prepared.problem, u, lambda, 1e-8);
-    // Last digits of a factorisation depend on where the allocator puts its arrays.
-    assert!(judged.passed && apart(lambda, &whole.lambda[2]) < 1e-10, "{judged:?}");
+    assert!(judged.passed && apart(lambda, &whole.lambda[2]) < ROUNDING, "{judged:?}");
 
     let mut prepared = prepare(&case).unwrap();
     let resumed =
         solve_steps(&mut prepared, &settings, kept, &mut |_, _| Ok(()), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert!(apart(&resumed.solution.lambda, &whole.outcome.solution.lambda) < 1e-10);
-    assert!(apart(&resumed.solution.u, &whole.outcome.solution.u) < 1e-10);
+    assert!(apart(&resumed.solution.lambda, &whole.outcome.solution.lambda) < ROUNDING);
+    assert!(apart(&resumed.solution.u, &whole.outcome.solution.u) < ROUNDING);
     assert_eq!(resumed.steps.len(), whole.outcome.steps.len());
     for (a, b) in resumed.steps.iter().zip(&whole.outcome.steps) {
         let value = |step: &serde_json::Value, name: &str| step["balance"][name].as_f64().unwrap();
         for name in ["work", "elastic", "dissipation"] {
             let (a, b, scale) = (value(a, name), value(b, name), value(b, "work").abs());
-            assert!((a - b).abs() <= 1e-10 * scale, "{name}: {a} {b}");
+            assert!((a - b).abs() <= ROUNDING * scale, "{name}: {a} {b}");
         }
         assert!(a["contact"]["slip"] == b["contact"]["slip"]);
     }
     let largest = resumed.solution.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     let references = prepared.problem.slip_reference.iter().zip(&whole.prepared.problem.slip_reference);
-    assert!(references.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-10 * largest);
+    assert!(references.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < ROUNDING * largest);
 }
 
 /// What would go wrong in a later step is said before the first one is solved.
