@@ -7,7 +7,8 @@ one block of about as many unknowns without contact, which as a block starts fro
 to one another, a linear problem with the same unknowns; "held", the upper block held on one side, with Coulomb friction;
 "floating", the upper block held by contact and friction alone; and "smooth", held and without friction. Seconds of a solve
 are the wall seconds of set-up and iteration, the least of all repetitions. Posing is all between the assembled matrix and the
-contact problem, also done without contact; the mortar rows are told as what posing takes beyond that of "block".
+contact problem, also done without contact; the mortar rows are told as what posing takes beyond that of
+"block"; where a body floats the search for its rigid motions is in it.
 """
 
 import argparse
@@ -20,7 +21,7 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
 # Cells along the sides of the base of the lower block, half as many upwards; the upper block has other ones.
-SIZES = {"6k": 14, "50k": 30, "200k": 48, "700k": 74, "2M": 105}
+SIZES = {"6k": 12, "50k": 26, "200k": 42, "700k": 64, "2M": 91}
 MATERIAL = """[materials.steel]
 young = 2.1e11
 poisson = 0.3
