@@ -1,0 +1,63 @@
+//! Keys of `[[contact]]` and of the laws of friction.
+
+use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, key};
+use super::obstacle::OBSTACLE;
+use super::{NAMES, REGION};
+
+pub(super) static CONTACT: Rules = Rules {
+    doc: "A surface that may touch a rigid obstacle or another surface.",
+    one_of: &[],
+    keys: &[
+        key("name", Kind::Text, "name = \"sole\"", "Name of the pair in the results; that of its group if absent."),
+        key("on", REGION, "on = \"z-min\"", "The surface: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.").required(),
+        key("against", Kind::Either(&[Kind::Table(&OBSTACLE), Kind::Text, NAMES]), "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", "A rigid obstacle, or another surface of the mesh: a group or a list of groups.")
+            .required(),
+        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded. A number holds wherever they meet; a negative one is an interference fit.")
+            .default("\"as-meshed\"")
+            .unit("length"),
+        key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent the finer one, or else that of the softer body."),
+        key("search", Kind::Number(POSITIVE), "search = 0.1", "Between two surfaces: how far apart they may be, or overlap, and still meet; a quarter of the diagonal of the smaller one if absent.")
+            .unit("length"),
+        key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { tresca = stress } or { tresca = force, nodal = true }.")
+            .required(),
+    ],
+};
+
+const GAP_NAME: Kind = Kind::Choice {
+    names: &[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")],
+    absent: &[],
+};
+const SLAVE: Kind =
+    Kind::Choice { names: &[("on", "the surface of `on`"), ("against", "the surface of `against`")], absent: &[] };
+
+const FRICTION_NAME: Kind = Kind::Choice {
+    names: &[("none", "no friction"), ("bonded", "the surface sticks wherever it is: no slip, whatever the force")],
+    absent: &[],
+};
+
+static FRICTION: Rules = Rules {
+    doc: "A law of friction.",
+    one_of: &["coulomb", "tresca"],
+    keys: &[
+        key("coulomb", Kind::Number(COEFFICIENT), "coulomb = 0.3", "Coefficient of friction."),
+        key(
+            "tresca",
+            Kind::Number(NOT_NEGATIVE),
+            "tresca = 5e4",
+            "Given friction: the shear stress at which a point slips, whatever its pressure.",
+        )
+        .unit("stress; force where nodal = true"),
+        key(
+            "nodal",
+            Kind::Flag,
+            "nodal = true",
+            "Whether `tresca` is the force of each contact point instead of a stress.",
+        )
+        .default("false"),
+    ],
+};
+
+const COEFFICIENT: Limits = Limits {
+    remedy: "the direction of friction follows from the slip, the coefficient only says how much",
+    ..NOT_NEGATIVE
+};
