@@ -237,7 +237,8 @@ impl Appended {
             xml,
             "<DataArray type=\"{kind}\" Name=\"{name}\" {attributes} format=\"appended\" offset=\"{offset}\"/>"
         );
-        let blocks: Vec<Vec<u8>> = values.par_chunks(BLOCK / T::BYTES).map(compress).collect();
+        let level = level(values);
+        let blocks: Vec<Vec<u8>> = values.par_chunks(BLOCK / T::BYTES).map(|part| compress(part, level)).collect();
         // Header: number of blocks, bytes of a block, bytes of the last block if it is a partial one, compressed bytes.
         let partial = values.len() * T::BYTES % BLOCK;
         let sizes = blocks.iter().map(Vec::len);
@@ -249,10 +250,22 @@ impl Appended {
     }
 }
 
-fn compress<T: Number>(values: &[T]) -> Vec<u8> {
+/// Full digits hardly shrink, and trying costs more than all the rest of the file: a sample from the middle decides.
+fn level<T: Number>(values: &[T]) -> Compression {
+    let count = values.len().min(SAMPLE / T::BYTES);
+    let sample = &values[(values.len() - count) / 2..][..count];
+    let shrinks = 10 * compress(sample, Compression::fast()).len() < 8 * count * T::BYTES;
+    if shrinks { Compression::fast() } else { Compression::none() }
+}
+
+/// Bytes of the sample.
+const SAMPLE: usize = 1 << 16;
+
+fn compress<T: Number>(values: &[T], level: Compression) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(values.len() * T::BYTES);
     values.iter().for_each(|v| v.put(&mut bytes));
-    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len() / 2), Compression::fast());
+    let capacity = if level == Compression::none() { bytes.len() + bytes.len() / 64 + 64 } else { bytes.len() / 2 };
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(capacity), level);
     encoder.write_all(&bytes).and_then(|()| encoder.finish()).expect("memory takes every byte")
 }
 
