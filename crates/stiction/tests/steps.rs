@@ -93,6 +93,20 @@ fn proportional_loading_of_a_flat_foot_does_not_depend_on_the_steps() {
     assert!(apart(&one.outcome.solution.lambda, &still.solution.lambda) < 1e-6);
 }
 
+/// The same again: from the third step on the last two lead to the answer, on both paths.
+#[test]
+fn steps_in_proportion_are_met_at_once() {
+    let body = BLOCK.replace("poisson = 0", "poisson = 0.3")
+        + "[[fix]]\non = \"x-min\"\n[[load]]\non = \"z-max\"\ntraction = [\"4*t\", 0, \"-t*(35 - x)\"]\n"
+        + &contact("{ coulomb = 0.4 }", "")
+        + &steps(&[(1.0, 2), (2.0, 3)]);
+    for (path, key, first, further) in [("multigrid", "cycles", 8, 1), ("dense", "iterations", 3, 1)] {
+        let run = run(&format!("{body}[solver]\npath = \"{path}\"\n"));
+        let taken: Vec<u64> = run.outcome.steps.iter().map(|e| e["counts"][key].as_u64().unwrap()).collect();
+        assert!(taken[0] >= first && taken[2..].iter().all(|&n| n <= further), "{path}: {taken:?}");
+    }
+}
+
 /// Fully slipping, the elastic state does not depend on how far the block has slid: between two cycles whose amplitudes
 /// differ by 0.1 the dissipated energies differ by 4 F N 0.1 exactly, and one more way along costs F N times the way.
 /// With Poisson's ratio zero N = E A d / h = 8400.

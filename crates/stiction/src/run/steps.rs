@@ -49,11 +49,22 @@ struct March {
     body: BodyState,
     /// Sliding of each point since the start, length, `2m`.
     slid: Vec<f64>,
+    /// The last two answers with what acted, the later one last.
+    answers: Vec<Answer>,
     /// The last step with the slip reference it had.
     last: Option<(Outcome, Vec<f64>)>,
     entries: Vec<Value>,
     /// Solves of the present step, those that failed included.
     attempts: usize,
+}
+
+/// What acts at a time, and the answer.
+struct Answer {
+    t: f64,
+    f: Vec<f64>,
+    gap: Vec<f64>,
+    u: Vec<f64>,
+    lambda: Vec<f64>,
 }
 
 /// Solves all load steps of a prepared case, from the start or from where `restart` ends; the answer is that of the
@@ -86,7 +97,7 @@ pub fn solve_steps(
         }
         let moment = moment(prepared, t)?;
         apply(prepared, &moment, &march.slid);
-        let outcome = attempt(prepared, settings, &mut march, &mut kept, observer)?;
+        let outcome = attempt(prepared, settings, &mut march, t, &mut kept, observer)?;
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -123,8 +134,15 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
     let nothing = Moment::start(prepared);
     let body = BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
-    let begin =
-        March { at: Position::start(), body, slid: vec![0.0; 2 * m], last: None, entries: Vec::new(), attempts: 0 };
+    let begin = March {
+        at: Position::start(),
+        body,
+        slid: vec![0.0; 2 * m],
+        answers: Vec::new(),
+        last: None,
+        entries: Vec::new(),
+        attempts: 0,
+    };
     let Some(Restart { entries, last }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
@@ -163,11 +181,12 @@ fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: 
     Outcome::new(solution, settings, path)
 }
 
-/// Solves the step from the solution of the last one, and if that fails from zero.
+/// Solves the step from where the last ones lead, and if that fails from zero.
 fn attempt(
     prepared: &Prepared,
     settings: &Settings,
     march: &mut March,
+    t: f64,
     kept: &mut Kept,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
@@ -177,14 +196,33 @@ fn attempt(
     };
     march.attempts += 1;
     if march.body.lambda.iter().any(|&x| x != 0.0) {
-        let warm =
-            solve_again(prepared, &with(Some(march.body.lambda.clone()), Some(march.body.u.clone())), kept, observer)?;
+        let (lambda, u) = predicted(prepared, march, t);
+        let warm = solve_again(prepared, &with(Some(lambda), Some(u)), kept, observer)?;
         if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
             return Ok(warm);
         }
         march.attempts += 1;
     }
     solve_again(prepared, &with(None, None), kept, observer)
+}
+
+/// Multipliers and displacements at `t`: those of the last step, or on the line through the last two where what acts is
+/// nearer to that line. Loads that grow in proportion are met at once as long as no point changes its state.
+fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>) {
+    let problem = &prepared.problem;
+    if let [before, last] = &march.answers[..] {
+        let scale = (t - last.t) / (last.t - before.t);
+        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
+            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
+        };
+        let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let nearer =
+            |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
+        if nearer(&before.f, &last.f, &problem.f) && nearer(&before.gap, &last.gap, &problem.gap) {
+            return (line(&before.lambda, &last.lambda), line(&before.u, &last.u));
+        }
+    }
+    (march.body.lambda.clone(), march.body.u.clone())
 }
 
 /// Takes the solved step into the march.
@@ -227,6 +265,11 @@ fn finish(
         dissipation: balance.dissipation,
     };
     march.slid = slid(prepared, &moment, u);
+    if march.answers.len() == 2 {
+        march.answers.remove(0);
+    }
+    let (f, gap) = (problem.f.clone(), problem.gap.clone());
+    march.answers.push(Answer { t, f, gap, u: u.clone(), lambda: lambda.clone() });
     march.body = BodyState { moment, u: u.clone(), lambda: lambda.clone(), balance };
     march.attempts = 0;
     if finished {
