@@ -4,7 +4,11 @@
 
 makes a virtual environment with numpy, scipy, pyamg and matplotlib beside the build (once), builds `stiction`, solves every
 case with `stiction solve`, and K u = f without contact by pyamg's smoothed aggregation with the rigid motions (conjugate
-gradients to 1e-8, one thread). With --docs it writes the table and the plot to docs/benchmark.md and docs/benchmark.png.
+gradients to 1e-8, one thread) and, up to 220 000 unknowns and where scikit-sparse can be built (Debian: libsuitesparse-dev), by
+CHOLMOD. With --docs it writes the table and the plot to docs/benchmark.md and docs/benchmark.png.
+
+"further step" is the mean of the second to fourth of four load steps, pressed first and then dragged, with the hierarchy of the
+first; its run is that of all four.
 
 Seconds of a solve are the wall seconds of set-up (the coarser block of the nested iteration included) and iteration; pyamg's
 are CPU seconds of one thread. On an idle machine with one thread both are the same, on a busy one ours are overstated. `run`
@@ -51,12 +55,16 @@ friction = {0}
 LIFT = ("[0, 0, 1e6]", '[0, 0, "-2/3*1e6*(3 - x)"]')
 PRESS = ("[1e6, 5e5, 0]", "[0, 0, -1e6]")
 # Given friction of a tenth of the pressure: some points stick, most slip.
+STEPS = "further step"
 LOADS = {
     "linear": (*LIFT, ""),
     "lift": (*LIFT, CONTACT.format("{ coulomb = 0.35 }")),
     "press": (*PRESS, CONTACT.format("{ coulomb = 0.35 }")),
     "given": (*PRESS, CONTACT.format("{ tresca = 1e5 }")),
+    STEPS: ('["1e6*t", "5e5*t", 0]', PRESS[1], CONTACT.format("{ coulomb = 0.35 }") + "[[step]]\nuntil = 1\nincrements = 4\n"),
 }
+# The largest systems a sparse factor is tried on: beyond, it takes minutes and most of the memory.
+FACTOR = 220_000
 
 
 def environment():
@@ -67,7 +75,10 @@ def environment():
         return
     if not os.path.exists(python):
         subprocess.run([sys.executable, "-m", "venv", folder], check=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", "numpy", "scipy", "pyamg", "matplotlib"], check=True)
+        install = [python, "-m", "pip", "install", "--quiet"]
+        subprocess.run([*install, "numpy", "scipy", "pyamg", "matplotlib"], check=True)
+        # The last that is for the libraries Debian has; without them there is no such column.
+        subprocess.run([*install, "scikit-sparse==0.4.16"], stderr=subprocess.DEVNULL)
     os.environ["OMP_NUM_THREADS"] = "1"
     os.execv(python, [python, os.path.abspath(__file__), *sys.argv[1:]])
 
@@ -105,7 +116,20 @@ def theirs(folder):
     setup = time.process_time() - start
     residuals = []
     hierarchy.solve(f, tol=1e-8, accel="cg", residuals=residuals)
-    return setup, time.process_time() - start, len(residuals) - 1
+    total = time.process_time() - start
+    return setup, total, len(residuals) - 1, factor(K, f) if len(f) <= FACTOR else None
+
+
+def factor(K, f):
+    """Seconds of ordering, factor and solve by CHOLMOD, or None."""
+    try:
+        from sksparse.cholmod import cholesky
+    except ImportError:
+        return None
+    K = K.tocsc()
+    start = time.process_time()
+    cholesky(K, ordering_method="metis")(f)
+    return time.process_time() - start
 
 
 def size(arguments, element, name):
@@ -122,24 +146,32 @@ def size(arguments, element, name):
                 external = json.loads(done.stdout) if done.returncode == 0 else None
                 linear_cycles = s["counts"]["cycles"]
             seconds, total = s["seconds"], s["seconds"]["total"]
-            solve = seconds["setup"] + seconds["iteration"]
+            solve, setup, cycles = seconds["setup"] + seconds["iteration"], seconds["setup"], s["counts"]["cycles"]
+            around = 1 - solve / total
+            if load == STEPS:
+                further = s["steps"][1:]
+                setup, solve = 0.0, sum(e["seconds"]["iteration"] for e in further) / len(further)
+                cycles = round(sum(e["counts"]["cycles"] for e in further) / len(further))
             rows.append({
-                "element": element, "unknowns": s["dofs"], "load": load, "solve": solve, "setup": seconds["setup"],
-                "cycles": s["counts"]["cycles"], "over_linear": s["counts"]["cycles"] / linear_cycles,
+                "element": element, "unknowns": s["dofs"], "load": load, "solve": solve, "setup": setup,
+                "cycles": cycles, "over_linear": cycles / linear_cycles,
                 "external": external, "ratio": solve / external[1] if external else None,
                 "wall": s["wall"], "cpu": s["cpu"], "memory": s["peak_memory_bytes"],
-                "around": 1 - solve / total, "worst": s["certificate"]["worst"],
+                "around": around, "worst": s["certificate"]["worst"],
             })
             print(line(rows[-1]), flush=True)
     return rows
 
 
-HEAD = """| element | unknowns | load | solve s | of it set-up | cycles | / linear | pyamg linear s | steps | solve / pyamg | run wall s | run CPU s | GB | around the solve | worst |
-|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
+HEAD = """| element | unknowns | load | solve s | of it set-up | cycles | / linear | pyamg linear s | steps | CHOLMOD linear s | solve / pyamg | run wall s | run CPU s | GB | around the solve | worst |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
 
 
 def line(r):
-    external = f"{r['external'][1]:.2f} | {r['external'][2]} | **{r['ratio']:.2f}**" if r["external"] else "- | - | -"
+    external = "- | - | - | -"
+    if r["external"]:
+        _, seconds, steps, factor = r["external"]
+        external = f"{seconds:.2f} | {steps} | {f'{factor:.2f}' if factor else '-'} | **{r['ratio']:.2f}**"
     return (
         f"| {r['element']} | {r['unknowns']} | {r['load']} | {r['solve']:.2f} | {r['setup']:.2f} | {r['cycles']} "
         f"| {r['over_linear']:.2f} | {external} | {r['wall']:.2f} | {r['cpu']:.2f} | {r['memory'] / 1e9:.2f} "
@@ -161,7 +193,7 @@ def plot(rows, path):
 
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.2))
     for element, style in (("tet4", "-o"), ("hex8", "--s")):
-        for load, colour in (("linear", "0.5"), ("lift", "C0"), ("press", "C1"), ("given", "C2")):
+        for load, colour in (("linear", "0.5"), ("lift", "C0"), ("press", "C1"), ("given", "C2"), (STEPS, "C3")):
             own = [r for r in rows if r["element"] == element and r["load"] == load]
             if not own:
                 continue
