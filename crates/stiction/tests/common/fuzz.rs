@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
-use stiction::io::{arrays, fclib, matrix_market, npz};
+use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, vtu_read};
 use stiction::linalg::Csr;
 
 /// A reader, files it reads, and the ending of further ones.
@@ -30,6 +30,10 @@ pub const TARGETS: &[Target] = &[
     Target { name: "fclib", ending: "hdf5", seeds: fclib_files, free: HDF5, read: |b| fclib::parse(b.to_vec()).is_ok() },
     Target { name: "npz", ending: "npz", seeds: npz_files, free: SLACK, read: |b| arrays::parse_npz(b).is_ok() },
     Target { name: "matrix-market", ending: "mtx", seeds: matrix_market_files, free: SLACK, read: |b| matrix_market::named(b, "f").is_ok() },
+    Target { name: "gmsh", ending: "msh", seeds: gmsh_files, free: SLACK, read: |b| gmsh::parse(b, "f", 1.0).is_ok() },
+    Target { name: "abaqus", ending: "inp", seeds: abaqus_files, free: SLACK, read: |b| abaqus::parse(b, "f", 1.0, &included).is_ok() },
+    Target { name: "vtu", ending: "vtu", seeds: vtu_files, free: SLACK, read: |b| vtu_read::parse(b, "f", 1.0).is_ok() },
+    Target { name: "case", ending: "toml", seeds: case_files, free: SLACK, read: |b| str::from_utf8(b).is_ok_and(|t| case::parse(t, "f", &[]).is_ok()) },
     Target { name: "storage", ending: "-", seeds: storages, free: SLACK, read: read_storage },
 ];
 
@@ -220,9 +224,9 @@ fn npz_files() -> Vec<Vec<u8>> {
         shape: vec![3, 3],
         data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()),
     };
-    let vectors = |list: &[(&'static str, &[f64])]| -> Vec<(&'static str, npz::Array)> {
+    fn vectors<'a>(list: &[(&'static str, &'a [f64])]) -> Vec<(&'static str, npz::Array<'a>)> {
         list.iter().map(|(name, x)| (*name, npz::Array::f64(x))).collect()
-    };
+    }
     let local = vectors(&[("q", &p.q), ("mu", &p.mu)]);
     let g = global();
     let sparse = [
@@ -246,6 +250,37 @@ fn npz_files() -> Vec<Vec<u8>> {
     let files = files.collect();
     let _ = std::fs::remove_file(&path);
     files
+}
+
+macro_rules! files {
+    ($($path:literal)*) => { vec![$(include_bytes!($path).to_vec()),*] };
+}
+
+fn gmsh_files() -> Vec<Vec<u8>> {
+    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh")
+}
+
+fn abaqus_files() -> Vec<Vec<u8>> {
+    let deck = "*HEADING\na bar\n*PART, NAME=p\n*NODE, NSET=all\n1, 0., 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=more.inp\n\
+                *ELEMENT, TYPE=C3D4, ELSET=e\n1, 1, 2, 3, 4\n*NSET, NSET=n, GENERATE\n1, 3, 1\n*SURFACE, NAME=s\ne, S1\n*END PART\n";
+    let own = vec![deck.as_bytes().to_vec()];
+    [own, files!("../data/brick-gmsh.inp" "../data/tets-meshio.inp" "../data/tets-gmsh.inp")].concat()
+}
+
+/// What any `*INCLUDE` names.
+fn included(_: &str) -> Result<Vec<u8>, String> {
+    Ok(b"5, 1, 1, 1\n".to_vec())
+}
+
+fn vtu_files() -> Vec<Vec<u8>> {
+    files!(
+        "../data/brick-meshio-ascii.vtu" "../data/brick-meshio-zlib.vtu" "../data/brick-vtk-base64.vtu"
+        "../data/brick-vtk-inline-zlib.vtu" "../data/brick-vtk-raw.vtu" "../data/brick-pyvista.vtu"
+    )
+}
+
+fn case_files() -> Vec<Vec<u8>> {
+    files!("../../../../cases/brick/brick.toml" "../../../../cases/slide/slide.toml" "../../../../cases/rings/rings.toml")
 }
 
 fn matrix_market_files() -> Vec<Vec<u8>> {
