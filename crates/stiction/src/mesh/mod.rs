@@ -16,6 +16,7 @@ mod notes;
 mod quality;
 mod query;
 mod raw;
+mod ring;
 mod tree;
 pub(crate) mod v3;
 
@@ -26,6 +27,7 @@ pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
+pub use ring::{MOST_DEGREES, Ring, ring};
 pub use raw::{RawCells, RawGroup, RawMesh};
 pub use tree::{Bounds, Tree, nearest_on_triangle};
 
