@@ -5,7 +5,7 @@ mod common;
 use common::{CASE, Folder};
 use serde_json::Value;
 
-const FILES: [&str; 12] = [
+const FILES: [&str; 13] = [
     "case.toml",
     "contact.vtu",
     "convergence.png",
@@ -13,6 +13,7 @@ const FILES: [&str; 12] = [
     "log.jsonl",
     "pressure.png",
     "problem.npz",
+    "report.html",
     "result.vtu",
     "shear.png",
     "solution.npz",
@@ -254,7 +255,7 @@ fn the_comments_of_the_commented_cases_are_true() {
         let ratio = contact["tangential_force"][0].as_f64().unwrap() / contact["normal_force"].as_f64().unwrap();
         (["open", "stick", "slip"].map(|state| contact[state].as_u64().unwrap()), ratio)
     };
-    for name in ["block", "brick", "punch", "pair"] {
+    for name in ["block", "brick", "sphere", "pair"] {
         folder.run(&["new", name, "--from", name]).ends(0, &[]);
     }
     let ([open, stick, slip], _) = states("block", &[]);
@@ -265,7 +266,7 @@ fn the_comments_of_the_commented_cases_are_true() {
     }
     let ([open, stick, slip], _) = states("brick", &[]);
     assert!(stick == 0 && (3 * slip..4 * slip).contains(&open), "a quarter bears, or a little less: {slip} of {open}");
-    let ([open, stick, slip], _) = states("punch", &[]);
+    let ([open, stick, slip], _) = states("sphere", &[]);
     assert!(open > 0 && stick > 0 && slip > 0, "a middle that sticks, a rim that slips, a gap");
     let ([open, _, slip], ratio) = states("pair", &[]);
     assert!(

@@ -27,8 +27,8 @@ pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
-pub use ring::{MOST_DEGREES, Ring, ring};
 pub use raw::{RawCells, RawGroup, RawMesh};
+pub use ring::{MOST_DEGREES, Ring, ring};
 pub use tree::{Bounds, Tree, nearest_on_triangle};
 
 /// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.

@@ -78,7 +78,10 @@ mod tests {
             assert!((info(&mesh).volume / volume - 1.0).abs() < 1e-12);
             let on = |group: &str, test: &dyn Fn([f64; 3]) -> f64| {
                 let nodes = mesh.group_nodes(mesh.group(group).unwrap());
-                assert!(nodes.len() >= 12 && nodes.iter().all(|&n| test(mesh.nodes[n as usize]).abs() < 1e-12), "{group}");
+                assert!(
+                    nodes.len() >= 12 && nodes.iter().all(|&n| test(mesh.nodes[n as usize]).abs() < 1e-12),
+                    "{group}"
+                );
             };
             on("inner", &|[x, y, _]| x.hypot(y) - 2.0);
             on("outer", &|[x, y, _]| x.hypot(y) - 5.0);

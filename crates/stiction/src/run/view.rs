@@ -75,7 +75,8 @@ pub(super) fn view(folder: &Path, summary: &Value, units: [&str; 3]) -> Result<V
         };
         let entry = number.checked_sub(1).and_then(|i| steps.get(i));
         let called = entry.map_or(String::new(), |entry| {
-            let name = entry["name"].as_str().filter(|name| !name.is_empty()).map_or(String::new(), |n| format!("{n}, "));
+            let name =
+                entry["name"].as_str().filter(|name| !name.is_empty()).map_or(String::new(), |n| format!("{n}, "));
             format!("step {number}: {name}t = {}", entry["t"].as_f64().unwrap_or(f64::NAN))
         });
         let frame = frame(&mesh, &vertices, body, contact, stepped).map(|frame| Frame { name: called, ..frame });

@@ -140,9 +140,13 @@ fn cards(s: &Value, units: &Units) -> String {
         cards.insert(1, ("friction on the body (x, y, z)", format!("{} {}", triple(friction), units.force)));
         cards.push(("largest pressure", with(&c["max_pressure"], units.stress)));
         cards.push(("largest shear traction", with(&c["max_shear"], units.stress)));
-        cards.push(("points open / stick / slip", format!("{} / {} / {}", count("open"), count("stick"), count("slip"))));
+        cards.push((
+            "points open / stick / slip",
+            format!("{} / {} / {}", count("open"), count("stick"), count("slip")),
+        ));
     }
-    let card = |(label, text): &(&str, String)| format!("<div><b>{}</b><span>{label}</span></div>\n", escaped(text.trim()));
+    let card =
+        |(label, text): &(&str, String)| format!("<div><b>{}</b><span>{label}</span></div>\n", escaped(text.trim()));
     format!("<div class=\"cards\">\n{}</div>\n", cards.iter().map(card).collect::<String>())
 }
 

@@ -112,7 +112,9 @@ pub(super) fn uniqueness(s: &Value) -> String {
         (Some(true), _) => " The solution is unique: friction is below the proven bound.".into(),
         (_, Some(bound)) => {
             let bound = number(bound);
-            format!(" It is a solution; that there is no other is proved only below the coefficient {bound} (here {largest}).")
+            format!(
+                " It is a solution; that there is no other is proved only below the coefficient {bound} (here {largest})."
+            )
         }
         _ => " It is a solution; whether there are others is not known.".into(),
     }
@@ -204,10 +206,16 @@ fn bodies(s: &Value, units: &Units) -> String {
     for body in list {
         let mut row = vec![body["name"].as_str().unwrap_or("").to_string()];
         row.extend(["load", "support", "contact"].map(|key| triple(vector(&body[key]))));
-        row.extend(["force_balance", "moment_balance"].map(|key| format!("{:.1e}", body[key].as_f64().unwrap_or(f64::NAN))));
+        row.extend(
+            ["force_balance", "moment_balance"].map(|key| format!("{:.1e}", body[key].as_f64().unwrap_or(f64::NAN))),
+        );
         table.rows.push(row);
     }
-    if list.is_empty() { String::new() } else { format!("<h2 id=\"bodies\">Forces on each body</h2>\n{}", table.html()) }
+    if list.is_empty() {
+        String::new()
+    } else {
+        format!("<h2 id=\"bodies\">Forces on each body</h2>\n{}", table.html())
+    }
 }
 
 fn steps(s: &Value, units: &Units) -> String {
@@ -261,7 +269,11 @@ fn posed(s: &Value) -> String {
     table.words = vec![1];
     let own = lines(&s["posed"]).into_iter().filter(|(label, _)| label != "note");
     table.rows.extend(own.map(|(label, text)| vec![label, text]));
-    if table.rows.is_empty() { String::new() } else { format!("<h2 id=\"posed\">What was solved</h2>\n{}", table.html()) }
+    if table.rows.is_empty() {
+        String::new()
+    } else {
+        format!("<h2 id=\"posed\">What was solved</h2>\n{}", table.html())
+    }
 }
 
 fn run(s: &Value) -> String {

@@ -94,7 +94,8 @@ mod tests {
 
     /// Area of the faces in the x-y plane.
     fn area(view: &View) -> f64 {
-        let cross = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        let cross =
+            |a: [f64; 3], b: [f64; 3], c: [f64; 3]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         let of = |f: &[u32; 4]| {
             let [a, b, c, d] = f.map(|v| view.points[v as usize]);
             (cross(a, b, c) + cross(a, c, d)) / 2.0

@@ -87,7 +87,8 @@ pub(super) fn encoded(view: &View) -> Value {
 }
 
 fn frame(frame: &Frame) -> Value {
-    let largest = frame.displacement.iter().flatten().fold(0.0f64, |a, u| if u.is_finite() { a.max(u.abs()) } else { a });
+    let largest =
+        frame.displacement.iter().flatten().fold(0.0f64, |a, u| if u.is_finite() { a.max(u.abs()) } else { a });
     let unit = if largest > 0.0 { largest } else { 1.0 };
     let code = |u: &f64| if u.is_finite() { (u / unit * SIGNED_STEPS).round() as i16 } else { 0 };
     let displacement = frame.displacement.iter().flatten().map(code);

@@ -92,20 +92,40 @@ static RING: Rules = Rules {
     doc: "A piece of a ring or tube: a box of cells bent about the z axis.",
     one_of: &[],
     keys: &[
-        key("radii", Kind::List { of: &Kind::Number(POSITIVE), from: 2, to: 2 }, "radii = [20, 40]", "Inner and outer radius.")
-            .required()
-            .unit("length"),
+        key(
+            "radii",
+            Kind::List { of: &Kind::Number(POSITIVE), from: 2, to: 2 },
+            "radii = [20, 40]",
+            "Inner and outer radius.",
+        )
+        .required()
+        .unit("length"),
         key("height", Kind::Number(POSITIVE), "height = 10", "Length along z, from z = 0.").required().unit("length"),
-        key("degrees", Kind::Number(RING_ANGLE), "degrees = 90", "The angle it spans; of a whole ring take a half between planes of symmetry.")
-            .required()
-            .unit("degree"),
-        key("cells", Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 }, "cells = [4, 24, 2]", "Number of cells along the radius, around and along z.")
-            .required(),
+        key(
+            "degrees",
+            Kind::Number(RING_ANGLE),
+            "degrees = 90",
+            "The angle it spans; of a whole ring take a half between planes of symmetry.",
+        )
+        .required()
+        .unit("degree"),
+        key(
+            "cells",
+            Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 },
+            "cells = [4, 24, 2]",
+            "Number of cells along the radius, around and along z.",
+        )
+        .required(),
         key("element", ELEMENT, "element = \"hex8\"", "The element.").default("\"tet4\""),
         key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra, as for a block."),
         key("parity", Kind::Whole { from: 0, to: 1 }, "parity = 0", "For split = \"five\", as for a block."),
-        key("grading", Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 }, "grading = [5, 1, 1]", "Length of the last cell over that of the first along the radius, around and along z.")
-            .default("[1, 1, 1]"),
+        key(
+            "grading",
+            Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 },
+            "grading = [5, 1, 1]",
+            "Length of the last cell over that of the first along the radius, around and along z.",
+        )
+        .default("[1, 1, 1]"),
     ],
 };
 
