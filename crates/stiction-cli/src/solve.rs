@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::case;
+use stiction::io::{case, folder};
 use stiction::run::{self, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
@@ -105,13 +105,16 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut outcome = solved?;
     let mut files = run::write(&prepared, &mut outcome, &origin, &folder)?;
     if !arguments.no_report {
-        run::write_report(&folder)?;
-        files.push(run::REPORT.into());
+        match run::write_report(&folder) {
+            Ok(_) => files.push(run::REPORT.into()),
+            // The results are whole without it.
+            Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),
+        }
     }
     say(&format!("\n{}", run::report(&prepared, &outcome)));
     say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
     if arguments.json {
-        output::out(&run::summary(&prepared, &outcome, &origin));
+        output::out(&folder::read_text(&folder.join("summary.json"))?);
     }
     Ok(match outcome.solution.status {
         Status::Solved => 0,

@@ -10,7 +10,8 @@ use crate::certificate::{BodyBalance, Certificate};
 use crate::friction::Status;
 use crate::linalg::Csr;
 
-/// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
+/// The text of `summary.json` but for the names of the pictures, which are known once they are written; numbers are
+/// written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
     format!("{:#}\n", Value::Object(whole(prepared, outcome, origin)))
 }
@@ -38,6 +39,9 @@ pub(super) fn whole(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> 
 const POSED_LABEL: usize = 10;
 const TOLD_LABEL: usize = 12;
 
+/// What differs from run to run and stands in the summary as a number anyway.
+const NOT_TOLD: [&str; 2] = ["time", "memory"];
+
 /// Lines such as `  label   text` as pairs; a line without a label of its own goes on with the last.
 fn labelled(text: &str, width: usize) -> Value {
     let mut lines: Vec<[String; 2]> = Vec::new();
@@ -48,6 +52,7 @@ fn labelled(text: &str, width: usize) -> Value {
             (label, _) => lines.push([label.to_string(), words.trim().to_string()]),
         }
     }
+    lines.retain(|[label, _]| !NOT_TOLD.contains(&label.as_str()));
     json!(lines)
 }
 

@@ -11,6 +11,3 @@ pub use page::{Page, Picture, html, pictures_smaller};
 pub use text::{number, triple};
 pub use thin::thin;
 pub use view::{Field, FieldKind, Frame, View};
-
-#[cfg(test)]
-mod tests;

@@ -95,7 +95,8 @@ fn verdict(s: &Value) -> String {
         ("max_iterations", _) => (false, "Not solved: the limit of iterations was reached."),
         ("stalled", _) => (false, "Not solved: the iteration gained nothing more."),
         ("no_equilibrium", _) => (false, "Not solved: there is no equilibrium."),
-        ("interrupted", _) => (false, "Not solved: the run was interrupted."),
+        ("interrupted", true) => (false, "Interrupted. What was finished is certified."),
+        ("interrupted", false) => (false, "Not solved: the run was interrupted."),
         ("uncertified", _) => (false, "Not certified: the method ended by its own rule, not by the certificate."),
         _ => (false, "Not certified."),
     };
@@ -105,11 +106,11 @@ fn verdict(s: &Value) -> String {
              They were recomputed from the problem and the answer by code that shares nothing with the solver."
         )
     } else {
-        format!("The worst measure of the certificate{name}, is {worst:.1e}; the tolerance is {tolerance:e}.")
+        format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", size(worst))
     };
     if let Some(motion) = s["departure"].as_str() {
         text += &format!(" The loads carry away {motion}; what follows shows a body held by force and is no result.");
-    } else if !good {
+    } else if !passed {
         text += " What follows is as far as the iteration came and is no result.";
     }
     if steps.len() > 1 {
@@ -119,6 +120,11 @@ fn verdict(s: &Value) -> String {
     text += &tables::uniqueness(s);
     let class = if good { "good" } else { "bad" };
     format!("<section class=\"verdict {class}\"><strong>{head}</strong><p>{}</p></section>\n", escaped(&text))
+}
+
+/// Two digits of a measure that may be beyond all bounds.
+fn size(measure: f64) -> String {
+    if measure.is_finite() { format!("{measure:.1e}") } else { "infinite".into() }
 }
 
 fn warnings(s: &Value, view: &View) -> String {
@@ -185,7 +191,9 @@ fn viewer(view: &View, units: &Units) -> String {
          </div>\n<div class=\"stage\"><canvas id=\"canvas\" tabindex=\"0\" aria-label=\"The deformed body\"></canvas>\
          <svg viewBox=\"0 0 80 80\" aria-hidden=\"true\">{axes}</svg><div id=\"dot\" hidden></div>\
          <div class=\"key\"><span id=\"bar-title\"></span><div id=\"bar\"></div><div id=\"bar-note\"></div></div></div>\n\
-         <div id=\"probe\"></div>\n</div>\n<p class=\"soft\">The deformation is exaggerated by the factor shown.{unit}</p>\n"
+         <div id=\"probe\"></div>\n</div>\n<p class=\"soft\">The deformation is multiplied by the factor shown, \
+         so that surfaces in contact may seem to part or to overlap where they were pressed together; × 1 is true to \
+         scale.{unit}</p>\n"
     )
 }
 

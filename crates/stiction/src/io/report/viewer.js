@@ -307,9 +307,9 @@ document.querySelectorAll("[data-view]").forEach(function (b) {
     fit();
   };
 });
-function fit() { // the deformed body fills the window
+function fit() { // what is shown of the deformed body fills the window
   var t = turn(), low = [1e9, 1e9], high = [-1e9, -1e9], u = frames[state.frame].shift;
-  for (var v = 0; v < n; v++) for (var k = 0; k < 2; k++) {
+  for (var v = state.show === "contact" ? data.firstContactPoint : 0; v < n; v++) for (var k = 0; k < 2; k++) {
     var x = 0;
     for (var c = 0; c < 3; c++) x += t[k][c] * (place[3 * v + c] + state.scale * u[3 * v + c] / radius);
     if (x < low[k]) low[k] = x;
