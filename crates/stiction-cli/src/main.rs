@@ -11,6 +11,7 @@ mod new;
 mod output;
 mod paper;
 mod progress;
+mod report;
 mod schema;
 mod solve;
 
@@ -33,6 +34,7 @@ enum Command {
     Mesh(mesh::Command),
     New(new::Arguments),
     Paper(paper::Arguments),
+    Report(report::Arguments),
     Schema(schema::Arguments),
 }
 
@@ -56,6 +58,7 @@ fn main() -> std::process::ExitCode {
         Command::Mesh(command) => mesh::run(&command),
         Command::New(arguments) => new::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
     };
     let code = result.unwrap_or_else(|error| {

@@ -27,7 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     if let Some(folder) = arguments.folder.as_ref().filter(|_| !arguments.list) {
         return create(folder, arguments.from.as_deref());
     }
-    templates().iter().for_each(|t| output::out(&format!("{:<10} {}\n", t.name, t.description)));
+    templates().iter().for_each(|t| output::out(&format!("{:<13} {}\n", t.name, t.description)));
     Ok(0)
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::case;
+use stiction::io::{case, folder};
 use stiction::run::{self, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Go on after the last finished load step that the folder holds of the same case
     #[arg(long)]
     resume: bool,
+    /// Leave out report.html; `stiction report DIR` writes it later
+    #[arg(long)]
+    no_report: bool,
     /// How progress is shown, on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
@@ -56,6 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         path: Some(arguments.case.clone()),
         case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
         overrides,
+        command: Some(command_line()),
     };
     if arguments.resume && case.steps.is_empty() {
         let what = "this case has no load steps to resume";
@@ -99,11 +103,18 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     };
     progress.finish();
     let mut outcome = solved?;
-    let files = run::write(&prepared, &mut outcome, &origin, &folder)?;
+    let mut files = run::write(&prepared, &mut outcome, &origin, &folder)?;
+    if !arguments.no_report {
+        match run::write_report(&folder) {
+            Ok(_) => files.push(run::REPORT.into()),
+            // The results are whole without it.
+            Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),
+        }
+    }
     say(&format!("\n{}", run::report(&prepared, &outcome)));
     say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
     if arguments.json {
-        output::out(&run::summary(&prepared, &outcome, &origin));
+        output::out(&folder::read_text(&folder.join("summary.json"))?);
     }
     Ok(match outcome.solution.status {
         Status::Solved => 0,
@@ -137,6 +148,17 @@ fn threads(count: Option<u16>) -> Result<(), Error> {
     let Some(count) = count else { return Ok(()) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into()).build_global();
     pool.map_err(|error| Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer"))
+}
+
+/// What was typed, with quotes where a shell needs them.
+fn command_line() -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:@%+".contains(c);
+    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    std::iter::once("stiction".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 fn default_folder(case: &Path) -> PathBuf {

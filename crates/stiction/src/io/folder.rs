@@ -40,6 +40,14 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
     })
 }
 
+/// Reads a file as it is.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    fs::read(path).map_err(|error| {
+        let what = format!("this file cannot be read ({error})");
+        Error::new(path.display().to_string(), what, "solve the case again")
+    })
+}
+
 /// Removes a file that need not exist.
 pub fn remove(path: &Path) -> Result<(), Error> {
     match fs::remove_file(path) {

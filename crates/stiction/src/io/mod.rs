@@ -17,6 +17,7 @@ pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;
+pub mod report;
 pub mod step;
 pub mod storage;
 pub mod vtu;

@@ -12,11 +12,14 @@
 mod arrays;
 mod assemble;
 mod document;
+mod fields;
 mod stream;
 mod types;
 mod xml;
 
 use std::path::Path;
+
+pub use fields::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
 
 use crate::Error;
 use crate::mesh::{Mesh, MeshNotes};

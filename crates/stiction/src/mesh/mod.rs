@@ -16,6 +16,7 @@ mod notes;
 mod quality;
 mod query;
 mod raw;
+mod ring;
 mod tree;
 pub(crate) mod v3;
 
@@ -27,6 +28,7 @@ pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
 pub use raw::{RawCells, RawGroup, RawMesh};
+pub use ring::{MOST_DEGREES, Ring, ring};
 pub use tree::{Bounds, Tree, nearest_on_triangle};
 
 /// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.

@@ -7,7 +7,7 @@ use super::report::number;
 use crate::Error;
 use crate::io::case::{MeshSource, MeshSpec};
 use crate::io::{abaqus, gmsh, machine, vtu_read};
-use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh};
+use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh, ring};
 
 /// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
 const BYTES_PER_NODE: f64 = 5000.0;
@@ -37,6 +37,10 @@ pub(super) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNo
         MeshSource::Block(description) => {
             let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
             fits(nodes, memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
+        }
+        MeshSource::Ring(description) => {
+            let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
+            fits(nodes, memory).and_then(|()| ring(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
         MeshSource::File { path, scale } => {
             let read = read_mesh(path, *scale);

@@ -9,7 +9,7 @@ use super::{Outcome, Prepared};
 use crate::Error;
 use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
-    surface_map,
+    surface_map, units,
 };
 
 /// Draws all pictures and returns their names.
@@ -135,12 +135,8 @@ struct Units<'a> {
 }
 
 impl<'a> Units<'a> {
-    /// From a text such as `m, N, Pa`: length, force, stress.
     fn of(text: Option<&'a str>) -> Self {
-        let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
-        match parts[..] {
-            [length, force, stress, ..] => Units { length, force, stress },
-            _ => Units { length: "", force: "", stress: "" },
-        }
+        let [length, force, stress] = units(text);
+        Units { length, force, stress }
     }
 }

@@ -3,15 +3,20 @@
 use serde_json::{Map, Value, json};
 
 use super::balance::Balance;
-use super::report::departure;
+use super::report::{departure, report};
 use super::write::Origin;
 use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate};
 use crate::friction::Status;
 use crate::linalg::Csr;
 
-/// The text of `summary.json`; numbers are written with all their digits, what is not finite as `null`.
+/// The text of `summary.json` but for the names of the pictures, which are known once they are written; numbers are
+/// written with all their digits, what is not finite as `null`.
 pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> String {
+    format!("{:#}\n", Value::Object(whole(prepared, outcome, origin)))
+}
+
+pub(super) fn whole(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Map<String, Value> {
     let overrides: Vec<String> = origin.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let mut map = Map::new();
     map.insert("title".into(), json!(prepared.facts.title));
@@ -24,7 +29,31 @@ pub fn summary(prepared: &Prepared, outcome: &Outcome, origin: &Origin) -> Strin
         map.insert("balance".into(), last["balance"].clone());
         map.insert("steps".into(), json!(outcome.steps));
     }
-    format!("{:#}\n", Value::Object(map))
+    map.insert("command".into(), json!(origin.command));
+    map.insert("posed".into(), labelled(&prepared.facts.to_string(), POSED_LABEL));
+    map.insert("told".into(), labelled(&report(prepared, outcome), TOLD_LABEL));
+    map
+}
+
+/// Width of the labels in the text of the facts and in that of the report.
+const POSED_LABEL: usize = 10;
+const TOLD_LABEL: usize = 12;
+
+/// What differs from run to run and stands in the summary as a number anyway.
+const NOT_TOLD: [&str; 2] = ["time", "memory"];
+
+/// Lines such as `  label   text` as pairs; a line without a label of its own goes on with the last.
+fn labelled(text: &str, width: usize) -> Value {
+    let mut lines: Vec<[String; 2]> = Vec::new();
+    for line in text.lines().filter_map(|line| line.strip_prefix("  ")) {
+        let (label, words): (String, String) = (line.chars().take(width).collect(), line.chars().skip(width).collect());
+        match (label.trim(), lines.last_mut()) {
+            ("", Some([_, last])) => *last += &format!("; {}", words.trim()),
+            (label, _) => lines.push([label.to_string(), words.trim().to_string()]),
+        }
+    }
+    lines.retain(|[label, _]| !NOT_TOLD.contains(&label.as_str()));
+    json!(lines)
 }
 
 /// What the summary says of one answer; of a stepped run it says the same of every step.

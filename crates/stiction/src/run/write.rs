@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::fields::{BodyFields, SurfaceFields, body, surfaces};
 use super::step_file::remove_steps;
-use super::{Outcome, Prepared, pictures, summary};
+use super::{Outcome, Prepared, REPORT, pictures};
 use crate::Error;
 use crate::friction::Phase;
 use crate::io::vtu::{self, Array, Grid};
@@ -23,6 +23,8 @@ pub struct Origin {
     pub case_text: String,
     /// Keys and values.
     pub overrides: Vec<(String, String)>,
+    /// The command that was given, if it was one.
+    pub command: Option<String>,
 }
 
 /// Writes all files of a result into `folder`, which is created, and returns their names.
@@ -36,6 +38,8 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     let start = Instant::now();
     folder::create(folder)?;
     folder::remove(&folder.join("summary.json"))?;
+    // That of an earlier run would tell of other numbers.
+    folder::remove(&folder.join(REPORT))?;
     let stepped = !outcome.steps.is_empty();
     if !stepped {
         remove_steps(folder)?;
@@ -65,10 +69,13 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
         folder::write_text(&copy, &case(origin))?;
         files.push("case.toml".into());
     }
-    files.extend(pictures::write(folder, prepared, outcome, &body, &surfaces)?);
+    let pictures = pictures::write(folder, prepared, outcome, &body, &surfaces)?;
+    files.extend(pictures.iter().cloned());
     outcome.seconds.output += start.elapsed().as_secs_f64();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
-    folder::write_text(&folder.join("summary.json"), &summary(prepared, outcome, origin))?;
+    let mut told = super::summary::whole(prepared, outcome, origin);
+    told.insert("pictures".into(), json!(pictures));
+    folder::write_text(&folder.join("summary.json"), &format!("{:#}\n", serde_json::Value::Object(told)))?;
     files.push("summary.json".into());
     Ok(files)
 }

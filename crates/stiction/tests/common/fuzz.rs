@@ -225,7 +225,7 @@ fn npz_files() -> Vec<Vec<u8>> {
         data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()),
     };
     fn vectors<'a>(list: &[(&'static str, &'a [f64])]) -> Vec<(&'static str, npz::Array<'a>)> {
-        list.iter().map(|(name, x)| (*name, npz::Array::f64(x))).collect()
+        list.iter().map(|&(name, x)| (name, npz::Array::f64(x))).collect()
     }
     let local = vectors(&[("q", &p.q), ("mu", &p.mu)]);
     let g = global();

@@ -6,7 +6,7 @@ use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, SurfaceFriction};
 use crate::fem::{Field, Formulation};
 use crate::friction::{Method, MethodSettings};
-use crate::mesh::{Block, Turn};
+use crate::mesh::{Block, Ring, Turn};
 
 /// A whole case. Any consistent system of units.
 #[derive(Debug, Clone)]
@@ -57,6 +57,8 @@ pub struct Placing {
 pub enum MeshSource {
     /// A box of cells with the groups `x-min` ... `z-max` and `body`.
     Block(Block),
+    /// A block bent about the z axis, with the groups `inner` `outer` `start` `end` `z-min` `z-max` and `body`.
+    Ring(Ring),
     File {
         /// Relative paths start at the folder of the case file.
         path: PathBuf,

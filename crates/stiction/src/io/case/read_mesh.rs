@@ -8,7 +8,7 @@ use super::read_region::groups;
 use super::view::View;
 use crate::Error;
 use crate::fem::Formulation;
-use crate::mesh::{Block, BlockElement, Turn};
+use crate::mesh::{Block, BlockElement, Ring, Turn};
 
 /// The mesh; relative paths start at `folder`.
 pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
@@ -35,7 +35,14 @@ fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
             return Err(table.error("scale", what, "take `scale` out and change `size` of the block"));
         }
         Some(block) => MeshSource::Block(self::block(&block)?),
-        None => MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") },
+        None if table.given("ring").is_some() && table.given("scale").is_some() => {
+            let what = "`scale` is for a mesh file, but the mesh is a ring";
+            return Err(table.error("scale", what, "take `scale` out and change `radii` and `height` of the ring"));
+        }
+        None => match table.table("ring") {
+            Some(ring) => MeshSource::Ring(self::ring(&ring)?),
+            None => MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") },
+        },
     };
     Ok(MeshSpec { source, placing: placing(table)?, spot: table.spot() })
 }
@@ -50,7 +57,33 @@ fn placing(table: &View) -> Result<Placing, Error> {
     Ok(Placing { turn, by: table.vector("move") })
 }
 
+fn ring(table: &View) -> Result<Ring, Error> {
+    let [inner, outer, _] = table.vector("radii");
+    if inner >= outer {
+        let what = format!("the inner radius {inner} is not smaller than the outer one, {outer}");
+        return Err(table.error("radii", what, "give the inner radius first"));
+    }
+    Ok(Ring {
+        radii: [inner, outer],
+        height: table.number("height"),
+        degrees: table.number("degrees"),
+        cells: cells(table)?,
+        grading: table.vector("grading"),
+        element: element(table)?,
+    })
+}
+
 fn block(table: &View) -> Result<Block, Error> {
+    Ok(Block {
+        size: table.vector("size"),
+        cells: cells(table)?,
+        origin: table.vector("origin"),
+        grading: table.vector("grading"),
+        element: element(table)?,
+    })
+}
+
+fn cells(table: &View) -> Result<[usize; 3], Error> {
     let cells = table.counts("cells");
     // Nodes are numbered with 32 bits, degrees of freedom are three times as many.
     let nodes: f64 = cells.iter().map(|&c| c as f64 + 1.0).product();
@@ -58,13 +91,7 @@ fn block(table: &View) -> Result<Block, Error> {
         let what = format!("{cells:?} cells have {:.0} million nodes, more than can be numbered", nodes / 1e6);
         return Err(table.error("cells", what, "use fewer cells"));
     }
-    Ok(Block {
-        size: table.vector("size"),
-        cells,
-        origin: table.vector("origin"),
-        grading: table.vector("grading"),
-        element: element(table)?,
-    })
+    Ok(cells)
 }
 
 fn element(table: &View) -> Result<BlockElement, Error> {

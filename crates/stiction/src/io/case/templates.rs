@@ -10,28 +10,26 @@ pub struct Template {
     pub text: &'static str,
 }
 
+macro_rules! template {
+    ($name:literal, $description:literal) => {
+        Template { name: $name, description: $description, text: include_str!(concat!("templates/", $name, ".toml")) }
+    };
+}
+
 /// All templates; the first is the one taken when none is named.
 pub fn templates() -> &'static [Template] {
     &[
-        Template {
-            name: "block",
-            description: "a block pressed onto a plane and pushed sideways by its top",
-            text: include_str!("templates/block.toml"),
-        },
-        Template {
-            name: "brick",
-            description: "the model problem of Haslinger, Dostal and Kucera: a clamped brick on a rigid foundation",
-            text: include_str!("templates/brick.toml"),
-        },
-        Template {
-            name: "punch",
-            description: "a block pressed onto a rigid sphere",
-            text: include_str!("templates/punch.toml"),
-        },
-        Template {
-            name: "pair",
-            description: "a stamp pressed onto a block and dragged along it, both deformable",
-            text: include_str!("templates/pair.toml"),
-        },
+        template!("block", "a block pressed onto a plane and pushed sideways by its top"),
+        template!("brick", "the model problem of Haslinger, Dostal and Kucera: a clamped brick on a rigid foundation"),
+        template!("sphere", "a block pressed onto a rigid sphere: the contact of Hertz with friction"),
+        template!("punch", "a flat square punch pressed into a block"),
+        template!("pair", "a stamp pressed onto a block and dragged along it, both deformable"),
+        template!("press-fit", "a hub pressed onto a hollow shaft"),
+        template!("flange", "a bolted flange that a pipe pulls open, in load steps"),
+        template!("bearing-seat", "a bearing ring in its housing under the load of its balls"),
+        template!("wedge", "a block on a slope, pushed up it by its weight times a factor"),
+        template!("foundation", "a block that stands free on elastic ground, in the wind"),
+        template!("gasket", "a lid with a gasket, bolted and then put under pressure, in load steps"),
+        template!("pad", "a pad pressed onto a surface that then slides, in load steps"),
     ]
 }

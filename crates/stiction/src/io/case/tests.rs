@@ -6,7 +6,7 @@ mod robustness;
 use super::*;
 use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation};
-use crate::mesh::{Block, BlockElement, Turn};
+use crate::mesh::{Block, BlockElement, Ring, Turn};
 
 /// The case file of the design, with a title that is easy to move.
 const BRICK: &str = r#"title = "Brick on a rigid foundation"
@@ -138,6 +138,14 @@ fn blocks_are_cut_as_asked() {
     assert_eq!(element("element = \"hex8\""), BlockElement::Hex8);
     assert_eq!(element("split = \"six\""), BlockElement::Tet4Six);
     assert_eq!(element("parity = 1"), BlockElement::Tet4Five { parity: 1 });
+}
+
+#[test]
+fn rings_are_read_with_their_defaults() {
+    let text = edited("block = {", "ring = { radii = [2, 4], height = 1, degrees = 90, cells = [2, 9, 1] }\n#");
+    let (element, grading) = (BlockElement::Tet4Five { parity: 0 }, [1.0; 3]);
+    let ring = Ring { radii: [2.0, 4.0], height: 1.0, degrees: 90.0, cells: [2, 9, 1], grading, element };
+    assert_eq!(read_text(&text).mesh.source, MeshSource::Ring(ring));
 }
 
 #[test]

@@ -2,12 +2,14 @@
 
 use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, key};
 use super::POINT;
+use crate::mesh::MOST_DEGREES;
 
 pub(super) static MESH: Rules = Rules {
     doc: "Where the mesh comes from.",
-    one_of: &["block", "file", "parts"],
+    one_of: &["block", "ring", "file", "parts"],
     keys: &[
         MESH_BLOCK,
+        MESH_RING,
         MESH_FILE,
         key(
             "parts",
@@ -23,8 +25,8 @@ pub(super) static MESH: Rules = Rules {
 
 static PART: Rules = Rules {
     doc: "A part of the mesh.",
-    one_of: &["block", "file"],
-    keys: &[MESH_BLOCK, MESH_FILE, MESH_SCALE, MESH_TURN, MESH_MOVE],
+    one_of: &["block", "ring", "file"],
+    keys: &[MESH_BLOCK, MESH_RING, MESH_FILE, MESH_SCALE, MESH_TURN, MESH_MOVE],
 };
 
 const MESH_BLOCK: Key = key(
@@ -32,6 +34,12 @@ const MESH_BLOCK: Key = key(
     Kind::Table(&BLOCK),
     "block = { size = [3, 1, 1], cells = [24, 8, 8] }",
     "A box of cells with the groups x-min, x-max, y-min, y-max, z-min, z-max and body.",
+);
+const MESH_RING: Key = key(
+    "ring",
+    Kind::Table(&RING),
+    "ring = { radii = [20, 40], height = 10, degrees = 90, cells = [4, 24, 2] }",
+    "A piece of a ring or tube about the z axis, from the x axis towards the y axis, with the groups inner, outer, start, end, z-min, z-max and body.",
 );
 const MESH_FILE: Key = key(
     "file",
@@ -79,6 +87,50 @@ static BLOCK: Rules = Rules {
             .default("[1, 1, 1]"),
     ],
 };
+
+static RING: Rules = Rules {
+    doc: "A piece of a ring or tube: a box of cells bent about the z axis.",
+    one_of: &[],
+    keys: &[
+        key(
+            "radii",
+            Kind::List { of: &Kind::Number(POSITIVE), from: 2, to: 2 },
+            "radii = [20, 40]",
+            "Inner and outer radius.",
+        )
+        .required()
+        .unit("length"),
+        key("height", Kind::Number(POSITIVE), "height = 10", "Length along z, from z = 0.").required().unit("length"),
+        key(
+            "degrees",
+            Kind::Number(RING_ANGLE),
+            "degrees = 90",
+            "The angle it spans; of a whole ring take a half between planes of symmetry.",
+        )
+        .required()
+        .unit("degree"),
+        key(
+            "cells",
+            Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 },
+            "cells = [4, 24, 2]",
+            "Number of cells along the radius, around and along z.",
+        )
+        .required(),
+        key("element", ELEMENT, "element = \"hex8\"", "The element.").default("\"tet4\""),
+        key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra, as for a block."),
+        key("parity", Kind::Whole { from: 0, to: 1 }, "parity = 0", "For split = \"five\", as for a block."),
+        key(
+            "grading",
+            Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 },
+            "grading = [5, 1, 1]",
+            "Length of the last cell over that of the first along the radius, around and along z.",
+        )
+        .default("[1, 1, 1]"),
+    ],
+};
+
+/// The largest angle is that of [`crate::mesh::MOST_DEGREES`].
+const RING_ANGLE: Limits = Limits { low: 0.0, low_included: false, high: MOST_DEGREES, high_included: true, ..ANY };
 
 const GRADING: Limits = Limits { low: 1e-3, low_included: true, high: 1e3, high_included: true, ..ANY };
 

@@ -56,6 +56,19 @@ fn wrong_types_name_what_is_there_what_is_wanted_and_an_example() {
 }
 
 #[test]
+fn rings_that_cannot_be_are_refused_where_they_stand() {
+    let ring =
+        |keys: &str| format!("ring = {{ radii = [2, 4], height = 1, degrees = 90, cells = [2, 9, 1]{keys} }}\n#");
+    let fails = |text: String, place: &str, parts: &[&str]| fails("block = {", &text, place, parts);
+    fails(ring("").replace("[2, 4]", "[4, 2]"), "4:18", &["inner radius 4 is not smaller", "inner radius first"]);
+    fails(ring("").replace("[2, 4]", "[0, 2]"), "4:19", &["`radii[0]` is 0", "greater than 0"]);
+    fails(ring("").replace("90", "360"), "4:48", &["`degrees` is 360", "270"]);
+    fails(ring(", element = \"hex8\", split = \"six\""), "4:97", &["hex8, which is not cut"]);
+    fails("scale = 2\n".to_string() + &ring(""), "4:9", &["the mesh is a ring"]);
+    fails("file = \"a.msh\"\n".to_string() + &ring(""), "5:1", &["both `file` and `ring`"]);
+}
+
+#[test]
 fn numbers_out_of_range_are_refused_with_reasons() {
     fails("0.277", "0.5", "7:11", &["incompressible", "0.49", "b-bar"]);
     fails("0.277", "0.7", "7:11", &["greater than -1 and less than 0.5"]);
@@ -137,7 +150,7 @@ fn mistakes_about_pairs_and_parts_are_shown() {
     fails(plane, "\"a\"\nsearch = 0", "16:10", &["greater than 0"]);
     fails(plane, "\"a\"\ngap = \"open\"", "16:7", &["as-meshed", "closed"]);
     fails("block = {", "parts.a = 3\n#", "4:7", &["`parts.a`", "[mesh.parts.ring]"]);
-    fails("block = {", "parts.a.move = [0, 0, 1]\n#", "4:7", &["none of block, file"]);
+    fails("block = {", "parts.a.move = [0, 0, 1]\n#", "4:7", &["none of block, ring, file"]);
     fails("block = {", "scale = 2\nparts.a.block = {", "4:9", &["the mesh has parts"]);
     fails("block = {", "scale = 2\nfile = \"a.msh\"\nparts.a.block = {", "6:1", &["both `file` and `parts`"]);
     fails("block = {", "turn = { axis = [0, 0, 0], degrees = 1 }\nblock = {", "4:17", &["`axis` is zero"]);

@@ -1,0 +1,208 @@
+//! The page.
+
+use serde_json::{Value, json};
+
+use super::tables::{self, Units};
+use super::text::{base64, escaped, number, script_json, triple};
+use super::view::{View, encoded};
+use crate::io::plot;
+
+/// What goes into a report.
+#[derive(Debug, Clone, Copy)]
+pub struct Page<'a> {
+    /// `summary.json`.
+    pub summary: &'a Value,
+    /// The case file as it was.
+    pub case_text: &'a str,
+    pub pictures: &'a [Picture],
+    pub view: &'a View,
+}
+
+/// A picture of the result folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Its file.
+    pub name: String,
+    pub png: Vec<u8>,
+}
+
+const STYLE: &str = include_str!("style.css");
+const VIEWER: &str = include_str!("viewer.js");
+const NO_VIEW: &str = "The interactive view needs JavaScript; the pictures below show the result.";
+
+/// The text of `report.html`.
+pub fn html(page: &Page) -> String {
+    let s = page.summary;
+    let units = Units::of(s);
+    let title = escaped(s["title"].as_str().unwrap_or("Result"));
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<meta name=\"generator\" content=\"stiction\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n"
+    );
+    out += &format!("<p class=\"soft\">{}</p>\n</header>\n", escaped(&subtitle(s)));
+    out += &verdict(s);
+    out += &warnings(s, page.view);
+    out += &cards(s, &units);
+    out += &viewer(page.view, &units);
+    out += "<h2 id=\"pictures\">Pictures</h2>\n<div class=\"pictures\">\n";
+    for picture in page.pictures {
+        let name = escaped(&picture.name);
+        out += &format!(
+            "<figure><img alt=\"{name}\" src=\"data:image/png;base64,{}\"><figcaption>{name}</figcaption></figure>\n",
+            base64(picture.png.iter().copied())
+        );
+    }
+    out += "</div>\n";
+    out += &tables::all(s, &units);
+    out += "<h2 id=\"case\">Case file</h2>\n";
+    out += &format!("<pre>{}</pre>\n", escaped(page.case_text));
+    let version = escaped(s["versions"]["stiction"].as_str().unwrap_or("?"));
+    out += &format!("<footer class=\"soft\">Written by stiction {version} from the files beside it.</footer>\n");
+    out += "<script type=\"application/json\" id=\"view-data\">";
+    out += &script_json(&view_data(page.view, &units));
+    out += &format!("</script>\n<script>\n{VIEWER}</script>\n</body>\n</html>\n");
+    out
+}
+
+fn view_data(view: &View, units: &Units) -> Value {
+    let mut data = encoded(view);
+    data["length"] = json!(units.length);
+    data["map"] = json!((0..256).map(|i| plot::map_color(f64::from(i) / 255.0)).collect::<Vec<_>>());
+    data["states"] = json!(plot::states());
+    data
+}
+
+fn subtitle(s: &Value) -> String {
+    let count = |key: &str| s[key].as_u64().unwrap_or(0);
+    let points = s["contact"]["points"].as_u64().unwrap_or(0);
+    let steps = s["steps"].as_array().map_or(String::new(), |steps| format!(", {} load steps", steps.len()));
+    let units = s["units"].as_str().map_or(String::new(), |units| format!("; units {units}"));
+    format!("Elastic contact with friction: {} unknowns, {points} contact points{steps}{units}.", count("dofs"))
+}
+
+/// First of all: what the answer is worth.
+fn verdict(s: &Value) -> String {
+    let c = &s["certificate"];
+    let float = |v: &Value| v.as_f64().unwrap_or(f64::INFINITY);
+    let (worst, tolerance) = (float(&c["worst"]), float(&c["tolerance"]));
+    let name = tables::worst_measure(c).map_or(String::new(), |name| format!(", {}", name.replace('_', " ")));
+    let passed = c["passed"].as_bool() == Some(true);
+    let status = s["status"].as_str().unwrap_or("");
+    let steps = s["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    let (good, head) = match (status, passed) {
+        ("solved", true) => (true, "Solved and certified."),
+        ("max_iterations", _) => (false, "Not solved: the limit of iterations was reached."),
+        ("stalled", _) => (false, "Not solved: the iteration gained nothing more."),
+        ("no_equilibrium", _) => (false, "Not solved: there is no equilibrium."),
+        ("interrupted", true) => (false, "Interrupted. What was finished is certified."),
+        ("interrupted", false) => (false, "Not solved: the run was interrupted."),
+        ("uncertified", _) => (false, "Not certified: the method ended by its own rule, not by the certificate."),
+        _ => (false, "Not certified."),
+    };
+    let mut text = if passed {
+        format!(
+            "Every measure of the certificate lies within the tolerance {tolerance:e}; the worst{name}, is {worst:.1e}. \
+             They were recomputed from the problem and the answer by code that shares nothing with the solver."
+        )
+    } else {
+        format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", size(worst))
+    };
+    if let Some(motion) = s["departure"].as_str() {
+        text += &format!(" The loads carry away {motion}; what follows shows a body held by force and is no result.");
+    } else if !passed {
+        text += " What follows is as far as the iteration came and is no result.";
+    }
+    if steps.len() > 1 {
+        let passed = steps.iter().filter(|e| e["certificate"]["passed"].as_bool() == Some(true)).count();
+        text += &format!(" {passed} of {} load steps are certified; below is the last one.", steps.len());
+    }
+    text += &tables::uniqueness(s);
+    let class = if good { "good" } else { "bad" };
+    format!("<section class=\"verdict {class}\"><strong>{head}</strong><p>{}</p></section>\n", escaped(&text))
+}
+
+/// Two digits of a measure that may be beyond all bounds.
+fn size(measure: f64) -> String {
+    if measure.is_finite() { format!("{measure:.1e}") } else { "infinite".into() }
+}
+
+fn warnings(s: &Value, view: &View) -> String {
+    let posed = tables::lines(&s["posed"]).into_iter().chain(tables::lines(&s["told"]));
+    let notes = posed.filter(|(label, _)| label == "note").map(|(_, text)| text).chain(view.notes.iter().cloned());
+    let items: String = notes.map(|note| format!("<li>{}</li>\n", escaped(&note))).collect();
+    if items.is_empty() { items } else { format!("<ul class=\"warnings\" aria-label=\"Notes\">\n{items}</ul>\n") }
+}
+
+fn cards(s: &Value, units: &Units) -> String {
+    let c = &s["contact"];
+    let float = |v: &Value| v.as_f64().map_or("none".into(), number);
+    let with = |v: &Value, unit: &str| format!("{} {unit}", float(v)).trim().to_string();
+    let mut cards = vec![("largest displacement", with(&s["displacement_max"], units.length))];
+    if c["points"].as_u64().unwrap_or(0) > 0 {
+        let count = |key: &str| c[key].as_u64().unwrap_or(0);
+        let friction = tables::vector(&c["tangential_force"]);
+        cards.insert(0, ("normal force of contact", with(&c["normal_force"], units.force)));
+        cards.insert(1, ("friction on the body (x, y, z)", format!("{} {}", triple(friction), units.force)));
+        cards.push(("largest pressure", with(&c["max_pressure"], units.stress)));
+        cards.push(("largest shear traction", with(&c["max_shear"], units.stress)));
+        cards.push((
+            "points open / stick / slip",
+            format!("{} / {} / {}", count("open"), count("stick"), count("slip")),
+        ));
+    }
+    let card =
+        |(label, text): &(&str, String)| format!("<div><b>{}</b><span>{label}</span></div>\n", escaped(text.trim()));
+    format!("<div class=\"cards\">\n{}</div>\n", cards.iter().map(card).collect::<String>())
+}
+
+fn viewer(view: &View, units: &Units) -> String {
+    let steps = view.frames.len();
+    let slider = match view.frames.last() {
+        Some(last) if steps > 1 => format!(
+            "<label>Load step <input type=\"range\" id=\"frame\" min=\"0\" max=\"{0}\" value=\"{0}\"></label>\
+             <output id=\"frame-name\">{1}</output>\n",
+            steps - 1,
+            escaped(&last.name)
+        ),
+        _ => String::new(),
+    };
+    let axis = |(name, color): (&str, &str)| {
+        format!(
+            "<line id=\"axis-{name}\" x1=\"40\" y1=\"40\" x2=\"40\" y2=\"40\" stroke=\"{color}\" stroke-width=\"2\"/>\
+             <text id=\"label-{name}\">{name}</text>"
+        )
+    };
+    let axes: String = [("x", "#d55e00"), ("y", "#009e73"), ("z", "#3a87d0")].map(axis).concat();
+    let unit = if units.length.is_empty() { String::new() } else { format!(" Lengths in {}.", escaped(units.length)) };
+    format!(
+        "<h2 id=\"view\">Interactive view</h2>\n<p id=\"viewer-missing\" class=\"soft\" hidden></p>\n\
+         <noscript><p class=\"soft\">{NO_VIEW}</p></noscript>\n<div id=\"viewer\">\n<div class=\"controls\">\n\
+         <label>Field <select id=\"field\"></select></label>\n\
+         <label id=\"show-choice\">Show <select id=\"show\"><option value=\"all\">everything</option>\
+         <option value=\"through\">contact through the body</option>\
+         <option value=\"contact\">contact surfaces only</option></select></label>\n\
+         <label>Deformation <input type=\"range\" id=\"deformation\" min=\"0\" max=\"1000\"> \
+         &times; <input type=\"number\" id=\"factor\" step=\"any\" aria-label=\"scale of the deformation\"></label>\n\
+         <label><input type=\"checkbox\" id=\"lines\"> mesh</label>\n{slider}\
+         <span><button type=\"button\" data-view=\"iso\">Above</button> <button type=\"button\" data-view=\"below\">Below\
+         </button> <button type=\"button\" data-view=\"x\">X</button> <button type=\"button\" data-view=\"y\">Y</button> \
+         <button type=\"button\" data-view=\"z\">Z</button> <button type=\"button\" data-view=\"fit\">Fit</button></span>\n\
+         </div>\n<div class=\"stage\"><canvas id=\"canvas\" tabindex=\"0\" aria-label=\"The deformed body\"></canvas>\
+         <svg viewBox=\"0 0 80 80\" aria-hidden=\"true\">{axes}</svg><div id=\"dot\" hidden></div>\
+         <div class=\"key\"><span id=\"bar-title\"></span><div id=\"bar\"></div><div id=\"bar-note\"></div></div></div>\n\
+         <div id=\"probe\"></div>\n</div>\n<p class=\"soft\">The deformation is multiplied by the factor shown, \
+         so that surfaces in contact may seem to part or to overlap where they were pressed together; × 1 is true to \
+         scale.{unit}</p>\n"
+    )
+}
+
+/// Pictures compressed as far as it goes in little time; one that is no PNG stays as it is.
+pub fn pictures_smaller(pictures: &mut [Picture]) {
+    use rayon::prelude::*;
+    pictures.par_iter_mut().for_each(|picture| {
+        if let Some(smaller) = plot::compressed(&picture.png).filter(|png| png.len() < picture.png.len()) {
+            picture.png = smaller;
+        }
+    });
+}

@@ -1,0 +1,82 @@
+//! Text that goes into a page.
+
+/// `text` with what means something in HTML replaced.
+pub(super) fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&#39;",
+            // Control characters may not stand in HTML at all.
+            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Base64 (RFC 4648, section 4).
+pub(super) fn base64(bytes: impl IntoIterator<Item = u8>) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut bytes = bytes.into_iter();
+    let mut out = String::new();
+    while let Some(first) = bytes.next() {
+        let rest = [bytes.next(), bytes.next()];
+        let all = [first, rest[0].unwrap_or(0), rest[1].unwrap_or(0)].map(u32::from);
+        let word = all[0] << 16 | all[1] << 8 | all[2];
+        let letter = |i: u32| char::from(LETTERS[(word >> (18 - 6 * i) & 63) as usize]);
+        out.extend([letter(0), letter(1)]);
+        out.push(if rest[0].is_some() { letter(2) } else { '=' });
+        out.push(if rest[1].is_some() { letter(3) } else { '=' });
+    }
+    out
+}
+
+/// JSON that may stand inside a script element: no tag can begin in it.
+pub(super) fn script_json(value: &serde_json::Value) -> String {
+    value.to_string().replace('<', "\\u003c")
+}
+
+/// Five significant digits.
+pub fn number(x: f64) -> String {
+    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+    let rounded = rounded + 0.0; // -0 reads as 0
+    let size = rounded.abs();
+    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+/// Three numbers of five digits.
+pub fn triple(x: [f64; 3]) -> String {
+    // What rounding left of a zero component is not worth reading.
+    let largest = x.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    let [a, b, c] = x.map(|v| number(if v.abs() < 1e-9 * largest { 0.0 } else { v }));
+    format!("({a}, {b}, {c})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_agrees_with_the_vectors_of_rfc_4648() {
+        let known =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
+        known.iter().for_each(|(plain, coded)| assert_eq!(base64(plain.bytes()), *coded));
+    }
+
+    #[test]
+    fn nothing_of_a_text_can_become_markup() {
+        assert_eq!(escaped("<a href='x'>&\"\u{1b}ü"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;\u{fffd}ü");
+        assert_eq!(script_json(&serde_json::json!("</script>")), "\"\\u003c/script>\"");
+    }
+
+    #[test]
+    fn numbers_are_short_and_keep_their_size() {
+        let texts = [0.0, -0.0, 1.0, 1234.5678, 0.333333, 2.5e-7, 1e5, -3e12].map(number);
+        assert_eq!(texts, ["0", "0", "1", "1234.6", "0.33333", "2.5e-7", "1e5", "-3e12"]);
+        assert_eq!(triple([1e-12, 2.0, f64::NAN]), "(0, 2, NaN)");
+    }
+}

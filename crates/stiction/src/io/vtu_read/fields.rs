@@ -1,0 +1,98 @@
+//! Fields of a file of results: what `io::vtu` wrote, read again.
+
+use std::path::Path;
+
+use super::document::{Document, Section, document};
+use crate::Error;
+use crate::mesh::Mesh;
+
+/// Named arrays of a grid as numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Fields {
+    pub points: usize,
+    pub cells: usize,
+    /// Numbers of each array asked for, one after another; `None` for one that the file does not have.
+    pub arrays: Vec<Option<Vec<f64>>>,
+}
+
+/// Which array: over points or over cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    Points,
+    Cells,
+}
+
+/// Polygons in space, such as the faces of contact surfaces.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Polygons {
+    pub points: Vec<[f64; 3]>,
+    /// Numbers of the points of each.
+    pub faces: Vec<Vec<u32>>,
+}
+
+/// The mesh of volume cells in the file at `path`, and the arrays asked for. Points keep their numbers.
+///
+/// # Errors
+/// If the file cannot be read, or is no grid whose points all belong to cells.
+pub fn read_body(path: &Path, wanted: &[(Over, &str)]) -> Result<(Mesh, Fields), Error> {
+    let place = |e: Error| e.at(&path.display().to_string());
+    let bytes = crate::io::mesh_bytes(path)?;
+    let document = document(&bytes).map_err(place)?;
+    let (mesh, _) = super::assemble::assemble(&document, 1.0).map_err(place)?;
+    if mesh.nodes.len() != document.points {
+        let what = "some of its points belong to no cell";
+        return Err(place(Error::new("", what, "this is no result; solve the case again")));
+    }
+    Ok((mesh, fields(&document, wanted).map_err(place)?))
+}
+
+/// The arrays asked for alone.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn read_fields(path: &Path, wanted: &[(Over, &str)]) -> Result<Fields, Error> {
+    let bytes = crate::io::mesh_bytes(path)?;
+    let read = document(&bytes).and_then(|document| fields(&document, wanted));
+    read.map_err(|e| e.at(&path.display().to_string()))
+}
+
+/// The cells of the file, whatever they are, as polygons of their points, and the arrays asked for.
+///
+/// # Errors
+/// If the file cannot be read, or a cell names a point that there is not.
+pub fn read_polygons(path: &Path, wanted: &[(Over, &str)]) -> Result<(Polygons, Fields), Error> {
+    let bytes = crate::io::mesh_bytes(path)?;
+    let read = document(&bytes).and_then(|document| Ok((polygons(&document)?, fields(&document, wanted)?)));
+    read.map_err(|e| e.at(&path.display().to_string()))
+}
+
+fn fields(document: &Document, wanted: &[(Over, &str)]) -> Result<Fields, Error> {
+    let array = |&(over, name): &(Over, &str)| {
+        let (section, count) = match over {
+            Over::Points => (Section::PointData, document.points),
+            Over::Cells => (Section::CellData, document.cells),
+        };
+        let found = document.arrays.iter().find(|a| a.section == section && a.name == name);
+        found.map(|a| document.floats(a, count.saturating_mul(a.components))).transpose()
+    };
+    let arrays = wanted.iter().map(array).collect::<Result<_, Error>>()?;
+    Ok(Fields { points: document.points, cells: document.cells, arrays })
+}
+
+fn polygons(document: &Document) -> Result<Polygons, Error> {
+    let damaged = || Error::new("", "a cell names points that there are not", super::xml::DAMAGED);
+    let points = document.floats(document.needed(Section::Points, "Points")?, document.points.saturating_mul(3))?;
+    let (mut ends, mut nodes) = (Vec::new(), Vec::new());
+    document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(n))?;
+    let count = ends.last().map_or(Ok(0), |&n| usize::try_from(n)).map_err(|_| damaged())?;
+    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| nodes.push(n))?;
+    let (mut faces, mut from) = (Vec::with_capacity(ends.len()), 0);
+    for end in ends {
+        let end = usize::try_from(end).map_err(|_| damaged())?;
+        let own = nodes.get(from..end).ok_or_else(damaged)?.iter();
+        let point = |&n: &i64| u32::try_from(n).ok().filter(|&n| (n as usize) < document.points);
+        faces.push(own.map(point).collect::<Option<_>>().ok_or_else(damaged)?);
+        from = end;
+    }
+    Ok(Polygons { points: points.as_chunks::<3>().0.to_vec(), faces })
+}

@@ -1,0 +1,44 @@
+//! `report.html`, from the files of a result folder alone.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::view::view;
+use crate::Error;
+use crate::io::report::{Page, Picture, html, pictures_smaller};
+use crate::io::{folder, plot};
+
+/// The name of the file.
+pub const REPORT: &str = "report.html";
+
+/// Writes the report of a result folder anew from its other files and returns its size in bytes.
+///
+/// # Errors
+/// If a file is missing or damaged, or the report cannot be written.
+pub fn write_report(folder: &Path) -> Result<usize, Error> {
+    let path = folder.join("summary.json");
+    if !path.exists() {
+        let what = "there is no summary.json in it";
+        let remedy = "name a folder that `stiction solve` has filled";
+        return Err(Error::new(folder.display().to_string(), what, remedy));
+    }
+    let summary: Value = serde_json::from_str(&folder::read_text(&path)?).map_err(|error| {
+        let what = format!("this is not a summary ({error})");
+        Error::new(path.display().to_string(), what, "the file is damaged or incomplete; solve the case again")
+    })?;
+    // The case of a run may have been given another way than as a file.
+    let case = folder.join("case.toml");
+    let case_text = if case.exists() { folder::read_text(&case)? } else { String::new() };
+    let names = summary["pictures"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    // A name is one of a file in the folder, whatever the summary says.
+    let names = names.filter(|name| !name.contains(['/', '\\']));
+    let mut pictures = names
+        .map(|name| Ok(Picture { name: name.to_string(), png: folder::read_bytes(&folder.join(name))? }))
+        .collect::<Result<Vec<_>, Error>>()?;
+    pictures_smaller(&mut pictures);
+    let view = view(folder, &summary, plot::units(summary["units"].as_str()))?;
+    let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });
+    folder::write_text(&folder.join(REPORT), &text)?;
+    Ok(text.len())
+}
