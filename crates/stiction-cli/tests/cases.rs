@@ -299,7 +299,7 @@ impl Solved {
             "mises_error" => {
                 let Prepared { mesh, materials, material_of_cell, model, .. } = &self.prepared;
                 let u = stiction::fem::full_displacement(model, &self.outcome.solution.u);
-                let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+                let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &[]);
                 stress.iter().map(von_mises).fold(0.0, f64::max) / (2.0 * 0.31 * p0) - 1.0
             }
             other => panic!("no measure {other}"),

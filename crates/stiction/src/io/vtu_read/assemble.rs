@@ -6,7 +6,7 @@ use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
 use crate::Error;
-use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
+use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build};
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
@@ -42,10 +42,11 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let mut groups = cell_groups(document, &cells, &mut notes)?;
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
+    let arrays = point_arrays(document)?;
     note_unused(document, &cells, in_group, &mut notes);
     let Sorted { tets, hexes, places, .. } = cells;
     drop(places); // the build needs memory of its own
-    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups })?;
+    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups, arrays })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -197,6 +198,22 @@ fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec
     Ok(())
 }
 
+/// Arrays of one number a point that make no groups.
+fn point_arrays(document: &Document) -> Result<Vec<NodeArray>, Error> {
+    let mut arrays = Vec::new();
+    for array in document.arrays.iter().filter(|a| is_point_array(a)) {
+        arrays.push(NodeArray { name: array.name.clone(), values: document.floats(array, document.points)? });
+    }
+    Ok(arrays)
+}
+
+fn is_point_array(array: &super::document::Array) -> bool {
+    array.section == Section::PointData
+        && array.number == Number::Float
+        && array.components == 1
+        && !array.name.is_empty()
+}
+
 /// Groups of one name become one.
 fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
     let mut at: HashMap<String, usize> = HashMap::new();
@@ -225,7 +242,7 @@ fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
 /// Notes arrays that are not read, and faces in no group.
 fn note_unused(document: &Document, cells: &Sorted, in_group: bool, notes: &mut Vec<MeshNote>) {
     let data = |a: &&super::document::Array| matches!(a.section, Section::PointData | Section::CellData);
-    let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a));
+    let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a) && !is_point_array(a));
     let what: Vec<String> = unused.map(|a| format!("array \"{}\"", a.name)).collect();
     if !what.is_empty() {
         notes.push(MeshNote::NotRead { what });
