@@ -213,3 +213,25 @@ fn springs_hold_what_contact_does_not() {
     let message = refused(&text("[[spring]]\non = \"x-min\"\nnormal = 0.5\n"));
     assert!(message.contains("translation along y"), "{message}");
 }
+
+/// What heat does to a body that nothing but the floor holds: it grows, and its weight stays what the floor carries.
+#[test]
+fn a_heated_block_that_only_lies_there_expands_and_keeps_its_weight() {
+    let text = |gravity: &str, friction: &str| {
+        block([4.0, 2.0, 2.0], [4, 2, 2], "element = \"hex8\"")
+            + &STEEL.replace("young", "density = 8e-9\nyoung")
+            + "[[load]]\ntemperature = 120\n"
+            + gravity
+            + &format!(
+                "[[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = {friction}\n"
+            )
+    };
+    let run = solved(&text("[[load]]\ngravity = [0, 0, -9810]\n", "{ coulomb = 0.2 }"));
+    let weight = 8e-9 * 9810.0 * 16.0;
+    let force = stiction::run::totals(&run.1, &run.0).normal_force;
+    assert!((force / weight - 1.0).abs() < 1e-7, "{force} {weight}");
+    let (low, high) = (at(&run, [0.0, 0.0, 2.0]), at(&run, [4.0, 2.0, 2.0]));
+    for (c, length) in [4.0, 2.0].into_iter().enumerate() {
+        assert!(((high[c] - low[c]) / (12e-6 * 100.0 * length) - 1.0).abs() < 1e-3);
+    }
+}

@@ -7,7 +7,7 @@ use super::elements::{Element, Hex8, Law, Tet4, folded, volume_points};
 use super::{Load, Solid, Temperature};
 use crate::Error;
 use crate::mesh::geometry::corners;
-use crate::mesh::v3::V3;
+use crate::mesh::v3::{V3, add, scale};
 use crate::mesh::{CellKind, Mesh};
 
 /// What the strain `e0` of cells amounts to: the body stores `1/2 u'Ku - force'u + energy`, the energy of `e(u) - e0`.
@@ -23,8 +23,8 @@ pub struct InitialStrain {
 
 /// The thermal strain of `load` at time `t`; `None` if it is no temperature.
 ///
-/// Elements take the mean temperature of a cell, whose strain their displacements can follow: a temperature that
-/// varies within a linear cell would stress it although it may expand freely.
+/// Linear cells take their mean temperature, whose strain their displacements can follow: one that varies within the
+/// cell would stress it although it may expand freely. Quadratic cells take it at each of their integration points.
 ///
 /// # Errors
 /// A material without expansion in the heated region, a temperature that is not finite.
@@ -52,25 +52,14 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
         })?;
         let (kind, nodes) = list.get(cell as usize);
         let refused = || folded(solid, cell as usize, kind, nodes);
-        let temperature = mean_temperature(solid.mesh, kind, nodes, value, t)?.ok_or_else(refused)?;
-        if !temperature.is_finite() {
-            let what = format!(
-                "the temperature at {} is {temperature}",
-                super::field::point(solid.mesh.nodes[nodes[0] as usize])
-            );
-            return Err(Error::new("", what, "give a finite temperature at every node of the heated cells"));
-        }
-        let rise = ramp * (temperature - material.reference_temperature);
-        let strain = expansion.map(|a| a * rise);
-        let (gradients, volume) = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| integrated(&e)),
-            CellKind::Hex8 => Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| integrated(&e)),
-        }
-        .ok_or_else(refused)?;
-        let stress = laws[number].stress(&strain);
-        let force = |g: &V3| [0, 1, 2].map(|a| (0..3).map(|b| stress[PLACE[a][b]] * g[b]).sum());
-        let energy = 0.5 * volume * stress.iter().zip(&strain).map(|(s, e)| s * e).sum::<f64>();
-        Ok((strain, gradients.iter().map(force).collect(), energy))
+        let mut rise = rises(solid.mesh, kind, nodes, value, t)?.ok_or_else(refused)?;
+        rise.iter_mut().for_each(|point| point.1 = ramp * (point.1 - material.reference_temperature));
+        let (law, x) = (laws[number], &solid.mesh.nodes);
+        let heated = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+        };
+        heated.ok_or_else(refused)
     };
     if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= solid.material_of_cell.len()) {
         let what = format!("cell {cell} does not exist, the mesh has {}", solid.material_of_cell.len());
@@ -94,20 +83,42 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
     Ok(Some(initial))
 }
 
-fn integrated<const N: usize, const Q: usize>(element: &Element<N, Q>) -> (Vec<V3>, f64) {
-    (element.integrated_gradient().to_vec(), element.volume())
+/// Mean strain, nodal forces and energy of a cell from weights and rises of temperature at its points.
+fn heated<const N: usize, const Q: usize>(
+    element: &Element<N, Q>,
+    law: Law,
+    expansion: &Voigt,
+    rise: &[(f64, f64)],
+) -> (Voigt, Vec<V3>, f64) {
+    let volume: f64 = rise.iter().map(|(weight, _)| weight).sum();
+    let mean = rise.iter().map(|(weight, rise)| weight * rise).sum::<f64>() / volume;
+    let unit = law.stress(expansion);
+    let stress = |g: &V3| [0, 1, 2].map(|a| (0..3).map(|b| unit[PLACE[a][b]] * g[b]).sum::<f64>());
+    let unit_energy = 0.5 * unit.iter().zip(expansion).map(|(s, e)| s * e).sum::<f64>();
+    let strain = expansion.map(|a| a * mean);
+    let linear = N == 4 || N == 8;
+    if linear {
+        let force = element.integrated_gradient().iter().map(|g| scale(mean, stress(g))).collect();
+        return (strain, force, unit_energy * mean * mean * element.volume());
+    }
+    let mut force = vec![[0.0; 3]; N];
+    for ((weight, rise), gradient) in rise.iter().zip(&element.gradient) {
+        force.iter_mut().zip(gradient).for_each(|(f, g)| *f = add(*f, scale(weight * rise, stress(g))));
+    }
+    let square: f64 = rise.iter().map(|(weight, rise)| weight * rise * rise).sum();
+    (strain, force, unit_energy * square)
 }
 
-/// The mean over a cell; `None` if it is folded.
-fn mean_temperature(
+/// Weights and temperatures at the points of a cell (of a quadratic one those of its stiffness); `None` if it is folded.
+fn rises(
     mesh: &Mesh,
     kind: CellKind,
     nodes: &[u32],
     value: &Temperature,
     t: f64,
-) -> Result<Option<f64>, Error> {
+) -> Result<Option<Vec<(f64, f64)>>, Error> {
     let Some(points) = volume_points(kind, mesh, nodes) else { return Ok(None) };
-    let (mut sum, mut volume) = (0.0, 0.0);
+    let mut rises = Vec::with_capacity(points.len());
     for point in points {
         let at = match value {
             Temperature::Field(field) => field.finite_at(point.position, t)?,
@@ -115,8 +126,11 @@ fn mean_temperature(
                 nodes.iter().zip(point.shape).map(|(&node, shape)| shape * values[node as usize]).sum()
             }
         };
-        sum += point.weight * at;
-        volume += point.weight;
+        if !at.is_finite() {
+            let what = format!("the temperature at {} is {at}", super::field::point(point.position));
+            return Err(Error::new("", what, "give a finite temperature at every node of the heated cells"));
+        }
+        rises.push((point.weight, at));
     }
-    Ok(Some(sum / volume))
+    Ok(Some(rises))
 }

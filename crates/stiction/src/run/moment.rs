@@ -77,6 +77,11 @@ impl Acting {
         self
     }
 
+    /// Whether there is strain without stress.
+    pub(super) fn strains(&self) -> bool {
+        !self.bolts.is_empty() || self.loads.iter().any(|load| matches!(load, Load::Temperature { .. }))
+    }
+
     /// Whether some obstacle moves.
     pub(super) fn moves(&self) -> bool {
         self.motions.iter().any(Option::is_some)

@@ -117,13 +117,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         moment(&prepared, t)?;
     }
-    let last = moment(&prepared, end(case))?;
-    let last = tightened(&prepared, last, &prepared.acting.given_shortening(end(case))?);
-    if prepared.acting.moves() || !prepared.acting.bolts.is_empty() {
+    if prepared.acting.moves() || prepared.acting.strains() {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
+        let last = moment(&prepared, end(case))?;
+        let last = tightened(&prepared, last, &prepared.acting.given_shortening(end(case))?);
         apply(&mut prepared, &last, &unslid);
     }
-    prepared.acting.initial = last.initial;
     Ok(prepared)
 }
 
