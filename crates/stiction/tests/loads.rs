@@ -92,7 +92,7 @@ fn a_rotating_disc_grows_as_in_the_closed_form() {
         let stress = (3.0 + nu) / 4.0 * rho * speed * speed * (b * b + (1.0 - nu) / (3.0 + nu) * a * a);
         (at(&solved(&text), [a, 0.0, 0.0])[0] / (a * stress / young) - 1.0).abs()
     };
-    let (coarse, fine) = (error(6), error(12));
+    let (coarse, fine) = (error(8), error(16));
     assert!(fine < 4e-3 && coarse / fine > 3.0, "{coarse:.2e} {fine:.2e}");
 }
 
