@@ -235,3 +235,37 @@ fn a_heated_block_that_only_lies_there_expands_and_keeps_its_weight() {
         assert!(((high[c] - low[c]) / (12e-6 * 100.0 * length) - 1.0).abs() < 1e-3);
     }
 }
+
+/// Temperatures at the points of a mesh file are those of the expression they were made with, and half of the way to them
+/// is half of it.
+#[test]
+fn temperatures_at_points_act_like_their_expression() {
+    use stiction::io::vtu::{Array, Grid, write};
+    for element in [stiction::mesh::BlockElement::Hex8, stiction::mesh::BlockElement::Tet4Six] {
+        let [size, origin, grading] = [[4.0, 2.0, 2.0], [0.0; 3], [1.0; 3]];
+        let described = stiction::mesh::Block { size, cells: [4, 2, 2], origin, grading, element };
+        let mesh = stiction::mesh::block(&described).unwrap();
+        let values: Vec<f64> = mesh.nodes.iter().map(|x| 20.0 + 30.0 * x[0] - 10.0 * x[1]).collect();
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("heated-{element:?}.vtu"));
+        write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", &values)], &[], &[]).unwrap();
+        let text = |temperature: &str| {
+            format!(
+                "[mesh]\nfile = {:?}\n{STEEL}[[fix]]\non = {{ box = [[0, 0, 0], [0, 2, 2]] }}\n[[load]]\ntemperature = {temperature}\n",
+                path.display().to_string()
+            )
+        };
+        let pairs = [
+            ("{ array = \"T\" }", "\"20 + 30*x - 10*y\""),
+            ("{ array = \"T\", ramp = \"t/2\" }", "\"20 + 15*x - 5*y\""),
+        ];
+        for (array, expression) in pairs {
+            let (a, b) = (solved(&text(array)), solved(&text(expression)));
+            for (u, v) in displacement(&a).into_iter().zip(displacement(&b)) {
+                (0..3).for_each(|c| is(u[c], v[c], 1e-3));
+            }
+            assert!(at(&a, [4.0, 0.0, 0.0])[0] > 1e-3);
+        }
+        let message = refused(&text("{ array = \"t\" }"));
+        assert!(message.contains("did you mean \"T\"?") || message.contains("its point arrays are T"), "{message}");
+    }
+}

@@ -286,6 +286,8 @@ impl BoltSearch {
         let old = |number: usize| before.get(number).copied().unwrap_or(0.0);
         let start = |(number, target): (usize, &Target)| match target {
             Target::Shortening(s) => *s,
+            // From rest where nothing could be learnt: the least shortening the force can take.
+            Target::Force(force) if old(number) == 0.0 => force / bolts[number].cut.stiffness,
             Target::Force(_) | Target::Locked => old(number),
         };
         let shortening = targets.iter().enumerate().map(start).collect();
