@@ -266,7 +266,7 @@ fn mistakes_about_loads_and_supports_are_shown() {
     load("rotation = { axis = [0, 0, 0], speed = 1 }", "12:21", &["`axis` is zero"]);
     load("rotation = { axis = [0, 0, 1], speed = 1 }", "10:1", &["rotation acts on nothing", "density"]);
     load("temperature = { aray = \"T\" }", "12:17", &["did you mean `array`?"]);
-    load("temperature = { array = \"T\", ramp = \"x\" }", "12:39", &["only t may"]);
+    load("temperature = { array = \"T\", ramp = \"x\" }", "12:38", &["only t may"]);
     fails("[[contact]]", "[[spring]]\non = \"z-min\"\n[[contact]]", "13:1", &["no stiffness", "normal = 5e7"]);
     fails("[[contact]]", "[[spring]]\nnormal = 1\n[[contact]]", "13:1", &["no `on`"]);
     fails("[[contact]]", "[[spring]]\non = \"a\"\nnormal = -1\n[[contact]]", "15:10", &["of at least 0"]);
@@ -274,4 +274,17 @@ fn mistakes_about_loads_and_supports_are_shown() {
     fix("on = \"x-min\"\ncondition = \"mirror\"", "10:13", &["symmetry"]);
     fix("on = \"x-min\"\ncondition = \"symmetry\"\nvalue = 1", "11:9", &["beside condition", "take `value` out"]);
     fix("on = { point = [0, 0, 0] }\ncondition = \"symmetry\"", "9:6", &["a point has neither"]);
+}
+
+#[test]
+fn mistakes_about_bolts_are_shown() {
+    let bolt = |keys: &str, place: &str, parts: &[&str]| {
+        fails("[[contact]]", &format!("[[bolt]]\non = \"a\"\n{keys}[[contact]]"), place, parts)
+    };
+    bolt("", "13:1", &["none of force, shortening", "exactly one"]);
+    bolt("force = 1\nshortening = 2\n", "16:1", &["both `force` and `shortening`"]);
+    bolt("force = \"x\"\n", "15:10", &["only t may"]);
+    bolt("axis = [0, 0, 0]\nforce = 1\n", "15:8", &["`axis` is zero"]);
+    bolt("force = 1\nlock = \"b\"\n", "16:8", &["no step called \"b\"", "add [[step]]"]);
+    bolt("force = 1\n[[bolt]]\non = \"a\"\nforce = 1\n", "16:1", &["two bolts called \"a\"", "`name`"]);
 }
