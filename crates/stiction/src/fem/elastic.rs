@@ -59,15 +59,17 @@ pub fn frame([first, second]: [V3; 2]) -> Result<[V3; 3], String> {
 /// The stiffness in the material's own axes, or the inequality that fails.
 fn local(young: V3, poisson: V3, shear: V3) -> Result<Stiffness, String> {
     const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
-    for (k, value) in young.iter().enumerate().filter(|(_, v)| !(**v > 0.0 && v.is_finite())) {
-        return Err(format!("E{} is {value} and not positive", k + 1));
+    let positive = |v: f64| v > 0.0 && v.is_finite();
+    if let Some(k) = young.iter().position(|&e| !positive(e)) {
+        return Err(format!("E{} is {} and not positive", k + 1, young[k]));
     }
-    for ([a, b], value) in PAIRS.iter().zip(shear).filter(|(_, v)| !(*v > 0.0 && v.is_finite())) {
-        return Err(format!("G{}{} is {value} and not positive", a + 1, b + 1));
+    if let Some(k) = shear.iter().position(|&g| !positive(g)) {
+        let [a, b] = PAIRS[k];
+        return Err(format!("G{}{} is {} and not positive", a + 1, b + 1, shear[k]));
     }
     for ([a, b], nu) in PAIRS.iter().zip(poisson) {
         let limit = (young[*a] / young[*b]).sqrt();
-        if !(nu.abs() < limit) {
+        if nu.is_nan() || nu.abs() >= limit {
             let (i, j) = (a + 1, b + 1);
             return Err(format!(
                 "the energy is not positive: |nu{i}{j}| = {} is not below sqrt(E{i}/E{j}) = {limit:.6}",
@@ -84,7 +86,7 @@ fn local(young: V3, poisson: V3, shear: V3) -> Result<Stiffness, String> {
     let columns = [cross(s[1], s[2]), cross(s[2], s[0]), cross(s[0], s[1])];
     let determinant = dot(s[0], columns[0]);
     let delta = determinant * young[0] * young[1] * young[2];
-    if !(delta > 0.0) {
+    if delta.is_nan() || delta <= 0.0 {
         return Err(format!(
             "the energy is not positive: 1 - nu12 nu21 - nu13 nu31 - nu23 nu32 - 2 nu12 nu23 nu31 = {delta:.6} is not above \
              zero, where nu21 = nu12 E2/E1, nu31 = nu13 E3/E1, nu32 = nu23 E3/E2"

@@ -161,7 +161,7 @@ fn by_faces(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
     let normal = scale(1.0 / norm(normal), normal);
     let size = corners.iter().map(|&node| norm(sub(x(node), middle))).fold(0.0, f64::max);
     let off = corners.iter().map(|&node| dot(normal, sub(x(node), middle)).abs()).fold(0.0, f64::max);
-    if !(off <= FLAT * size) {
+    if off > FLAT * size {
         let what = format!("the faces of bolt \"{}\" are not flat: some lie {off:.3e} off their plane", spec.name);
         return Err(spec.spot.error(what, "name the cells of the bolt in `on` instead, with `axis` and `point`"));
     }
