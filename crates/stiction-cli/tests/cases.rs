@@ -9,8 +9,20 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 11] =
-    ["block", "brick", "cylinder", "greco", "hertz", "joint", "lug", "mindlin", "patch", "rings", "slide"];
+const CASES: [&str; 12] = [
+    "block",
+    "brick",
+    "cylinder",
+    "greco",
+    "hertz",
+    "joint",
+    "lug",
+    "mindlin",
+    "patch",
+    "pretension",
+    "rings",
+    "slide",
+];
 
 #[test]
 fn pushed_blocks_obey_their_closed_forms() {
@@ -45,6 +57,11 @@ fn a_sheared_block_sticks_up_to_the_limit_of_friction() {
 #[test]
 fn the_forces_in_the_bolted_joint_balance() {
     run_case("joint");
+}
+
+#[test]
+fn a_bolt_tightened_by_force_clamps_by_that_force() {
+    run_case("pretension");
 }
 
 #[test]
@@ -299,7 +316,7 @@ impl Solved {
             "mises_error" => {
                 let Prepared { mesh, materials, material_of_cell, model, .. } = &self.prepared;
                 let u = stiction::fem::full_displacement(model, &self.outcome.solution.u);
-                let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+                let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &[]);
                 stress.iter().map(von_mises).fold(0.0, f64::max) / (2.0 * 0.31 * p0) - 1.0
             }
             other => panic!("no measure {other}"),

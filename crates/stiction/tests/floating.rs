@@ -236,6 +236,7 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
         displacement: Vec::new(),
         B: Csr::zero(9 * m, 0),
         rigid: Vec::new(),
+        springs: None,
     });
     problem.validate().unwrap();
     (problem, cases.iter().flat_map(|case| case.mesh.nodes.clone()).collect())

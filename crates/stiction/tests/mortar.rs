@@ -76,7 +76,14 @@ const POISSON: f64 = 0.3;
 
 fn posed(mesh: &Mesh, fixes: &[Fix], loads: &[Load], surfaces: &[ContactSurface]) -> (ContactProblem, Posed) {
     let formulation = Formulation::Full;
-    let materials = [Material { name: "m".into(), young: YOUNG, poisson: POISSON, density: 0.0, formulation }];
+    let materials = [Material {
+        name: "m".into(),
+        young: YOUNG,
+        poisson: POISSON,
+        density: 0.0,
+        formulation,
+        ..Material::default()
+    }];
     let material_of_cell = vec![0; mesh.cell_count()];
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut model = assemble(&solid, loads, fixes, 1.0).unwrap();

@@ -86,8 +86,14 @@ fn stretched((cells, grading): Shape, element: BlockElement) -> Case {
 
 /// Four layers along z, every other one softer.
 fn layered(case: &Case, poisson: f64, contrast: f64) -> ContactProblem {
-    let material =
-        |young: f64| Material { name: "layer".into(), young, poisson, density: 0.0, formulation: Formulation::Full };
+    let material = |young: f64| Material {
+        name: "layer".into(),
+        young,
+        poisson,
+        density: 0.0,
+        formulation: Formulation::Full,
+        ..Material::default()
+    };
     let materials = [material(2e11), material(2e11 / contrast)];
     let cells = case.mesh.cell_count();
     let material_of_cell: Vec<u32> = (0..cells).map(|c| u32::from(c * 4 / cells % 2 == 1)).collect();

@@ -74,6 +74,16 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
         along(&mut body.contact, motion, -forces.contact[i]);
         along(&mut body.support, motion, forces.elastic[i] - supports.load[i] + forces.contact[i]);
     }
+    // Springs are supports whose force the stiffness holds already: here they act from outside.
+    let springs = supports.spring_forces(u);
+    for (i, &force) in springs.iter().enumerate() {
+        let (motion, body) = match i.checked_sub(free_rigid.len()) {
+            None => (&free_rigid[i], of(bodies.map(|b| &b.of), i)),
+            Some(p) => (&supports.rigid[p], of(bodies.map(|b| &b.of_support), p)),
+        };
+        sums[body].add(motion, force, force.abs());
+        along(&mut sums[body].support, motion, force);
+    }
     // A body that nothing loads has forces of rounding only: no body is measured by less than the others carry.
     let scale = |range: std::ops::Range<usize>| {
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)

@@ -23,6 +23,9 @@ const UNSEEN: f64 = 1e-6;
 /// tell angles better than the root of rounding.
 const BALANCED: f64 = 3e-8;
 
+/// What rounding may leave of the resultants of forces that cancel, as a part of the sum of their sizes.
+const ROUNDING: f64 = 1e-13;
+
 /// Generators that may be added to the hull. Some ten for each motion were needed in trials.
 const GENERATORS: usize = 4000;
 
@@ -81,7 +84,8 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
     let load = motions.work(&problem.f);
     let size = norm(&load);
-    if size == 0.0 {
+    // Forces that have no resultant, such as those of heat, leave rounding.
+    if size <= ROUNDING * motions.work_size(&problem.f) {
         return None;
     }
     let jumps = motions.jumps(&problem.B);

@@ -58,6 +58,7 @@ pub fn pose(
             displacement: model.dofs.value.clone(),
             B: held,
             rigid: rigid(&model.dofs.prescribed),
+            springs: model.springs.clone(),
         }),
         bodies: Some(bodies(mesh, model, center)),
     };

@@ -62,6 +62,19 @@ pub struct Supports {
     pub B: Csr,
     /// The six rigid motions at the prescribed degrees of freedom.
     pub rigid: Vec<[f64; 6]>,
+    /// What springs to the ground contribute to the stiffness, over the unknowns and then the prescribed displacements,
+    /// `n + p` square: their force on the body is `-springs [u; displacement]`.
+    pub springs: Option<Csr>,
+}
+
+impl Supports {
+    /// Forces of the springs on the body at the unknowns and then the prescribed displacements, newton, length `n + p`;
+    /// empty without springs.
+    pub fn spring_forces(&self, u: &[f64]) -> Vec<f64> {
+        let Some(springs) = &self.springs else { return Vec::new() };
+        let all: Vec<f64> = u.iter().chain(&self.displacement).copied().collect();
+        springs.times(&all).into_iter().map(|force| 0.0 - force).collect()
+    }
 }
 
 /// Elastic contact with friction as matrices: left of it nobody knows how it will be solved, right of it nobody
@@ -132,6 +145,10 @@ impl ContactProblem {
         self.gap.len()
     }
 
+    fn springs(&self) -> Option<&Csr> {
+        self.supports.as_ref()?.springs.as_ref()
+    }
+
     /// Number of unknown displacements `n`.
     pub fn unknowns(&self) -> usize {
         self.f.len()
@@ -168,6 +185,8 @@ impl ContactProblem {
             ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
             ("near_kernel", self.near_kernel.as_ref().map_or(n, Vec::len), n),
             ("bodies of unknowns", self.bodies.as_ref().map_or(n, |b| b.of.len()), n),
+            ("rows of springs", self.springs().map_or(n + p, |s| s.rows), n + p),
+            ("columns of springs", self.springs().map_or(n + p, |s| s.cols), n + p),
             ("bodies of supports", self.bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
         ];
         if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
@@ -175,6 +194,7 @@ impl ContactProblem {
         }
         self.K.validate("K")?;
         self.B.validate("B")?;
+        self.springs().map_or(Ok(()), |springs| springs.validate("springs"))?;
         if let Some(bodies) = &self.bodies {
             let known = bodies.list.len() as u32;
             if let Some(number) = bodies.of.iter().chain(&bodies.of_support).find(|&&number| number >= known) {

@@ -79,6 +79,14 @@ impl RigidMotions {
         self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| on(body, motion))).collect()
     }
 
+    /// The sum of the sizes of the terms that [`work`](Self::work) adds up, over all motions.
+    pub fn work_size(&self, force: &[f64]) -> f64 {
+        let on = |body: &FloatingBody, motion: &Vec<f64>| -> f64 {
+            body.unknowns.iter().zip(motion).map(|(&i, r)| (force[i as usize] * r).abs()).sum()
+        };
+        self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| on(body, motion))).sum()
+    }
+
     /// `u += R alpha`.
     pub fn add(&self, alpha: &[f64], u: &mut [f64]) {
         let columns = self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| (body, motion)));

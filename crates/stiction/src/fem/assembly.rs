@@ -25,7 +25,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
     let mut model = with_pattern(dofs, &ranges);
-    let FeModel { dofs, stiffness, load, support_stiffness, support_support, support_load } = &mut model;
+    let FeModel { dofs, stiffness, load, support_stiffness, support_support, support_load, .. } = &mut model;
     *load = dofs.free.iter().map(|&dof| force[dof as usize]).collect();
     *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
 
@@ -166,6 +166,7 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
         support_stiffness: Csr::zero(p, n),
         support_support: Csr::zero(p, p),
         support_load: Vec::new(),
+        springs: None,
         dofs,
     };
     let unknown = &model.dofs.unknown;

@@ -1,5 +1,6 @@
 //! The linear tetrahedron and the trilinear hexahedron: shape functions, quadrature and stiffness.
 
+use super::elastic::{Stiffness, Voigt, contract};
 use super::{Material, Solid};
 use crate::Error;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
@@ -20,22 +21,35 @@ pub type Tet4 = Element<4, 1>;
 /// Trilinear hexahedron: 2 x 2 x 2 Gauss points.
 pub type Hex8 = Element<8, 8>;
 
-/// The constants of isotropic elasticity as the elements use them.
+/// The constants of elasticity as the elements use them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Law {
+pub struct Law<'a> {
     /// Lamé's first parameter, stress.
     pub lambda: f64,
     /// Shear modulus, stress, > 0.
     pub mu: f64,
     /// Whether hexahedra average the dilatation over the cell (B-bar).
     pub mean_dilatation: bool,
+    /// Takes the place of the two constants where elasticity depends on the direction.
+    pub stiffness: Option<&'a Stiffness>,
 }
 
-impl Law {
+impl<'a> Law<'a> {
     /// The constants of `material`.
-    pub fn new(material: &Material) -> Self {
+    pub fn new(material: &'a Material) -> Self {
         let (lambda, mu) = material.lame();
-        Law { lambda, mu, mean_dilatation: material.averages_dilatation() }
+        let stiffness = material.orthotropic.as_ref().map(|it| &it.stiffness);
+        Law { lambda, mu, mean_dilatation: material.averages_dilatation(), stiffness }
+    }
+
+    /// Stress of the elastic strain `strain`.
+    pub fn stress(&self, strain: &Voigt) -> Voigt {
+        if let Some(stiffness) = self.stiffness {
+            return stiffness.map(|row| row.iter().zip(strain).map(|(c, e)| c * e).sum());
+        }
+        let pressure = self.lambda * (strain[0] + strain[1] + strain[2]);
+        let factor = |p: usize| if p < 3 { pressure + 2.0 * self.mu * strain[p] } else { self.mu * strain[p] };
+        std::array::from_fn(factor)
     }
 }
 
@@ -128,6 +142,10 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
                         gram[a][b] += w * (gradient[i][a] * gradient[j][b]);
                     }
                 }
+            }
+            if let Some(stiffness) = law.stiffness {
+                *block = contract(stiffness, &gram);
+                continue;
             }
             let trace = law.mu * (gram[0][0] + gram[1][1] + gram[2][2]);
             for a in 0..3 {

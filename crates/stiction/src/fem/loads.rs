@@ -2,16 +2,16 @@ use rayon::prelude::*;
 
 use super::elements::{folded, volume_points};
 use super::faces::{FacePoint, face_corners, face_points};
-use super::{Field, Load, Solid};
+use super::{Field, Load, Solid, initial_strain};
 use crate::Error;
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, add, norm, scale};
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 
 /// Cells whose weight one task integrates.
 const CELLS_PER_TASK: usize = 4096;
 
 /// Consistent nodal forces of all loads at time `t`: `f_i = ∫ N_i (force per area or volume)`, newton, one entry per
-/// degree of freedom (`3 i + c`). They sum to the integral of the load. Each face and cell counts once for each time
+/// degree of freedom (`3 i + c`). They sum to the integral of the load; temperatures give forces without resultant. Each face and cell counts once for each time
 /// it is listed.
 ///
 /// The quadrature is exact for tractions of degree 4 on triangles and plane parallelograms (degree 5 in their sum),
@@ -27,7 +27,31 @@ pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>
                 on_faces(solid.mesh, faces, &mut force, |p| Ok(scale(-value.finite_at(p.position, t)?, p.area)))
             }
             Load::Force { faces, total } => total_force(solid.mesh, faces, total, t, &mut force),
-            Load::Gravity { cells, acceleration } => gravity(solid, cells, acceleration, t, &mut force),
+            Load::Resultant { faces, force: total, moment, about } => {
+                resultant(solid.mesh, faces, [total, moment], *about, t, &mut force)
+            }
+            Load::Hydrostatic { faces, weight, level, up } => {
+                let level = of_time(level, t, "the level of a liquid");
+                level.and_then(|level| {
+                    let pressure = |p: &FacePoint| weight * (level - dot(*up, p.position)).max(0.0);
+                    on_faces(solid.mesh, faces, &mut force, |p| Ok(scale(-pressure(p), p.area)))
+                })
+            }
+            Load::Gravity { cells, acceleration } => {
+                on_mass(solid, cells, "gravity", &mut force, |x| vector(acceleration, x, t))
+            }
+            Load::Rotation { cells, axis, point, speed } => {
+                of_time(speed, t, "the speed of a rotation").and_then(|speed| {
+                    on_mass(solid, cells, "the rotation", &mut force, |x| {
+                        let arm = sub(x, *point);
+                        Ok(scale(speed * speed, sub(arm, scale(dot(arm, *axis), *axis))))
+                    })
+                })
+            }
+            Load::Temperature { .. } => initial_strain(solid, load, t).map(|initial| {
+                let initial = initial.unwrap_or_default();
+                force.iter_mut().zip(initial.force).for_each(|(sum, f)| *sum += f);
+            }),
         };
         added.map_err(|e| e.at(&format!("load {}", number + 1)))?;
     }
@@ -63,6 +87,55 @@ fn on_faces(
     Ok(())
 }
 
+/// A value that has no place: an expression that reads one gives NaN and is refused.
+fn of_time(field: &Field, t: f64, what: &str) -> Result<f64, Error> {
+    field.finite_at([f64::NAN; 3], t).map_err(|mut e| {
+        e.remedy = format!("{what} is a finite number or an expression in the time t only");
+        e
+    })
+}
+
+/// The traction `a + b x r`, `r` from the centroid of the faces, with a given force and moment: `area a` is the force and
+/// `J b` the moment about the centroid, `J = ∫ r² I - r rᵀ`, all by the quadrature that loads the nodes, so that the
+/// nodal forces have the resultants to rounding.
+fn resultant(
+    mesh: &Mesh,
+    faces: &[u32],
+    [force, moment]: [&[Field; 3]; 2],
+    about: Option<V3>,
+    t: f64,
+    nodal: &mut [f64],
+) -> Result<(), Error> {
+    let all = |value: &[Field; 3], what: &str| -> Result<V3, Error> {
+        Ok([of_time(&value[0], t, what)?, of_time(&value[1], t, what)?, of_time(&value[2], t, what)?])
+    };
+    let (force, moment) = (all(force, "a total force")?, all(moment, "a total moment")?);
+    on_faces(mesh, faces, &mut nodal.to_vec(), |_| Ok([0.0; 3]))?; // refuses faces that do not exist
+    let points: Vec<FacePoint> = faces.iter().flat_map(|&face| face_points(&face_corners(mesh, face))).collect();
+    let area: f64 = points.iter().map(|p| norm(p.area)).sum();
+    let centroid = points.iter().fold([0.0; 3], |c, p| add(c, scale(norm(p.area) / area, p.position)));
+    let mut inertia = [[0.0; 3]; 3];
+    for p in &points {
+        let (r, weight) = (sub(p.position, centroid), norm(p.area));
+        for a in 0..3 {
+            inertia[a][a] += weight * dot(r, r);
+            (0..3).for_each(|b| inertia[a][b] -= weight * r[a] * r[b]);
+        }
+    }
+    let of_centroid = add(moment, cross(sub(about.unwrap_or(centroid), centroid), force));
+    let columns = [cross(inertia[1], inertia[2]), cross(inertia[2], inertia[0]), cross(inertia[0], inertia[1])];
+    let determinant = dot(inertia[0], columns[0]);
+    let size = inertia[0][0] + inertia[1][1] + inertia[2][2];
+    // A strip of faces along a line resists turning about it by its width only: its own digits are lost below this.
+    if !(area > 0.0 && determinant > 1e-12 * size * size * size) {
+        let what = "the faces that carry the moment have no width across some axis";
+        return Err(Error::new("", what, "choose faces that do not all lie along one line"));
+    }
+    let turn = scale(1.0 / determinant, [0, 1, 2].map(|k| (0..3).map(|j| columns[j][k] * of_centroid[j]).sum()));
+    let even = scale(1.0 / area, force);
+    on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), add(even, cross(turn, sub(p.position, centroid))))))
+}
+
 fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
     // There is no one place to evaluate a total at: an expression that reads it gives NaN and is refused.
     let total = vector(total, [f64::NAN; 3], t).map_err(|mut e| {
@@ -79,7 +152,14 @@ fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &m
     on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), traction)))
 }
 
-fn gravity(solid: &Solid, cells: &[u32], acceleration: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
+/// Adds what the acceleration does to the mass of the cells; `who` names the load.
+fn on_mass(
+    solid: &Solid,
+    cells: &[u32],
+    who: &str,
+    nodal: &mut [f64],
+    acceleration: impl Fn(V3) -> Result<V3, Error> + Sync,
+) -> Result<(), Error> {
     let count = solid.mesh.cell_count();
     if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= count) {
         let what = format!("cell {cell} does not exist, the mesh has {count}");
@@ -88,7 +168,7 @@ fn gravity(solid: &Solid, cells: &[u32], acceleration: &[Field; 3], t: f64, noda
     let density = |cell: u32| solid.materials[solid.material_of_cell[cell as usize] as usize].density;
     if !cells.iter().any(|&cell| density(cell) > 0.0) {
         let remedy = "give the material a density, mass per volume";
-        return Err(Error::new("", "gravity acts on cells without mass", remedy));
+        return Err(Error::new("", format!("{who} acts on cells without mass"), remedy));
     }
     let list = solid.cells();
     let of_cell = |&cell: &u32| -> Result<[V3; 8], Error> {
@@ -98,7 +178,7 @@ fn gravity(solid: &Solid, cells: &[u32], acceleration: &[Field; 3], t: f64, noda
             let points =
                 volume_points(kind, solid.mesh, nodes).ok_or_else(|| folded(solid, cell as usize, kind, nodes))?;
             for point in points {
-                let weight = scale(density(cell) * point.weight, vector(acceleration, point.position, t)?);
+                let weight = scale(density(cell) * point.weight, acceleration(point.position)?);
                 force.iter_mut().zip(point.shape).for_each(|(f, shape)| *f = add(*f, scale(shape, weight)));
             }
         }

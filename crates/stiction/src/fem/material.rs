@@ -1,3 +1,4 @@
+use super::elastic::{Orthotropic, Voigt};
 use crate::Error;
 
 /// How the strain of a hexahedron is integrated.
@@ -12,17 +13,23 @@ pub enum Formulation {
     BBar,
 }
 
-/// Isotropic linear elasticity.
-#[derive(Debug, Clone, PartialEq)]
+/// Linear elasticity.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
     pub name: String,
-    /// Young's modulus, stress.
+    /// Young's modulus, stress; of an orthotropic material the mean of three, which only decides who is softer.
     pub young: f64,
-    /// Poisson's ratio, in (-1, 0.5).
+    /// Poisson's ratio, in (-1, 0.5); not used of an orthotropic material.
     pub poisson: f64,
     /// Mass per volume; zero if gravity does not act on it.
     pub density: f64,
     pub formulation: Formulation,
+    /// `None` if isotropic.
+    pub orthotropic: Option<Box<Orthotropic>>,
+    /// Strain of a free body for each unit of temperature, in the axes of the mesh; `None` if it is not known.
+    pub expansion: Option<Voigt>,
+    /// The temperature without thermal strain.
+    pub reference_temperature: f64,
 }
 
 /// Above this Poisson's ratio [`Formulation::Auto`] takes B-bar for hexahedra, and linear tetrahedra are said to lock.
@@ -38,6 +45,7 @@ impl Material {
     /// Whether hexahedra of this material average the dilatation over the cell.
     pub fn averages_dilatation(&self) -> bool {
         match self.formulation {
+            _ if self.orthotropic.is_some() => false,
             Formulation::Auto => self.poisson > NEARLY_INCOMPRESSIBLE,
             Formulation::Full => false,
             Formulation::BBar => true,
@@ -50,7 +58,7 @@ impl Material {
         if !(self.young > 0.0 && self.young.is_finite()) {
             return bad(format!("Young's modulus is {}", self.young), "give a positive stress");
         }
-        if !(self.poisson > -1.0 && self.poisson < 0.5) {
+        if self.orthotropic.is_none() && !(self.poisson > -1.0 && self.poisson < 0.5) {
             return bad(
                 format!("Poisson's ratio is {}", self.poisson),
                 "give a number above -1 and below 0.5; for an incompressible material take 0.4999 and hexahedra",
@@ -58,6 +66,13 @@ impl Material {
         }
         if !(self.density >= 0.0 && self.density.is_finite()) {
             return bad(format!("the density is {}", self.density), "give mass per volume, zero or positive");
+        }
+        if self.orthotropic.is_some() && self.formulation == Formulation::BBar {
+            let remedy = "take `formulation` out: the dilatation of an orthotropic material has no modulus of its own";
+            return bad("B-bar is for isotropic materials, and this one is orthotropic".into(), remedy);
+        }
+        if !self.reference_temperature.is_finite() || self.expansion.is_some_and(|e| e.iter().any(|v| !v.is_finite())) {
+            return bad("expansion or reference temperature is not finite".into(), "give finite numbers");
         }
         Ok(())
     }

@@ -4,27 +4,35 @@
 //! [`unheld_motions`] says which rigid motions the prescribed displacements leave free.
 
 mod assembly;
+mod cut;
 mod dofs;
+mod elastic;
 pub mod elements;
 mod faces;
 mod field;
 mod incidence;
+mod initial;
 mod loads;
 mod material;
 mod model;
 mod recovery;
 mod rigid;
 mod solid;
+mod springs;
 #[cfg(test)]
 mod tests;
 
 pub use assembly::assemble;
+pub use cut::{Cut, cut};
 pub use dofs::dof_map;
+pub use elastic::{Orthotropic, Stiffness, Voigt, frame, strain_along};
 pub use faces::{nodal_areas, nodal_normals};
 pub use field::Field;
+pub use initial::{InitialStrain, initial_strain};
 pub use loads::external_forces;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
-pub use model::{DofMap, FeModel, Fix, Load};
+pub use model::{DofMap, FeModel, Fix, Load, Temperature};
 pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
 pub use rigid::{Motion, Unheld, rigid_motions, unheld_motions};
 pub use solid::{Solid, notes};
+pub use springs::{Spring, add_springs};

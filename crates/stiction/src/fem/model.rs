@@ -10,8 +10,30 @@ pub enum Load {
     Pressure { faces: Vec<u32>, value: Field },
     /// A total force, spread evenly over the area of the faces; expressions see the time only.
     Force { faces: Vec<u32>, total: [Field; 3] },
+    /// A total force and a total moment about a point (the centroid of the faces if `None`), spread as the traction
+    /// `a + b x r`; expressions see the time only.
+    Resultant { faces: Vec<u32>, force: [Field; 3], moment: [Field; 3], about: Option<[f64; 3]> },
+    /// The pressure `weight * depth` of a liquid, where `depth` is how far a place lies below the level, counted along
+    /// the unit vector `up`; no pressure above it. `weight` is force per volume, the level a length that depends on
+    /// the time only.
+    Hydrostatic { faces: Vec<u32>, weight: f64, level: Field, up: [f64; 3] },
     /// An acceleration acting on the mass of the cells.
     Gravity { cells: Vec<u32>, acceleration: [Field; 3] },
+    /// Centrifugal force on the mass of the cells that turn about the line through `point` along the unit vector `axis`;
+    /// the speed, radians per time, depends on the time only.
+    Rotation { cells: Vec<u32>, axis: [f64; 3], point: [f64; 3], speed: Field },
+    /// The temperature of the cells, which strains them by the expansion of their material.
+    Temperature { cells: Vec<u32>, value: Temperature },
+}
+
+/// A temperature.
+#[derive(Debug, Clone)]
+pub enum Temperature {
+    /// As a function of place and time.
+    Field(Field),
+    /// Values at the nodes of the mesh, reached along the part `ramp` (0 to 1, of the time only) of the way from the
+    /// reference temperature.
+    Nodal { values: Vec<f64>, ramp: Field },
 }
 
 /// Prescribed displacement components of nodes.
@@ -49,4 +71,6 @@ pub struct FeModel {
     pub support_support: Csr,
     /// External forces applied at prescribed degrees of freedom, length `p`.
     pub support_load: Vec<f64>,
+    /// What springs to the ground add to all three matrices, over the unknowns and then the prescribed, `n + p` square.
+    pub springs: Option<Csr>,
 }

@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 
+use super::elastic::Voigt;
 use super::elements::{Element, Hex8, Law, Tet4};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
@@ -33,31 +34,32 @@ pub fn reactions(model: &FeModel, u_free: &[f64]) -> Vec<f64> {
 /// Stress of each cell as xx, yy, zz, xy, yz, xz (the order of VTK), averaged over its volume; tension is positive.
 ///
 /// The mean dilatation of B-bar and the dilatation have the same average, so both formulations read alike.
-/// A cell that [`assemble`](super::assemble) would refuse gets NaN.
+/// A cell that [`assemble`](super::assemble) would refuse gets NaN. `initial` is the mean strain of each cell that causes no
+/// stress (temperature, see [`InitialStrain`](super::InitialStrain)); empty if there is none.
 ///
 /// # Panics
 /// If `u_full` has not three entries per node.
-pub fn cell_stress(solid: &Solid, u_full: &[f64]) -> Vec<[f64; 6]> {
+pub fn cell_stress(solid: &Solid, u_full: &[f64], initial: &[Voigt]) -> Vec<Voigt> {
     assert_eq!(u_full.len(), 3 * solid.mesh.nodes.len());
     let cells = solid.cells();
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
     let of_cell = |(cell, &material): (usize, &u32)| {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
-        let stress = match kind {
-            CellKind::Tet4 => {
-                Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
-            }
-            CellKind::Hex8 => {
-                Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
-            }
+        let strain = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+            CellKind::Hex8 => Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
         };
-        stress.unwrap_or([f64::NAN; 6])
+        let Some(mut strain) = strain else { return [f64::NAN; 6] };
+        if let Some(free) = initial.get(cell) {
+            strain.iter_mut().zip(free).for_each(|(e, free)| *e -= free);
+        }
+        law.stress(&strain)
     };
     solid.material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell).collect()
 }
 
-fn mean_stress<const N: usize, const Q: usize>(e: &Element<N, Q>, law: Law, nodes: &[u32], u: &[f64]) -> [f64; 6] {
+pub(super) fn mean_strain<const N: usize, const Q: usize>(e: &Element<N, Q>, nodes: &[u32], u: &[f64]) -> Voigt {
     let mut h = [[0.0; 3]; 3]; // mean displacement gradient, h[a][b] = ∂u_a/∂x_b
     for (&node, g) in nodes.iter().zip(e.integrated_gradient()) {
         for a in 0..3 {
@@ -66,10 +68,7 @@ fn mean_stress<const N: usize, const Q: usize>(e: &Element<N, Q>, law: Law, node
             }
         }
     }
-    let pressure = law.lambda * (h[0][0] + h[1][1] + h[2][2]);
-    let direct = |a: usize| pressure + 2.0 * law.mu * h[a][a];
-    let shear = |a: usize, b: usize| law.mu * (h[a][b] + h[b][a]);
-    [direct(0), direct(1), direct(2), shear(0, 1), shear(1, 2), shear(0, 2)]
+    [h[0][0], h[1][1], h[2][2], h[0][1] + h[1][0], h[1][2] + h[2][1], h[0][2] + h[2][0]]
 }
 
 /// Von Mises' equivalent stress of a stress in the order xx, yy, zz, xy, yz, xz.

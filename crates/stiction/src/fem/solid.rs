@@ -76,6 +76,9 @@ pub fn notes(solid: &Solid) -> Vec<String> {
     let mut notes = Vec::new();
     for (material, [tets, hexes]) in solid.materials.iter().zip(used) {
         let (name, nu) = (&material.name, material.poisson);
+        if material.orthotropic.is_some() {
+            continue;
+        }
         if tets && nu > NEARLY_INCOMPRESSIBLE {
             notes.push(format!(
                 "material \"{name}\": linear tetrahedra lock at Poisson's ratio {nu}, displacements come out too \

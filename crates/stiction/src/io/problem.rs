@@ -47,6 +47,9 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         arrays.push(("support_free_load".into(), Array::f64(&supports.free_load)));
         arrays.push(("support_displacement".into(), Array::f64(&supports.displacement)));
         arrays.push(("support_rigid".into(), sixes(&supports.rigid)));
+        if let Some(springs) = &supports.springs {
+            matrix(&mut arrays, "springs", springs);
+        }
     }
     if let Some(bodies) = &problem.bodies {
         let names: Vec<&str> = bodies.list.iter().map(|body| body.name.as_str()).collect();
@@ -129,6 +132,7 @@ fn supports(arrays: &Arrays, n: usize, m: usize) -> Result<Supports, Error> {
         displacement: f64s(arrays, "support_displacement", Some(p))?.to_vec(),
         B: csr(arrays, "support_B", 3 * m, p)?,
         rigid: read_sixes(arrays, "support_rigid", p)?,
+        springs: if arrays.contains_key("springs_start") { Some(csr(arrays, "springs", n + p, n + p)?) } else { None },
         load,
     })
 }

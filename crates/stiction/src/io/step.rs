@@ -24,6 +24,12 @@ pub struct StepFile {
     pub support_free_load: Vec<f64>,
     /// Prescribed displacements, length, `p`.
     pub support_displacement: Vec<f64>,
+    /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
+    /// zero where there is none.
+    pub initial_load: Vec<f64>,
+    pub initial_energy: f64,
+    /// Shortening of each bolt, length.
+    pub shortening: Vec<f64>,
     /// Displacements, length, `n`.
     pub u: Vec<f64>,
     /// Newton, `3m`.
@@ -64,6 +70,9 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
             ("support_displacement", Array::f64(&step.support_displacement)),
+            ("initial_load", Array::f64(&step.initial_load)),
+            ("initial_energy", Array::scalar(step.initial_energy)),
+            ("shortening", Array::f64(&step.shortening)),
             ("u", Array::f64(&step.u)),
             ("lambda", Array::f64(&step.lambda)),
             ("states", Array::usize(&step.states)),
@@ -99,6 +108,12 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             support_load: list("support_load", p)?,
             support_free_load: list("support_free_load", n)?,
             support_displacement: list("support_displacement", p)?,
+            initial_load: match f64s(&arrays, "initial_load", None)? {
+                [] => Vec::new(),
+                _ => list("initial_load", n + p)?,
+            },
+            initial_energy: scalar(&arrays, "initial_energy")?,
+            shortening: f64s(&arrays, "shortening", None)?.to_vec(),
             u: list("u", n)?,
             lambda: list("lambda", 3 * m)?,
             states,

@@ -33,7 +33,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     let groups = raw_groups.into_iter().map(match_group).collect();
     drop(table);
     let cells = raw.cells.into_iter().map(|block| Cells { kind: block.kind, nodes: block.nodes }).collect();
-    Ok((Mesh { nodes: raw.nodes, cells, faces, groups }, MeshNotes(notes)))
+    Ok((Mesh { nodes: raw.nodes, cells, faces, groups, arrays: raw.arrays }, MeshNotes(notes)))
 }
 
 /// The nodes as they were before those of no cell were dropped.
@@ -72,6 +72,9 @@ fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
     let remain = || (0..former.kept.len()).filter(|&i| former.kept[i] != u32::MAX);
     raw.node_ids = remain().map(|i| former.id(i)).collect();
     raw.nodes = remain().map(|i| raw.nodes[i]).collect();
+    for array in &mut raw.arrays {
+        array.values = remain().filter_map(|i| array.values.get(i).copied()).collect();
+    }
     for node in raw.cells.iter_mut().flat_map(|block| &mut block.nodes) {
         *node = former.kept[*node as usize];
     }

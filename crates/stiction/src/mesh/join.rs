@@ -1,7 +1,7 @@
 //! Meshes moved in space and put together.
 
 use super::v3::{V3, add, cross, dot, scale, sub};
-use super::{Group, Mesh};
+use super::{Group, Mesh, NodeArray};
 
 /// A turn about a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,8 @@ pub fn place(mesh: &mut Mesh, turn: Option<&Turn>, by: [f64; 3]) {
 /// One mesh of several, whose nodes are not joined where they meet. The groups of the part `NAME` are called
 /// `NAME.group`; the new group `NAME` has all its cells.
 pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
-    let mut all = Mesh { nodes: Vec::new(), cells: Vec::new(), faces: Vec::new(), groups: Vec::new() };
+    let mut all =
+        Mesh { nodes: Vec::new(), cells: Vec::new(), faces: Vec::new(), groups: Vec::new(), arrays: Vec::new() };
     for (name, mut part) in parts {
         let (nodes, faces) = (all.nodes.len() as u32, all.faces.len() as u32);
         let (cells, count) = (all.cell_count() as u32, part.cell_count() as u32);
@@ -62,12 +63,20 @@ pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
             group.nodes.iter_mut().for_each(|node| *node += nodes);
             group.interior_faces.iter_mut().for_each(|corners| shift(corners, nodes));
         }
+        for array in &mut part.arrays {
+            // Elsewhere it has no value; who asks for it there is told so.
+            let mut values = vec![f64::NAN; all.nodes.len()];
+            values.append(&mut array.values);
+            all.arrays.push(NodeArray { name: format!("{name}.{}", array.name), values });
+        }
         all.groups.push(Group { name, cells: (cells..cells + count).collect(), ..Group::default() });
         all.groups.append(&mut part.groups);
         all.nodes.append(&mut part.nodes);
         all.cells.append(&mut part.cells);
         all.faces.append(&mut part.faces);
     }
+    let count = all.nodes.len();
+    all.arrays.iter_mut().for_each(|array| array.values.resize(count, f64::NAN));
     all
 }
 

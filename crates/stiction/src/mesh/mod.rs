@@ -144,6 +144,15 @@ pub struct Mesh {
     /// All boundary faces.
     pub faces: Vec<Face>,
     pub groups: Vec<Group>,
+    /// Numbers at the nodes that the file gives, such as temperatures.
+    pub arrays: Vec<NodeArray>,
+}
+
+/// A number at each node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeArray {
+    pub name: String,
+    pub values: Vec<f64>,
 }
 
 impl Mesh {

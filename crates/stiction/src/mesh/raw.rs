@@ -1,6 +1,6 @@
 //! What a file says, before anybody believed it.
 
-use super::CellKind;
+use super::{CellKind, NodeArray};
 
 /// Nodes, cells and groups as a reader found them; [`super::build`] checks them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,6 +11,8 @@ pub struct RawMesh {
     pub node_ids: Vec<u64>,
     pub cells: Vec<RawCells>,
     pub groups: Vec<RawGroup>,
+    /// One value for each of `nodes`.
+    pub arrays: Vec<NodeArray>,
 }
 
 /// Cells of one kind. The number of a cell runs through the blocks in their order.

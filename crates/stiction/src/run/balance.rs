@@ -1,15 +1,15 @@
 //! The balance of energy from the start of the first load step.
 
-use super::moment::Moment;
+use super::moment::{Initial, Moment};
 use crate::contact::ContactProblem;
 
 /// Energies since the start, force times length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Balance {
-    /// Work of loads, supports and moving obstacles on the body: mean of the forces before and after each step, times
+    /// Work of loads, temperature, supports and moving obstacles on the body: mean of the forces before and after each step, times
     /// the displacement of the step.
     pub work: f64,
-    /// Elastic energy of the body now, `1/2 u'Ku` over all degrees of freedom.
+    /// Elastic energy of body and springs now, `1/2 u'Ku` over all degrees of freedom, less thermal strain.
     pub elastic: f64,
     /// Sum of `lambda_t . slip` over points and steps, >= 0: what friction takes under the law of each step.
     pub dissipation: f64,
@@ -55,11 +55,13 @@ pub(super) fn balance(
             (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, moment));
         work += mean_dot(&first, &last, &old.displacement, &moment.displacement);
     }
+    work += initial_energy(&moment.initial, u, &moment.displacement)
+        - initial_energy(&old.initial, &before.u, &old.displacement);
     let slip = problem.opening(u);
     let taken: f64 = (m..3 * m).map(|i| -lambda[i] * slip[i]).sum();
     Balance {
         work,
-        elastic: elastic(problem, u, &moment.displacement),
+        elastic: elastic(problem, u, &moment.displacement) + initial_energy(&moment.initial, u, &moment.displacement),
         dissipation: before.balance.dissipation + taken,
     }
 }
@@ -71,6 +73,13 @@ fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], moment: &
     force.iter_mut().zip(supports.K_own.times(&moment.displacement)).for_each(|(f, k)| *f += k);
     force.iter_mut().zip(supports.B.transpose_times(lambda)).for_each(|(f, b)| *f += b);
     force
+}
+
+/// What strain without stress changes in the elastic energy: `1/2 ∫ (e - e0) C (e - e0) - 1/2 ∫ e C e`. Its forces are
+/// among the loads, whose work is that of the temperature but for this.
+fn initial_energy(initial: &Initial, u: &[f64], held: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    initial.energy - dot(&initial.load, u) - dot(&initial.support_load, held)
 }
 
 fn elastic(problem: &ContactProblem, u: &[f64], held: &[f64]) -> f64 {

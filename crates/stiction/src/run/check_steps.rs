@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::balance::{Balance, BodyState, balance};
 use super::check::{compare, stored_certificate};
-use super::moment::Moment;
+use super::moment::{Initial, Moment};
 use super::step_file::step_file;
 use crate::Error;
 use crate::certificate::{Certificate, certify};
@@ -47,8 +47,13 @@ pub(super) fn check_steps(
     let p = problem.supports.as_ref().map_or(0, |s| s.load.len());
     let vectors = |problem: &ContactProblem| (problem.f.clone(), problem.gap.clone(), problem.slip_reference.clone());
     let as_it_was = vectors(problem);
-    let nothing =
-        Moment { load: vec![0.0; n], support_load: vec![0.0; p], displacement: vec![0.0; p], motion: vec![0.0; 3 * m] };
+    let nothing = Moment {
+        load: vec![0.0; n],
+        support_load: vec![0.0; p],
+        displacement: vec![0.0; p],
+        motion: vec![0.0; 3 * m],
+        initial: Initial::default(),
+    };
     let mut body =
         BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let mut slid = vec![0.0; 2 * m];
@@ -112,5 +117,12 @@ fn moment_of(file: &StepFile) -> Moment {
         support_load: file.support_load.clone(),
         displacement: file.support_displacement.clone(),
         motion: file.motion.clone(),
+        initial: Initial {
+            load: file.initial_load.iter().take(file.u.len()).copied().collect(),
+            support_load: file.initial_load.iter().skip(file.u.len()).copied().collect(),
+            energy: file.initial_energy,
+            shortening: file.shortening.clone(),
+            ..Initial::default()
+        },
     }
 }

@@ -12,7 +12,9 @@ pub struct Facts {
     pub mesh: MeshInfo,
     pub materials: Vec<MaterialFacts>,
     pub fixes: Vec<FixFacts>,
+    pub springs: Vec<SpringFacts>,
     pub loads: Vec<LoadFacts>,
+    pub bolts: Vec<BoltFacts>,
     pub contacts: Vec<ContactFacts>,
     /// Increments of the load steps and the time they end at, at which the loads are told; none without load steps.
     pub steps: Option<(usize, f64)>,
@@ -30,6 +32,8 @@ pub struct MaterialFacts {
     pub name: String,
     pub young: f64,
     pub poisson: f64,
+    /// `E1, E2, E3; nu12, nu13, nu23; G12, G13, G23` where they depend on the direction.
+    pub orthotropic: Option<[[f64; 3]; 3]>,
     pub density: f64,
     pub cells: usize,
     pub volume: f64,
@@ -46,16 +50,42 @@ pub struct FixFacts {
     pub at: Option<[f64; 3]>,
 }
 
+/// An elastic foundation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringFacts {
+    pub on: String,
+    pub area: f64,
+    /// Stiffness per area.
+    pub normal: f64,
+    pub tangential: f64,
+}
+
 /// A load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadFacts {
     pub on: String,
-    /// `traction`, `pressure`, `force` or `gravity`.
+    /// `traction`, `gravity` and so on.
     pub kind: &'static str,
-    /// Area or, for gravity, volume it acts on.
+    /// Area it acts on or, of gravity, rotation and temperature, volume.
     pub extent: f64,
     /// The force it adds up to.
     pub resultant: [f64; 3],
+    /// Lowest and highest value of a temperature.
+    pub range: Option<[f64; 2]>,
+}
+
+/// A bolt that is tightened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoltFacts {
+    pub name: String,
+    /// Unit vector.
+    pub axis: [f64; 3],
+    /// Nodes of the cut and cells beyond it.
+    pub nodes: usize,
+    pub cells: usize,
+    /// Force or shortening at the time the loads are told for.
+    pub by: &'static str,
+    pub value: f64,
 }
 
 /// A contact pair.

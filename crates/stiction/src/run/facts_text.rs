@@ -23,7 +23,17 @@ impl fmt::Display for Facts {
             number(self.mesh.volume)
         )?;
         for m in &self.materials {
-            write!(f, "  material   {}: young {}, poisson {}", m.name, number(m.young), m.poisson)?;
+            match &m.orthotropic {
+                None => write!(f, "  material   {}: young {}, poisson {}", m.name, number(m.young), m.poisson)?,
+                Some([young, poisson, shear]) => write!(
+                    f,
+                    "  material   {}: orthotropic, young {}, poisson {}, shear {}",
+                    m.name,
+                    triple(*young),
+                    triple(*poisson),
+                    triple(*shear)
+                )?,
+            }
             let density = if m.density > 0.0 { format!(", density {}", number(m.density)) } else { String::new() };
             writeln!(f, "{density}, {} cells, volume {}", m.cells, number(m.volume))?;
         }
@@ -31,10 +41,23 @@ impl fmt::Display for Facts {
             let at = fix.at.map_or(String::new(), |x| format!(" (node at {})", triple(x)));
             writeln!(f, "  fix        {}{at}: {} of {} nodes", fix.on, fix.components, fix.nodes)?;
         }
+        for s in &self.springs {
+            let (area, normal, tangential) = (number(s.area), number(s.normal), number(s.tangential));
+            writeln!(f, "  spring     {}: normal {normal}, tangential {tangential} an area, on area {area}", s.on)?;
+        }
         for load in &self.loads {
-            let extent = if load.kind == "gravity" { "volume" } else { "area" };
+            if let Some([low, high]) = load.range {
+                let (low, high, volume) = (number(low), number(high), number(load.extent));
+                writeln!(f, "  load       {}: temperature from {low} to {high} in volume {volume}", load.on)?;
+                continue;
+            }
+            let extent = if ["gravity", "rotation"].contains(&load.kind) { "volume" } else { "area" };
             let (on, kind, size, sum) = (&load.on, load.kind, number(load.extent), triple(load.resultant));
             writeln!(f, "  load       {on}: {kind} on {extent} {size}, resultant {sum}")?;
+        }
+        for b in &self.bolts {
+            let (axis, value) = (triple(b.axis), number(b.value));
+            writeln!(f, "  bolt       {}: {} {value} along {axis}, cut through {} nodes", b.name, b.by, b.nodes)?;
         }
         if self.loads.len() > 1 {
             writeln!(f, "  loads      resultant of all {}", triple(self.resultant()))?;

@@ -57,7 +57,7 @@ pub(super) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
 #[derive(Debug, Clone)]
 pub(super) struct BodyFields {
     pub displacement: Vec<[f64; 3]>,
-    /// Force of the supports on the body; zero away from them.
+    /// Force of the supports on the body, springs included; zero away from them.
     pub reaction: Vec<[f64; 3]>,
     /// xx, yy, zz, xy, yz, xz of each cell.
     pub stress: Vec<[f64; 6]>,
@@ -68,7 +68,7 @@ pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let Prepared { mesh, materials, material_of_cell, model, .. } = prepared;
     let u = full_displacement(model, &outcome.solution.u);
     let reaction = reaction(prepared, outcome);
-    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u);
+    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &prepared.acting.initial.strain);
     let von_mises = stress.iter().map(von_mises).collect();
     BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
 }
@@ -85,6 +85,10 @@ pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
     }
     for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
         reaction[dof as usize / 3][dof as usize % 3] = force;
+    }
+    let springs = problem.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
+    for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
+        reaction[dof as usize / 3][dof as usize % 3] += force;
     }
     reaction
 }

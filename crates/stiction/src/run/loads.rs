@@ -1,13 +1,13 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
-use super::facts::{FixFacts, LoadFacts};
+use super::facts::{FixFacts, LoadFacts, SpringFacts};
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::fem::{DofMap, Fix, Load, Solid, dof_map, external_forces, unheld_motions};
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot};
+use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec, nearest};
 use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read without load steps: everything acts in full.
@@ -23,7 +23,8 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     let t = end(case);
     let (mut fixes, mut facts) = (Vec::new(), Vec::new());
     for spec in &case.fixes {
-        let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value: spec.value.clone() };
+        let value = if spec.symmetry { symmetry(mesh, spec)? } else { spec.value.clone() };
+        let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
     }
@@ -37,6 +38,48 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
     Ok((fixes, facts))
+}
+
+/// How far the normal of a face may lean (sine) from the axis it is a plane of symmetry across.
+const LEAN: f64 = 1e-6;
+
+/// The component along the normal of the faces, which has to be the same axis for all of them.
+fn symmetry(mesh: &Mesh, spec: &FixSpec) -> Result<[Option<Field>; 3], Error> {
+    let faces = regions::faces(mesh, &spec.on, &spec.spot, "a plane of symmetry")?;
+    let mut first: Option<([f64; 3], usize)> = None;
+    let mut value = [None, None, None];
+    for &face in &faces {
+        let n = mesh.face_normal(face as usize);
+        let axis = (0..3).fold(0, |best, c| if n[c].abs() > n[best].abs() { c } else { best });
+        let across = (0..3).filter(|&c| c != axis).map(|c| n[c] * n[c]).sum::<f64>().sqrt();
+        let name = regions::name(&spec.on);
+        if let Some((n0, _)) = first.filter(|&(n0, _)| (0..3).map(|c| n0[c] * n[c]).sum::<f64>().abs() < 1.0 - LEAN) {
+            let what = format!("{name} is not flat: it has faces with the normals {n0:.4?} and {n:.4?}");
+            return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
+        }
+        if across > LEAN {
+            let what = format!("the normal {n:.4?} of {name} is not along x, y or z");
+            let remedy = "turn the mesh with `turn` under [mesh] until the plane is perpendicular to an axis; or let the \
+                          faces touch a frictionless plane in a [[contact]] if nothing pulls them off it";
+            return Err(spec.spot.error(what, remedy));
+        }
+        first = first.or(Some((n, axis)));
+        value[axis] = Some(Field::Constant(0.0));
+    }
+    Ok(value)
+}
+
+/// Elastic foundations.
+pub(super) fn springs(mesh: &Mesh, specs: &[SpringSpec]) -> Result<(Vec<Spring>, Vec<SpringFacts>), Error> {
+    let (mut springs, mut facts) = (Vec::new(), Vec::new());
+    for spec in specs {
+        let faces = regions::faces(mesh, &spec.on, &spec.spot, "the spring")?;
+        let area = faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
+        let (normal, tangential) = (spec.normal, spec.tangential);
+        facts.push(SpringFacts { on: regions::name(&spec.on), area, normal, tangential });
+        springs.push(Spring { faces, normal, tangential });
+    }
+    Ok((springs, facts))
 }
 
 /// Where the case says how the body is held: its last support, or the body itself where it has none.
@@ -64,7 +107,8 @@ pub(super) fn held_by_contact(
 ) -> Result<RigidMotions, Error> {
     let Some(unsupported) = unsupported(mesh, dofs) else { return Ok(RigidMotions::default()) };
     let motions = rigid_motions(problem);
-    let free = if problem.points() == 0 { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
+    let bare = problem.points() == 0 && case.springs.is_empty();
+    let free = if bare { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
     free.map_or(Ok(motions), |error| Err(place::at(support_spot(case), error)))
 }
 
@@ -72,8 +116,8 @@ fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Op
     let free = unresisted(problem, motions)?;
     let why = if free.work > 0.0 { "the loads push it there" } else { "its displacement is not determined" };
     let motion = in_words(problem, motions, &free.alpha);
-    let what = format!("no support and no contact resists a motion of {motion}; {why}");
-    Some(Error::new("", what, "add a [[fix]] that stops the motion, or friction to the contact"))
+    let what = format!("no support, no spring and no contact resists a motion of {motion}; {why}");
+    Some(Error::new("", what, "add a [[fix]] or a [[spring]] that stops the motion, or friction to the contact"))
 }
 
 /// A body that supports do not hold.
@@ -109,7 +153,8 @@ pub(super) fn loads(solid: &Solid, specs: &[LoadSpec], t: f64) -> Result<(Vec<Lo
         let forces = forces.map_err(|error| place::instead(&spec.spot, error))?;
         let mut resultant = [0.0; 3];
         forces.iter().enumerate().for_each(|(dof, force)| resultant[dof % 3] += force);
-        facts.push(LoadFacts { extent: extent(solid.mesh, &load), ..describe(spec, resultant) });
+        let range = temperatures(solid, &load, t);
+        facts.push(LoadFacts { extent: extent(solid.mesh, &load), range, ..describe(spec, resultant) });
         loads.push(load);
     }
     Ok((loads, facts))
@@ -120,18 +165,72 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
         Some(region) => regions::faces(mesh, region, &spec.spot, "the load"),
         None => Err(spec.spot.error("this load does not say where it acts", "add on = \"z-max\" or another group")),
     };
+    let cells = || match &spec.on {
+        Some(region) => regions::cells(mesh, region, &spec.spot),
+        None => Ok((0..mesh.cell_count() as u32).collect()),
+    };
     Ok(match &spec.kind {
         LoadKind::Traction(value) => Load::Traction { faces: faces()?, value: value.clone() },
         LoadKind::Pressure(value) => Load::Pressure { faces: faces()?, value: value.clone() },
         LoadKind::Force(total) => Load::Force { faces: faces()?, total: total.clone() },
-        LoadKind::Gravity(acceleration) => {
-            let cells = match &spec.on {
-                Some(region) => regions::cells(mesh, region, &spec.spot)?,
-                None => (0..mesh.cell_count() as u32).collect(),
-            };
-            Load::Gravity { cells, acceleration: acceleration.clone() }
+        LoadKind::Resultant { force, moment, about } => {
+            Load::Resultant { faces: faces()?, force: force.clone(), moment: moment.clone(), about: *about }
+        }
+        LoadKind::Hydrostatic { weight, level, up } => {
+            Load::Hydrostatic { faces: faces()?, weight: *weight, level: level.clone(), up: *up }
+        }
+        LoadKind::Gravity(acceleration) => Load::Gravity { cells: cells()?, acceleration: acceleration.clone() },
+        LoadKind::Rotation { axis, point, speed } => {
+            Load::Rotation { cells: cells()?, axis: *axis, point: *point, speed: speed.clone() }
+        }
+        LoadKind::Temperature(field) => Load::Temperature { cells: cells()?, value: Temperature::Field(field.clone()) },
+        LoadKind::TemperatureArray { name, ramp, spot } => {
+            let values = node_array(mesh, name, spot)?;
+            Load::Temperature { cells: cells()?, value: Temperature::Nodal { values, ramp: ramp.clone() } }
         }
     })
+}
+
+/// The point array called `name` of the mesh file.
+fn node_array(mesh: &Mesh, name: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
+    if let Some(array) = mesh.arrays.iter().find(|array| array.name == name) {
+        return Ok(array.values.clone());
+    }
+    let names = || mesh.arrays.iter().map(|array| array.name.as_str());
+    let what = format!("the mesh has no point array \"{name}\"");
+    if mesh.arrays.is_empty() {
+        return Err(spot.error(what, "give the mesh as a .vtu file with an array of numbers on its points"));
+    }
+    let guess = nearest(name, names()).map_or(String::new(), |guess| format!("did you mean \"{guess}\"? "));
+    Err(spot.error(what, format!("{guess}its point arrays are {}", names().collect::<Vec<_>>().join(", "))))
+}
+
+/// Each cell has one temperature at most.
+pub(super) fn one_temperature(mesh: &Mesh, loads: &[Load], specs: &[LoadSpec]) -> Result<(), Error> {
+    let mut heated = vec![false; mesh.cell_count()];
+    for (load, spec) in loads.iter().zip(specs) {
+        let Load::Temperature { cells, .. } = load else { continue };
+        let twice = cells.iter().filter(|&&cell| heated[cell as usize]).count();
+        if twice > 0 {
+            let what = format!("{twice} cells have a temperature already from a [[load]] above");
+            return Err(spec.spot.error(what, "give each cell one temperature: temperatures do not add up"));
+        }
+        cells.iter().for_each(|&cell| heated[cell as usize] = true);
+    }
+    Ok(())
+}
+
+/// The lowest and the highest temperature at the nodes of the heated cells.
+fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
+    let Load::Temperature { cells, value } = load else { return None };
+    let mut heated = vec![false; solid.mesh.cell_count()];
+    cells.iter().for_each(|&cell| heated[cell as usize] = true);
+    let all = solid.mesh.cell_iter().zip(heated).filter(|(_, heated)| *heated).flat_map(|((_, nodes), _)| nodes);
+    let at = |&node: &u32| match value {
+        Temperature::Field(field) => field.at(solid.mesh.nodes[node as usize], t),
+        Temperature::Nodal { values, .. } => values[node as usize],
+    };
+    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]))
 }
 
 fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
@@ -139,18 +238,26 @@ fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
         LoadKind::Traction(_) => "traction",
         LoadKind::Pressure(_) => "pressure",
         LoadKind::Force(_) => "force",
+        LoadKind::Resultant { .. } => "force and moment",
+        LoadKind::Hydrostatic { .. } => "hydrostatic pressure",
         LoadKind::Gravity(_) => "gravity",
+        LoadKind::Rotation { .. } => "rotation",
+        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "temperature",
     };
     let on = spec.on.as_ref().map_or("the whole body".to_string(), regions::name);
-    LoadFacts { on, kind, extent: 0.0, resultant }
+    LoadFacts { on, kind, extent: 0.0, resultant, range: None }
 }
 
 /// Area of the faces or volume of the cells a load acts on.
 fn extent(mesh: &Mesh, load: &Load) -> f64 {
     match load {
-        Load::Traction { faces, .. } | Load::Pressure { faces, .. } | Load::Force { faces, .. } => {
-            faces.iter().map(|&face| mesh.face_area(face as usize)).sum()
+        Load::Traction { faces, .. }
+        | Load::Pressure { faces, .. }
+        | Load::Force { faces, .. }
+        | Load::Resultant { faces, .. }
+        | Load::Hydrostatic { faces, .. } => faces.iter().map(|&face| mesh.face_area(face as usize)).sum(),
+        Load::Gravity { cells, .. } | Load::Rotation { cells, .. } | Load::Temperature { cells, .. } => {
+            cells.iter().map(|&cell| mesh.cell_volume(cell as usize)).sum()
         }
-        Load::Gravity { cells, .. } => cells.iter().map(|&cell| mesh.cell_volume(cell as usize)).sum(),
     }
 }

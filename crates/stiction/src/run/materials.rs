@@ -36,6 +36,9 @@ pub(super) fn materials(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<(Vec<Mate
         poisson: spec.poisson,
         density: spec.density,
         formulation: spec.formulation,
+        orthotropic: spec.orthotropic.clone(),
+        expansion: spec.expansion,
+        reference_temperature: spec.reference_temperature,
     };
     Ok((specs.iter().map(material).collect(), of_cell))
 }

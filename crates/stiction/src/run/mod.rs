@@ -6,6 +6,7 @@
 pub mod algebraic;
 mod axis;
 mod balance;
+mod bolts;
 mod check;
 mod check_steps;
 mod facts;
@@ -35,11 +36,12 @@ mod view;
 mod write;
 
 pub use balance::Balance;
+pub use bolts::{Bolt, BoltState, bolt_states};
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
-pub use facts::{ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts};
+pub use facts::{BoltFacts, ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
 pub use mesh::read_mesh;
-pub use moment::Acting;
+pub use moment::{Acting, Initial};
 pub use page::{REPORT, write_report};
 pub use prepare::{Prepared, prepare};
 pub use report::{departure, report, uniqueness};

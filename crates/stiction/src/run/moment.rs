@@ -1,10 +1,11 @@
 //! What acts at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
+use super::bolts::{Bolt, thermal_forces};
 use super::fields::{PointFrame, frames};
 use super::{Prepared, place};
 use crate::Error;
 use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
-use crate::fem::{DofMap, Field, Fix, Load, Solid, dof_map, external_forces};
+use crate::fem::{DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, initial_strain};
 use crate::io::case::{Case, Spot, StepSpec};
 use crate::mesh::v3::{dot, norm, scale, sub};
 
@@ -26,6 +27,26 @@ pub struct Acting {
     pub rest: Vec<f64>,
     /// How far each point had slid over its obstacle before the step that is posed, length, `2m`.
     pub slid: Vec<f64>,
+    /// Thermal strain now, and what tightened bolts do.
+    pub initial: Initial,
+    pub bolts: Vec<Bolt>,
+}
+
+/// Strain without stress, over unknowns and prescribed displacements; its forces are part of the loads as well.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Initial {
+    /// Newton, length `n`; empty where there is none.
+    pub load: Vec<f64>,
+    /// Length `p`.
+    pub support_load: Vec<f64>,
+    /// Energy of the strain itself.
+    pub energy: f64,
+    /// Mean strain of each cell; empty where there is none or it is not known.
+    pub strain: Vec<Voigt>,
+    /// Shortening of each bolt, length.
+    pub shortening: Vec<f64>,
+    /// Force through the cut of each bolt that the thermal strain of the cells beyond it causes while no node moves.
+    pub thermal_force: Vec<f64>,
 }
 
 impl Acting {
@@ -41,6 +62,8 @@ impl Acting {
             steps: case.steps.clone(),
             rest: Vec::new(),
             slid: Vec::new(),
+            initial: Initial::default(),
+            bolts: Vec::new(),
         }
     }
 
@@ -52,6 +75,11 @@ impl Acting {
         }
         self.slid = vec![0.0; 2 * problem.points()];
         self
+    }
+
+    /// Whether there is strain without stress.
+    pub(super) fn strains(&self) -> bool {
+        !self.bolts.is_empty() || self.loads.iter().any(|load| matches!(load, Load::Temperature { .. }))
     }
 
     /// Whether some obstacle moves.
@@ -72,6 +100,7 @@ pub(super) struct Moment {
     /// How far the obstacles have moved along the rows of `B`, length, `3m`; towards the body where it is negative in
     /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step.
     pub motion: Vec<f64>,
+    pub initial: Initial,
 }
 
 impl Moment {
@@ -79,7 +108,13 @@ impl Moment {
     pub fn start(prepared: &Prepared) -> Self {
         let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
         let p = prepared.model.dofs.prescribed.len();
-        Moment { load: vec![0.0; n], support_load: vec![0.0; p], displacement: vec![0.0; p], motion: vec![0.0; 3 * m] }
+        Moment {
+            load: vec![0.0; n],
+            support_load: vec![0.0; p],
+            displacement: vec![0.0; p],
+            motion: vec![0.0; 3 * m],
+            initial: Initial::default(),
+        }
     }
 }
 
@@ -92,7 +127,13 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
     let Prepared { mesh, materials, material_of_cell, model, acting, .. } = prepared;
     let solid = Solid { mesh, materials, material_of_cell };
     let mut force = vec![0.0; 3 * mesh.nodes.len()];
+    let mut strained: Option<InitialStrain> = None;
     for (load, spot) in acting.loads.iter().zip(&acting.load_spots) {
+        if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
+            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
+            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
+            continue;
+        }
         let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
         force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
     }
@@ -102,13 +143,27 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
     })?;
     let motion = motion(prepared, &dofs, t)?;
     refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
-    let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
-    Ok(Moment {
-        load: at(&model.dofs.free),
-        support_load: at(&model.dofs.prescribed),
-        displacement: dofs.value,
-        motion,
-    })
+    let at_both = |force: &[f64]| {
+        let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
+        [at(&model.dofs.free), at(&model.dofs.prescribed)]
+    };
+    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, force, energy }| {
+        let [load, support_load] = at_both(&force);
+        let thermal_force = thermal_forces(&solid, &acting.bolts, &strain);
+        Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
+    });
+    let [load, support_load] = at_both(&force);
+    Ok(Moment { load, support_load, displacement: dofs.value, motion, initial })
+}
+
+/// Strains of different cells.
+fn added(mut sum: InitialStrain, more: InitialStrain) -> InitialStrain {
+    sum.energy += more.energy;
+    sum.force.iter_mut().zip(&more.force).for_each(|(a, b)| *a += b);
+    for (a, b) in sum.strain.iter_mut().zip(&more.strain) {
+        (0..6).for_each(|k| a[k] += b[k]);
+    }
+    sum
 }
 
 fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
@@ -213,6 +268,7 @@ pub(super) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
     problem.slip_reference = offset.split_off(m);
     problem.gap = offset;
     acting.slid = slid.to_vec();
+    acting.initial.clone_from(&moment.initial);
     let demanded = model.support_stiffness.transpose_times(&moment.displacement);
     problem.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     model.load.clone_from(&problem.f);

@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use super::axis::Position;
+use super::bolts::{bolts, tightened};
 use super::facts::{ContactFacts, Facts, MaterialFacts};
-use super::loads::{end, fixes, held_by_contact, loads};
+use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::moment::{Acting, apply, moment};
 use super::nested::{Coarser, coarser};
 use super::solve::multigrid_first;
@@ -12,7 +13,7 @@ use super::{materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
-use crate::fem::{FeModel, Material, Solid, assemble, notes};
+use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, Spot};
 use crate::mesh::{Mesh, MeshNotes, info};
 
@@ -56,13 +57,17 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
     let (fixes, fix_facts) = fixes(&mesh, case)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
+    one_temperature(&mesh, &loads, &case.loads)?;
+    let (springs, spring_facts) = springs(&mesh, &case.springs)?;
     let mut model = assemble(&solid, &loads, &fixes, end(case))?;
+    add_springs(&mesh, &springs, &mut model)?;
     let assembled = start.elapsed().as_secs_f64();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
-    let acting = Acting::new(case, loads, fixes).posed(&problem);
+    let (bolts, bolt_facts) = bolts(&solid, case, end(case))?;
+    let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
@@ -80,7 +85,9 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         mesh: info(&mesh),
         materials: material_facts(&solid),
         fixes: fix_facts,
+        springs: spring_facts,
         loads: load_facts,
+        bolts: bolt_facts,
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
@@ -110,10 +117,11 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         moment(&prepared, t)?;
     }
-    if prepared.acting.moves() {
+    if prepared.acting.moves() || prepared.acting.strains() {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
-        let moment = moment(&prepared, end(case))?;
-        apply(&mut prepared, &moment, &unslid);
+        let last = moment(&prepared, end(case))?;
+        let last = tightened(&prepared, last, &prepared.acting.given_shortening(end(case))?);
+        apply(&mut prepared, &last, &unslid);
     }
     Ok(prepared)
 }
@@ -157,7 +165,8 @@ fn material_facts(solid: &Solid) -> Vec<MaterialFacts> {
         let cells = (0..solid.mesh.cell_count()).filter(|&cell| solid.material_of_cell[cell] as usize == number);
         let (count, volume) = cells.fold((0, 0.0), |(n, v), cell| (n + 1, v + solid.mesh.cell_volume(cell)));
         let Material { name, young, poisson, density, .. } = m.clone();
-        MaterialFacts { name, young, poisson, density, cells: count, volume }
+        let orthotropic = m.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
+        MaterialFacts { name, young, poisson, orthotropic, density, cells: count, volume }
     };
     solid.materials.iter().enumerate().map(fact).collect()
 }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::fields::surfaces;
 use super::summary::{largest_displacement, path};
-use super::{Outcome, Path, Prepared, Totals, method_text, pair_totals, totals};
+use super::{Outcome, Path, Prepared, Totals, bolt_states, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
 use crate::contact::equilibrium::{in_words, no_equilibrium};
 use crate::contact::rigid::rigid_motions;
@@ -55,6 +55,12 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
         if several {
             contact(&mut line, "all pairs: ", &totals(prepared, outcome));
         }
+    }
+    for bolt in bolt_states(prepared, outcome) {
+        line(
+            "bolt",
+            format!("\"{}\": force {}, shortening {}", bolt.name, number(bolt.force), number(bolt.shortening)),
+        );
     }
     for warning in far_slides(prepared, outcome) {
         line("note", warning);

@@ -254,6 +254,10 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
+    if let Some(bolt) = prepared.acting.bolts.iter().find(|bolt| bolt.is_by_force()) {
+        let what = format!("bolt \"{}\" is tightened by force, which takes load steps", bolt.name);
+        return Err(bolt.spot.error(what, "solve the steps of the case (`solve_steps`), or give its shortening"));
+    }
     let mut kept = Kept::default();
     let mut outcome = solve_again(prepared, settings, &mut kept, observer)?;
     let [mesh, assembly, contact] = prepared.seconds;

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::axis::Position;
 use super::balance::{Balance, BodyState, balance};
+use super::bolts::{BoltSearch, bolt_states, tightened};
 use super::moment::{Moment, apply, moment, slid};
 use super::solve::{Kept, solve_again, uniqueness_facts};
 use super::{Event, Outcome, Path, Prepared, Seconds, Settings, StepLine, summary, totals};
@@ -95,9 +96,7 @@ pub fn solve_steps(
             interrupted = true;
             break;
         }
-        let moment = moment(prepared, t)?;
-        apply(prepared, &moment, &march.slid);
-        let outcome = attempt(prepared, settings, &mut march, t, &mut kept, observer)?;
+        let (moment, outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -147,7 +146,11 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
-    let moment = moment(prepared, last.t)?;
+    if last.shortening.len() != prepared.acting.bolts.len() {
+        let what = "the last finished step has other bolts than the case";
+        return Err(Error::new("", what, "solve the case from its beginning"));
+    }
+    let moment = tightened(prepared, moment(prepared, last.t)?, &last.shortening);
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &moment, &unslid);
     prepared.problem.slip_reference.clone_from(&last.slip_reference);
@@ -181,12 +184,49 @@ fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: 
     Outcome::new(solution, settings, path)
 }
 
-/// Solves the step from where the last ones lead, and if that fails from zero.
+/// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)
+/// for the shortenings: the force through a cut grows with them, at most by the stiffness of its cells, and in proportion
+/// as long as no point changes its state.
+fn tighten(
+    prepared: &mut Prepared,
+    settings: &Settings,
+    march: &mut March,
+    kept: &mut Kept,
+    t: f64,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<(Moment, Outcome), Error> {
+    let base = moment(prepared, t)?;
+    let targets = prepared.acting.targets(march.at.step, t)?;
+    let before = &march.body.moment.initial.shortening;
+    let mut search = BoltSearch::new(&prepared.acting.bolts, &targets, before, settings.solver.tolerance);
+    let mut from = None;
+    let mut spent = Seconds::default();
+    loop {
+        let moment = tightened(prepared, base.clone(), &search.shortening);
+        apply(prepared, &moment, &march.slid);
+        let start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
+        let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
+        spent.add(&outcome.seconds);
+        let solved = matches!(outcome.solution.status, Status::Solved | Status::Uncertified);
+        let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
+        let found = search.next(&forces);
+        if !solved || found.is_break() {
+            if solved && found == ControlFlow::Break(false) {
+                outcome.solution.status = Status::Stalled;
+            }
+            outcome.seconds = spent;
+            return Ok((moment, outcome));
+        }
+        from = Some((outcome.solution.lambda, outcome.solution.u));
+    }
+}
+
+/// Solves the step from the multipliers and displacements given, and if that fails from zero.
 fn attempt(
     prepared: &Prepared,
     settings: &Settings,
     march: &mut March,
-    t: f64,
+    from: &(Vec<f64>, Vec<f64>),
     kept: &mut Kept,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
@@ -195,9 +235,8 @@ fn attempt(
         ..settings.clone()
     };
     march.attempts += 1;
-    if march.body.lambda.iter().any(|&x| x != 0.0) {
-        let (lambda, u) = predicted(prepared, march, t);
-        let warm = solve_again(prepared, &with(Some(lambda), Some(u)), kept, observer)?;
+    if from.0.iter().any(|&x| x != 0.0) {
+        let warm = solve_again(prepared, &with(Some(from.0.clone()), Some(from.1.clone())), kept, observer)?;
         if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
             return Ok(warm);
         }
@@ -294,6 +333,9 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         support_load: body.moment.support_load.clone(),
         support_free_load: body.moment.load.clone(),
         support_displacement: body.moment.displacement.clone(),
+        initial_load: [body.moment.initial.load.as_slice(), &body.moment.initial.support_load].concat(),
+        initial_energy: body.moment.initial.energy,
+        shortening: body.moment.initial.shortening.clone(),
         u: body.u.clone(),
         lambda: body.lambda.clone(),
         states: outcome.solution.states.iter().map(code).collect(),

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::balance::Balance;
 use super::report::{departure, report};
 use super::write::Origin;
-use super::{Outcome, Path, Prepared, Totals, fields, method_text, pair_totals, totals};
+use super::{BoltState, Outcome, Path, Prepared, Totals, bolt_states, fields, method_text, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate};
 use crate::friction::Status;
 use crate::linalg::Csr;
@@ -82,6 +82,7 @@ pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Valu
         "contact": contact(&totals(prepared, outcome)),
         "pairs": pair_totals(prepared, outcome).into_iter().map(with_names).collect::<Vec<_>>(),
         "bodies": solution.certificate.bodies.iter().map(body).collect::<Vec<_>>(),
+        "bolts": bolt_states(prepared, outcome).iter().map(bolt).collect::<Vec<_>>(),
         "displacement_max": largest_displacement(prepared, outcome).0,
         "energy": energy(prepared, outcome),
         "reaction": reaction(prepared, outcome),
@@ -185,6 +186,10 @@ fn body(body: &BodyBalance) -> Value {
     })
 }
 
+fn bolt(bolt: &BoltState) -> Value {
+    json!({ "name": bolt.name, "force": bolt.force, "shortening": bolt.shortening })
+}
+
 fn contact(t: &Totals) -> Map<String, Value> {
     let entries = [
         ("points", json!(t.points)),
@@ -218,7 +223,8 @@ pub(super) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
 fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
     let (problem, u) = (&prepared.problem, &outcome.solution.u);
     let unknowns = potential(&problem.K, &problem.f, u);
-    unknowns + problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own, &s.load, &s.displacement))
+    let supports = problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own, &s.load, &s.displacement));
+    unknowns + supports + prepared.acting.initial.energy
 }
 
 /// `1/2 u'Ku - f'u`.

@@ -75,7 +75,8 @@ impl Case {
     pub fn assemble(&self) -> FeModel {
         let (young, poisson) = (self.young, self.poisson);
         let formulation = Formulation::Full;
-        let materials = [Material { name: "elastic".into(), young, poisson, density: 0.0, formulation }];
+        let materials =
+            [Material { name: "elastic".into(), young, poisson, density: 0.0, formulation, ..Material::default() }];
         let material_of_cell = vec![0; self.mesh.cell_count()];
         let solid = Solid { mesh: &self.mesh, materials: &materials, material_of_cell: &material_of_cell };
         assemble(&solid, &self.loads, &self.fixes, 1.0).unwrap()

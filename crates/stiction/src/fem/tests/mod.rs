@@ -44,7 +44,8 @@ fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
             }
         }
     }
-    let mut mesh = Mesh { nodes, cells: vec![Cells { kind, nodes: list }], faces: vec![], groups: vec![] };
+    let mut mesh =
+        Mesh { nodes, cells: vec![Cells { kind, nodes: list }], faces: vec![], groups: vec![], arrays: vec![] };
     if kind == CellKind::Tet4 {
         for tet in mesh.cells[0].nodes.chunks_exact_mut(4) {
             let [a, b, c, d]: [[f64; 3]; 4] = std::array::from_fn(|i| mesh.nodes[tet[i] as usize]);
@@ -87,7 +88,7 @@ fn distort(mesh: &mut Mesh, amount: f64) {
 }
 
 fn material(young: f64, poisson: f64) -> Material {
-    Material { name: "m".into(), young, poisson, density: 1.0, formulation: Formulation::Auto }
+    Material { name: "m".into(), young, poisson, density: 1.0, formulation: Formulation::Auto, ..Material::default() }
 }
 
 fn function(f: impl Fn([f64; 3]) -> f64 + Send + Sync + 'static) -> Field {

@@ -28,7 +28,9 @@ impl Check<'_> {
     }
 
     fn table(&self, node: &Node, rules: &'static Rules, label: &str) -> Result<(), Error> {
-        let choices = || node.entries().iter().filter(|e| rules.one_of.contains(&e.key.as_str()));
+        let joins = |name: &str| rules.key(name).is_some_and(|key| node.get(key.beside).is_some());
+        let choice = |name: &str| rules.one_of.contains(&name) && !joins(name);
+        let choices = || node.entries().iter().filter(|e| choice(&e.key));
         if let (Some(first), Some(second)) = (choices().next(), choices().nth(1)) {
             let what = format!("{label} has both `{}` and `{}`", first.key, second.key);
             return Err(self.error(&second.key_at, what, format!("keep one of {}", rules.one_of.join(", "))));
@@ -37,9 +39,6 @@ impl Check<'_> {
             let Some(key) = rules.key(&entry.key) else {
                 return Err(self.unknown(&entry.key_at, &entry.key, rules, label));
             };
-            if let Kind::Absent { what, remedy } = key.kind {
-                return Err(self.error(&entry.key_at, what.into(), remedy));
-            }
             self.value(&entry.node, &key.kind, Context { key, label: key.name })?;
         }
         if let Some(key) = rules.keys.iter().find(|key| key.required && node.get(key.name).is_none()) {
@@ -55,8 +54,7 @@ impl Check<'_> {
     }
 
     fn unknown(&self, at: &At, name: &str, rules: &'static Rules, label: &str) -> Error {
-        let valid: Vec<_> =
-            rules.keys.iter().filter(|k| !matches!(k.kind, Kind::Absent { .. })).map(|k| k.name).collect();
+        let valid: Vec<_> = rules.keys.iter().map(|k| k.name).collect();
         let shown: String = name.chars().take(40).collect();
         let guess = nearest(name, valid.iter().copied()).map_or(String::new(), |g| format!("did you mean `{g}`? "));
         self.error(
@@ -212,7 +210,6 @@ fn fits(kind: &Kind, node: &Node) -> bool {
         Kind::List { .. } | Kind::Tables(_) => matches!(node.value, Value::List(_)),
         Kind::Table(_) | Kind::Named(_) => matches!(node.value, Value::Table(_)),
         Kind::Either(kinds) => kinds.iter().any(|kind| fits(kind, node)),
-        Kind::Absent { .. } => true,
     }
 }
 
@@ -245,7 +242,7 @@ mod tests {
                 let source = Source { name: "spec", text: key.example, overrides: &[] };
                 let check = Check { source: &source };
                 let example = parse(&source).unwrap_or_else(|e| panic!("{e}"));
-                if !key.example.starts_with('[') && !matches!(key.kind, Kind::Absent { .. }) {
+                if !key.example.starts_with('[') {
                     let value = example.get(key.name).unwrap_or_else(|| panic!("{}", key.example));
                     check.value(value, &key.kind, context).unwrap_or_else(|e| panic!("{e}"));
                     count += 1;

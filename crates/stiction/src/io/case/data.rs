@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, SurfaceFriction};
-use crate::fem::{Field, Formulation};
+use crate::fem::{Field, Formulation, Orthotropic, Voigt};
 use crate::friction::{Method, MethodSettings};
 use crate::mesh::{Block, Ring, Turn};
 
@@ -19,7 +19,9 @@ pub struct Case {
     /// At least one.
     pub materials: Vec<MaterialSpec>,
     pub fixes: Vec<FixSpec>,
+    pub springs: Vec<SpringSpec>,
     pub loads: Vec<LoadSpec>,
+    pub bolts: Vec<BoltSpec>,
     pub contacts: Vec<ContactSpec>,
     pub solver: SolverSpec,
     /// In the order of their times; empty for a single static problem.
@@ -69,14 +71,18 @@ pub enum MeshSource {
     Parts(Vec<(String, MeshSpec)>),
 }
 
-/// An isotropic linear elastic material.
+/// A linear elastic material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialSpec {
     pub name: String,
-    /// Young's modulus, stress, > 0.
+    /// Young's modulus, stress, > 0; the mean of three if orthotropic.
     pub young: f64,
-    /// Poisson's ratio, in (-1, 0.5).
+    /// Poisson's ratio, in (-1, 0.5); 0 if orthotropic.
     pub poisson: f64,
+    pub orthotropic: Option<Box<Orthotropic>>,
+    /// Thermal strain for each unit of temperature, along the axes of the mesh; `None` if not given.
+    pub expansion: Option<Voigt>,
+    pub reference_temperature: f64,
     /// Mass per volume, >= 0.
     pub density: f64,
     pub formulation: Formulation,
@@ -100,15 +106,27 @@ pub enum Region {
 #[derive(Debug, Clone)]
 pub struct FixSpec {
     pub on: Region,
-    /// Length; `None` leaves the component free.
+    /// Length; `None` leaves the component free. Of a symmetry plane all are `None`: its normal decides.
     pub value: [Option<Field>; 3],
+    /// Whether the faces are a plane of symmetry.
+    pub symmetry: bool,
+    pub spot: Spot,
+}
+
+/// An elastic foundation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringSpec {
+    pub on: Region,
+    /// Stiffness per area along the normal and across it, force per length³, >= 0, one of them positive.
+    pub normal: f64,
+    pub tangential: f64,
     pub spot: Spot,
 }
 
 /// A load.
 #[derive(Debug, Clone)]
 pub struct LoadSpec {
-    /// `None` is the whole body, possible only for gravity.
+    /// `None` is the whole body, possible only for loads on cells.
     pub on: Option<Region>,
     pub kind: LoadKind,
     pub spot: Spot,
@@ -122,8 +140,52 @@ pub enum LoadKind {
     Pressure(Field),
     /// Total force, spread evenly over the area; depends on time only.
     Force([Field; 3]),
+    /// Total force and moment about a point, by default the centroid of the faces; they depend on time only.
+    Resultant { force: [Field; 3], moment: [Field; 3], about: Option<[f64; 3]> },
+    /// Pressure of a liquid: force per volume, the level along the unit vector `up`, which depends on time only.
+    Hydrostatic { weight: f64, level: Field, up: [f64; 3] },
     /// Acceleration.
     Gravity([Field; 3]),
+    /// Unit axis, a point of it, and radians per time, which depend on time only.
+    Rotation { axis: [f64; 3], point: [f64; 3], speed: Field },
+    /// Temperature.
+    Temperature(Field),
+    /// Temperature at the nodes by the name of an array of the mesh file, and the part of the way to it, which depends on
+    /// time only.
+    TemperatureArray { name: String, ramp: Field, spot: Spot },
+}
+
+impl LoadKind {
+    /// Whether it acts on cells, and everywhere if no region is given.
+    pub fn on_cells(&self) -> bool {
+        use LoadKind::{Gravity, Rotation, Temperature, TemperatureArray};
+        matches!(self, Gravity(_) | Rotation { .. } | Temperature(_) | TemperatureArray { .. })
+    }
+}
+
+/// A bolt that is tightened.
+#[derive(Debug, Clone)]
+pub struct BoltSpec {
+    pub name: String,
+    /// Faces between cells, or cells; never a point.
+    pub on: Region,
+    /// Of unit length.
+    pub axis: Option<[f64; 3]>,
+    /// Length.
+    pub point: Option<[f64; 3]>,
+    pub by: Tightening,
+    /// The step after which the shortening stays, by its place in `Case::steps`.
+    pub lock: Option<usize>,
+    pub spot: Spot,
+}
+
+/// What is prescribed of a bolt; depends on time only.
+#[derive(Debug, Clone)]
+pub enum Tightening {
+    /// Tension.
+    Force(Field),
+    /// Length.
+    Shortening(Field),
 }
 
 /// A surface that may touch a rigid obstacle or another surface.

@@ -31,11 +31,6 @@ pub(super) enum Kind {
     Named(&'static Rules),
     /// The first of these whose TOML type fits.
     Either(&'static [Kind]),
-    /// Known, but refused: what to say, and the remedy.
-    Absent {
-        what: &'static str,
-        remedy: &'static str,
-    },
 }
 
 /// The keys of a table.
@@ -65,10 +60,12 @@ pub(super) struct Key {
     pub default: &'static str,
     /// Empty for pure numbers and texts.
     pub unit: &'static str,
+    /// A key of `Rules::one_of` beside which this one of them may stand; empty if there is none.
+    pub beside: &'static str,
 }
 
 pub(super) const fn key(name: &'static str, kind: Kind, example: &'static str, doc: &'static str) -> Key {
-    Key { name, kind, doc, example, required: false, default: "", unit: "" }
+    Key { name, kind, doc, example, required: false, default: "", unit: "", beside: "" }
 }
 
 impl Key {
@@ -78,6 +75,10 @@ impl Key {
 
     pub const fn default(self, default: &'static str) -> Self {
         Key { default, ..self }
+    }
+
+    pub const fn beside(self, beside: &'static str) -> Self {
+        Key { beside, ..self }
     }
 
     pub const fn unit(self, unit: &'static str) -> Self {
@@ -157,13 +158,7 @@ impl Kind {
             }
             Kind::Tables(_) => "a list of tables".into(),
             Kind::Named(_) => "a table of tables".into(),
-            Kind::Either(kinds) => kinds
-                .iter()
-                .filter(|kind| !matches!(kind, Kind::Absent { .. }))
-                .map(Kind::describe)
-                .collect::<Vec<_>>()
-                .join(", or "),
-            Kind::Absent { .. } => "nothing".into(),
+            Kind::Either(kinds) => kinds.iter().map(Kind::describe).collect::<Vec<_>>().join(", or "),
         }
     }
 }

@@ -9,6 +9,7 @@ mod data;
 mod kind;
 mod nearest;
 mod read_body;
+mod read_bolt;
 mod read_contact;
 mod read_mesh;
 mod read_region;
@@ -71,16 +72,20 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
     let case = View { source: &source, rules: &spec::CASE, node: &root };
     let contacts = read_contact::contacts(&case)?;
     let solver = read_solver::solver(&case, &contacts)?;
+    let mut steps = read_step::steps(&case)?;
+    let bolts = read_bolt::bolts(&case, &mut steps)?;
     let case = Case {
         title: title(&case),
         units: case.given("units").map(|_| case.text("units")),
         mesh: read_mesh::mesh(&case, folder)?,
         materials: read_mesh::materials(&case)?,
         fixes: each(&case, "fix", read_body::fix)?,
+        springs: each(&case, "spring", read_body::spring)?,
         loads: each(&case, "load", read_body::load)?,
+        bolts,
         contacts,
         solver,
-        steps: read_step::steps(&case)?,
+        steps,
     };
     weighs_something(&case)?;
     Ok(case)
@@ -97,13 +102,19 @@ fn title(case: &View) -> String {
     }
 }
 
-/// Gravity on bodies without mass does nothing, which nobody means.
+/// Gravity or rotation of bodies without mass does nothing, which nobody means.
 fn weighs_something(case: &Case) -> Result<(), Error> {
-    let gravity = case.loads.iter().find(|load| matches!(load.kind, LoadKind::Gravity(_)));
-    match gravity {
-        Some(load) if case.materials.iter().all(|m| m.density == 0.0) => Err(load
-            .spot
-            .error("gravity acts on nothing: no material has a density", "add density = ... to a material")),
+    let name = |load: &LoadSpec| match load.kind {
+        LoadKind::Gravity(_) => Some("gravity"),
+        LoadKind::Rotation { .. } => Some("rotation"),
+        _ => None,
+    };
+    let on_mass = case.loads.iter().find_map(|load| name(load).map(|name| (load, name)));
+    match on_mass {
+        Some((load, name)) if case.materials.iter().all(|m| m.density == 0.0) => {
+            let what = format!("{name} acts on nothing: no material has a density");
+            Err(load.spot.error(what, "add density = ... to a material"))
+        }
         _ => Ok(()),
     }
 }

@@ -1,6 +1,7 @@
-//! `[[fix]]` and `[[load]]`: what acts on the body.
+//! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{FixSpec, LoadKind, LoadSpec, Region};
+use super::data::{FixSpec, LoadKind, LoadSpec, Region, SpringSpec};
+use super::read_contact::direction;
 use super::read_region::{extended_region, region};
 use super::source::At;
 use super::tree::{Node, Value};
@@ -11,6 +12,9 @@ use crate::io::expression::{VARIABLES, compile};
 
 /// One `[[fix]]`.
 pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
+    if table.given("condition").is_some() {
+        return symmetry(table);
+    }
     let components = components(table)?;
     let names = || components.iter().map(|&c| VARIABLES[c]).collect::<Vec<_>>().join(", ");
     let mut value = [None, None, None];
@@ -32,7 +36,31 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
         }
     }
     let on = region(table)?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value, spot: table.spot() })
+    Ok(FixSpec { on, value, symmetry: false, spot: table.spot() })
+}
+
+/// A plane of symmetry; which component it holds, the faces will say.
+fn symmetry(table: &View) -> Result<FixSpec, Error> {
+    for key in ["components", "value"] {
+        if table.given(key).is_some() {
+            let what =
+                format!("`{key}` stands beside condition = \"symmetry\", which holds the normal of the faces at zero");
+            return Err(table.error(key, what, format!("take `{key}` out, or `condition`")));
+        }
+    }
+    let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
+    Ok(FixSpec { on, value: [None, None, None], symmetry: true, spot: table.spot() })
+}
+
+/// One `[[spring]]`.
+pub(super) fn spring(table: &View) -> Result<SpringSpec, Error> {
+    let (normal, tangential) = (table.number("normal"), table.number("tangential"));
+    if normal + tangential == 0.0 {
+        let what = "this [[spring]] has no stiffness";
+        return Err(table.error("", what, "add normal = 5e7, tangential = 1e7, or both"));
+    }
+    let on = extended_region(table, "a spring")?.unwrap_or(Region::Groups(Vec::new()));
+    Ok(SpringSpec { on, normal, tangential, spot: table.spot() })
 }
 
 /// The components named, in their order.
@@ -56,23 +84,63 @@ fn components(table: &View) -> Result<Vec<usize>, Error> {
 
 /// One `[[load]]`.
 pub(super) fn load(table: &View) -> Result<LoadSpec, Error> {
-    let (key, kind) = if let Some(node) = table.given("traction") {
-        ("traction", LoadKind::Traction(fields(table, node, &VARIABLES)?))
-    } else if let Some(node) = table.given("pressure") {
-        ("pressure", LoadKind::Pressure(field(table, node, &VARIABLES)?))
-    } else if let Some(node) = table.given("force") {
-        // A total has no position.
-        ("force", LoadKind::Force(fields(table, node, &["t"])?))
-    } else if let Some(node) = table.given("gravity") {
-        ("gravity", LoadKind::Gravity(fields(table, node, &VARIABLES)?))
-    } else {
-        return Err(table.error("", "this [[load]] has no value", "add a traction, pressure, force or gravity"));
-    };
+    let (key, kind) = load_kind(table)?;
+    if table.given("about").is_some() && !["force", "moment"].contains(&key) {
+        let what = format!("`about` is for a force or a moment, but the load is a {key}");
+        return Err(table.error("about", what, "take `about` out"));
+    }
     let on = extended_region(table, key)?;
-    if on.is_none() && key != "gravity" {
+    if on.is_none() && !kind.on_cells() {
         return Err(table.error(key, format!("this {key} does not say where it acts"), "add on = \"z-max\""));
     }
     Ok(LoadSpec { on, kind, spot: table.spot() })
+}
+
+/// The value of a load and the key it stands under.
+fn load_kind(table: &View) -> Result<(&'static str, LoadKind), Error> {
+    // A total has no position.
+    let total = |key: &str| match table.given(key) {
+        Some(node) => fields(table, node, &["t"]),
+        None => Ok([Field::Constant(0.0), Field::Constant(0.0), Field::Constant(0.0)]),
+    };
+    Ok(if let Some(node) = table.given("traction") {
+        ("traction", LoadKind::Traction(fields(table, node, &VARIABLES)?))
+    } else if let Some(node) = table.given("pressure") {
+        ("pressure", LoadKind::Pressure(field(table, node, &VARIABLES)?))
+    } else if table.given("moment").is_some() || table.given("about").is_some() && table.given("force").is_some() {
+        let about = table.given("about").map(|_| table.vector("about"));
+        let key = if table.given("force").is_some() { "force" } else { "moment" };
+        (key, LoadKind::Resultant { force: total("force")?, moment: total("moment")?, about })
+    } else if table.given("force").is_some() {
+        ("force", LoadKind::Force(total("force")?))
+    } else if let Some(liquid) = table.table("hydrostatic") {
+        let (weight, up) = (liquid.number("weight"), direction(&liquid, "up")?);
+        ("hydrostatic", LoadKind::Hydrostatic { weight, level: of_time(&liquid, "level")?, up })
+    } else if let Some(node) = table.given("gravity") {
+        ("gravity", LoadKind::Gravity(fields(table, node, &VARIABLES)?))
+    } else if let Some(turn) = table.table("rotation") {
+        let (axis, point) = (direction(&turn, "axis")?, turn.vector("point"));
+        ("rotation", LoadKind::Rotation { axis, point, speed: of_time(&turn, "speed")? })
+    } else if let Some(node) = table.given("temperature") {
+        ("temperature", temperature(table, node)?)
+    } else {
+        return Err(table.error("", "this [[load]] has no value", "add a traction, pressure, force or gravity"));
+    })
+}
+
+fn temperature(table: &View, node: &Node) -> Result<LoadKind, Error> {
+    match table.table("temperature").filter(|_| !node.entries().is_empty()) {
+        Some(array) => {
+            let (name, spot) = (array.text("array"), array.source.spot(&node.at));
+            Ok(LoadKind::TemperatureArray { name, ramp: of_time(&array, "ramp")?, spot })
+        }
+        None => Ok(LoadKind::Temperature(field(table, node, &VARIABLES)?)),
+    }
+}
+
+/// A number or an expression in t, 1 if it is not given.
+pub(super) fn of_time(table: &View, key: &str) -> Result<Field, Error> {
+    table.given(key).map_or(Ok(Field::Constant(1.0)), |node| field(table, node, &["t"]))
 }
 
 pub(super) fn fields(table: &View, node: &Node, allowed: &[&str]) -> Result<[Field; 3], Error> {

@@ -7,7 +7,7 @@ use super::read_contact::direction;
 use super::read_region::groups;
 use super::view::View;
 use crate::Error;
-use crate::fem::Formulation;
+use crate::fem::{Formulation, Orthotropic, Voigt, frame, strain_along};
 use crate::mesh::{Block, BlockElement, Ring, Turn};
 
 /// The mesh; relative paths start at `folder`.
@@ -125,16 +125,28 @@ pub(super) fn materials(case: &View) -> Result<Vec<MaterialSpec>, Error> {
             let what = format!("material {name:?} does not say where it is, and there are {} materials", tables.len());
             return Err(table.error("on", what, "add on = \"volume-group\", or a list of groups, to each of them"));
         }
-        materials.push(material(name, table));
+        materials.push(material(name, table)?);
     }
     Ok(materials)
 }
 
-fn material(name: &str, table: &View) -> MaterialSpec {
-    MaterialSpec {
+fn material(name: &str, table: &View) -> Result<MaterialSpec, Error> {
+    let orthotropic = orthotropic(table)?;
+    let (young, poisson) = match &orthotropic {
+        Some(it) => (it.young.iter().sum::<f64>() / 3.0, 0.0),
+        None => (table.number("young"), table.number("poisson")),
+    };
+    if orthotropic.is_some() && table.text("formulation") == "b-bar" {
+        let what = "`formulation = \"b-bar\"` is for isotropic materials, and this one is orthotropic";
+        return Err(table.error("formulation", what, "take `formulation` out"));
+    }
+    Ok(MaterialSpec {
         name: name.into(),
-        young: table.number("young"),
-        poisson: table.number("poisson"),
+        young,
+        poisson,
+        orthotropic: orthotropic.map(Box::new),
+        expansion: expansion(table)?,
+        reference_temperature: table.number("reference_temperature"),
         density: table.number("density"),
         formulation: match table.text("formulation").as_str() {
             "full" => Formulation::Full,
@@ -143,5 +155,49 @@ fn material(name: &str, table: &View) -> MaterialSpec {
         },
         on: table.given("on").map(|node| groups(table.source, node)),
         spot: table.spot(),
+    })
+}
+
+/// The constants of an orthotropic material, if one of them has three values.
+fn orthotropic(table: &View) -> Result<Option<Orthotropic>, Error> {
+    let three = |key: &str| table.given(key).is_some_and(|node| node.number().is_none());
+    if !["young", "poisson", "shear"].into_iter().any(three) {
+        return match table.given("axes") {
+            Some(_) if !three("expansion") => {
+                let what =
+                    "`axes` is for a material that depends on the direction, but all constants are single numbers";
+                Err(table.error("axes", what, "take `axes` out, or give young, poisson and shear three values each"))
+            }
+            _ => Ok(None),
+        };
+    }
+    for (key, example) in
+        [("young", "[11e9, 0.9e9, 0.5e9]"), ("poisson", "[0.4, 0.4, 0.3]"), ("shear", "[0.7e9, 0.6e9, 0.06e9]")]
+    {
+        if !three(key) {
+            let what = format!("an orthotropic material needs three values of `{key}`");
+            return Err(table.error(key, what, format!("write for instance {key} = {example}")));
+        }
+    }
+    let [young, poisson, shear] = ["young", "poisson", "shear"].map(|key| table.vector(key));
+    axes(table)?;
+    let refused = |what| {
+        let remedy =
+            "check the order [nu12, nu13, nu23]: nu12 = -strain 2 / strain 1 under tension along 1; nu12/E1 = nu21/E2";
+        table.error("poisson", what, remedy)
+    };
+    Orthotropic::new(young, poisson, shear, table.vectors("axes")).map(Some).map_err(refused)
+}
+
+/// The material's own axes.
+fn axes(table: &View) -> Result<[[f64; 3]; 3], Error> {
+    frame(table.vectors("axes")).map_err(|what| table.error("axes", what, "give two directions that are not parallel"))
+}
+
+fn expansion(table: &View) -> Result<Option<Voigt>, Error> {
+    let Some(node) = table.given("expansion") else { return Ok(None) };
+    match node.number() {
+        Some(a) => Ok(Some([a, a, a, 0.0, 0.0, 0.0])),
+        None => Ok(Some(strain_along(&axes(table)?, table.vector("expansion")))),
     }
 }

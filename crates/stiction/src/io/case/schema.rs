@@ -18,7 +18,7 @@ pub fn schema() -> Value {
 }
 
 fn table(rules: &Rules) -> Map<String, Value> {
-    let keys = || rules.keys.iter().filter(|key| !matches!(key.kind, Kind::Absent { .. }));
+    let keys = || rules.keys.iter();
     let properties: Map<_, _> = keys().map(|key| (key.name.to_string(), property(key))).collect();
     let required: Vec<_> = keys().filter(|key| key.required).map(|key| key.name).collect();
     let mut schema = Map::new();
@@ -30,7 +30,11 @@ fn table(rules: &Rules) -> Map<String, Value> {
         schema.insert("required".into(), json!(required));
     }
     if !rules.one_of.is_empty() {
-        let choices: Vec<_> = rules.one_of.iter().map(|name| json!({ "required": [name] })).collect();
+        let choice = |name: &&str| match rules.key(name).map_or("", |key| key.beside) {
+            "" => json!({ "required": [name] }),
+            other => json!({ "required": [name], "not": { "required": [other] } }),
+        };
+        let choices: Vec<_> = rules.one_of.iter().map(choice).collect();
         schema.insert("oneOf".into(), json!(choices));
     }
     schema
@@ -69,10 +73,8 @@ fn kind(kind: &Kind) -> Map<String, Value> {
         Kind::Tables(rules) => json!({ "type": "array", "items": table(rules) }),
         Kind::Named(rules) => json!({ "type": "object", "additionalProperties": table(rules), "minProperties": 1 }),
         Kind::Either(kinds) => {
-            let allowed = kinds.iter().filter(|k| !matches!(k, Kind::Absent { .. }));
-            json!({ "anyOf": allowed.map(self::kind).collect::<Vec<_>>() })
+            json!({ "anyOf": kinds.iter().map(self::kind).collect::<Vec<_>>() })
         }
-        Kind::Absent { .. } => json!({}),
     };
     match schema {
         Value::Object(map) => map,

@@ -50,6 +50,12 @@ impl<'a> View<'a> {
         vector(&self.get(key))
     }
 
+    /// A list of two vectors.
+    pub fn vectors(&self, key: &str) -> [[f64; 3]; 2] {
+        let node = self.get(key);
+        std::array::from_fn(|i| node.items().get(i).map_or([f64::NAN; 3], vector))
+    }
+
     /// A whole number, known to be >= 0.
     pub fn count(&self, key: &str) -> usize {
         count(&self.get(key))

@@ -6,7 +6,7 @@ use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
 use crate::Error;
-use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
+use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build};
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
@@ -42,10 +42,11 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let mut groups = cell_groups(document, &cells, &mut notes)?;
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
-    note_unused(document, &cells, in_group, &mut notes);
+    let arrays = point_arrays(document);
+    note_unused(document, &cells, &arrays, in_group, &mut notes);
     let Sorted { tets, hexes, places, .. } = cells;
     drop(places); // the build needs memory of its own
-    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups })?;
+    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups, arrays })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -197,6 +198,24 @@ fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec
     Ok(())
 }
 
+/// Arrays of one number a point that make no groups.
+fn point_arrays(document: &Document) -> Vec<NodeArray> {
+    let arrays = document.arrays.iter().filter(|a| is_point_array(a));
+    // One that cannot be read is no reason to refuse the mesh: who asks for it is told that it is not there.
+    let read = |array| {
+        let values = document.floats(array, document.points).ok()?;
+        Some(NodeArray { name: array.name.clone(), values })
+    };
+    arrays.filter_map(read).collect()
+}
+
+fn is_point_array(array: &super::document::Array) -> bool {
+    array.section == Section::PointData
+        && array.number == Number::Float
+        && array.components == 1
+        && !array.name.is_empty()
+}
+
 /// Groups of one name become one.
 fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
     let mut at: HashMap<String, usize> = HashMap::new();
@@ -223,9 +242,10 @@ fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
 }
 
 /// Notes arrays that are not read, and faces in no group.
-fn note_unused(document: &Document, cells: &Sorted, in_group: bool, notes: &mut Vec<MeshNote>) {
+fn note_unused(document: &Document, cells: &Sorted, arrays: &[NodeArray], in_group: bool, notes: &mut Vec<MeshNote>) {
+    let read = |a: &super::document::Array| is_point_array(a) && arrays.iter().any(|array| array.name == a.name);
     let data = |a: &&super::document::Array| matches!(a.section, Section::PointData | Section::CellData);
-    let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a));
+    let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a) && !read(a));
     let what: Vec<String> = unused.map(|a| format!("array \"{}\"", a.name)).collect();
     if !what.is_empty() {
         notes.push(MeshNote::NotRead { what });

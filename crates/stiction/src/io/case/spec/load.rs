@@ -1,7 +1,7 @@
-//! Keys of `[[fix]]` and `[[load]]`.
+//! Keys of `[[fix]]`, `[[spring]]` and `[[load]]`.
 
-use super::super::kind::{Kind, Rules, key};
-use super::{FIELDS, ON, ON_DOC, REGION};
+use super::super::kind::{Kind, NOT_NEGATIVE, POSITIVE, Rules, key};
+use super::{FIELDS, ON, ON_DOC, POINT, REGION};
 
 pub(super) static FIX: Rules = Rules {
     doc: "Prescribed displacements of a region.",
@@ -11,18 +11,42 @@ pub(super) static FIX: Rules = Rules {
         key("components", Kind::Text, "components = \"xy\"", "The components held, some of x, y, z in any order.").default("\"xyz\""),
         key("value", Kind::Either(&[Kind::List { of: &Kind::Field, from: 1, to: 3 }, Kind::Field]), "value = [0, 0, \"-1e-3*t\"]", "Their values, one for each of `components` in its order: numbers or expressions in x, y, z, t; 0 if absent. A single component needs no list.")
             .unit("length"),
+        key("condition", CONDITION, "condition = \"symmetry\"", "Instead of components and value: what the faces are."),
+    ],
+};
+
+const CONDITION: Kind = Kind::Choice {
+    names: &[(
+        "symmetry",
+        "a plane of symmetry: no displacement along the normal of the faces, which are flat and perpendicular to x, y or z",
+    )],
+    absent: &[],
+};
+
+pub(super) static SPRING: Rules = Rules {
+    doc: "An elastic foundation: springs from boundary faces to the ground, in pressure and tension alike.",
+    one_of: &[],
+    keys: &[
+        key("on", REGION, ON, "The faces: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.")
+            .required(),
+        key("normal", Kind::Number(NOT_NEGATIVE), "normal = 5e7", "Stiffness per area along the normal of the faces.")
+            .default("0")
+            .unit("stress per length"),
+        key("tangential", Kind::Number(NOT_NEGATIVE), "tangential = 1e7", "Stiffness per area across the normal.")
+            .default("0")
+            .unit("stress per length"),
     ],
 };
 
 pub(super) static LOAD: Rules = Rules {
     doc: "A load on a region.",
-    one_of: &["traction", "pressure", "force", "gravity"],
+    one_of: &["traction", "pressure", "force", "moment", "hydrostatic", "gravity", "rotation", "temperature"],
     keys: &[
         key(
             "on",
             REGION,
             ON,
-            "Where it acts: boundary faces, or for gravity volume groups (everywhere if absent). A group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.",
+            "Where it acts: boundary faces, or for gravity, rotation and temperature volume groups (everywhere if absent). A group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.",
         ),
         key(
             "traction",
@@ -45,13 +69,87 @@ pub(super) static LOAD: Rules = Rules {
             "Total force, spread evenly over the area; numbers or expressions in t.",
         )
         .unit("force"),
+        key(
+            "moment",
+            FIELDS,
+            "moment = [0, 0, 50]",
+            "Total moment, alone or beside `force`, spread as the traction a + b x r, with r from the centroid of the faces; numbers or expressions in t.",
+        )
+        .beside("force")
+        .unit("force times length"),
+        key(
+            "about",
+            POINT,
+            "about = [0, 0, 0]",
+            "The point through which `force` acts and about which `moment` turns; the centroid of the faces if absent.",
+        )
+        .unit("length"),
+        key(
+            "hydrostatic",
+            Kind::Table(&HYDROSTATIC),
+            "hydrostatic = { weight = 9810, level = 2 }",
+            "Pressure of a liquid on the faces below its level.",
+        ),
         key("gravity", FIELDS, "gravity = [0, 0, -9.81]", "Acceleration, acting on the density of the materials.")
             .unit("acceleration"),
-        key("temperature", TEMPERATURE, "temperature = 80", "Temperature."),
+        key(
+            "rotation",
+            Kind::Table(&ROTATION),
+            "rotation = { axis = [0, 0, 1], speed = 314 }",
+            "Centrifugal load of a steady turn, acting on the density of the materials.",
+        ),
+        key(
+            "temperature",
+            Kind::Either(&[Kind::Field, Kind::Table(&TEMPERATURE)]),
+            "temperature = \"20 + 60*t\"",
+            "Temperature of the cells, which strains them by `expansion` of their material: a number, an expression in x, y, z, t, or { array = \"T\" }.",
+        )
+        .unit("temperature"),
     ],
 };
 
-const TEMPERATURE: Kind = Kind::Absent {
-    what: "thermal loads are not available in this version",
-    remedy: "use traction, pressure, force or gravity",
+static HYDROSTATIC: Rules = Rules {
+    doc: "A liquid at rest.",
+    one_of: &[],
+    keys: &[
+        key("weight", Kind::Number(POSITIVE), "weight = 9810", "Density times gravity.")
+            .required()
+            .unit("force per volume"),
+        key(
+            "level",
+            Kind::Field,
+            "level = \"2*t\"",
+            "Height of its surface along `up`; a number or an expression in t.",
+        )
+        .required()
+        .unit("length"),
+        key("up", POINT, "up = [0, 0, 1]", "The direction up, of any length.").default("[0, 0, 1]"),
+    ],
+};
+
+static ROTATION: Rules = Rules {
+    doc: "A steady turn about a line.",
+    one_of: &[],
+    keys: &[
+        key("axis", POINT, "axis = [0, 0, 1]", "The direction of the line, of any length.").required(),
+        key("point", POINT, "point = [0, 0, 0]", "A point of the line.").default("[0, 0, 0]").unit("length"),
+        key("speed", Kind::Field, "speed = 314", "Radians per time; a number or an expression in t.")
+            .required()
+            .unit("1/time"),
+    ],
+};
+
+static TEMPERATURE: Rules = Rules {
+    doc: "A temperature given at the nodes.",
+    one_of: &[],
+    keys: &[
+        key("array", Kind::Text, "array = \"T\"", "Name of a point array of the mesh file (.vtu).").required(),
+        key(
+            "ramp",
+            Kind::Field,
+            "ramp = \"t\"",
+            "The part of the way from the reference temperature to the array: a number or an expression in t.",
+        )
+        .default("1"),
+    ],
 };

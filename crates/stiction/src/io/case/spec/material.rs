@@ -1,14 +1,20 @@
 //! Keys of `[materials.NAME]`.
 
 use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, key};
-use super::GROUPS;
+use super::{GROUPS, POINT, VALUES};
 
 pub(super) static MATERIAL: Rules = Rules {
-    doc: "An isotropic linear elastic material.",
+    doc: "A linear elastic material: isotropic, or orthotropic where young, poisson and shear have three values each.",
     one_of: &[],
     keys: &[
-        key("young", Kind::Number(POSITIVE), "young = 210e9", "Young's modulus.").required().unit("stress"),
-        key("poisson", Kind::Number(POISSON), "poisson = 0.3", "Poisson's ratio.").required(),
+        key("young", Kind::Either(&[Kind::Number(POSITIVE), VALUES]), "young = 210e9", "Young's modulus; of an orthotropic material [E1, E2, E3].")
+            .required()
+            .unit("stress"),
+        key("poisson", Kind::Either(&[Kind::Number(POISSON), POINT]), "poisson = 0.3", "Poisson's ratio; of an orthotropic material [nu12, nu13, nu23], where nu12 is the contraction along axis 2 under tension along axis 1.")
+            .required(),
+        key("shear", VALUES, "shear = [5e9, 5e9, 3e9]", "Shear moduli [G12, G13, G23] of an orthotropic material.").unit("stress"),
+        key("axes", AXES, "axes = [[1, 0, 0], [0, 1, 0]]", "Directions of axis 1 and, in the plane of both, of axis 2 of an orthotropic material; of any length.")
+            .default("[[1, 0, 0], [0, 1, 0]]"),
         key("density", Kind::Number(NOT_NEGATIVE), "density = 7850", "Mass per volume, on which gravity acts.")
             .default("0")
             .unit("mass per volume"),
@@ -20,7 +26,11 @@ pub(super) static MATERIAL: Rules = Rules {
         ),
         key("formulation", FORMULATION, "formulation = \"auto\"", "How the strain of hexahedra is integrated.")
             .default("\"auto\""),
-        key("expansion", EXPANSION, "expansion = 12e-6", "Thermal expansion."),
+        key("expansion", Kind::Either(&[Kind::Number(ANY), POINT]), "expansion = 12e-6", "Thermal strain for each unit of temperature; [a1, a2, a3] along `axes` where it depends on the direction.")
+            .unit("1/temperature"),
+        key("reference_temperature", Kind::Number(ANY), "reference_temperature = 20", "The temperature without thermal strain.")
+            .default("0")
+            .unit("temperature"),
     ],
 };
 
@@ -43,7 +53,4 @@ const FORMULATION: Kind = Kind::Choice {
     ],
     absent: &[],
 };
-const EXPANSION: Kind = Kind::Absent {
-    what: "thermal expansion is not available in this version",
-    remedy: "take `expansion` out, or prescribe the displacement it would cause in a [[fix]]",
-};
+const AXES: Kind = Kind::List { of: &POINT, from: 2, to: 2 };

@@ -1,5 +1,6 @@
 //! Every key of a case file: the one source of its validation, its JSON schema and its messages.
 
+mod bolt;
 mod contact;
 mod load;
 mod material;
@@ -8,9 +9,10 @@ mod obstacle;
 mod solver;
 mod step;
 
-use super::kind::{ANY, Kind, Rules, key};
+use super::kind::{ANY, Kind, POSITIVE, Rules, key};
+use bolt::BOLT;
 use contact::CONTACT;
-use load::{FIX, LOAD};
+use load::{FIX, LOAD, SPRING};
 use material::MATERIAL;
 use mesh::MESH;
 use solver::SOLVER;
@@ -38,7 +40,9 @@ pub(super) static CASE: Rules = Rules {
         )
         .required(),
         key("fix", Kind::Tables(&FIX), "[[fix]]", "Prescribed displacements."),
+        key("spring", Kind::Tables(&SPRING), "[[spring]]", "Elastic foundations: springs to the ground."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
+        key("bolt", Kind::Tables(&BOLT), "[[bolt]]", "Bolts that are tightened."),
         key(
             "contact",
             Kind::Tables(&CONTACT),
@@ -56,6 +60,7 @@ pub(super) static CASE: Rules = Rules {
 };
 
 const POINT: Kind = Kind::List { of: &Kind::Number(ANY), from: 3, to: 3 };
+const VALUES: Kind = Kind::List { of: &Kind::Number(POSITIVE), from: 3, to: 3 };
 const FIELDS: Kind = Kind::List { of: &Kind::Field, from: 3, to: 3 };
 const NAMES: Kind = Kind::List { of: &Kind::Text, from: 1, to: usize::MAX };
 const GROUPS: Kind = Kind::Either(&[Kind::Text, NAMES]);

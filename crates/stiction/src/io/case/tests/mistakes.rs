@@ -35,7 +35,12 @@ fn unknown_keys_are_answered_with_the_nearest_valid_one() {
 
 #[test]
 fn wrong_types_name_what_is_there_what_is_wanted_and_an_example() {
-    fails("21.19e10", "\"steel\"", "6:9", &["the text \"steel\"", "a number greater than 0", "young = 210e9"]);
+    fails(
+        "21.19e10",
+        "\"steel\"",
+        "6:9",
+        &["the text \"steel\"", "a number greater than 0", "a list of 3 entries", "young = 210e9"],
+    );
     fails("[24, 8, 8]", "[24, 8]", "4:37", &["a list of 2 entries", "a list of 3 entries", "cells = [24, 8, 8]"]);
     fails("[24, 8, 8]", "[24, 8.5, 8]", "4:42", &["`cells[1]` is the number 8.5", "a whole number"]);
     fails("[24, 8, 8]", "[24, 0, 8]", "4:42", &["the number 0", "from 1"]);
@@ -50,7 +55,7 @@ fn wrong_types_name_what_is_there_what_is_wanted_and_an_example() {
     let (place, message) = error("fix = [1]\n");
     assert!(place == "1:8" && message.contains("a list of tables") && message.contains("[[fix]]"), "{message}");
     fails("0.277", "1979-05-27", "7:11", &["a date"]);
-    fails("poisson", "expansion", "7:1", &["not available in this version", "prescribe"]);
+    fails("poisson", "expansion", "5:1", &["has no `poisson`"]);
     fails("\"tet4\"", "\"tet\"", "4:59", &["did you mean \"tet4\"?", "linear tetrahedra", "hex8"]);
     fails("young = 21.19e10", "young = 99999999999999999999", "6:9", &["too large"]);
 }
@@ -120,7 +125,7 @@ fn what_this_version_cannot_do_is_said_plainly() {
     let absent = "not available in this version";
     fails("\"tet4\"", "\"tet10\"", "4:59", &[absent, "more cells"]);
     fails("\"tet4\"", "\"hex20\"", "4:59", &[absent, "more cells"]);
-    fails("traction =", "temperature = 80\ntraction =", "12:1", &["thermal", absent]);
+    fails("traction =", "temperature = 80\ntraction =", "13:1", &["both `temperature` and `traction`"]);
     let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
     fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder, motion }", "at least 1 entries"]);
 }
@@ -234,4 +239,65 @@ fn settings_of_methods_are_held_against_the_method_and_the_friction() {
     assert_eq!(read("method = \"msa2\"").method.method, Method::cfs2());
     assert_eq!(read("method = \"msa1\"\ninner = \"discs\"").method.method, Method::FixedPoint(Given::Discs));
     assert_eq!(read("").method, MethodSettings::new(Method::Newton));
+}
+
+#[test]
+fn mistakes_about_orthotropic_and_thermal_materials_are_shown() {
+    let wood = |keys: &str, place: &str, parts: &[&str]| fails("young = 21.19e10\npoisson = 0.277", keys, place, parts);
+    wood("young = [3, 2, 1]\npoisson = 0.3", "7:11", &["needs three values of `poisson`", "poisson = [0.4"]);
+    wood("young = [3, 2, 1]\npoisson = [0, 0, 0]", "5:1", &["needs three values of `shear`", "shear = ["]);
+    let shear = "\nshear = [1, 1, 1]";
+    let with = |poisson: &str| format!("young = [4, 1, 1]\npoisson = {poisson}{shear}");
+    wood(&with("[2, 0, 0]"), "7:11", &["|nu12| = 2 is not below sqrt(E1/E2) = 2.000000", "nu12/E1 = nu21/E2"]);
+    wood(&with("[0, 0, -1.5]"), "7:11", &["|nu23| = 1.5", "sqrt(E2/E3) = 1.000000"]);
+    wood(&with("[1.2, 1.2, 0.8]"), "7:11", &["1 - nu12 nu21", "is not above zero"]);
+    wood(&format!("{}\nformulation = \"b-bar\"", with("[0, 0, 0]")), "9:15", &["isotropic", "take `formulation` out"]);
+    wood(&format!("{}\naxes = [[1, 0, 0], [2, 0, 0]]", with("[0, 0, 0]")), "9:8", &["do not span a plane", "parallel"]);
+    wood(&format!("{}\naxes = [[1, 0, 0]]", with("[0, 0, 0]")), "9:8", &["a list of 2 entries"]);
+    fails(
+        "poisson = 0.277",
+        "poisson = 0.277\naxes = [[1, 0, 0], [0, 1, 0]]",
+        "8:8",
+        &["single numbers", "take `axes` out"],
+    );
+    fails("poisson = 0.277", "poisson = 0.277\nexpansion = \"a\"", "8:13", &["the text \"a\"", "expansion = 12e-6"]);
+}
+
+#[test]
+fn mistakes_about_loads_and_supports_are_shown() {
+    let load =
+        |keys: &str, place: &str, parts: &[&str]| fails("traction = [0, 0, \"-2/3*1e6*(3 - x)\"]", keys, place, parts);
+    load("moment = [0, 0, \"x\"]", "12:18", &["only t may"]);
+    load("moment = 3", "12:10", &["the number 3", "a list of 3 entries", "moment = [0, 0, 50]"]);
+    load("pressure = 3\nmoment = [0, 0, 1]", "13:1", &["both `pressure` and `moment`"]);
+    load("pressure = 3\nabout = [0, 0, 1]", "13:9", &["`about` is for a force or a moment"]);
+    load("about = [0, 0, 1]", "10:1", &["none of traction, pressure, force, moment"]);
+    load("hydrostatic = { weight = 0, level = 1 }", "12:26", &["greater than 0"]);
+    load("hydrostatic = { weight = 1 }", "12:15", &["`hydrostatic` has no `level`"]);
+    load("hydrostatic = { weight = 1, level = \"z\" }", "12:38", &["only t may"]);
+    load("hydrostatic = { weight = 1, level = 1, up = [0, 0, 0] }", "12:45", &["`up` is zero"]);
+    load("rotation = { axis = [0, 0, 0], speed = 1 }", "12:21", &["`axis` is zero"]);
+    load("rotation = { axis = [0, 0, 1], speed = 1 }", "10:1", &["rotation acts on nothing", "density"]);
+    load("temperature = { aray = \"T\" }", "12:17", &["did you mean `array`?"]);
+    load("temperature = { array = \"T\", ramp = \"x\" }", "12:38", &["only t may"]);
+    fails("[[contact]]", "[[spring]]\non = \"z-min\"\n[[contact]]", "13:1", &["no stiffness", "normal = 5e7"]);
+    fails("[[contact]]", "[[spring]]\nnormal = 1\n[[contact]]", "13:1", &["no `on`"]);
+    fails("[[contact]]", "[[spring]]\non = \"a\"\nnormal = -1\n[[contact]]", "15:10", &["of at least 0"]);
+    let fix = |keys: &str, place: &str, parts: &[&str]| fails("on = \"x-min\"", keys, place, parts);
+    fix("on = \"x-min\"\ncondition = \"mirror\"", "10:13", &["symmetry"]);
+    fix("on = \"x-min\"\ncondition = \"symmetry\"\nvalue = 1", "11:9", &["beside condition", "take `value` out"]);
+    fix("on = { point = [0, 0, 0] }\ncondition = \"symmetry\"", "9:6", &["a point has neither"]);
+}
+
+#[test]
+fn mistakes_about_bolts_are_shown() {
+    let bolt = |keys: &str, place: &str, parts: &[&str]| {
+        fails("[[contact]]", &format!("[[bolt]]\non = \"a\"\n{keys}[[contact]]"), place, parts)
+    };
+    bolt("", "13:1", &["none of force, shortening", "exactly one"]);
+    bolt("force = 1\nshortening = 2\n", "16:1", &["both `force` and `shortening`"]);
+    bolt("force = \"x\"\n", "15:10", &["only t may"]);
+    bolt("axis = [0, 0, 0]\nforce = 1\n", "15:8", &["`axis` is zero"]);
+    bolt("force = 1\nlock = \"b\"\n", "16:8", &["no step called \"b\"", "add [[step]]"]);
+    bolt("force = 1\n[[bolt]]\non = \"a\"\nforce = 1\n", "16:1", &["two bolts called \"a\"", "`name`"]);
 }

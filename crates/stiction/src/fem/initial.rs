@@ -1,0 +1,136 @@
+//! Strain that causes no stress: thermal expansion.
+
+use rayon::prelude::*;
+
+use super::elastic::{PLACE, Voigt};
+use super::elements::{Element, Hex8, Law, Tet4, folded, volume_points};
+use super::{Load, Solid, Temperature};
+use crate::Error;
+use crate::mesh::geometry::corners;
+use crate::mesh::v3::{V3, add, scale};
+use crate::mesh::{CellKind, Mesh};
+
+/// What the strain `e0` of cells amounts to: the body stores `1/2 u'Ku - force'u + energy`, the energy of `e(u) - e0`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct InitialStrain {
+    /// Mean of `e0` over each cell; empty if there is none.
+    pub strain: Vec<Voigt>,
+    /// `∫ Bᵀ C e0`, newton, one entry per degree of freedom; without resultant and moment in each cell.
+    pub force: Vec<f64>,
+    /// `1/2 ∫ e0 C e0`, energy.
+    pub energy: f64,
+}
+
+/// The thermal strain of `load` at time `t`; `None` if it is no temperature.
+///
+/// Linear cells take their mean temperature, whose strain their displacements can follow: one that varies within the
+/// cell would stress it although it may expand freely. Quadratic cells take it at each of their integration points.
+///
+/// # Errors
+/// A material without expansion in the heated region, a temperature that is not finite.
+pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<InitialStrain>, Error> {
+    let Load::Temperature { cells, value } = load else { return Ok(None) };
+    let ramp = match value {
+        Temperature::Field(_) => 1.0,
+        Temperature::Nodal { values, ramp } if values.len() == solid.mesh.nodes.len() => {
+            // It has no place: an expression that reads one gives NaN and is refused.
+            ramp.finite_at([f64::NAN; 3], t)?
+        }
+        Temperature::Nodal { values, .. } => {
+            let what = format!("there are {} temperatures for {} nodes", values.len(), solid.mesh.nodes.len());
+            return Err(Error::new("", what, "give one for each node"));
+        }
+    };
+    let list = solid.cells();
+    let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
+    let of_cell = |&cell: &u32| -> Result<(Voigt, Vec<V3>, f64), Error> {
+        let number = solid.material_of_cell[cell as usize] as usize;
+        let material = &solid.materials[number];
+        let expansion = material.expansion.ok_or_else(|| {
+            let what = format!("the temperature acts on material \"{}\", which has no expansion", material.name);
+            Error::new("", what, "add expansion = 12e-6 (or 0) to the material, or name the heated cells in `on`")
+        })?;
+        let (kind, nodes) = list.get(cell as usize);
+        let refused = || folded(solid, cell as usize, kind, nodes);
+        let mut rise = rises(solid.mesh, kind, nodes, value, t)?.ok_or_else(refused)?;
+        rise.iter_mut().for_each(|point| point.1 = ramp * (point.1 - material.reference_temperature));
+        let (law, x) = (laws[number], &solid.mesh.nodes);
+        let heated = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+        };
+        heated.ok_or_else(refused)
+    };
+    if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= solid.material_of_cell.len()) {
+        let what = format!("cell {cell} does not exist, the mesh has {}", solid.material_of_cell.len());
+        return Err(Error::new("", what, "name cells of the mesh"));
+    }
+    // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
+    let parts: Vec<Result<_, Error>> = cells.par_iter().with_min_len(1024).map(of_cell).collect();
+    let mut initial = InitialStrain {
+        strain: vec![[0.0; 6]; solid.material_of_cell.len()],
+        force: vec![0.0; 3 * solid.mesh.nodes.len()],
+        energy: 0.0,
+    };
+    for (&cell, part) in cells.iter().zip(parts) {
+        let (strain, forces, energy) = part?;
+        initial.strain[cell as usize] = strain;
+        initial.energy += energy;
+        for (&node, force) in list.get(cell as usize).1.iter().zip(forces) {
+            (0..3).for_each(|c| initial.force[3 * node as usize + c] += force[c]);
+        }
+    }
+    Ok(Some(initial))
+}
+
+/// Mean strain, nodal forces and energy of a cell from weights and rises of temperature at its points.
+fn heated<const N: usize, const Q: usize>(
+    element: &Element<N, Q>,
+    law: Law,
+    expansion: &Voigt,
+    rise: &[(f64, f64)],
+) -> (Voigt, Vec<V3>, f64) {
+    let volume: f64 = rise.iter().map(|(weight, _)| weight).sum();
+    let mean = rise.iter().map(|(weight, rise)| weight * rise).sum::<f64>() / volume;
+    let unit = law.stress(expansion);
+    let stress = |g: &V3| [0, 1, 2].map(|a| (0..3).map(|b| unit[PLACE[a][b]] * g[b]).sum::<f64>());
+    let unit_energy = 0.5 * unit.iter().zip(expansion).map(|(s, e)| s * e).sum::<f64>();
+    let strain = expansion.map(|a| a * mean);
+    let linear = N == 4 || N == 8;
+    if linear {
+        let force = element.integrated_gradient().iter().map(|g| scale(mean, stress(g))).collect();
+        return (strain, force, unit_energy * mean * mean * element.volume());
+    }
+    let mut force = vec![[0.0; 3]; N];
+    for ((weight, rise), gradient) in rise.iter().zip(&element.gradient) {
+        force.iter_mut().zip(gradient).for_each(|(f, g)| *f = add(*f, scale(weight * rise, stress(g))));
+    }
+    let square: f64 = rise.iter().map(|(weight, rise)| weight * rise * rise).sum();
+    (strain, force, unit_energy * square)
+}
+
+/// Weights and temperatures at the points of a cell (of a quadratic one those of its stiffness); `None` if it is folded.
+fn rises(
+    mesh: &Mesh,
+    kind: CellKind,
+    nodes: &[u32],
+    value: &Temperature,
+    t: f64,
+) -> Result<Option<Vec<(f64, f64)>>, Error> {
+    let Some(points) = volume_points(kind, mesh, nodes) else { return Ok(None) };
+    let mut rises = Vec::with_capacity(points.len());
+    for point in points {
+        let at = match value {
+            Temperature::Field(field) => field.finite_at(point.position, t)?,
+            Temperature::Nodal { values, .. } => {
+                nodes.iter().zip(point.shape).map(|(&node, shape)| shape * values[node as usize]).sum()
+            }
+        };
+        if !at.is_finite() {
+            let what = format!("the temperature at {} is {at}", super::field::point(point.position));
+            return Err(Error::new("", what, "give a finite temperature at every node of the heated cells"));
+        }
+        rises.push((point.weight, at));
+    }
+    Ok(Some(rises))
+}

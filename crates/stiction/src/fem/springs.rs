@@ -1,0 +1,103 @@
+//! Elastic foundations (Winkler): springs to the ground, spread over boundary faces.
+
+use super::FeModel;
+use super::faces::{face_corners, face_points};
+use crate::Error;
+use crate::linalg::Csr;
+use crate::mesh::Mesh;
+use crate::mesh::v3::{norm, scale};
+
+/// Springs from boundary faces to the ground; they pull as they push.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spring {
+    /// Indices into `Mesh::faces`.
+    pub faces: Vec<u32>,
+    /// Stiffness per area along the normal of the faces, force per length³, >= 0.
+    pub normal: f64,
+    /// The same across it.
+    pub tangential: f64,
+}
+
+/// Adds the springs to the matrices of an assembled model and keeps their own matrix in [`FeModel::springs`]:
+/// `∫ N_i N_j (k_n n nᵀ + k_t (I - n nᵀ))`, with the normal at each quadrature point.
+///
+/// # Errors
+/// Faces that do not exist, a stiffness that is negative or not finite, springs without any stiffness.
+pub fn add_springs(mesh: &Mesh, springs: &[Spring], model: &mut FeModel) -> Result<(), Error> {
+    if springs.is_empty() {
+        return Ok(());
+    }
+    let size = model.dofs.free.len() + model.dofs.prescribed.len();
+    let number = number(model);
+    let mut entries = Vec::new();
+    for spring in springs {
+        refuse(mesh, spring)?;
+        for &face in &spring.faces {
+            let nodes = mesh.faces[face as usize].nodes();
+            for point in face_points(&face_corners(mesh, face)) {
+                let area = norm(point.area);
+                let n = scale(1.0 / area, point.area);
+                let stiffness = |a: usize, b: usize| {
+                    let along = n[a] * n[b];
+                    let across = f64::from(u8::from(a == b)) - along;
+                    area * (spring.normal * along + spring.tangential * across)
+                };
+                for (&i, ni) in nodes.iter().zip(&point.shape) {
+                    for (&j, nj) in nodes.iter().zip(&point.shape) {
+                        for a in 0..3 {
+                            for b in 0..3 {
+                                let [row, column] = [3 * i as usize + a, 3 * j as usize + b].map(|dof| number[dof]);
+                                entries.push((row, column, ni * nj * stiffness(a, b)));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let own = Csr::from_triplets(size, size, &entries);
+    let n = model.dofs.free.len();
+    for row in 0..size {
+        let (columns, values) = own.row(row);
+        for (&column, &value) in columns.iter().zip(values) {
+            let column = column as usize;
+            match (row < n, column < n) {
+                (true, true) => add(&mut model.stiffness, row, column, value),
+                (true, false) => model.load[row] -= value * model.dofs.value[column - n],
+                (false, true) => add(&mut model.support_stiffness, row - n, column, value),
+                (false, false) => add(&mut model.support_support, row - n, column - n, value),
+            }
+        }
+    }
+    model.springs = Some(own);
+    Ok(())
+}
+
+/// For each degree of freedom its place among the unknown, then the prescribed.
+fn number(model: &FeModel) -> Vec<usize> {
+    let mut number = vec![0; model.dofs.unknown.len()];
+    let all = model.dofs.free.iter().chain(&model.dofs.prescribed);
+    all.enumerate().for_each(|(place, &dof)| number[dof as usize] = place);
+    number
+}
+
+fn refuse(mesh: &Mesh, spring: &Spring) -> Result<(), Error> {
+    if let Some(face) = spring.faces.iter().find(|&&face| face as usize >= mesh.faces.len()) {
+        let what = format!("boundary face {face} does not exist, the mesh has {}", mesh.faces.len());
+        return Err(Error::new("", what, "name boundary faces of the mesh"));
+    }
+    let good = |k: f64| k >= 0.0 && k.is_finite();
+    if !good(spring.normal) || !good(spring.tangential) || spring.normal + spring.tangential == 0.0 {
+        let what = format!("springs of stiffness {} along and {} across the normal", spring.normal, spring.tangential);
+        return Err(Error::new("", what, "give one of them a positive stiffness per area, and none a negative one"));
+    }
+    Ok(())
+}
+
+/// Adds to an entry of the pattern: nodes of a face share a cell, so their blocks are stored.
+fn add(matrix: &mut Csr, row: usize, column: usize, value: f64) {
+    let range = matrix.start[row]..matrix.start[row + 1];
+    if let Ok(place) = matrix.column[range.clone()].binary_search(&(column as u32)) {
+        matrix.value[range.start + place] += value;
+    }
+}

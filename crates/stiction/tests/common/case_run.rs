@@ -1,0 +1,60 @@
+//! Cases solved from their text.
+#![allow(dead_code)] // each test file takes what it needs
+
+use std::ops::ControlFlow;
+
+use stiction::fem::{Solid, cell_stress, full_displacement};
+use stiction::io::case;
+use stiction::run::{Outcome, Prepared, Settings, prepare, solve, solve_steps};
+
+/// A certified answer; the second entry of the pair is the case on its mesh.
+pub fn solved(text: &str) -> (Outcome, Prepared) {
+    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let settings = Settings::of(&case.solver);
+    let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
+    let outcome = if case.steps.is_empty() {
+        solve(&prepared, &settings, go_on)
+    } else {
+        solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), go_on)
+    };
+    let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
+    assert!(outcome.solution.certificate.passed, "{:?}", outcome.solution.certificate);
+    (outcome, prepared)
+}
+
+pub fn refused(text: &str) -> String {
+    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let error = prepare(&case).map(|_| ()).unwrap_err();
+    assert!(!error.remedy.is_empty() && error.place.starts_with("case.toml:"), "{error}");
+    error.to_string()
+}
+
+pub fn displacement(run: &(Outcome, Prepared)) -> Vec<[f64; 3]> {
+    full_displacement(&run.1.model, &run.0.solution.u).as_chunks().0.to_vec()
+}
+
+/// Displacement of the node nearest to `x`.
+pub fn at(run: &(Outcome, Prepared), x: [f64; 3]) -> [f64; 3] {
+    let square = |y: &[f64; 3]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
+    let nodes = run.1.mesh.nodes.iter().zip(displacement(run));
+    nodes.min_by(|a, b| square(a.0).total_cmp(&square(b.0))).unwrap().1
+}
+
+pub fn stress(run: &(Outcome, Prepared)) -> Vec<[f64; 6]> {
+    let Prepared { mesh, materials, material_of_cell, acting, model, .. } = &run.1;
+    let u = full_displacement(model, &run.0.solution.u);
+    cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &acting.initial.strain)
+}
+
+pub fn is(value: f64, wanted: f64, scale: f64) {
+    assert!((value - wanted).abs() <= 1e-9 * scale.abs(), "{value} where {wanted} is wanted");
+}
+
+pub fn block(size: [f64; 3], cells: [usize; 3], element: &str) -> String {
+    format!("[mesh]\nblock = {{ size = {size:?}, cells = {cells:?}, {element} }}\n")
+}
+
+/// Planes of symmetry on the three low sides.
+pub const CORNER: &str = "[[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n[[fix]]\non = \"y-min\"\ncondition = \"symmetry\"\n\
+                      [[fix]]\non = \"z-min\"\ncondition = \"symmetry\"\n";
