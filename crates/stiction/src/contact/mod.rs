@@ -4,6 +4,8 @@ mod discrete;
 pub mod equilibrium;
 mod flat;
 mod frame;
+mod friction_law;
+mod isotropic;
 mod mortar;
 mod normals;
 mod obstacle;
@@ -20,4 +22,7 @@ pub use obstacle::{Obstacle, Side};
 pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
 pub use roles::{Reason, Role, choose_slave};
-pub use surface::{ContactSurface, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts, SurfaceFriction};
+pub use surface::{
+    Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
+    SurfaceFriction,
+};

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::frame::{frame, tied_frame};
+use super::friction_law::{At, law};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{FeModel, nodal_areas, nodal_normals};
@@ -19,6 +20,8 @@ pub(super) struct Point {
     pub gap: f64,
     pub area: f64,
     pub friction: Friction,
+    /// See `ContactProblem::friction_across`.
+    pub across: f64,
     /// Normal and tangents in the free components of the node; a tangent may be zero.
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
@@ -67,14 +70,14 @@ pub(super) fn points_on_obstacle(
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
         let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
-        let Some(frame) = frame else {
+        let Some(mut frame) = frame else {
             let clamped = held.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
             facts.dropped_area += area;
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
-        refuse_dragging(&held, imposed, normal, node, x, surface.friction)?;
+        refuse_dragging(&held, imposed, normal, node, x, &surface.friction)?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
@@ -85,10 +88,10 @@ pub(super) fn points_on_obstacle(
         }
         facts.points += 1;
         facts.nodes.push(node);
-        let friction = law(surface.friction, area);
+        let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { distance };
-        points.push(Point { node, gap, area, friction, frame, normal, others: Vec::new(), share: 1.0 });
+        points.push(Point { node, gap, area, friction, across, frame, normal, others: Vec::new(), share: 1.0 });
     }
     if facts.points == 0 {
         let what =
@@ -96,16 +99,6 @@ pub(super) fn points_on_obstacle(
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
     Ok(facts)
-}
-
-pub(super) fn law(friction: SurfaceFriction, area: f64) -> Friction {
-    match friction {
-        SurfaceFriction::None => Friction::None,
-        SurfaceFriction::Bonded => Friction::Bonded,
-        SurfaceFriction::Coulomb(coefficient) => Friction::Coulomb { coefficient },
-        SurfaceFriction::GivenStress(stress) => Friction::Given { slip_bound: stress * area },
-        SurfaceFriction::GivenForce(slip_bound) => Friction::Given { slip_bound },
-    }
 }
 
 /// The prescribed components of a node.
@@ -145,11 +138,11 @@ pub(super) fn refuse_dragging(
     normal: [f64; 3],
     node: u32,
     x: [f64; 3],
-    friction: SurfaceFriction,
+    friction: &SurfaceFriction,
 ) -> Result<(), Error> {
     let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
     let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
-    if friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
+    if *friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
         return Ok(());
     }
     let what =

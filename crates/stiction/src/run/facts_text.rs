@@ -5,7 +5,7 @@ use std::fmt;
 use super::facts::{ContactFacts, Facts};
 use super::pair_text;
 use super::report::{number, triple};
-use crate::contact::{Counterpart, Obstacle, Side, SurfaceFriction};
+use crate::contact::{CoulombLaw, Counterpart, Obstacle, Side, SurfaceFriction};
 
 impl fmt::Display for Facts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -60,7 +60,7 @@ impl fmt::Display for ContactFacts {
             Counterpart::Surface(_) => format!("the surface {}", self.names[1]),
         };
         writeln!(f, "  contact    {}: {} points, area {}, against {against}", s.name, s.points, number(s.area))?;
-        writeln!(f, "             friction {}", friction(self.friction))?;
+        writeln!(f, "             friction {}", friction(&self.friction))?;
         if let Some(pair) = &s.pair {
             return pair_text::lines(self, pair).iter().try_for_each(|line| writeln!(f, "             {line}"));
         }
@@ -129,12 +129,22 @@ fn obstacle(obstacle: &Obstacle) -> String {
     }
 }
 
-fn friction(friction: SurfaceFriction) -> String {
+fn friction(friction: &SurfaceFriction) -> String {
     match friction {
         SurfaceFriction::None => "none".into(),
         SurfaceFriction::Bonded => "none: bonded, no slip and no opening".into(),
         SurfaceFriction::Coulomb(coefficient) => format!("of Coulomb, coefficient {coefficient}"),
-        SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(stress)),
-        SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(force)),
+        SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(*stress)),
+        SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(*force)),
+        SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }) => {
+            let mut text = format!("of Coulomb, coefficient {coefficient:?}");
+            if let Some(across) = across {
+                text += &format!(" along {} and {:?} across", triple(across.direction), across.coefficient);
+            }
+            match limit {
+                Some(stress) => text + &format!(", up to the shear stress {}", number(*stress)),
+                None => text,
+            }
+        }
     }
 }

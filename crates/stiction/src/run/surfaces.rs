@@ -24,7 +24,7 @@ pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             name: spec.name.clone(),
             faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
             against,
-            friction: spec.friction,
+            friction: spec.friction.clone(),
         })
     };
     specs.iter().map(surface).collect()

@@ -87,8 +87,9 @@ fn iterate(
     }
     turned.set_load(&problem.f);
     let m = problem.points();
+    let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
-        let rest = [problem.gap[j], problem.slip_reference[j], problem.slip_reference[m + j]];
+        let rest = [problem.gap[j], reference[j], reference[m + j]];
         Law { friction: problem.friction[j], rest, parameter: PARAMETER / turned.points[j].flexibility }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
@@ -141,7 +142,7 @@ fn iterate(
 
 /// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
 fn convex(friction: &[Friction]) -> bool {
-    friction.iter().all(|law| !matches!(law, Friction::Coulomb { coefficient } if *coefficient > 0.0))
+    friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0))
 }
 
 /// Multipliers from the balance at the contact nodes, made admissible, and what the certificate says.
@@ -157,6 +158,7 @@ fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tol
         }
     }
     make_admissible(&problem.friction, &mut lambda);
+    problem.from_isotropic(&mut lambda);
     let u = turned.out_of_frames(&at.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = match end {

@@ -1,11 +1,12 @@
 //! `[[contact]]`: surfaces, obstacles and friction.
 
 use super::data::{AgainstSpec, ContactSpec, Region};
-use super::read_body::fields;
+use super::read_body::{field, fields};
 use super::read_region::{extended_region, groups};
+use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
 
 /// All contacts; their names differ.
@@ -108,13 +109,52 @@ fn friction(table: &View) -> Result<SurfaceFriction, Error> {
     if let Some(name) = law.node.text() {
         return Ok(if name == "bonded" { SurfaceFriction::Bonded } else { SurfaceFriction::None });
     }
-    if law.given("coulomb").is_some() {
-        if law.given("nodal").is_some() {
-            let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
-            return Err(law.error("nodal", what, "take `nodal` out"));
-        }
-        return Ok(SurfaceFriction::Coulomb(law.number("coulomb")));
+    if let Some(node) = law.given("coulomb") {
+        return coulomb(&law, node);
+    }
+    if let Some(key) = ["direction", "limit"].into_iter().find(|key| law.given(key).is_some()) {
+        let what = format!("`{key}` is for coulomb, but the friction is tresca");
+        return Err(law.error(key, what, format!("take `{key}` out, or give friction = {{ coulomb = ... }}")));
     }
     let bound = law.number("tresca");
     Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
+}
+
+fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
+    if law.given("nodal").is_some() {
+        let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
+        return Err(law.error("nodal", what, "take `nodal` out"));
+    }
+    let coefficient = |node: &Node| match field(law, node, &["x", "y", "z"])? {
+        Field::Constant(c) if c < 0.0 => {
+            let what = format!("the coefficient of friction is {c}");
+            Err(law.error(
+                "coulomb",
+                what,
+                "the direction of friction follows from the slip, a coefficient is at least zero",
+            ))
+        }
+        field => Ok(field),
+    };
+    let limit = law.given("limit").map(|_| law.number("limit"));
+    let (along, across) = match (node.items(), law.given("direction")) {
+        ([], None) => (coefficient(node)?, None),
+        ([], Some(_)) => {
+            let what = "`direction` is for two coefficients, but one is given";
+            return Err(law.error("direction", what, "write coulomb = [along, across], or take `direction` out"));
+        }
+        (_, None) => {
+            let what = "two coefficients of friction, and no direction along which the first holds";
+            return Err(law.error("coulomb", what, "add direction = [1, 0, 0], or give one coefficient"));
+        }
+        ([first, second, ..], Some(_)) => {
+            let direction = direction(law, "direction")?;
+            (coefficient(first)?, Some(Across { coefficient: coefficient(second)?, direction }))
+        }
+        ([only], Some(_)) => (coefficient(only)?, None),
+    };
+    Ok(match (along, across, limit) {
+        (Field::Constant(c), None, None) => SurfaceFriction::Coulomb(c),
+        (coefficient, across, limit) => SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }),
+    })
 }

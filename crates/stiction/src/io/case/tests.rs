@@ -159,7 +159,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     };
     let c =
         contact("on = [\"a\", \"b\"]\nagainst.plane = { point = [0, 0, 1], normal = [0, 3, 4] }\nfriction = \"none\"");
-    assert_eq!((c.name.as_str(), c.friction), ("a+b", SurfaceFriction::None));
+    assert_eq!((c.name.as_str(), &c.friction), ("a+b", &SurfaceFriction::None));
     let obstacle = |c: &ContactSpec| match c.against {
         AgainstSpec::Obstacle(obstacle) => obstacle,
         _ => panic!(),
@@ -168,7 +168,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c = contact(
         "name = \"n\"\non.box = [[0, 0, 0], [1, 2, 0]]\nagainst.sphere = { center = [0, 0, 1], radius = 2, side = \"inside\" }\nfriction = \"bonded\"",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("n", SurfaceFriction::Bonded));
+    assert_eq!((c.name.as_str(), &c.friction), ("n", &SurfaceFriction::Bonded));
     assert_eq!(c.on, Region::Box { min: [0.0; 3], max: [1.0, 2.0, 0.0] });
     assert_eq!(obstacle(&c), Obstacle::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
     let c = contact(
@@ -180,7 +180,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c = contact(
         "on.box = [[0, 0, 0], [1, 1, 1]]\nagainst.plane = { point = [0, 0, 0], normal = [1, 0, 0] }\nfriction = { tresca = 5, nodal = true }",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("contact 1", SurfaceFriction::GivenForce(5.0)));
+    assert_eq!((c.name.as_str(), &c.friction), ("contact 1", &SurfaceFriction::GivenForce(5.0)));
 }
 
 #[test]
