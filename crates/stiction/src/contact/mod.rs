@@ -1,5 +1,6 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
+mod closest;
 mod discrete;
 pub mod equilibrium;
 mod flat;
@@ -16,6 +17,7 @@ mod problem;
 pub mod rigid;
 mod roles;
 mod surface;
+mod triangles;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
@@ -26,3 +28,4 @@ pub use surface::{
     Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
     SurfaceFriction,
 };
+pub use triangles::{RawSurface, Triangles};

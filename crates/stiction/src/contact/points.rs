@@ -54,11 +54,15 @@ pub(super) fn points_on_obstacle(
     let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
         let x = mesh.nodes[node as usize];
-        let (distance, away) = obstacle.distance(x).ok_or_else(|| {
-            let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
-            Error::new("", what, "move the obstacle: no node may lie on its axis or centre")
-        })?;
         facts.area += area;
+        let Some((distance, away)) = obstacle.distance(x) else {
+            if matches!(obstacle, Obstacle::Surface(_)) {
+                facts.beyond += 1;
+                continue;
+            }
+            let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
+            return Err(Error::new("", what, "move the obstacle: no node may lie on its axis or centre"));
+        };
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let held = prescribed(model, node);
         let free = held.map(|p| p.is_none());
@@ -92,6 +96,13 @@ pub(super) fn points_on_obstacle(
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { distance };
         points.push(Point { node, gap, area, friction, across, frame, normal, others: Vec::new(), share: 1.0 });
+    }
+    if facts.points == 0 && facts.beyond > 0 {
+        let what = format!(
+            "{} nodes of the contact surface lie beyond the border of the obstacle, and none faces it",
+            facts.beyond
+        );
+        return Err(Error::new("", what, "check `scale`, `turn` and `move` of the obstacle, or enlarge it"));
     }
     if facts.points == 0 {
         let what =

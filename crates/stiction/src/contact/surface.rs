@@ -118,6 +118,8 @@ pub struct SurfaceFacts {
     pub held_along_normal: usize,
     /// Points with one or no free tangential direction, as on a symmetry plane.
     pub guided: usize,
+    /// Nodes beyond the border of an open obstacle, which meet nothing: dropped.
+    pub beyond: usize,
     /// Points whose outward normal does not face the obstacle.
     pub facing_away: usize,
     /// Area of dropped nodes, which carries no contact force.

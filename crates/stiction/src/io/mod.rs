@@ -19,6 +19,7 @@ pub mod plot;
 pub mod problem;
 pub mod step;
 pub mod storage;
+pub mod surface;
 pub mod vtu;
 pub mod vtu_read;
 

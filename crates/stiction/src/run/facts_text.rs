@@ -87,6 +87,17 @@ impl ContactFacts {
             return notes.map(|note| format!("contact \"{}\": {note}", s.name)).collect();
         }
         let mut notes = Vec::new();
+        if let Counterpart::Obstacle(Obstacle::Surface(surface)) = &self.against {
+            if surface.collapsed > 0 {
+                let what = "triangles of the obstacle have two corners at the same place and are left out";
+                notes.push(format!("contact \"{}\": {} {what}", s.name, surface.collapsed));
+            }
+            let inwards = if surface.side == Side::Outside { surface.volume < 0.0 } else { surface.volume > 0.0 };
+            if inwards {
+                let what = "the body lies within the closed surface of the obstacle; otherwise change `side`";
+                notes.push(format!("contact \"{}\": {what}", s.name));
+            }
+        }
         let mut note = |count: usize, what: String| {
             if count > 0 {
                 notes.push(format!("contact \"{}\": {}", s.name, what));
@@ -102,6 +113,7 @@ impl ContactFacts {
         note(dropped, format!("{dropped} nodes {why} and carry no contact force; they stand for the area {area}"));
         let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
         note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
+        note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
         note(
             s.facing_away,
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
@@ -115,7 +127,7 @@ fn obstacle(obstacle: &Obstacle) -> String {
         Side::Outside => "outside",
         Side::Inside => "inside",
     };
-    match *obstacle {
+    match obstacle.clone() {
         Obstacle::Plane { point, normal } => {
             format!("a plane through {} with normal {}", triple(point), triple(normal))
         }
@@ -125,6 +137,14 @@ fn obstacle(obstacle: &Obstacle) -> String {
         Obstacle::Cylinder { point, axis, radius, side } => {
             let (radius, point, axis) = (number(radius), triple(point), triple(axis));
             format!("a cylinder of radius {radius} through {point} along {axis}, body {}", sided(side))
+        }
+        Obstacle::Surface(surface) => {
+            let form = match surface.border_edges {
+                0 => format!("closed around the volume {}", number(surface.volume.abs())),
+                edges => format!("open with {edges} edges on its border"),
+            };
+            let (name, count, sharp) = (&surface.name, surface.len(), surface.sharp_edges);
+            format!("the surface {name}: {count} triangles, {form}, {sharp} sharp edges, body {}", sided(surface.side))
         }
     }
 }

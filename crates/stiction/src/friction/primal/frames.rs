@@ -23,7 +23,7 @@ pub(super) struct Point {
     frame: Block<3, 3>,
     /// Displacements along the rows are counted in these multiples, forces in their inverses: friction across the first
     /// tangent over that along it turns its ellipse into a disc.
-    scale: [f64; 3],
+    pub scale: [f64; 3],
     pub live: [bool; 3],
     /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
     pub flexibility: f64,

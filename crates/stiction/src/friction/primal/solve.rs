@@ -90,7 +90,9 @@ fn iterate(
     let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
         let rest = [problem.gap[j], reference[j], reference[m + j]];
-        Law { friction: problem.friction[j], rest, parameter: PARAMETER / turned.points[j].flexibility }
+        // The mean over both tangents: across, displacements are counted in multiples below one.
+        let parameter = PARAMETER / (turned.points[j].flexibility * turned.points[j].scale[2]);
+        Law { friction: problem.friction[j], rest, parameter }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
     let mut at = match &settings.start_displacement {

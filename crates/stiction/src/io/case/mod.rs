@@ -69,7 +69,7 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
     let case = View { source: &source, rules: &spec::CASE, node: &root };
-    let contacts = read_contact::contacts(&case)?;
+    let contacts = read_contact::contacts(&case, folder)?;
     let solver = read_solver::solver(&case, &contacts)?;
     let case = Case {
         title: title(&case),

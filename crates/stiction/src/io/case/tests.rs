@@ -160,7 +160,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c =
         contact("on = [\"a\", \"b\"]\nagainst.plane = { point = [0, 0, 1], normal = [0, 3, 4] }\nfriction = \"none\"");
     assert_eq!((c.name.as_str(), &c.friction), ("a+b", &SurfaceFriction::None));
-    let obstacle = |c: &ContactSpec| match c.against {
+    let obstacle = |c: &ContactSpec| match c.against.clone() {
         AgainstSpec::Obstacle(obstacle) => obstacle,
         _ => panic!(),
     };
