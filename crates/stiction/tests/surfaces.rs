@@ -12,7 +12,7 @@ use stiction::mesh::BlockElement;
 type V3 = [f64; 3];
 
 fn surface(triangles: &[[V3; 3]], side: Side) -> Triangles {
-    let mut raw = RawSurface { place: "number", ..RawSurface::default() };
+    let mut raw = RawSurface::new("number");
     for (number, t) in triangles.iter().enumerate() {
         let corners = t.map(|x| raw.point(x));
         raw.triangle(corners, number + 1);

@@ -25,6 +25,11 @@ pub struct RawSurface {
 }
 
 impl RawSurface {
+    /// Without triangles; `place` is how messages introduce a triangle's label, `on line` or `number`.
+    pub fn new(place: &'static str) -> Self {
+        RawSurface { place, ..RawSurface::default() }
+    }
+
     /// The number of a point, which is added unless it is there.
     pub fn point(&mut self, x: V3) -> u32 {
         // -0 is 0.

@@ -6,7 +6,7 @@ use crate::contact::RawSurface;
 use crate::io::number::integer;
 
 pub(super) fn parse(bytes: &[u8], scale: f64) -> Result<RawSurface, Error> {
-    let mut surface = RawSurface { place: "on line", ..RawSurface::default() };
+    let mut surface = RawSurface::new("on line");
     // The point of each vertex of the file, those of equal coordinates being one.
     let mut vertices: Vec<u32> = Vec::new();
     let mut corners: Vec<u32> = Vec::new();

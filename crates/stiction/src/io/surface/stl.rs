@@ -35,7 +35,7 @@ fn promised(count: usize) -> Option<usize> {
 }
 
 fn binary(bytes: &[u8], count: usize, scale: f64) -> Result<RawSurface, Error> {
-    let mut surface = RawSurface { place: "number", ..RawSurface::default() };
+    let mut surface = RawSurface::new("number");
     surface.labels.reserve_exact(count);
     surface.triangles.reserve_exact(count);
     for (number, triangle) in bytes.chunks_exact(TRIANGLE).enumerate() {
@@ -61,7 +61,7 @@ fn binary(bytes: &[u8], count: usize, scale: f64) -> Result<RawSurface, Error> {
 /// `solid name`, then `facet normal ...`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`, and
 /// `endsolid name`; several solids make up one surface.
 fn text(bytes: &[u8], scale: f64) -> Result<RawSurface, Error> {
-    let mut surface = RawSurface { place: "on line", ..RawSurface::default() };
+    let mut surface = RawSurface::new("on line");
     let mut corners: Vec<u32> = Vec::new();
     let (mut facet, mut inside) = (0, false);
     for (number, line) in (1..).zip(bytes.split(|&b| b == b'\n')) {
