@@ -11,6 +11,8 @@ use crate::mesh::weights_on_triangle;
 const FILLET: f64 = 1e-3;
 /// What lies this part of the diagonal beside the border still looks at the surface.
 const BESIDE: f64 = 1e-7;
+/// A triangle faces the body if the cosine between its normal and the outward normal of the body is less than minus this.
+const FACING: f64 = 0.05;
 /// Distances below this part of the diagonal are rounding.
 const ROUNDING: f64 = 1e-14;
 
@@ -27,29 +29,35 @@ impl Triangles {
     /// Signed distance of `x` from the surface, positive on the body's side, and the unit normal towards the body;
     /// `None` beyond the border of an open surface, where there is nothing to meet.
     ///
+    /// Of triangles as near as others those count that face a body with the outward normal `facing`: in a corner a floor
+    /// meets the floor. Where only a triangle that looks away is near, that is the answer.
+    pub(super) fn distance(&self, x: V3, facing: Option<V3>) -> Option<(f64, V3)> {
+        let any = self.nearest(x, |_| true);
+        let Some(facing) = facing else { return any };
+        let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };
+        match (any, self.nearest(x, |t| sign * dot(self.normal(t), facing) < -FACING)) {
+            // Beside the surface a feature that is not the nearest tells no side.
+            (Some((far, _)), Some((near, _))) if far > 0.0 && near < 0.0 => any,
+            (None, Some((near, _))) if near < 0.0 => None,
+            (_, Some(found)) => Some(found),
+            _ => any,
+        }
+    }
+
+    /// The same for the triangles with `allowed`.
+    ///
     /// The sign is that of the pseudonormal at the closest point: of the face, the mean of the two at an edge, weighted
     /// with the angles at a corner (Baerentzen & Aanaes 2005). The normal is that of a smooth surface up to sharp edges;
     /// from these it points to `x`, close to them it turns gradually.
-    pub(super) fn distance(&self, x: V3) -> Option<(f64, V3)> {
+    fn nearest(&self, x: V3, allowed: impl Fn(u32) -> bool) -> Option<(f64, V3)> {
         let weights = |t: u32| weights_on_triangle(x, self.corners(t));
-        let offset = |t: u32, w: [f64; 3]| {
-            let [a, b, c] = self.corners(t);
-            // From the corner with the largest weight, so that it is exact at a corner.
-            let add_up =
-                |p: V3, q: V3, v: f64, r: V3, w: f64| sub(sub(x, p), add(scale(v, sub(q, p)), scale(w, sub(r, p))));
-            match w {
-                [u, v, w] if u >= v && u >= w => add_up(a, b, v, c, w),
-                [u, v, w] if v >= w => add_up(b, a, u, c, w),
-                [u, v, _] => add_up(c, a, u, b, v),
-            }
-        };
         let distance2 = |t: u32| {
-            let d = offset(t, weights(t));
-            dot(d, d)
+            let d = self.offset(x, t, weights(t));
+            if allowed(t) { dot(d, d) } else { f64::INFINITY }
         };
         let (t, _) = self.tree.nearest(x, f64::INFINITY, distance2)?;
         let w = weights(t);
-        let apart = offset(t, w);
+        let apart = self.offset(x, t, w);
         let feature = feature(w);
         let pseudo = self.pseudonormal(t, feature);
         if self.on_border(t, feature) && self.beside(t, feature, apart) {
@@ -59,10 +67,35 @@ impl Triangles {
         let length = if length <= ROUNDING * self.size { 0.0 } else { length };
         let sign = if dot(apart, pseudo) < 0.0 { -1.0 } else { 1.0 };
         let normal = self.normal_at(t, w, feature, scale(sign, apart), pseudo)?;
+        let distance = sign * length - self.bulge(t, w);
         Some(match self.side {
-            Side::Outside => (sign * length, normal),
-            Side::Inside => (-sign * length, normal.map(|c| 0.0 - c)),
+            Side::Outside => (distance, normal),
+            Side::Inside => (0.0 - distance, normal.map(|c| 0.0 - c)),
         })
+    }
+
+    /// From the point of a triangle with the weights `w` to `x`.
+    fn offset(&self, x: V3, t: u32, w: [f64; 3]) -> V3 {
+        let [a, b, c] = self.corners(t);
+        // From the corner with the largest weight, so that it is exact at a corner.
+        let from = |p: V3, q: V3, v: f64, r: V3, w: f64| sub(sub(x, p), add(scale(v, sub(q, p)), scale(w, sub(r, p))));
+        match w {
+            [u, v, w] if u >= v && u >= w => from(a, b, v, c, w),
+            [u, v, w] if v >= w => from(b, a, u, c, w),
+            [u, v, _] => from(c, a, u, b, v),
+        }
+    }
+
+    /// How far the smooth surface that the triangles stand for lies above a point of one: half the mean distance of the
+    /// tangent planes of its corners, which is exact for surfaces of second degree (as the projections of Boubekeur &
+    /// Alexa, Phong tessellation, 2008). Zero on a flat one.
+    fn bulge(&self, t: u32, w: [f64; 3]) -> f64 {
+        let (corners, number) = (self.corners(t), self.corner[t as usize]);
+        let above = |k: usize| {
+            let plane = self.smooth[number[k] as usize];
+            w[k] * dot(self.offset(corners[k], t, w), plane)
+        };
+        0.5 * (above(0) + above(1) + above(2))
     }
 
     /// The unit normal at the closest point; `away` leads from it to the point or, inside, the other way.

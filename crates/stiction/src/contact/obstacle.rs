@@ -62,7 +62,16 @@ impl Obstacle {
                 let along = dot(d, a);
                 round(sub(d, a.map(|c| c * along)), radius, side)
             }
-            Obstacle::Surface(ref triangles) => triangles.distance(x),
+            Obstacle::Surface(ref triangles) => triangles.distance(x, None),
+        }
+    }
+
+    /// The same for a point of a body with this outward normal: where an obstacle is as near on several sides, the side
+    /// that faces the body counts.
+    pub fn distance_facing(&self, x: [f64; 3], outward: [f64; 3]) -> Option<(f64, [f64; 3])> {
+        match self {
+            Obstacle::Surface(triangles) => triangles.distance(x, Some(outward)),
+            _ => self.distance(x),
         }
     }
 }

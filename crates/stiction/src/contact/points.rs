@@ -55,7 +55,7 @@ pub(super) fn points_on_obstacle(
     for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
         let x = mesh.nodes[node as usize];
         facts.area += area;
-        let Some((distance, away)) = obstacle.distance(x) else {
+        let Some((distance, away)) = obstacle.distance_facing(x, outward) else {
             if matches!(obstacle, Obstacle::Surface(_)) {
                 facts.beyond += 1;
                 continue;
