@@ -251,7 +251,7 @@ fn both_paths_agree_up_to_a_ratio_of_ten_and_with_a_limit() {
     for (law, load) in laws.iter().flat_map(|law| [BrickLoad::Press, BrickLoad::Lift].map(|load| (law, load))) {
         let p = brick(6, BlockElement::Hex8, load, law.clone()).pose().problem;
         let direct = solved(&p, 1e-10);
-        assert!(direct.counts.newton_steps <= 20, "{law:?} {load:?}: {:?}", direct.counts);
+        assert!(direct.counts.newton_steps <= 25, "{law:?} {load:?}: {:?}", direct.counts);
         if p.friction_across.as_ref().is_some_and(|across| across.contains(&0.0)) {
             continue; // multigrid goes round in circles and leaves it to the direct path
         }

@@ -156,6 +156,17 @@ impl Triangles {
         })
     }
 
+    /// Corners of the triangles; length.
+    pub fn points(&self) -> &[V3] {
+        &self.points
+    }
+
+    /// Triangles by indices into the points.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Number of triangles.
     pub fn len(&self) -> usize {
         self.triangles.len()
     }
