@@ -284,3 +284,27 @@ fn a_case_with_a_plate_from_a_file_steps_like_the_same_case_on_a_plane() {
     assert!(slipping > 5, "{slipping}");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn a_result_with_ellipses_a_limit_and_a_surface_is_judged_anew_from_its_files() {
+    use stiction::run::{Origin, Settings, check, prepare, solve, write};
+    let folder = std::env::temp_dir().join(format!("stiction-judged-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let text = "[mesh]\nblock = { size = [2, 1, 1], cells = [6, 4, 4], element = \"hex8\" }\n\
+        [materials.steel]\nyoung = 2e9\npoisson = 0.3\n[[fix]]\non = \"z-max\"\nvalue = [2e-3, 1e-3, -2e-3]\n\
+        [[contact]]\non = \"z-min\"\nagainst = { surface = \"plate.obj\" }\n\
+        friction = { coulomb = [0.1, \"0.2 + 0.1*x\"], direction = [1, 1, 0], limit = 5e5 }\n";
+    std::fs::write(folder.join("plate.obj"), "v -1 -1 0\nv 4 -1 0\nv 4 4 0\nv -1 4 0\nf 1 2 3 4\n").unwrap();
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+    let case = stiction::io::case::read(folder.join("case.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let mut outcome =
+        solve(&prepared, &Settings::of(&case.solver), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+    let origin = Origin { case_text: text.into(), ..Origin::default() };
+    let results = folder.join("results");
+    let files = write(&prepared, &mut outcome, &origin, &results).unwrap();
+    assert!(files.iter().any(|file| file == "obstacles.vtu"), "{files:?}");
+    let found = check(&results).unwrap_or_else(|e| panic!("{e}"));
+    assert!(found.passed(), "{found:?}");
+    std::fs::remove_dir_all(folder).unwrap();
+}

@@ -224,9 +224,9 @@ fn neighbours(triangles: &[[u32; 3]], called: &dyn Fn(u32) -> String) -> Result<
                 let remedy = "orient all triangles alike (mesh tools call it unifying or recalculating normals)";
                 return Err(Error::new("", what, remedy));
             }
-            [(_, _, t, _), (_, _, u, _), ..] => {
-                let (count, first, second) = (edge.len(), called(t), called(u));
-                let what = format!("{count} triangles share one edge, among them those {first} and {second}");
+            [_, ..] => {
+                let some = edge.iter().take(4).map(|e| called(e.2)).collect::<Vec<_>>().join(", ");
+                let what = format!("{} triangles share one edge, among them those {some}", edge.len());
                 let remedy = "an edge has two sides: remove double triangles and inner walls, or give two surfaces";
                 return Err(Error::new("", what, remedy));
             }

@@ -15,7 +15,7 @@ pub(super) fn parse(bytes: &[u8], scale: f64) -> Result<RawSurface, Error> {
         return binary(&bytes[HEAD..], count, scale);
     }
     let begin = bytes.trim_ascii_start();
-    if begin.len() >= 5 && begin[..5].eq_ignore_ascii_case(b"solid") {
+    if begin.len() >= 5 && begin[..5].eq_ignore_ascii_case(b"solid") && !bytes.contains(&0) {
         return text(bytes, scale);
     }
     let what = match count {

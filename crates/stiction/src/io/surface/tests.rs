@@ -62,7 +62,7 @@ fn a_cube_is_the_same_in_every_format() {
         assert_eq!((raw.points.len(), raw.triangles.len()), (8, 12));
         let cube = Triangles::new(raw, "cube", Side::Outside, 30.0).unwrap();
         // Twelve edges are sharp, the diagonals of the faces are not.
-        assert_eq!((cube.border_edges, cube.sharp_edges, cube.volume), (0, 12, 8.0));
+        assert!((cube.border_edges, cube.sharp_edges) == (0, 12) && (cube.volume - 8.0).abs() < 1e-14);
     }
 }
 
@@ -70,11 +70,11 @@ fn a_cube_is_the_same_in_every_format() {
 fn what_is_wrong_is_told_with_its_line_or_triangle() {
     let stl = as_text(&triangles());
     let cases: [(&str, String, &str, &str); 13] = [
-        ("stl", stl.replace("vertex 1e0 1 0", "vertex 1e0 l 0"), "line 5", "\"l\" is no number"),
+        ("stl", stl.replace("vertex 1e0 1 0", "vertex 1e0 l 0"), "line 6", "\"l\" is no number"),
         ("stl", stl.replacen("vertex 1e0 1 0", "vertex 1e0 1", 1), "line", "without z"),
         ("stl", stl.replacen("vertex 0e0 0 0", "vertex 0e0 inf 0", 1), "line 4", "not finite"),
         ("stl", stl.replacen("   vertex 0e0 0 0\n", "", 1), "line 2", "2 vertices"),
-        ("stl", stl[..stl.len() - 40].to_string(), "line 79", "ends within this facet"),
+        ("stl", stl[..stl.len() - 24].to_string(), "line 79", "ends within this facet"),
         ("stl", "solid nothing\nendsolid".into(), "x.stl", "no facet"),
         ("stl", "hello".into(), "x.stl", "neither a text"),
         ("stl", stl.replacen("outer", "inner", 1), "line 3", "no word of an STL file"),
@@ -92,7 +92,7 @@ fn what_is_wrong_is_told_with_its_line_or_triangle() {
     let mut binary = as_binary("solid", &triangles());
     binary.pop();
     let error = parse_stl(&binary, "x.stl", 1.0).unwrap_err().to_string();
-    assert!(error.contains("line"), "begins like a text and is none: {error}");
+    assert!(error.contains("12 triangles") && error.contains("683"), "begins like a text and is none: {error}");
     binary[0] = b'b';
     let error = parse_stl(&binary, "x.stl", 1.0).unwrap_err().to_string();
     assert!(error.contains("12 triangles") && error.contains("683"), "{error}");

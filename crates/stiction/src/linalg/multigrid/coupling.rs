@@ -144,9 +144,9 @@ impl Coupling {
         let place = self.places();
         let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
         let mut near = Vec::new();
-        for &v in &self.nodes {
+        for (t, &v) in self.nodes.iter().enumerate() {
             near.clear();
-            near.extend_from_slice(a_times_p.row(v as usize).0);
+            near.extend_from_slice(a_times_p.row(t).0);
             for &w in a.row(v as usize).0.iter().filter(|&&w| place[w as usize] != u32::MAX) {
                 near.extend_from_slice(p.row(w as usize).0);
             }
@@ -226,7 +226,7 @@ mod tests {
     fn the_coarse_matrix_stays_and_bodies_held_together_are_solved_fast() {
         let (a, kernel, coupling) = two_bodies();
         let relative = coupling.matrix(&a);
-        let step = coarsen(&a, &kernel, 0.05).unwrap();
+        let step = coarsen(&a, &kernel, 0.05, &coupling.nodes).unwrap();
         let p = coupling.prolongation(&step.prolongation);
         // P'T'ATP is P'AP: the coarse spaces are the same displacements.
         for q in [0, 3, 7] {
