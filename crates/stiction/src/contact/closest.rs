@@ -111,7 +111,7 @@ impl Triangles {
             return unit(add(away, scale(fillet, pseudo))).or(Some(pseudo));
         }
         // Over a face: the nearer a sharp edge, the more of its normal.
-        let near = (0..3).filter(|&k| self.sharp[t as usize][k]).map(|k| (self.from_edge(t, k, w), k));
+        let near = (0..3).filter(|&k| self.sharp[t as usize][k]).map(|k| (self.off_edge(t, k, w), k));
         match near.min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((distance, k)) if distance < fillet => {
                 let edge = self.along_edge(t, k, self.share_along(t, k, w), fillet);
@@ -153,7 +153,7 @@ impl Triangles {
     }
 
     /// Distance of a point of the triangle from its edge `k`.
-    fn from_edge(&self, t: u32, k: usize, w: [f64; 3]) -> f64 {
+    fn off_edge(&self, t: u32, k: usize, w: [f64; 3]) -> f64 {
         let corners = self.corners(t);
         let d = sub(corners[(k + 2) % 3], corners[k]);
         let e = unit(sub(corners[(k + 1) % 3], corners[k])).unwrap_or([0.0; 3]);

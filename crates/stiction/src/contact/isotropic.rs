@@ -66,7 +66,7 @@ impl ContactProblem {
     }
 
     /// Turns multipliers of the isotropic problem, `3m`, into those of this one.
-    pub fn from_isotropic(&self, lambda: &mut [f64]) {
+    pub fn out_of_isotropic(&self, lambda: &mut [f64]) {
         let across = self.friction_across.iter().flatten();
         lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, a)| *l *= a);
     }

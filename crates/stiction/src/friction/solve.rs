@@ -416,7 +416,7 @@ impl<'a> Solver<'a> {
         self.at.v = self.problem.opening(&u);
         self.at.lambda = lambda;
         let mut lambda = self.at.lambda.clone();
-        self.given.from_isotropic(&mut lambda);
+        self.given.out_of_isotropic(&mut lambda);
         let certificate = certify(self.given, &u, &lambda, tolerance);
         let status = match end {
             End::Interrupted => Status::Interrupted,

@@ -124,7 +124,7 @@ fn judge(
     }
     let u = dual.displacement(problem, &lambda);
     let isotropic = lambda.clone();
-    given.from_isotropic(&mut lambda);
+    given.out_of_isotropic(&mut lambda);
     let certificate = certify(given, &u, &lambda, tolerance);
     let status = match report.end {
         MethodEnd::Interrupted => Status::Interrupted,

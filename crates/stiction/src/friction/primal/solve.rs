@@ -160,7 +160,7 @@ fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tol
         }
     }
     make_admissible(&problem.friction, &mut lambda);
-    problem.from_isotropic(&mut lambda);
+    problem.out_of_isotropic(&mut lambda);
     let u = turned.out_of_frames(&at.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = match end {
