@@ -213,7 +213,7 @@ fn the_same_problem_from_every_kind_of_file_is_the_same() {
         bilateral: None,
     });
     write(&folder.join("a.hdf5"), &wanted, None, &[]).unwrap();
-    let dense = Array { shape: vec![2, 2], data: Data::F64(vec![2.0, 0.5, 0.5, 1.0]) };
+    let dense = Array { shape: vec![2, 2], data: Data::F64(vec![2.0, 0.5, 0.5, 1.0].into()) };
     let vectors = [("q", Array::f64(&[-1.0, 0.25])), ("friction", Array::f64(&[0.3]))];
     npz::write(&folder.join("b.npz"), &[&[("W", dense)], &vectors[..]].concat()).unwrap();
     let sparse = [
@@ -247,12 +247,13 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
         Array { shape: vec![a.rows, a.cols], data: Data::F64(values) }
     };
     let file = std::env::temp_dir().join(format!("stiction-posed-{}.npz", std::process::id()));
+    let mu = vec![0.35; p.points()];
     let arrays = [
         ("K", dense(&p.K)),
         ("B", dense(&p.B)),
         ("f", Array::f64(&p.f)),
         ("gap", Array::f64(&p.gap)),
-        ("mu", Array::f64(&vec![0.35; p.points()])),
+        ("mu", Array::f64(&mu)),
     ];
     npz::write(&file, &arrays).unwrap();
     let read = algebraic::read(&file).unwrap();

@@ -128,7 +128,7 @@ fn steps_and_motions_are_held_to_the_time_axis() {
     with("[[step]]\nuntil = 1\nincrement = 2", "19:1", &["did you mean `increments`?"]);
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
     fails(plane, &format!("{plane}, motion = [0, 0, \"x\"]"), "15:81", &["only t may"]);
-    fails(plane, &format!("{plane}, motion = 1"), "15:72", &["`motion` is the number 1", "motion = [0, 0"]);
+    fails(plane, &format!("{plane}, motion = 1"), "15:73", &["`motion` is the number 1", "motion = [0, 0"]);
     fails(plane, &format!("{plane}, moton = [0, 0, 1]"), "15:64", &["did you mean `motion`?"]);
 }
 
@@ -245,7 +245,7 @@ fn laws_of_friction_that_say_too_much_or_too_little_are_refused() {
 #[test]
 fn keys_of_a_surface_belong_to_a_surface() {
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
-    fails(plane, &format!("{plane}, scale = 2"), "15:73", &["`scale` is for an obstacle from a file", "surface ="]);
+    fails(plane, &format!("{plane}, scale = 2"), "15:72", &["`scale` is for an obstacle from a file", "surface ="]);
     fails(plane, &format!("{plane}, surface = \"a.stl\""), "15:64", &["both `plane` and `surface`"]);
     fails(plane, "surface = \"a.stl\", feature_angle = 200", "15:48", &["at most 180"]);
     fails(plane, "surface = \"a.stl\", side = \"within\"", "15:39", &["inside", "outside"]);
