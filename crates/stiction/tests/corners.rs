@@ -12,7 +12,7 @@ const WALL: Obstacle = Obstacle::Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0
 /// A block in a corner, its top moved by `top`.
 fn cornered(element: BlockElement, n: usize, top: [f64; 3], friction: SurfaceFriction) -> Case {
     let case = block_of([1.0; 3], [n; 3], element, 1e9, 0.3).fix("z-max", top.map(Some));
-    below_the_top(case.contact("z-min", FLOOR, friction).contact("x-min", WALL, friction))
+    below_the_top(case.contact("z-min", FLOOR, friction.clone()).contact("x-min", WALL, friction))
 }
 
 /// The last wall without the faces at the moved top, whose nodes cannot give way.

@@ -9,7 +9,7 @@ use stiction::mesh::BlockElement;
 
 fn assert_steps(load: BrickLoad, friction: SurfaceFriction, most: usize) {
     for n in [4, 8] {
-        let p = brick(n, BlockElement::Tet4Six, load, friction).pose().problem;
+        let p = brick(n, BlockElement::Tet4Six, load, friction.clone()).pose().problem;
         let s = attempt(&p, &settings(1e-8));
         println!("{load:?} {friction:?} n = {n}: {:?} {:?} worst {:.1e}", s.status, s.counts, s.certificate.worst);
         assert_solved(&s);

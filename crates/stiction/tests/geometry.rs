@@ -42,7 +42,7 @@ fn gaps_and_overlaps_to_round_obstacles_are_those_of_the_formula() {
         }),
     ];
     for (obstacle, formula) in cases {
-        let case = cube().contact("z-min", obstacle, COULOMB);
+        let case = cube().contact("z-min", obstacle.clone(), COULOMB);
         let posed = case.pose();
         let f = &posed.facts[0];
         let (low, high, overlapping) = expected(&case, formula);
@@ -169,7 +169,7 @@ fn a_quarter_with_symmetry_planes_carries_the_same_forces_as_the_whole() {
     let cylinder =
         Obstacle::Cylinder { point: [1.0, 1.0, -20.0], axis: [0.0, 1.0, 0.0], radius: 20.0, side: Side::Outside };
     for obstacle in [FLOOR, sphere, cylinder] {
-        let (whole, quarter) = (pressed(false, obstacle), pressed(true, obstacle));
+        let (whole, quarter) = (pressed(false, obstacle.clone()), pressed(true, obstacle.clone()));
         let forces = |case: &Case| {
             let posed = case.pose();
             let p = &posed.problem;

@@ -4,7 +4,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use stiction::io::{abaqus, gmsh, vtu_read};
+use stiction::contact::{Side, Triangles};
+use stiction::io::{abaqus, gmsh, surface, vtu_read};
 
 /// Counts the bytes in use and their largest number.
 struct Counting;
@@ -93,6 +94,23 @@ fn memory_stays_in_proportion_to_the_file() {
     ];
     let meshes = ["$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4000000000 1 4000000000\n3 1 0 4000000000\n1\n"];
 
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n";
+    let strip = |i: usize, t: &mut String| {
+        let [a, b] = [2 * i + 1, 2 * i + 2];
+        write!(t, "v {i} 0 0\nv {i} 1 0\n").unwrap();
+        if i > 0 {
+            write!(t, "f {} {} {b} {a}\n", a - 2, b - 2).unwrap();
+        }
+    };
+    let surfaces = [
+        ("faces", lines(corners, many, |_, t| t.push_str("f 1 2 3\n"))),
+        ("polygons", lines(corners, many, |_, t| t.push_str("f 1 2 4 3\n"))),
+        ("a strip", lines("", many, strip)),
+        ("vertices", lines("f 1 2 3\n", many, |i, t| writeln!(t, "v {i} 0 0").unwrap())),
+        ("collapsed", lines(corners, many, |_, t| t.push_str("f 1 1 1\n"))),
+        ("words", lines(corners, many, |_, t| t.push_str("g a\n"))),
+    ];
+
     let check = |name: &str, text: &str, parse: &dyn Fn(&[u8]) -> bool| {
         let before = NOW.load(Ordering::Relaxed);
         PEAK.store(before, Ordering::Relaxed);
@@ -102,6 +120,12 @@ fn memory_stays_in_proportion_to_the_file() {
     };
     for (name, text) in &inputs {
         check(name, text, &|bytes| abaqus::parse(bytes, "a.inp", 1.0, &|_| Err(String::new())).is_ok());
+    }
+    for (name, text) in &surfaces {
+        check(name, text, &|bytes| {
+            let raw = surface::parse_obj(bytes, "a.obj", 1.0);
+            raw.and_then(|raw| Triangles::new(raw, "a.obj", Side::Outside, 30.0)).is_ok()
+        });
     }
     for text in &grids {
         check("grid", text, &|bytes| vtu_read::parse(bytes, "a.vtu", 1.0).is_ok());

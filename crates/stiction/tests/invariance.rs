@@ -25,7 +25,7 @@ fn in_units(case: &Case, length: f64, force: f64) -> Case {
         }
     }
     for surface in &mut case.surfaces {
-        surface.friction = match surface.friction {
+        surface.friction = match surface.friction.clone() {
             SurfaceFriction::GivenStress(s) => SurfaceFriction::GivenStress(s * stress),
             SurfaceFriction::GivenForce(s) => SurfaceFriction::GivenForce(s * force),
             other => other,
@@ -40,7 +40,7 @@ fn millimetres_and_megapascals_give_the_same_answer_in_the_same_iterations() {
         [SurfaceFriction::None, COULOMB, SurfaceFriction::GivenStress(1e5), SurfaceFriction::GivenForce(1e4)]
     {
         for load in [BrickLoad::Lift, BrickLoad::Press] {
-            let case = brick(8, BlockElement::Tet4Six, load, friction);
+            let case = brick(8, BlockElement::Tet4Six, load, friction.clone());
             let a = attempt(&case.pose().problem, &settings(1e-8));
             // m and Pa; mm and MPa; inch and pound-force; nm and GN
             for (length, force) in [(1e3, 1.0), (39.37, 0.2248), (1e9, 1e-9)] {

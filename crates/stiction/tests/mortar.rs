@@ -224,7 +224,7 @@ fn patch_tests_pass_in_contact_and_bonded() {
                     loads.push(Load::Traction { faces, value });
                 }
                 let (problem, Posed { model, facts }) =
-                    posed(&mesh, &fixes, &loads, &[pair(&mesh, slave, master, friction)]);
+                    posed(&mesh, &fixes, &loads, &[pair(&mesh, slave, master, friction.clone())]);
                 let solution = solved(&problem, 1e-10);
                 let u = full_displacement(&model, &solution.u);
                 let exact: Vec<f64> = mesh.nodes.iter().flat_map(|&x| field.at(x)).collect();
@@ -392,7 +392,7 @@ fn three_bodies_that_meet_along_an_edge_pass_the_patch_test() {
         let pairs = [("left.x-max", "right.x-min"), ("left.z-min", "base.z-max"), ("right.z-min", "base.z-max")];
         let mut forces = Vec::new();
         for order in [[0, 1, 2], [2, 1, 0]] {
-            let surfaces = order.map(|i: usize| pair(&mesh, pairs[i].0, pairs[i].1, friction));
+            let surfaces = order.map(|i: usize| pair(&mesh, pairs[i].0, pairs[i].1, friction.clone()));
             let (problem, Posed { model, facts }) = posed(&mesh, &fixes, &[], &surfaces);
             assert!(facts.iter().filter_map(|f| f.pair.as_ref()).any(|pair| pair.taken > 0));
             let solution = solved(&problem, 1e-10);

@@ -158,7 +158,7 @@ fn both_paths_find_the_same_solution() {
     for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
         for load in [BrickLoad::Lift, BrickLoad::Press] {
             for law in LAWS {
-                let p = brick(5, element, load, law).pose().problem;
+                let p = brick(5, element, load, law.clone()).pose().problem;
                 let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
                 println!("{element:?} {load:?} {law:?}: {:?}", b.counts);
                 assert_solved(&b);
@@ -184,8 +184,10 @@ fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
 #[test]
 fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_solution() {
     let laws = [SurfaceFriction::None, SurfaceFriction::GivenForce(1.3e4), SurfaceFriction::GivenStress(3e6)];
-    for (load, law) in [BrickLoad::Lift, BrickLoad::Press].into_iter().flat_map(|load| laws.map(|law| (load, law))) {
-        let p = brick(5, BlockElement::Hex8, load, law).pose().problem;
+    for (load, law) in
+        [BrickLoad::Lift, BrickLoad::Press].into_iter().flat_map(|load| laws.clone().map(|law| (load, law)))
+    {
+        let p = brick(5, BlockElement::Hex8, load, law.clone()).pose().problem;
         let mut primal = Primal::new(&p).unwrap();
         // A start far from everything, with the nodes inside the obstacle.
         let start: Vec<f64> = (0..p.unknowns()).map(|i| 1e-3 * ((i as f64 * 0.618).fract() - 0.5)).collect();

@@ -62,6 +62,7 @@ fn problem(m: usize, extra: usize, seed: u64, law: impl Fn(f64) -> Friction) -> 
         let limit = match law {
             Friction::Coulomb { coefficient } => coefficient * normal,
             Friction::Given { slip_bound } => slip_bound,
+            Friction::Limited { coefficient, limit } => (coefficient * normal).min(limit),
             Friction::None | Friction::Bonded => 0.0,
         };
         let angle = 4.0 * noise.next();

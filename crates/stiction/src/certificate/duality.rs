@@ -12,7 +12,7 @@ const SWEEPS: usize = 50;
 /// `1/2 |w - u|²_K + sum of lambda_n (gap - N w) + bound |s(w)| - lambda_t . s(w)`, where no term is negative.
 /// Infinite where no such `w` was found.
 pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<f64> {
-    if problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. })) {
+    if problem.friction.iter().any(|law| law.coefficient().is_some()) {
         return None;
     }
     let Some(w) = feasible_near(problem, u) else { return Some(f64::INFINITY) };
@@ -23,7 +23,7 @@ pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -
     for (j, law) in problem.friction.iter().enumerate() {
         gap += [j, m + j, 2 * m + j].iter().map(|&i| lambda[i] * opening[i]).sum::<f64>();
         if let Friction::Given { slip_bound } = law {
-            gap += slip_bound * opening[m + j].hypot(opening[2 * m + j]);
+            gap += slip_bound * opening[m + j].hypot(problem.across(j) * opening[2 * m + j]);
         }
     }
     Some(gap.max(0.0))

@@ -15,16 +15,19 @@ pub struct Certificate {
     pub penetration: f64,
     /// `max(-lambda_n)+ / max|lambda_n|`.
     pub tension: f64,
-    /// `max(|lambda_t| - bound)+ / max bound`.
+    /// `max(|lambda_t| - bound)+ / max bound`; where friction differs by direction `|(lambda_t1, lambda_t2 / a)|` is
+    /// what is held against the bound, `a` the friction across the first tangent over that along it.
     pub cone: f64,
     /// `max(bound |s| - lambda_t . s) / (max bound * max|u|)`: zero where friction is parallel to the slip and at
-    /// its bound. Not over the largest slip, which is nothing but rounding where all points stick.
+    /// its bound, or along the slip's image where friction differs by direction: `|(s_1, a s_2)|` stands for `|s|` here
+    /// and below. Not over the largest slip, which is nothing but rounding where all points stick.
     pub slip_direction: f64,
     /// Sum of `lambda_n (gap - N u) + bound |s| - lambda_t . s` over the sum of its terms' magnitudes or the elastic
     /// work `u'Ku`, whichever is larger (without friction on a flat obstacle all terms vanish). De Saxcé & Feng 1998.
     pub bipotential_gap: f64,
     /// `|lambda - P(lambda - r w)| / |lambda|`, `P` the projection on the cone of friction (given friction: on the
-    /// half-line and disc), `w` the jump in De Saxcé's form.
+    /// half-line and disc), `w` the jump in De Saxcé's form. Where friction differs by direction both are taken in
+    /// coordinates in which the cone is round: forces across over `a`, slips times `a`.
     pub natural_residual: f64,
     /// For given friction (no Coulomb point): primal energy of a displacement near `u` that does not penetrate less
     /// the dual energy of `lambda`, a bound of `1/2 |u - u*|²_K` for admissible `lambda` in equilibrium; energy.
@@ -97,6 +100,7 @@ impl Certificate {
 /// One contact point: forces and kinematics, with slip as in the law (`lambda_t` points along it).
 struct Point {
     tied: bool,
+    /// The coefficient where friction follows the normal force.
     coulomb: Option<f64>,
     /// `lambda_n`.
     normal: f64,
@@ -105,7 +109,10 @@ struct Point {
     gap: f64,
     approach: f64,
     slip: [f64; 2],
+    /// Along the first tangent.
     bound: f64,
+    /// Friction across the first tangent over that along it.
+    across: f64,
 }
 
 impl Point {
@@ -116,6 +123,9 @@ impl Point {
             Friction::None | Friction::Bonded => (None, 0.0),
             Friction::Given { slip_bound } => (None, slip_bound),
             Friction::Coulomb { coefficient } => (Some(coefficient), coefficient * normal.max(0.0)),
+            // Beyond its limit friction does not follow the normal force: the bound is as good as given.
+            Friction::Limited { coefficient, limit } if coefficient * normal > limit => (None, limit),
+            Friction::Limited { coefficient, .. } => (Some(coefficient), coefficient * normal.max(0.0)),
         };
         Point {
             tied: problem.friction[j] == Friction::Bonded,
@@ -126,6 +136,7 @@ impl Point {
             approach: jump[j],
             slip: [jump[m + j] - problem.slip_reference[j], jump[2 * m + j] - problem.slip_reference[m + j]],
             bound,
+            across: problem.friction_across.as_ref().map_or(1.0, |across| across[j]),
         }
     }
 
@@ -133,12 +144,27 @@ impl Point {
         self.gap - self.approach
     }
 
-    fn slip_length(&self) -> f64 {
-        self.slip[0].hypot(self.slip[1])
+    /// The slip in coordinates in which the ellipse of friction is a disc; of a tied point the slip itself.
+    fn round_slip(&self) -> [f64; 2] {
+        if self.tied { self.slip } else { [self.slip[0], self.across * self.slip[1]] }
     }
 
+    /// The force there; infinite where there may be none.
+    fn round_friction(&self) -> [f64; 2] {
+        let across = if self.friction[1] == 0.0 { 0.0 } else { self.friction[1] / self.across };
+        [self.friction[0], across]
+    }
+
+    /// Dissipation over bound.
+    fn slip_length(&self) -> f64 {
+        let [along, across] = self.round_slip();
+        along.hypot(across)
+    }
+
+    /// What is held against the bound.
     fn friction_length(&self) -> f64 {
-        self.friction[0].hypot(self.friction[1])
+        let [along, across] = self.round_friction();
+        along.hypot(across)
     }
 
     fn friction_work(&self) -> f64 {
@@ -170,12 +196,13 @@ fn natural_residual(problem: &ContactProblem, points: &[Point], lambda: &[f64]) 
     let r = mean_stiffness(problem);
     let mut square = 0.0;
     for p in points {
-        let w = [p.opening() + p.coulomb.map_or(0.0, |c| c * p.slip_length()), -p.slip[0], -p.slip[1]];
+        let (friction, slip) = (p.round_friction(), p.round_slip());
+        let w = [p.opening() + p.coulomb.map_or(0.0, |c| c * p.slip_length()), -slip[0], -slip[1]];
         if p.tied {
             square += (r * p.opening()).powi(2) + (r * p.slip_length()).powi(2);
             continue;
         }
-        let y = [p.normal - r * w[0], p.friction[0] - r * w[1], p.friction[1] - r * w[2]];
+        let y = [p.normal - r * w[0], friction[0] - r * w[1], friction[1] - r * w[2]];
         let projected = match p.coulomb {
             Some(coefficient) => onto_cone(coefficient, y),
             None => {
@@ -184,7 +211,7 @@ fn natural_residual(problem: &ContactProblem, points: &[Point], lambda: &[f64]) 
             }
         };
         square += (p.normal - projected[0]).powi(2);
-        square += (p.friction[0] - projected[1]).powi(2) + (p.friction[1] - projected[2]).powi(2);
+        square += (friction[0] - projected[1]).powi(2) + (friction[1] - projected[2]).powi(2);
     }
     ratio(square.sqrt(), length(lambda.iter().copied()))
 }

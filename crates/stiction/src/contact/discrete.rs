@@ -181,17 +181,22 @@ impl GlobalProblem {
     /// A posed contact problem in this form: `M = K`, `H = -B'`, `w` the opening of the undeformed body.
     ///
     /// # Errors
-    /// If a point has given friction or is bonded: the form knows Coulomb's law alone.
+    /// If a point has given or limited friction, friction that differs by direction, or is bonded: the form knows
+    /// Coulomb's law alone.
     pub fn of(problem: &ContactProblem) -> Result<Self, Error> {
         let m = problem.points();
         let coefficient = |(j, law): (usize, &Friction)| match law {
             Friction::None => Ok(0.0),
             Friction::Coulomb { coefficient } => Ok(*coefficient),
-            Friction::Given { .. } | Friction::Bonded => {
-                let what = format!("point {j} is bonded or has given friction");
+            Friction::Given { .. } | Friction::Limited { .. } | Friction::Bonded => {
+                let what = format!("point {j} is bonded, or its friction is given or limited");
                 Err(Error::new("", what, "this form of a problem knows Coulomb friction alone"))
             }
         };
+        if let Some(j) = (0..m).find(|&j| problem.across(j) != 1.0) {
+            let what = format!("friction at point {j} differs by direction");
+            return Err(Error::new("", what, "this form of a problem knows one coefficient a point"));
+        }
         let mu = problem.friction.iter().enumerate().map(coefficient).collect::<Result<Vec<f64>, Error>>()?;
         let stacked: Vec<u32> = (0..3 * m).map(|i| (i % 3 * m + i / 3) as u32).collect();
         let mut transposed = problem.B.select_rows(&stacked);

@@ -33,7 +33,7 @@ const GENERATORS: usize = 4000;
 /// nothing determines the displacement, whether or not the loads work on it. Where they do, the motion is the one they
 /// cause. `None` where every motion is resisted.
 pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
-    let jumps = motions.jumps(&problem.B);
+    let jumps = motions.jumps(&problem.isotropic_rows());
     if jumps.is_empty() {
         return None;
     }
@@ -63,6 +63,7 @@ fn carries_friction(law: Friction) -> bool {
         Friction::None => false,
         Friction::Given { slip_bound } => slip_bound > 0.0,
         Friction::Coulomb { coefficient } => coefficient > 0.0,
+        Friction::Limited { coefficient, limit } => coefficient.min(limit) > 0.0,
         Friction::Bonded => true,
     }
 }
@@ -88,7 +89,7 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
     if size <= ROUNDING * motions.work_size(&problem.f) {
         return None;
     }
-    let jumps = motions.jumps(&problem.B);
+    let jumps = motions.jumps(&problem.isotropic_rows());
     let forces = Forces { problem, jumps: &jumps, size };
     // Friction that is given is bounded by itself and no cone: a further coordinate, one for the loads, makes it one.
     let mut target: Vec<f64> = load.iter().map(|e| e / size).collect();
@@ -172,6 +173,16 @@ impl Forces<'_> {
             let force = match self.problem.friction[j] {
                 Friction::None => [1.0, 0.0, 0.0],
                 Friction::Coulomb { coefficient } => [1.0, coefficient * along[0], coefficient * along[1]],
+                Friction::Limited { coefficient, limit } if limit < coefficient * self.size => {
+                    // All forces: those of the normal alone, and one at the rim, which a share of it joins to zero.
+                    let [press, rub] = [limit / coefficient / self.size, limit / self.size];
+                    if press * n + rub * sliding > 0.0 {
+                        self.add(rows, [press, rub * along[0], rub * along[1]], &mut friction);
+                    }
+                    [1.0, 0.0, 0.0]
+                }
+                // A limit beyond the loads rules where the forces of points press against one another, if at all.
+                Friction::Limited { coefficient, .. } => [1.0, coefficient * along[0], coefficient * along[1]],
                 Friction::Bonded => [n, t1, t2],
                 Friction::Given { slip_bound } => {
                     let bound = slip_bound / self.size;

@@ -1,9 +1,12 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
+mod closest;
 mod discrete;
 pub mod equilibrium;
 mod flat;
 mod frame;
+mod friction_law;
+mod isotropic;
 mod mortar;
 mod normals;
 mod obstacle;
@@ -14,10 +17,15 @@ mod problem;
 pub mod rigid;
 mod roles;
 mod surface;
+mod triangles;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
 pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
 pub use roles::{Reason, Role, choose_slave};
-pub use surface::{ContactSurface, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts, SurfaceFriction};
+pub use surface::{
+    Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
+    SurfaceFriction,
+};
+pub use triangles::{RawSurface, Triangles};

@@ -1,3 +1,6 @@
+use std::sync::Arc;
+
+use super::Triangles;
 use crate::mesh::v3::{dot, norm, sub};
 
 /// Which side of a curved obstacle the body is on.
@@ -11,7 +14,7 @@ pub enum Side {
 }
 
 /// A rigid obstacle at rest. Directions need not have unit length.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Obstacle {
     /// The half space behind the plane through `point`; `normal` points out of the obstacle, towards the body.
     Plane {
@@ -30,11 +33,14 @@ pub enum Obstacle {
         radius: f64,
         side: Side,
     },
+    /// A surface of triangles, open or closed.
+    Surface(Arc<Triangles>),
 }
 
 impl Obstacle {
     /// The distance of `x` from the obstacle's surface (negative inside the obstacle) and the unit normal there, out
-    /// of the obstacle. `None` where the normal is not defined: at a centre or on an axis.
+    /// of the obstacle. `None` where the normal is not defined: at a centre or on an axis; and beyond the border of an
+    /// open surface, where nothing is met.
     pub fn distance(&self, x: [f64; 3]) -> Option<(f64, [f64; 3])> {
         let round = |from_axis: [f64; 3], radius: f64, side: Side| {
             let r = norm(from_axis);
@@ -56,6 +62,16 @@ impl Obstacle {
                 let along = dot(d, a);
                 round(sub(d, a.map(|c| c * along)), radius, side)
             }
+            Obstacle::Surface(ref triangles) => triangles.distance(x, None),
+        }
+    }
+
+    /// The same for a point of a body with this outward normal: where an obstacle is as near on several sides, the side
+    /// that faces the body counts.
+    pub fn distance_facing(&self, x: [f64; 3], outward: [f64; 3]) -> Option<(f64, [f64; 3])> {
+        match self {
+            Obstacle::Surface(triangles) => triangles.distance(x, Some(outward)),
+            _ => self.distance(x),
         }
     }
 }

@@ -3,9 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::frame::{frame, tied_frame};
+use super::friction_law::{At, law};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
-use super::points::{Point, law, prescribed, refuse_dragging};
+use super::points::{Point, prescribed, refuse_dragging};
 use super::roles::face_size;
 use super::surface::SEARCH;
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
@@ -77,11 +78,11 @@ pub(super) fn points_of_pair(
     let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
     found.dropped_area = lost;
     for row in rows {
-        let (normal, frame) = frames[&row.node];
+        let (normal, mut frame) = frames[&row.node];
         let x = mesh.nodes[row.node as usize];
         let held = prescribed(model, row.node);
         let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
-        refuse_dragging(&held, imposed, normal, row.node, x, surface.friction)?;
+        refuse_dragging(&held, imposed, normal, row.node, x, &surface.friction)?;
         let gap = initial_gap(mesh, &row, normal, master.gap);
         let visible = gap / row.share;
         found.guided += usize::from(frame[2] == [0.0; 3]);
@@ -95,8 +96,8 @@ pub(super) fn points_of_pair(
         // A tie keeps the distance it was meshed with.
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
         let Row { node, area, share, others } = row;
-        let friction = law(surface.friction, area);
-        points.push(Point { node, gap, area, friction, frame, normal, others, share });
+        let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
+        points.push(Point { node, gap, area, friction, across, frame, normal, others, share });
         found.nodes.push(node);
     }
     found.points = found.nodes.len();

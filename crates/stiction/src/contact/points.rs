@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::frame::{frame, tied_frame};
+use super::friction_law::{At, law};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{FeModel, nodal_areas, nodal_normals};
@@ -19,6 +20,8 @@ pub(super) struct Point {
     pub gap: f64,
     pub area: f64,
     pub friction: Friction,
+    /// See `ContactProblem::friction_across`.
+    pub across: f64,
     /// Normal and tangents in the free components of the node; a tangent may be zero.
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
@@ -51,11 +54,15 @@ pub(super) fn points_on_obstacle(
     let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
         let x = mesh.nodes[node as usize];
-        let (distance, away) = obstacle.distance(x).ok_or_else(|| {
-            let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
-            Error::new("", what, "move the obstacle: no node may lie on its axis or centre")
-        })?;
         facts.area += area;
+        let Some((distance, away)) = obstacle.distance_facing(x, outward) else {
+            if matches!(obstacle, Obstacle::Surface(_)) {
+                facts.beyond += 1;
+                continue;
+            }
+            let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
+            return Err(Error::new("", what, "move the obstacle: no node may lie on its axis or centre"));
+        };
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let held = prescribed(model, node);
         let free = held.map(|p| p.is_none());
@@ -67,14 +74,14 @@ pub(super) fn points_on_obstacle(
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
         let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
-        let Some(frame) = frame else {
+        let Some(mut frame) = frame else {
             let clamped = held.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
             facts.dropped_area += area;
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
-        refuse_dragging(&held, imposed, normal, node, x, surface.friction)?;
+        refuse_dragging(&held, imposed, normal, node, x, &surface.friction)?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
@@ -85,10 +92,17 @@ pub(super) fn points_on_obstacle(
         }
         facts.points += 1;
         facts.nodes.push(node);
-        let friction = law(surface.friction, area);
+        let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { distance };
-        points.push(Point { node, gap, area, friction, frame, normal, others: Vec::new(), share: 1.0 });
+        points.push(Point { node, gap, area, friction, across, frame, normal, others: Vec::new(), share: 1.0 });
+    }
+    if facts.points == 0 && facts.beyond > 0 {
+        let what = format!(
+            "{} nodes of the contact surface lie beyond the border of the obstacle, and none faces it",
+            facts.beyond
+        );
+        return Err(Error::new("", what, "check `scale`, `turn` and `move` of the obstacle, or enlarge it"));
     }
     if facts.points == 0 {
         let what =
@@ -96,16 +110,6 @@ pub(super) fn points_on_obstacle(
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
     Ok(facts)
-}
-
-pub(super) fn law(friction: SurfaceFriction, area: f64) -> Friction {
-    match friction {
-        SurfaceFriction::None => Friction::None,
-        SurfaceFriction::Bonded => Friction::Bonded,
-        SurfaceFriction::Coulomb(coefficient) => Friction::Coulomb { coefficient },
-        SurfaceFriction::GivenStress(stress) => Friction::Given { slip_bound: stress * area },
-        SurfaceFriction::GivenForce(slip_bound) => Friction::Given { slip_bound },
-    }
 }
 
 /// The prescribed components of a node.
@@ -145,11 +149,11 @@ pub(super) fn refuse_dragging(
     normal: [f64; 3],
     node: u32,
     x: [f64; 3],
-    friction: SurfaceFriction,
+    friction: &SurfaceFriction,
 ) -> Result<(), Error> {
     let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
     let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
-    if friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
+    if *friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
         return Ok(());
     }
     let what =

@@ -45,6 +45,7 @@ pub fn pose(
         gap: points.iter().zip(offset).map(|(p, imposed)| p.gap - imposed).collect(),
         slip_reference,
         friction: points.iter().map(|p| p.friction).collect(),
+        friction_across: (points.iter().any(|p| p.across != 1.0)).then(|| points.iter().map(|p| p.across).collect()),
         area: points.iter().map(|p| p.area).collect(),
         share: points.iter().map(|p| p.share).collect(),
         pairs,

@@ -12,8 +12,20 @@ pub enum Friction {
     Given { slip_bound: f64 },
     /// Coulomb friction: `|lambda_t| <= coefficient * lambda_n`.
     Coulomb { coefficient: f64 },
+    /// Coulomb friction up to a limit: `|lambda_t| <= min(coefficient * lambda_n, limit)`, newton.
+    Limited { coefficient: f64, limit: f64 },
     /// Tied: no relative displacement in any direction, tension included.
     Bonded,
+}
+
+impl Friction {
+    /// The coefficient where friction follows the normal force, up to a limit or not.
+    pub fn coefficient(&self) -> Option<f64> {
+        match *self {
+            Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => Some(coefficient),
+            Friction::None | Friction::Given { .. } | Friction::Bonded => None,
+        }
+    }
 }
 
 /// Points of one contact pair, for reports.
@@ -85,6 +97,12 @@ impl Supports {
 /// N u <= gap,  lambda_n >= 0,  lambda_n (gap - N u) = 0
 /// |lambda_t| <= bound,  slip s = T u - slip_reference,  s != 0  =>  lambda_t = bound s / |s|
 /// ```
+/// Where friction differs by direction (`friction_across`, `a` for short) the disc is an ellipse and the slip is along
+/// its normal:
+///
+/// ```text
+/// |(lambda_t1, lambda_t2 / a)| <= bound,  s != 0  =>  lambda_t = bound (s_1, a² s_2) / |(s_1, a s_2)|
+/// ```
 /// A row of `B` may be empty: a tangential direction in which the point cannot move. Its multiplier is zero.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
@@ -102,6 +120,9 @@ pub struct ContactProblem {
     pub slip_reference: Vec<f64>,
     /// The law at each point, `m`.
     pub friction: Vec<Friction>,
+    /// Friction along the second tangent over that along the first, `m`, in [0, 1], whatever the law; `None` is one
+    /// everywhere. Nothing else says which way friction is the larger: there the first tangent points.
+    pub friction_across: Option<Vec<f64>>,
     /// The area each point stands for, `m`; only reports use it.
     pub area: Vec<f64>,
     /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, and more where a
@@ -130,6 +151,7 @@ impl ContactProblem {
             gap,
             slip_reference: vec![0.0; 2 * m],
             friction,
+            friction_across: None,
             area: vec![1.0; m],
             share: vec![1.0; m],
             pairs: vec![Pair { name: "contact".into(), points: 0..m }],
@@ -180,6 +202,7 @@ impl ContactProblem {
             ("columns of B", self.B.cols, n),
             ("slip_reference", self.slip_reference.len(), 2 * m),
             ("friction", self.friction.len(), m),
+            ("friction_across", self.friction_across.as_ref().map_or(m, Vec::len), m),
             ("area", self.area.len(), m),
             ("share", self.share.len(), m),
             ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
@@ -209,14 +232,24 @@ impl ContactProblem {
             }
         }
         for (j, law) in self.friction.iter().enumerate() {
-            let (name, value) = match law {
-                Friction::Given { slip_bound } => ("slip bound", *slip_bound),
-                Friction::Coulomb { coefficient } => ("friction coefficient", *coefficient),
+            let values = match *law {
+                Friction::Given { slip_bound } => vec![("slip bound", slip_bound)],
+                Friction::Coulomb { coefficient } => vec![("friction coefficient", coefficient)],
+                Friction::Limited { coefficient, limit } => {
+                    vec![("friction coefficient", coefficient), ("limit of friction", limit)]
+                }
                 Friction::None | Friction::Bonded => continue,
             };
-            if !(value.is_finite() && value >= 0.0) {
+            if let Some((name, value)) = values.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
                 let what = format!("the {name} of point {j} is {value}");
                 return Err(Error::new("contact problem", what, "friction is a finite number, at least zero"));
+            }
+        }
+        for (j, across) in self.friction_across.iter().flatten().enumerate() {
+            if !(0.0..=1.0).contains(across) {
+                let what = format!("friction across the first tangent over that along it is {across} at point {j}");
+                let remedy = "give a number from 0 to 1: the first tangent points where friction is the larger";
+                return Err(Error::new("contact problem", what, remedy));
             }
         }
         self.validate_stiffness()

@@ -1,16 +1,46 @@
 use super::{Obstacle, Reason, Role};
+use crate::fem::Field;
 
 /// Friction of a whole surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SurfaceFriction {
     None,
     Bonded,
     /// Coefficient of Coulomb friction.
     Coulomb(f64),
+    /// Coulomb friction that differs by place or by direction, or has a limit.
+    Law(CoulombLaw),
     /// Given friction as a shear stress; the bound of a point is the stress times its area.
     GivenStress(f64),
     /// Given friction as a force at each point, as in the source paper.
     GivenForce(f64),
+}
+
+/// Coulomb friction in all its forms. Coefficients are functions of place, read at the nodes of the undeformed surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoulombLaw {
+    /// The coefficient; where friction differs by direction that along it.
+    pub coefficient: Field,
+    pub across: Option<Across>,
+    /// The shear stress friction does not exceed. Where friction differs by direction, that of the direction in which it is
+    /// the largest: the ellipse keeps its shape.
+    pub limit: Option<f64>,
+}
+
+impl SurfaceFriction {
+    /// Whether friction follows the normal force.
+    pub fn is_coulomb(&self) -> bool {
+        matches!(self, SurfaceFriction::Coulomb(_) | SurfaceFriction::Law(_))
+    }
+}
+
+/// How friction across a direction differs from that along it: forces lie in an ellipse with these axes, slip along its
+/// normal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Across {
+    pub coefficient: Field,
+    /// Of any length; its part along the surface counts.
+    pub direction: [f64; 3],
 }
 
 /// A candidate contact surface of the body and what it may touch.
@@ -88,6 +118,8 @@ pub struct SurfaceFacts {
     pub held_along_normal: usize,
     /// Points with one or no free tangential direction, as on a symmetry plane.
     pub guided: usize,
+    /// Nodes beyond the border of an open obstacle, which meet nothing: dropped.
+    pub beyond: usize,
     /// Points whose outward normal does not face the obstacle.
     pub facing_away: usize,
     /// Area of dropped nodes, which carries no contact force.

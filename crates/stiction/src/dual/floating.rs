@@ -20,7 +20,7 @@ pub struct Floating {
 impl Floating {
     pub(super) fn new(problem: &ContactProblem) -> Self {
         let motions = rigid_motions(problem);
-        let jumps = motions.jumps(&problem.B);
+        let jumps = motions.jumps(&problem.isotropic_rows());
         // As stiff as the body itself is there: neither the springs nor the body decide the condition.
         let springs: Vec<(u32, f64)> =
             motions.fixing().into_iter().map(|i| (i, problem.K.entry(i as usize, i as usize))).collect();

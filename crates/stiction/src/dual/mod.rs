@@ -53,7 +53,8 @@ pub enum Inverse {
 
 impl Dual {
     /// Factorises `K` in the order that was chosen. Where bodies float, `K` gets springs that carry nothing as long as
-    /// forces are in balance ([`Floating`]).
+    /// forces are in balance ([`Floating`]). Where friction differs by direction `B` is that of the
+    /// [isotropic problem](ContactProblem::isotropic).
     ///
     /// # Errors
     /// If `K` is singular beyond the rigid motions of its bodies, not positive or memory runs out.
@@ -75,7 +76,7 @@ impl Dual {
                 (touched, Product::Solves(path))
             }
         };
-        let b_touched = problem.B.select_columns(&touched);
+        let b_touched = problem.isotropic_rows().select_columns(&touched);
         let k_touched = problem.K.select_rows(&touched).select_columns(&touched);
         let row_scale = (0..b_touched.rows).map(|i| b_touched.row(i).1.iter().map(|v| v * v).sum::<f64>());
         let row_scale = row_scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }).collect();
@@ -117,7 +118,7 @@ impl Dual {
         result
     }
 
-    /// `K⁻¹ (f - Bᵀ lambda)`, length `n`; bodies that float are where their springs hold them.
+    /// `K⁻¹ (f - Bᵀ lambda)` with `B` of `problem`, length `n`; bodies that float are where their springs hold them.
     pub fn displacement(&self, problem: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
         self.solves.fetch_add(1, Ordering::Relaxed);
         let mut force = problem.B.transpose_times(lambda);

@@ -51,6 +51,17 @@ pub(super) fn short(v: f64) -> f64 {
     format!("{v:.5e}").parse().unwrap_or(v) + 0.0
 }
 
+/// Functions are the same if they were read from the same text.
+impl PartialEq for Field {
+    fn eq(&self, other: &Field) -> bool {
+        match (self, other) {
+            (Field::Constant(a), Field::Constant(b)) => a == b,
+            (Field::Function { text: a, .. }, Field::Function { text: b, .. }) => a == b,
+            _ => false,
+        }
+    }
+}
+
 impl fmt::Debug for Field {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,4 +1,4 @@
-use super::law::bound;
+use super::law::{frozen, slope};
 use super::newton_system::NewtonSystem;
 use super::solve::Solution;
 use crate::contact::{ContactProblem, Friction};
@@ -39,36 +39,28 @@ const INNER_LIMIT: usize = 40;
 /// `|lambda_n| <= sqrt(lmax((Q⁻¹)_nn)) |u|_K`, so below it the map contracts. Both eigenvalues enter as upper
 /// estimates (Ritz value plus residual), and `Q⁻¹` by an upper bound of it. `None` where no friction is Coulomb's.
 pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> Option<CoulombFacts> {
-    let coefficient = |law: &Friction| match law {
-        Friction::Coulomb { coefficient } => Some(*coefficient),
-        _ => None,
-    };
-    let largest_coefficient = problem.friction.iter().filter_map(coefficient).reduce(f64::max)?;
+    let largest_coefficient = problem.friction.iter().filter_map(Friction::coefficient).reduce(f64::max)?;
+    let mut lambda = solution.lambda.clone();
+    problem.to_isotropic(&mut lambda);
+    let problem = &*problem.isotropic();
     let before = dual.products();
-    let contraction = contraction(problem, dual, solution);
+    let contraction = contraction(problem, dual, &lambda, &solution.u);
     let uniqueness_bound = uniqueness_bound(problem, dual);
     Some(CoulombFacts { contraction, uniqueness_bound, largest_coefficient, products: dual.products() - before })
 }
 
-fn contraction(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> f64 {
+fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64]) -> f64 {
     let m = problem.points();
     let stiffness = Dual::local_stiffness(problem);
     let live: Vec<bool> = stiffness.iter().map(|&k| k > 0.0).collect();
     let r: Vec<f64> = (0..m).map(|j| 0.1 * problem.rows(j).iter().map(|&i| stiffness[i]).sum::<f64>() / 3.0).collect();
-    let v = problem.opening(&solution.u);
-    let frozen: Vec<Friction> = (problem.friction.iter().enumerate())
-        .map(|(j, &law)| match law {
-            Friction::Coulomb { .. } => Friction::Given { slip_bound: bound(law, solution.lambda[j]) },
-            other => other,
-        })
-        .collect();
-    let mut system = NewtonSystem::new(&frozen, 0.0, &live, &stiffness, &solution.lambda, &v, &r);
+    let v = problem.opening(u);
+    let frozen: Vec<Friction> =
+        problem.friction.iter().zip(lambda).map(|(&law, &normal)| frozen(law, normal)).collect();
+    let mut system = NewtonSystem::new(&frozen, 0.0, &live, &stiffness, lambda, &v, &r);
     let slipping: Vec<usize> = system.slipping().collect();
-    let slope = |j: usize| match problem.friction[j] {
-        Friction::Coulomb { coefficient } => coefficient,
-        _ => 0.0,
-    };
-    let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * solution.lambda[j]).collect();
+    let slope = |j: usize| slope(problem.friction[j], lambda[j]);
+    let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * lambda[j]).collect();
     let balanced = vec![0.0; dual.floating.len()];
     let (mut radius, mut quiet) = (0.0, 0);
     for step in 0..POWER_STEPS {

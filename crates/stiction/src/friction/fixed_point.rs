@@ -1,5 +1,6 @@
 use super::given::{Adaptive, Record, adaptive_uzawa, relative, uzawa};
 use super::lagrangian::Copies;
+use super::law::bound;
 use super::method::{Given, MethodEnd, MethodSettings};
 use super::minimize::{Minimizer, norm_of_difference};
 use super::squares::boxes;
@@ -21,7 +22,9 @@ impl<'a> SlipBounds<'a> {
         let coulomb = coulomb.filter(|g| g.len() == friction.len());
         let value = |(j, law): (usize, &Friction)| match *law {
             Friction::Given { slip_bound } => slip_bound,
-            Friction::Coulomb { .. } => coulomb.map_or(0.0, |g| if g[j] > 0.0 { g[j] } else { 0.0 }),
+            Friction::Coulomb { .. } | Friction::Limited { .. } => {
+                coulomb.map_or(0.0, |g| if g[j] > 0.0 { g[j] } else { 0.0 })
+            }
             Friction::None | Friction::Bonded => 0.0,
         };
         let value: Vec<f64> = friction.iter().enumerate().map(value).collect();
@@ -33,8 +36,8 @@ impl<'a> SlipBounds<'a> {
         self.last.clone_from(&self.value);
         let mut moving = Vec::new();
         for (j, law) in self.friction.iter().enumerate() {
-            if let Friction::Coulomb { coefficient } = law {
-                self.value[j] = coefficient * lambda[j].max(0.0);
+            if law.coefficient().is_some() {
+                self.value[j] = bound(*law, lambda[j]);
                 moving.push(self.value[j]);
             }
         }
@@ -43,7 +46,7 @@ impl<'a> SlipBounds<'a> {
 
     /// Whether some friction is Coulomb's.
     pub fn can_change(&self) -> bool {
-        self.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
+        self.friction.iter().any(|law| law.coefficient().is_some())
     }
 }
 

@@ -14,7 +14,27 @@ pub(super) fn bound(friction: Friction, a_n: f64) -> f64 {
         Friction::None => 0.0,
         Friction::Given { slip_bound } => slip_bound,
         Friction::Coulomb { coefficient } => coefficient * a_n.max(0.0),
+        Friction::Limited { coefficient, limit } => (coefficient * a_n.max(0.0)).min(limit),
         Friction::Bonded => f64::INFINITY,
+    }
+}
+
+/// The derivative of [`bound`] by the normal force where friction follows it, zero where a limit rules.
+pub(super) fn slope(friction: Friction, a_n: f64) -> f64 {
+    match friction {
+        Friction::Coulomb { coefficient } => coefficient,
+        Friction::Limited { coefficient, limit } if coefficient * a_n.max(0.0) < limit => coefficient,
+        _ => 0.0,
+    }
+}
+
+/// The law with the bound that friction has at the normal force `lambda_n`, newton.
+pub(super) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
+    match friction {
+        Friction::Coulomb { .. } | Friction::Limited { .. } => {
+            Friction::Given { slip_bound: bound(friction, lambda_n) }
+        }
+        Friction::None | Friction::Given { .. } | Friction::Bonded => friction,
     }
 }
 

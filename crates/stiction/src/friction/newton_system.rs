@@ -1,4 +1,4 @@
-use super::law::{augmented, bound};
+use super::law::{augmented, bound, slope};
 use crate::contact::Friction;
 use crate::dual::{Dual, Inverse};
 use crate::linalg::{SmallLu, axpy, dot, gmres};
@@ -119,10 +119,7 @@ impl NewtonSystem {
                 let e = [a[1] / length, a[2] / length];
                 system.slips.push((j, tangents, e));
                 let along = lambda[rows[1]] * e[0] + lambda[rows[2]] * e[1];
-                let slope = match friction[j] {
-                    Friction::Coulomb { coefficient } if coefficient <= largest_slope => coefficient,
-                    _ => 0.0,
-                };
+                let slope = Some(slope(friction[j], a[0])).filter(|&slope| slope <= largest_slope).unwrap_or(0.0);
                 let target = if slope > 0.0 { slope * lambda[j] } else { limit };
                 tangents.into_iter().zip(e).for_each(|(i, e)| system.known[i] = e * (target - along));
                 if slope > 0.0 {

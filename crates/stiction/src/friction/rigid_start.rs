@@ -82,7 +82,7 @@ impl Foundation<'_> {
             let [normal, tangential] = match law {
                 Friction::Bonded => [1.0, 1.0],
                 Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
-                Friction::Given { .. } | Friction::Coulomb { .. } => {
+                Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
                     let share = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
                     [f64::from(u8::from(v[j] < 0.0)), share.max(GUIDE)]
                 }

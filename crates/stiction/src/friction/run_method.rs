@@ -146,7 +146,7 @@ pub fn fixed_point_defect(
 ) -> Result<f64, Error> {
     let mut bounds = SlipBounds::new(friction, Some(slip_bound));
     let freeze = |(law, &slip_bound): (&Friction, &f64)| match law {
-        Friction::Coulomb { .. } => Friction::Given { slip_bound },
+        Friction::Coulomb { .. } | Friction::Limited { .. } => Friction::Given { slip_bound },
         other => *other,
     };
     let frozen: Vec<Friction> = friction.iter().zip(&bounds.value).map(freeze).collect();
@@ -166,7 +166,7 @@ pub(super) fn is_exact(friction: &[Friction], live: &[bool], settings: &MethodSe
 
 fn validate(friction: &[Friction], settings: &MethodSettings) -> Result<(), Error> {
     let fail = |what: String, remedy: &str| Err(Error::new("method", what, remedy));
-    let coulomb = friction.iter().position(|law| matches!(law, Friction::Coulomb { .. }));
+    let coulomb = friction.iter().position(|law| law.coefficient().is_some());
     match (settings.method, coulomb) {
         (Method::Newton, _) => return fail("Newton's method is not among these".into(), "call `solve`"),
         (Method::Given(_), Some(j)) => {

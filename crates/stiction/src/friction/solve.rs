@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::PointState;
-use super::law::{bound, states};
+use super::law::{bound, frozen, states};
 use super::newton::{End, Iterate, Newton, TAME_SLOPE, newton};
 use super::newton_system::NewtonSystem;
 use super::rigid_start::Foundation;
@@ -134,7 +134,8 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
-    let mut solver = Solver::new(problem, dual, settings);
+    let isotropic = problem.isotropic();
+    let mut solver = Solver::new(problem, &isotropic, dual, settings);
     if no_equilibrium(problem, &dual.floating.motions).is_some() {
         return Solution { status: Status::NoEquilibrium, ..solver.finish(End::Stalled, settings.tolerance) };
     }
@@ -159,6 +160,9 @@ enum Held {
 }
 
 struct Solver<'a> {
+    /// The problem as it was given, which the certificate judges.
+    given: &'a ContactProblem,
+    /// The same with discs for ellipses, which is solved.
     problem: &'a ContactProblem,
     dual: &'a Dual,
     live: Vec<bool>,
@@ -175,23 +179,25 @@ struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    fn new(problem: &'a ContactProblem, dual: &'a Dual, settings: &Settings) -> Self {
+    fn new(given: &'a ContactProblem, problem: &'a ContactProblem, dual: &'a Dual, settings: &Settings) -> Self {
         let stiffness = Dual::local_stiffness(problem);
         let live = stiffness.iter().map(|&k| k > 0.0).collect();
         let size = 3 * problem.points();
         let v0 = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
         let at = match settings.start.as_ref().filter(|s| s.len() == size && s.iter().all(|x| x.is_finite())) {
             Some(start) => {
-                let mut v = dual.times(start);
+                let mut lambda = start.clone();
+                given.to_isotropic(&mut lambda);
+                let mut v = dual.times(&lambda);
                 axpy(1.0, &v0, &mut v);
-                Iterate { lambda: start.clone(), v, alpha: vec![0.0; dual.floating.len()] }
+                Iterate { lambda, v, alpha: vec![0.0; dual.floating.len()] }
             }
             None => Iterate { lambda: vec![0.0; size], v: v0.clone(), alpha: vec![0.0; dual.floating.len()] },
         };
         let resultant = dual.floating.motions.work(&problem.f);
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
-        Solver { problem, dual, live, stiffness, v0, resultant, at, steps_left, max_steps, counts, history }
+        Solver { given, problem, dual, live, stiffness, v0, resultant, at, steps_left, max_steps, counts, history }
     }
 
     /// The parameter of the residual at each point.
@@ -299,6 +305,9 @@ impl<'a> Solver<'a> {
             Friction::Coulomb { coefficient } if coefficient > 0.0 && coefficient <= TAME_SLOPE => {
                 Friction::Coulomb { coefficient: f64::MAX }
             }
+            Friction::Limited { coefficient, limit } if coefficient.min(limit) > 0.0 && coefficient <= TAME_SLOPE => {
+                Friction::Coulomb { coefficient: f64::MAX }
+            }
             other => other,
         };
         let stuck: Vec<Friction> = self.problem.friction.iter().map(unlimited).collect();
@@ -365,11 +374,7 @@ impl<'a> Solver<'a> {
 
     /// Given friction with the bounds of the present normal forces.
     fn frozen_laws(&self) -> Vec<Friction> {
-        let freeze = |(j, &law): (usize, &Friction)| match law {
-            Friction::Coulomb { .. } => Friction::Given { slip_bound: bound(law, self.at.lambda[j]) },
-            other => other,
-        };
-        self.problem.friction.iter().enumerate().map(freeze).collect()
+        self.problem.friction.iter().zip(&self.at.lambda).map(|(&law, &normal)| frozen(law, normal)).collect()
     }
 
     fn gradient_steps(&mut self) {
@@ -378,7 +383,9 @@ impl<'a> Solver<'a> {
             .map(|law| match *law {
                 Friction::Given { slip_bound } => PointSet::HalfLineAndDisc { radius: slip_bound },
                 Friction::Bonded => PointSet::Free,
-                Friction::None | Friction::Coulomb { .. } => PointSet::HalfLineAndDisc { radius: 0.0 },
+                Friction::None | Friction::Coulomb { .. } | Friction::Limited { .. } => {
+                    PointSet::HalfLineAndDisc { radius: 0.0 }
+                }
             })
             .collect();
         // Bodies that float are held by their springs where they are.
@@ -408,7 +415,9 @@ impl<'a> Solver<'a> {
         self.dual.floating.motions.add(&self.at.alpha, &mut u);
         self.at.v = self.problem.opening(&u);
         self.at.lambda = lambda;
-        let certificate = certify(self.problem, &u, &self.at.lambda, tolerance);
+        let mut lambda = self.at.lambda.clone();
+        self.given.out_of_isotropic(&mut lambda);
+        let certificate = certify(self.given, &u, &lambda, tolerance);
         let status = match end {
             End::Interrupted => Status::Interrupted,
             _ if certificate.passed => Status::Solved,
@@ -418,7 +427,6 @@ impl<'a> Solver<'a> {
         self.counts.newton_steps = self.max_steps - self.steps_left;
         self.counts.products = self.dual.products();
         self.counts.solves = self.dual.solves();
-        let lambda = self.at.lambda.clone();
         let (counts, history) = (self.counts, self.history.clone());
         Solution { status, u, lambda, states: found, certificate, counts, history }
     }

@@ -50,12 +50,17 @@ pub fn solve_with(
         ));
     }
     let frugal = matches!(method.method.given(), Some(Given::AdaptiveUzawa | Given::Discs));
+    let given = problem;
+    let problem = &*given.isotropic();
     let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);
     let exact = is_exact(&problem.friction, &q.live, method);
     let phase = phase(method.method);
     let mut next = method.clone();
     if settings.start.is_some() && next.start.lambda.is_none() {
         next.start.lambda.clone_from(&settings.start);
+    }
+    if let Some(lambda) = next.start.lambda.as_mut().filter(|start| start.len() == 3 * problem.points()) {
+        given.to_isotropic(lambda);
     }
     let mut spent = MethodCounts::default();
     let mut history = Vec::new();
@@ -69,7 +74,7 @@ pub fn solve_with(
         let mut report = run_method(&q, &problem.friction, &next, &mut observe)?;
         spent.add(&report.counts);
         report.counts = spent;
-        let solution = judge(problem, dual, exact, &report, settings.tolerance, &history);
+        let solution = judge(given, problem, dual, exact, &report, settings.tolerance, &history);
         next.tolerance *= 0.1;
         next.agreement *= 0.1;
         next.inner_tolerance *= 0.1;
@@ -103,7 +108,9 @@ fn progress(phase: Phase, step: &MethodStep, before: &MethodCounts) -> Progress 
 }
 
 /// Recomputes everything from the multipliers and lets the certificate judge.
+#[allow(clippy::too_many_arguments)]
 fn judge(
+    given: &ContactProblem,
     problem: &ContactProblem,
     dual: &Dual,
     exact: bool,
@@ -116,7 +123,9 @@ fn judge(
         make_admissible(&problem.friction, &mut lambda);
     }
     let u = dual.displacement(problem, &lambda);
-    let certificate = certify(problem, &u, &lambda, tolerance);
+    let isotropic = lambda.clone();
+    given.out_of_isotropic(&mut lambda);
+    let certificate = certify(given, &u, &lambda, tolerance);
     let status = match report.end {
         MethodEnd::Interrupted => Status::Interrupted,
         _ if certificate.passed => Status::Solved,
@@ -129,7 +138,7 @@ fn judge(
     let mean = |j: usize| problem.rows(j).iter().map(|&i| local[i]).sum::<f64>() / 3.0;
     let r: Vec<f64> = (0..problem.points()).map(|j| if mean(j) > 0.0 { 0.1 * mean(j) } else { fallback }).collect();
     let states =
-        if exact { states(&problem.friction, &lambda, &problem.opening(&u), &r) } else { report.states.clone() };
+        if exact { states(&problem.friction, &isotropic, &problem.opening(&u), &r) } else { report.states.clone() };
     let counts = Counts {
         newton_steps: 0,
         restarts: 0,

@@ -29,7 +29,7 @@ impl Squares {
     pub fn new(count: usize, friction: &[Friction], live: &[bool]) -> Self {
         let m = friction.len();
         let alpha = |i: usize| std::f64::consts::FRAC_PI_2 * i as f64 / count as f64;
-        let rubs = |j: usize| matches!(friction[j], Friction::Given { .. } | Friction::Coulomb { .. });
+        let rubs = |j: usize| !matches!(friction[j], Friction::None | Friction::Bonded);
         Squares {
             count,
             turns: (0..count).map(|i| [alpha(i).cos(), alpha(i).sin()]).collect(),
@@ -145,7 +145,7 @@ pub fn boxes(friction: &[Friction], live: &[bool], slip_bound: &[f64]) -> Bounds
         let (normal, tangential) = match friction[j] {
             Friction::Bonded => (f64::NEG_INFINITY, f64::INFINITY),
             Friction::None => (0.0, 0.0),
-            Friction::Given { .. } | Friction::Coulomb { .. } => (0.0, slip_bound[j]),
+            Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => (0.0, slip_bound[j]),
         };
         let limits = [(normal, f64::INFINITY), (-tangential, tangential), (-tangential, tangential)];
         for (i, (low, high)) in [j, m + j, 2 * m + j].into_iter().zip(limits).filter(|(i, _)| live[*i]) {

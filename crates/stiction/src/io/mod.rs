@@ -20,6 +20,7 @@ pub mod problem;
 pub mod report;
 pub mod step;
 pub mod storage;
+pub mod surface;
 pub mod vtu;
 pub mod vtu_read;
 

@@ -12,6 +12,7 @@ use crate::linalg::{Csr, in_huge_pages};
 pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
     let laws: Vec<(usize, f64)> = problem.friction.iter().map(|&law| code(law)).collect();
     let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
+    let law_limits: Vec<f64> = problem.friction.iter().map(limit).collect();
     let names: Vec<&str> = problem.pairs.iter().map(|pair| pair.name.as_str()).collect();
     let ends: Vec<usize> = problem.pairs.iter().map(|pair| pair.points.end).collect();
     let mut arrays = vec![
@@ -22,6 +23,7 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         ("slip_reference".to_string(), Array::f64(&problem.slip_reference)),
         ("friction_law".to_string(), Array::usize(&laws.iter().map(|l| l.0).collect::<Vec<_>>())),
         ("friction_value".to_string(), Array::f64(&law_values)),
+        ("friction_limit".to_string(), Array::f64(&law_limits)),
         ("area".to_string(), Array::f64(&problem.area)),
         ("share".to_string(), Array::f64(&problem.share)),
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
@@ -33,6 +35,9 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         None => matrix(&mut arrays, "K", &problem.K),
     }
     matrix(&mut arrays, "B", &problem.B);
+    if let Some(across) = &problem.friction_across {
+        arrays.push(("friction_across".into(), Array::f64(across)));
+    }
     if let Some(node_of) = &problem.node_of {
         arrays.push(("node_of".into(), Array::u32(node_of)));
     }
@@ -98,7 +103,10 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let (n, m) = (f.len(), gap.len());
     let values = f64s(arrays, "friction_value", Some(m))?;
     let laws = usizes(arrays, "friction_law", Some(m))?;
-    let friction = laws.into_iter().zip(values).map(|(kind, &value)| law(kind, value)).collect::<Result<_, _>>()?;
+    let limits = optional(arrays, "friction_limit", m)?.unwrap_or_else(|| vec![0.0; m]);
+    let numbers = values.iter().zip(limits);
+    let friction = laws.into_iter().zip(numbers).map(|(kind, (&value, limit))| law(kind, value, limit));
+    let friction = friction.collect::<Result<_, _>>()?;
     let problem = ContactProblem {
         K: if arrays.contains_key("K_lower_start") {
             whole(csr(arrays, "K_lower", n, n)?)?
@@ -108,8 +116,9 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         B: csr(arrays, "B", 3 * m, n)?,
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
         friction,
+        friction_across: optional(arrays, "friction_across", m)?,
         area: f64s(arrays, "area", Some(m))?.to_vec(),
-        share: if arrays.contains_key("share") { f64s(arrays, "share", Some(m))?.to_vec() } else { vec![1.0; m] },
+        share: optional(arrays, "share", m)?.unwrap_or_else(|| vec![1.0; m]),
         pairs: pairs(arrays, m)?,
         node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
         near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
@@ -170,15 +179,30 @@ fn code(law: Friction) -> (usize, f64) {
         Friction::Given { slip_bound } => (1, slip_bound),
         Friction::Coulomb { coefficient } => (2, coefficient),
         Friction::Bonded => (3, 0.0),
+        Friction::Limited { coefficient, .. } => (4, coefficient),
     }
 }
 
-fn law(code: usize, value: f64) -> Result<Friction, Error> {
+fn limit(law: &Friction) -> f64 {
+    match *law {
+        Friction::Limited { limit, .. } => limit,
+        _ => 0.0,
+    }
+}
+
+/// The list of `length` numbers called `name`, if there is one.
+fn optional(arrays: &Arrays, name: &str, length: usize) -> Result<Option<Vec<f64>>, Error> {
+    let read = || f64s(arrays, name, Some(length)).map(<[f64]>::to_vec);
+    arrays.contains_key(name).then(read).transpose()
+}
+
+fn law(code: usize, value: f64, limit: f64) -> Result<Friction, Error> {
     match code {
         0 => Ok(Friction::None),
         1 => Ok(Friction::Given { slip_bound: value }),
         2 => Ok(Friction::Coulomb { coefficient: value }),
         3 => Ok(Friction::Bonded),
+        4 => Ok(Friction::Limited { coefficient: value, limit }),
         _ => Err(damaged(format!("there is no law of friction {code}"))),
     }
 }

@@ -29,7 +29,7 @@ pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
 pub use raw::{RawCells, RawGroup, RawMesh};
 pub use ring::{MOST_DEGREES, Ring, ring};
-pub use tree::{Bounds, Tree, nearest_on_triangle};
+pub use tree::{Bounds, Tree, nearest_on_triangle, weights_on_triangle};
 
 /// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

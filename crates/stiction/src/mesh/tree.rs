@@ -159,32 +159,45 @@ impl Tree {
     }
 }
 
-/// The point of a triangle that is nearest to `x` (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+/// The point of a triangle that is nearest to `x`.
 pub fn nearest_on_triangle(x: V3, [a, b, c]: [V3; 3]) -> V3 {
+    let weights = weights_on_triangle(x, [a, b, c]);
+    if let Some(corner) = weights.iter().position(|&w| w == 1.0) {
+        return [a, b, c][corner];
+    }
+    add(a, add(scale(weights[1], sub(b, a)), scale(weights[2], sub(c, a))))
+}
+
+/// The weights of the corners in the point of a triangle that is nearest to `x`: exactly 0 for corners it does not
+/// depend on, on an edge or at a corner (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+pub fn weights_on_triangle(x: V3, [a, b, c]: [V3; 3]) -> [f64; 3] {
     let (ab, ac) = (sub(b, a), sub(c, a));
     let along = |p: V3| [dot(ab, sub(x, p)), dot(ac, sub(x, p))];
     let ([a1, a2], [b1, b2], [c1, c2]) = (along(a), along(b), along(c));
     if a1 <= 0.0 && a2 <= 0.0 {
-        return a;
+        return [1.0, 0.0, 0.0];
     }
     if b1 >= 0.0 && b2 <= b1 {
-        return b;
+        return [0.0, 1.0, 0.0];
     }
     if c2 >= 0.0 && c1 <= c2 {
-        return c;
+        return [0.0, 0.0, 1.0];
     }
     let (on_bc, on_ac, on_ab) = (b1 * c2 - c1 * b2, c1 * a2 - a1 * c2, a1 * b2 - b1 * a2);
     if on_ab <= 0.0 && a1 >= 0.0 && b1 <= 0.0 {
-        return add(a, scale(a1 / (a1 - b1), ab));
+        let t = a1 / (a1 - b1);
+        return [1.0 - t, t, 0.0];
     }
     if on_ac <= 0.0 && a2 >= 0.0 && c2 <= 0.0 {
-        return add(a, scale(a2 / (a2 - c2), ac));
+        let t = a2 / (a2 - c2);
+        return [1.0 - t, 0.0, t];
     }
     if on_bc <= 0.0 && b2 >= b1 && c1 >= c2 {
-        return add(b, scale((b2 - b1) / ((b2 - b1) + (c1 - c2)), sub(c, b)));
+        let t = (b2 - b1) / ((b2 - b1) + (c1 - c2));
+        return [0.0, 1.0 - t, t];
     }
     let sum = on_bc + on_ac + on_ab;
-    add(a, add(scale(on_ac / sum, ab), scale(on_ab / sum, ac)))
+    [on_bc, on_ac, on_ab].map(|area| area / sum)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fmt;
 use super::facts::{ContactFacts, Facts};
 use super::pair_text;
 use super::report::{number, triple};
-use crate::contact::{Counterpart, Obstacle, Side, SurfaceFriction};
+use crate::contact::{CoulombLaw, Counterpart, Obstacle, Side, SurfaceFriction};
 
 impl fmt::Display for Facts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -83,7 +83,7 @@ impl fmt::Display for ContactFacts {
             Counterpart::Surface(_) => format!("the surface {}", self.names[1]),
         };
         writeln!(f, "  contact    {}: {} points, area {}, against {against}", s.name, s.points, number(s.area))?;
-        writeln!(f, "             friction {}", friction(self.friction))?;
+        writeln!(f, "             friction {}", friction(&self.friction))?;
         if let Some(pair) = &s.pair {
             return pair_text::lines(self, pair).iter().try_for_each(|line| writeln!(f, "             {line}"));
         }
@@ -110,6 +110,17 @@ impl ContactFacts {
             return notes.map(|note| format!("contact \"{}\": {note}", s.name)).collect();
         }
         let mut notes = Vec::new();
+        if let Counterpart::Obstacle(Obstacle::Surface(surface)) = &self.against {
+            if surface.collapsed > 0 {
+                let what = "triangles of the obstacle have two corners at the same place and are left out";
+                notes.push(format!("contact \"{}\": {} {what}", s.name, surface.collapsed));
+            }
+            let inwards = if surface.side == Side::Outside { surface.volume < 0.0 } else { surface.volume > 0.0 };
+            if inwards {
+                let what = "the body lies within the closed surface of the obstacle; otherwise change `side`";
+                notes.push(format!("contact \"{}\": {what}", s.name));
+            }
+        }
         let mut note = |count: usize, what: String| {
             if count > 0 {
                 notes.push(format!("contact \"{}\": {}", s.name, what));
@@ -125,6 +136,7 @@ impl ContactFacts {
         note(dropped, format!("{dropped} nodes {why} and carry no contact force; they stand for the area {area}"));
         let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
         note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
+        note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
         note(
             s.facing_away,
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
@@ -138,7 +150,7 @@ fn obstacle(obstacle: &Obstacle) -> String {
         Side::Outside => "outside",
         Side::Inside => "inside",
     };
-    match *obstacle {
+    match obstacle.clone() {
         Obstacle::Plane { point, normal } => {
             format!("a plane through {} with normal {}", triple(point), triple(normal))
         }
@@ -149,15 +161,33 @@ fn obstacle(obstacle: &Obstacle) -> String {
             let (radius, point, axis) = (number(radius), triple(point), triple(axis));
             format!("a cylinder of radius {radius} through {point} along {axis}, body {}", sided(side))
         }
+        Obstacle::Surface(surface) => {
+            let form = match surface.border_edges {
+                0 => format!("closed around the volume {}", number(surface.volume.abs())),
+                edges => format!("open with {edges} edges on its border"),
+            };
+            let (name, count, sharp) = (&surface.name, surface.len(), surface.sharp_edges);
+            format!("the surface {name}: {count} triangles, {form}, {sharp} sharp edges, body {}", sided(surface.side))
+        }
     }
 }
 
-fn friction(friction: SurfaceFriction) -> String {
+fn friction(friction: &SurfaceFriction) -> String {
     match friction {
         SurfaceFriction::None => "none".into(),
         SurfaceFriction::Bonded => "none: bonded, no slip and no opening".into(),
         SurfaceFriction::Coulomb(coefficient) => format!("of Coulomb, coefficient {coefficient}"),
-        SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(stress)),
-        SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(force)),
+        SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(*stress)),
+        SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(*force)),
+        SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }) => {
+            let mut text = format!("of Coulomb, coefficient {coefficient:?}");
+            if let Some(across) = across {
+                text += &format!(" along {} and {:?} across", triple(across.direction), across.coefficient);
+            }
+            match limit {
+                Some(stress) => text + &format!(", up to the shear stress {}", number(*stress)),
+                None => text,
+            }
+        }
     }
 }

@@ -239,7 +239,7 @@ fn refuse_dragging(
     let along = match friction {
         Friction::None => return Ok(()),
         Friction::Bonded => relative,
-        Friction::Given { .. } | Friction::Coulomb { .. } => {
+        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
             sub(relative, scale(dot(relative, frame.normal), frame.normal))
         }
     };

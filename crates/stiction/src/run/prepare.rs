@@ -71,7 +71,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let posed = start.elapsed().as_secs_f64();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
-        ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction }
+        ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);

@@ -8,9 +8,9 @@ use super::fields::surfaces;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, bolt_states, method_text, pair_totals, totals};
 use crate::certificate::Certificate;
+use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, no_equilibrium};
 use crate::contact::rigid::rigid_motions;
-use crate::contact::{ContactProblem, Friction};
 use crate::friction::{CoulombFacts, Status};
 pub(super) use crate::io::report::{number, triple};
 
@@ -154,7 +154,7 @@ fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
-    prepared.problem.friction.iter().any(|law| matches!(law, Friction::Coulomb { .. }))
+    prepared.problem.friction.iter().any(|law| law.coefficient().is_some())
 }
 
 fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {

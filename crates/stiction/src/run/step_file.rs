@@ -157,7 +157,8 @@ fn fingerprint(prepared: &Prepared) -> u64 {
     }
     acting.rest.iter().for_each(|v| word(v.to_bits()));
     let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
-    let text = format!("{:?} {:?} {:?} {:?} {steps:?}", problem.friction, acting.loads, acting.fixes, acting.motions);
+    let law = (&problem.friction, &problem.friction_across);
+    let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", acting.loads, acting.fixes, acting.motions);
     let text = format!("{text} {:?}", acting.bolts);
     text.bytes().for_each(|byte| word(byte.into()));
     hash

@@ -1,17 +1,24 @@
 //! Contact surfaces of a case, on the mesh.
 
-use super::regions;
+use std::sync::Arc;
+
+use super::{place, regions};
 use crate::Error;
-use crate::contact::{ContactSurface, Counterpart, Master, Reason, Role, choose_slave};
+use crate::contact::{ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave};
 use crate::fem::{DofMap, Solid};
-use crate::io::case::{AgainstSpec, ContactSpec};
+use crate::io::case::{AgainstSpec, ContactSpec, Placing, SurfaceFile};
+use crate::io::surface;
 use crate::mesh::Mesh;
+use crate::mesh::v3::add;
 
 /// The surfaces and what they may touch; of a pair the surface of `on` is the slave for now.
 pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<ContactSurface>, Error> {
     let surface = |spec: &ContactSpec| {
         let against = match &spec.against {
-            AgainstSpec::Obstacle(obstacle) => Counterpart::Obstacle(*obstacle),
+            AgainstSpec::Obstacle(obstacle) => Counterpart::Obstacle(obstacle.clone()),
+            AgainstSpec::File(file) => {
+                Counterpart::Obstacle(triangles(file).map_err(|error| place::at(&spec.spot, error))?)
+            }
             AgainstSpec::Surface { region, gap, slave, search } => Counterpart::Surface(Master {
                 faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
                 gap: *gap,
@@ -24,10 +31,23 @@ pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             name: spec.name.clone(),
             faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
             against,
-            friction: spec.friction,
+            friction: spec.friction.clone(),
         })
     };
     specs.iter().map(surface).collect()
+}
+
+/// The obstacle in a file, put where the case wants it.
+fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
+    let mut raw = surface::read(&file.path, file.scale)?;
+    let Placing { turn, by } = &file.placing;
+    for x in &mut raw.points {
+        *x = add(turn.as_ref().map_or(*x, |turn| turn.apply(*x)), *by);
+    }
+    let name = file.path.display().to_string();
+    let short = file.path.file_name().map_or(name.clone(), |name| name.to_string_lossy().into_owned());
+    let built = Triangles::new(raw, &short, file.side, file.feature_angle).map_err(|error| error.at(&name))?;
+    Ok(Obstacle::Surface(Arc::new(built)))
 }
 
 /// Lets the slave of each pair be what the case asks for or [`choose_slave`] finds.
@@ -56,7 +76,7 @@ fn young(solid: &Solid, faces: &[u32]) -> f64 {
 /// What the case calls a surface and, for a pair, its counterpart.
 pub(super) fn names(spec: &ContactSpec) -> [String; 2] {
     let against = match &spec.against {
-        AgainstSpec::Obstacle(_) => String::new(),
+        AgainstSpec::Obstacle(_) | AgainstSpec::File(_) => String::new(),
         AgainstSpec::Surface { region, .. } => regions::name(region),
     };
     [regions::name(&spec.on), against]

@@ -9,6 +9,7 @@ use super::fields::{BodyFields, SurfaceFields, body, surfaces};
 use super::step_file::remove_steps;
 use super::{Outcome, Prepared, REPORT, pictures};
 use crate::Error;
+use crate::contact::{Counterpart, Obstacle};
 use crate::friction::Phase;
 use crate::io::vtu::{self, Array, Grid};
 use crate::io::{folder, machine, problem};
@@ -57,6 +58,9 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
         }
         files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }
+    if write_obstacles(&folder.join("obstacles.vtu"), prepared)? {
+        files.push("obstacles.vtu".into());
+    }
     let solution = &outcome.solution;
     problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
@@ -93,6 +97,28 @@ pub(super) fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) ->
         ],
         &[],
     )
+}
+
+/// The obstacles that are surfaces of triangles, where they are before they move; false if there are none.
+fn write_obstacles(path: &Path, prepared: &Prepared) -> Result<bool, Error> {
+    let mut surfaces = Vec::new();
+    for (number, surface) in (0..).zip(&prepared.surfaces) {
+        if let Counterpart::Obstacle(Obstacle::Surface(triangles)) = &surface.against {
+            surfaces.push((number, triangles));
+        }
+    }
+    let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|(_, s)| s.points().iter().copied()).collect();
+    let mut grid = Grid::new(&points);
+    let (mut first, mut pair) = (0, Vec::new());
+    for (number, surface) in &surfaces {
+        surface.triangles().iter().for_each(|t| grid.push(vtu::TRIANGLE, &t.map(|point| first + point)));
+        pair.extend(std::iter::repeat_n(*number, surface.points().len()));
+        first += surface.points().len() as u32;
+    }
+    if surfaces.is_empty() {
+        return folder::remove(path).map(|()| false);
+    }
+    vtu::write(path, &grid, &[Array::integer("pair", &pair)], &[], &[]).map(|()| true)
 }
 
 /// The surfaces of all pairs one after the other; a node of two pairs stands there twice. With load steps `slid` is

@@ -21,6 +21,9 @@ pub(super) struct Point {
     pub node: usize,
     /// Rows: normal, tangents; orthonormal on the unknowns of the node.
     frame: Block<3, 3>,
+    /// Displacements along the rows are counted in these multiples, forces in their inverses: friction across the first
+    /// tangent over that along it turns its ellipse into a disc.
+    pub scale: [f64; 3],
     pub live: [bool; 3],
     /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
     pub flexibility: f64,
@@ -43,7 +46,7 @@ impl Turned {
     pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
         let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
-        let (mut points, others) = points(problem, &nodes)
+        let (mut points, mut others) = points(problem, &nodes)
             .ok_or("the multigrid path is for contact points that each have a node of their own")?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
@@ -53,6 +56,11 @@ impl Turned {
             let give = |v: usize, c: f64| c / trace(&k.diagonal(v)).max(f64::MIN_POSITIVE);
             let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
             p.flexibility = give(p.node, 3.0) + others.iter().map(|(v, b)| give(*v as usize, square(b))).sum::<f64>();
+        }
+        // After the flexibility, which is about the body and not about its friction.
+        scale_matrix(&mut k, &frame_of, &points);
+        for (p, others) in points.iter().zip(&mut others) {
+            others.iter_mut().for_each(|(_, b)| (0..3).for_each(|r| b[r].iter_mut().for_each(|v| *v *= p.scale[r])));
         }
         let kernel = kernel(problem, &nodes, &points);
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
@@ -78,7 +86,10 @@ impl Turned {
     /// Another load for the same body.
     pub fn set_load(&mut self, f: &[f64]) {
         self.f = self.nodes.gather(f);
-        self.points.iter().for_each(|p| self.f[p.node] = times(&p.frame, &self.f[p.node]));
+        for p in &self.points {
+            let turned = times(&p.frame, &self.f[p.node]);
+            self.f[p.node] = std::array::from_fn(|r| turned[r] / p.scale[r]);
+        }
         if let Some(coupling) = &self.coupling {
             coupling.forces(&mut self.f);
         }
@@ -87,7 +98,10 @@ impl Turned {
     /// Displacements of unknowns in the frames.
     pub fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
-        self.points.iter().for_each(|p| x[p.node] = times(&p.frame, &x[p.node]));
+        for p in &self.points {
+            let turned = times(&p.frame, &x[p.node]);
+            x[p.node] = std::array::from_fn(|r| turned[r] * p.scale[r]);
+        }
         if let Some(coupling) = &self.coupling {
             coupling.to_relative(&mut x);
         }
@@ -101,7 +115,7 @@ impl Turned {
             coupling.to_absolute(&mut x);
         }
         for p in &self.points {
-            let y = x[p.node];
+            let y: [f64; 3] = std::array::from_fn(|r| x[p.node][r] / p.scale[r]);
             x[p.node] = std::array::from_fn(|c| (0..3).map(|r| p.frame[r][c] * y[r]).sum());
         }
         self.nodes.scatter(&x)
@@ -124,8 +138,9 @@ fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kern
     }
     for p in points {
         let old = kernel[p.node];
-        kernel[p.node] =
-            std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| p.frame[r][c] * old[c][q]).sum()));
+        kernel[p.node] = std::array::from_fn(|r| {
+            std::array::from_fn(|q| (0..3).map(|c| p.scale[r] * p.frame[r][c] * old[c][q]).sum())
+        });
     }
     kernel
 }
@@ -139,14 +154,16 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
     let blocks: Vec<Others> = (0..problem.points()).map(|j| blocks(problem, nodes, j)).collect();
     let mut reached = vec![0u32; nodes.count];
     blocks.iter().flatten().for_each(|(v, _)| reached[*v as usize] += 1);
+    let rows = problem.isotropic_rows();
     let mut points = Vec::with_capacity(blocks.len());
     let mut others = Vec::with_capacity(blocks.len());
     for (j, mut blocks) in blocks.into_iter().enumerate() {
-        let live = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
+        let live = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
         let own = blocks.iter().position(|(v, block)| reached[*v as usize] == 1 && is_frame(block, &live))?;
         let (node, mut frame) = blocks.swap_remove(own);
         complete(&mut frame, &live);
-        points.push(Point { node: node as usize, frame, live, flexibility: 0.0, floats: false });
+        let scale = [1.0, 1.0, if live[2] { problem.across(j) } else { 1.0 }];
+        points.push(Point { node: node as usize, frame, scale, live, flexibility: 0.0, floats: false });
         others.push(blocks);
     }
     Some((points, others))
@@ -219,6 +236,21 @@ fn turn_matrix(k: &mut Blocks<3, 3>, taken: &[u32], points: &[Point]) {
                 *block =
                     std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| old[r][s] * right[c][s]).sum()));
             }
+        }
+    }
+}
+
+/// `S⁻¹ K S⁻¹` with the scales at the nodes that have them.
+fn scale_matrix(k: &mut Blocks<3, 3>, taken: &[u32], points: &[Point]) {
+    if points.iter().all(|p| p.scale == [1.0; 3]) {
+        return;
+    }
+    let scale = |v: usize| points.get(taken[v] as usize).map_or([1.0; 3], |p| p.scale);
+    for i in 0..k.rows {
+        for place in k.start[i]..k.start[i + 1] {
+            let (left, right) = (scale(i), scale(k.column[place] as usize));
+            let block = &mut k.value[place];
+            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] /= left[r] * right[c]));
         }
     }
 }

@@ -87,9 +87,12 @@ fn iterate(
     }
     turned.set_load(&problem.f);
     let m = problem.points();
+    let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
-        let rest = [problem.gap[j], problem.slip_reference[j], problem.slip_reference[m + j]];
-        Law { friction: problem.friction[j], rest, parameter: PARAMETER / turned.points[j].flexibility }
+        let rest = [problem.gap[j], reference[j], reference[m + j]];
+        // The mean over both tangents: across, displacements are counted in multiples below one.
+        let parameter = PARAMETER / (turned.points[j].flexibility * turned.points[j].scale[2]);
+        Law { friction: problem.friction[j], rest, parameter }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
     let mut at = match &settings.start_displacement {
@@ -141,7 +144,7 @@ fn iterate(
 
 /// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
 fn convex(friction: &[Friction]) -> bool {
-    friction.iter().all(|law| !matches!(law, Friction::Coulomb { coefficient } if *coefficient > 0.0))
+    friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0))
 }
 
 /// Multipliers from the balance at the contact nodes, made admissible, and what the certificate says.
@@ -157,6 +160,7 @@ fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tol
         }
     }
     make_admissible(&problem.friction, &mut lambda);
+    problem.out_of_isotropic(&mut lambda);
     let u = turned.out_of_frames(&at.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = match end {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::source::Spot;
-use crate::contact::{InitialGap, Obstacle, Role, SurfaceFriction};
+use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation, Orthotropic, Voigt};
 use crate::friction::{Method, MethodSettings};
 use crate::mesh::{Block, Ring, Turn};
@@ -207,6 +207,8 @@ pub struct ContactSpec {
 pub enum AgainstSpec {
     /// Directions have unit length.
     Obstacle(Obstacle),
+    /// A surface of triangles in a file.
+    File(SurfaceFile),
     /// Groups of boundary faces.
     Surface {
         region: Region,
@@ -216,6 +218,19 @@ pub enum AgainstSpec {
         /// Length, > 0; `None` is a part of the surfaces' size.
         search: Option<f64>,
     },
+}
+
+/// A rigid obstacle from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceFile {
+    /// Relative paths start at the folder of the case file.
+    pub path: PathBuf,
+    /// Factor on the coordinates, > 0.
+    pub scale: f64,
+    pub placing: Placing,
+    pub side: Side,
+    /// Degrees; where the surface bends by more it has an edge, elsewhere it is smooth.
+    pub feature_angle: f64,
 }
 
 /// Settings of the solver.

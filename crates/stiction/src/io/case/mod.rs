@@ -70,7 +70,7 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
     let case = View { source: &source, rules: &spec::CASE, node: &root };
-    let contacts = read_contact::contacts(&case)?;
+    let contacts = read_contact::contacts(&case, folder)?;
     let solver = read_solver::solver(&case, &contacts)?;
     let mut steps = read_step::steps(&case)?;
     let bolts = read_bolt::bolts(&case, &mut steps)?;

@@ -151,7 +151,7 @@ pub(super) fn fields(table: &View, node: &Node, allowed: &[&str]) -> Result<[Fie
     Ok(fields)
 }
 
-fn field(table: &View, node: &Node, allowed: &[&str]) -> Result<Field, Error> {
+pub(super) fn field(table: &View, node: &Node, allowed: &[&str]) -> Result<Field, Error> {
     let Some(text) = node.text() else {
         return Ok(Field::Constant(node.number().unwrap_or(f64::NAN)));
     };

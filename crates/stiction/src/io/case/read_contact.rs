@@ -1,18 +1,22 @@
 //! `[[contact]]`: surfaces, obstacles and friction.
 
-use super::data::{AgainstSpec, ContactSpec, Region};
-use super::read_body::fields;
+use std::path::Path;
+
+use super::data::{AgainstSpec, ContactSpec, Region, SurfaceFile};
+use super::read_body::{field, fields};
+use super::read_mesh::placing;
 use super::read_region::{extended_region, groups};
+use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
 
-/// All contacts; their names differ.
-pub(super) fn contacts(case: &View) -> Result<Vec<ContactSpec>, Error> {
+/// All contacts; their names differ. Relative paths start at `folder`.
+pub(super) fn contacts(case: &View, folder: &Path) -> Result<Vec<ContactSpec>, Error> {
     let mut contacts: Vec<ContactSpec> = Vec::new();
     for (i, (_, table)) in case.tables("contact").iter().enumerate() {
-        let contact = contact(table, i)?;
+        let contact = contact(table, i, folder)?;
         if contacts.iter().any(|other| other.name == contact.name) {
             let key = if table.given("name").is_some() { "name" } else { "on" };
             let what = format!("two contacts are called {:?}", contact.name);
@@ -23,18 +27,18 @@ pub(super) fn contacts(case: &View) -> Result<Vec<ContactSpec>, Error> {
     Ok(contacts)
 }
 
-fn contact(table: &View, i: usize) -> Result<ContactSpec, Error> {
+fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> {
     let on = extended_region(table, "contact")?.unwrap_or(Region::Groups(Vec::new()));
     let name = match (&on, table.given("name")) {
         (_, Some(_)) => table.text("name"),
         (Region::Groups(groups), None) => groups.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join("+"),
         _ => format!("contact {}", i + 1),
     };
-    let (against, motion, friction) = (against(table)?, motion(table)?, friction(table)?);
+    let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
     Ok(ContactSpec { name, on, against, motion, friction, spot: table.spot() })
 }
 
-fn against(table: &View) -> Result<AgainstSpec, Error> {
+fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
     let names = match table.given("against") {
         Some(node) if node.entries().is_empty() => groups(table.source, node),
         _ => Vec::new(),
@@ -45,7 +49,10 @@ fn against(table: &View) -> Result<AgainstSpec, Error> {
             let what = format!("`{key}` is for contact between two surfaces, but `against` is a rigid obstacle");
             return Err(table.error(key, what, format!("take `{key}` out, or name a group in `against`")));
         }
-        return Ok(AgainstSpec::Obstacle(obstacle(table)?));
+        return match surface_file(table, folder)? {
+            Some(file) => Ok(AgainstSpec::File(file)),
+            None => Ok(AgainstSpec::Obstacle(obstacle(table)?)),
+        };
     }
     let gap = match table.given("gap").and_then(|node| node.number()) {
         Some(gap) => InitialGap::Uniform(gap),
@@ -55,6 +62,29 @@ fn against(table: &View) -> Result<AgainstSpec, Error> {
     let slave = table.given("slave").map(|_| if table.text("slave") == "on" { Role::On } else { Role::Against });
     let search = table.given("search").map(|_| table.number("search"));
     Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, slave, search })
+}
+
+/// Keys of `against` that belong to `surface`.
+const OF_SURFACE: [&str; 5] = ["scale", "turn", "move", "side", "feature_angle"];
+
+fn surface_file(table: &View, folder: &Path) -> Result<Option<SurfaceFile>, Error> {
+    let Some(against) = table.table("against") else { return Ok(None) };
+    if against.given("surface").is_none() {
+        return match OF_SURFACE.iter().find(|key| against.given(key).is_some()) {
+            Some(key) => {
+                let what = format!("`{key}` is for an obstacle from a file, but `against` has no `surface`");
+                Err(against.error(key, what, format!("take `{key}` out, or give surface = \"die.stl\"")))
+            }
+            None => Ok(None),
+        };
+    }
+    Ok(Some(SurfaceFile {
+        path: folder.join(against.text("surface")),
+        scale: against.number("scale"),
+        placing: placing(&against)?,
+        side: side(&against),
+        feature_angle: against.number("feature_angle"),
+    }))
 }
 
 fn obstacle(table: &View) -> Result<Obstacle, Error> {
@@ -73,7 +103,7 @@ fn obstacle(table: &View) -> Result<Obstacle, Error> {
             side: side(&cylinder),
         })
     } else {
-        Err(table.error("against", "`against` names no obstacle", "give a plane, a sphere or a cylinder"))
+        Err(table.error("against", "`against` names no obstacle", "give a plane, a sphere, a cylinder or a surface"))
     }
 }
 
@@ -108,13 +138,52 @@ fn friction(table: &View) -> Result<SurfaceFriction, Error> {
     if let Some(name) = law.node.text() {
         return Ok(if name == "bonded" { SurfaceFriction::Bonded } else { SurfaceFriction::None });
     }
-    if law.given("coulomb").is_some() {
-        if law.given("nodal").is_some() {
-            let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
-            return Err(law.error("nodal", what, "take `nodal` out"));
-        }
-        return Ok(SurfaceFriction::Coulomb(law.number("coulomb")));
+    if let Some(node) = law.given("coulomb") {
+        return coulomb(&law, node);
+    }
+    if let Some(key) = ["direction", "limit"].into_iter().find(|key| law.given(key).is_some()) {
+        let what = format!("`{key}` is for coulomb, but the friction is tresca");
+        return Err(law.error(key, what, format!("take `{key}` out, or give friction = {{ coulomb = ... }}")));
     }
     let bound = law.number("tresca");
     Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
+}
+
+fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
+    if law.given("nodal").is_some() {
+        let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
+        return Err(law.error("nodal", what, "take `nodal` out"));
+    }
+    let coefficient = |node: &Node| match field(law, node, &["x", "y", "z"])? {
+        Field::Constant(c) if c < 0.0 => {
+            let what = format!("the coefficient of friction is {c}");
+            Err(law.error(
+                "coulomb",
+                what,
+                "the direction of friction follows from the slip, a coefficient is at least zero",
+            ))
+        }
+        field => Ok(field),
+    };
+    let limit = law.given("limit").map(|_| law.number("limit"));
+    let (along, across) = match (node.items(), law.given("direction")) {
+        ([], None) => (coefficient(node)?, None),
+        ([], Some(_)) => {
+            let what = "`direction` is for two coefficients, but one is given";
+            return Err(law.error("direction", what, "write coulomb = [along, across], or take `direction` out"));
+        }
+        (_, None) => {
+            let what = "two coefficients of friction, and no direction along which the first holds";
+            return Err(law.error("coulomb", what, "add direction = [1, 0, 0], or give one coefficient"));
+        }
+        ([first, second, ..], Some(_)) => {
+            let direction = direction(law, "direction")?;
+            (coefficient(first)?, Some(Across { coefficient: coefficient(second)?, direction }))
+        }
+        ([only], Some(_)) => (coefficient(only)?, None),
+    };
+    Ok(match (along, across, limit) {
+        (Field::Constant(c), None, None) => SurfaceFriction::Coulomb(c),
+        (coefficient, across, limit) => SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }),
+    })
 }

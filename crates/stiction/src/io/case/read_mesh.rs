@@ -47,7 +47,7 @@ fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
     Ok(MeshSpec { source, placing: placing(table)?, spot: table.spot() })
 }
 
-fn placing(table: &View) -> Result<Placing, Error> {
+pub(super) fn placing(table: &View) -> Result<Placing, Error> {
     let turn = match table.table("turn") {
         Some(turn) => {
             Some(Turn { point: turn.vector("point"), axis: direction(&turn, "axis")?, degrees: turn.number("degrees") })

@@ -3,7 +3,6 @@
 use super::data::{ContactSpec, SolverPath, SolverSpec};
 use super::view::View;
 use crate::Error;
-use crate::contact::SurfaceFriction;
 use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, Splitting, Sweeps};
 
 /// Programs within a method are solved this much more accurately than the method itself.
@@ -21,7 +20,7 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
         return Ok(SolverSpec::default());
     };
     let method = method(&table)?;
-    let coulomb = contacts.iter().find(|c| matches!(c.friction, SurfaceFriction::Coulomb(_)));
+    let coulomb = contacts.iter().find(|c| c.friction.is_coulomb());
     if let (Method::Given(_), Some(contact)) = (method.method, coulomb) {
         let name = table.text("method");
         let what = format!("{name:?} is for given friction, but the friction of contact {:?} is coulomb", contact.name);

@@ -4,7 +4,7 @@ mod mistakes;
 mod robustness;
 
 use super::*;
-use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation};
 use crate::mesh::{Block, BlockElement, Ring, Turn};
 
@@ -52,6 +52,27 @@ fn steps_and_the_motion_of_an_obstacle_are_read() {
     let motion = case.contacts[0].motion.as_ref().unwrap();
     assert_eq!([0, 1, 2].map(|c| motion[c].at([f64::NAN; 3], 4.0)), [8.0, 0.0, -1.0]);
     assert!(read_text(BRICK).steps.is_empty() && read_text(BRICK).contacts[0].motion.is_none());
+}
+
+#[test]
+fn laws_of_friction_and_surfaces_are_read() {
+    let friction = |law: &str| read_text(&edited("coulomb = 0.35", law)).contacts[0].friction.clone();
+    let constant = Field::Constant;
+    let law = CoulombLaw { coefficient: constant(0.3), across: None, limit: Some(5e7) };
+    assert_eq!(friction("coulomb = 0.3, limit = 5e7"), SurfaceFriction::Law(law));
+    let across = Some(Across { coefficient: constant(0.3), direction: [0.6, 0.8, 0.0] });
+    let law = CoulombLaw { coefficient: constant(0.1), across, limit: None };
+    assert_eq!(friction("coulomb = [0.1, 0.3], direction = [3, 4, 0]"), SurfaceFriction::Law(law));
+    let SurfaceFriction::Law(law) = friction("coulomb = \"0.2 + 0.1*x - y*z\"") else { panic!() };
+    assert!((law.coefficient.at([1.0, 2.0, 0.05], f64::NAN) - 0.2).abs() < 1e-15);
+    assert_eq!(friction("coulomb = \"2*0.1\""), SurfaceFriction::Coulomb(0.2));
+    let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
+    let surface =
+        "surface = \"parts/die.stl\", scale = 1e-3, turn = { axis = [0, 0, 2], degrees = 90 }, side = \"inside\"";
+    let AgainstSpec::File(file) = read_text(&edited(plane, surface)).contacts[0].against.clone() else { panic!() };
+    assert!(file.path.ends_with("parts/die.stl") && file.scale == 1e-3 && file.side == Side::Inside);
+    assert_eq!((file.feature_angle, file.placing.by), (30.0, [0.0; 3]));
+    assert_eq!(file.placing.turn, Some(Turn { point: [0.0; 3], axis: [0.0, 0.0, 1.0], degrees: 90.0 }));
 }
 
 #[test]
@@ -167,8 +188,8 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     };
     let c =
         contact("on = [\"a\", \"b\"]\nagainst.plane = { point = [0, 0, 1], normal = [0, 3, 4] }\nfriction = \"none\"");
-    assert_eq!((c.name.as_str(), c.friction), ("a+b", SurfaceFriction::None));
-    let obstacle = |c: &ContactSpec| match c.against {
+    assert_eq!((c.name.as_str(), &c.friction), ("a+b", &SurfaceFriction::None));
+    let obstacle = |c: &ContactSpec| match c.against.clone() {
         AgainstSpec::Obstacle(obstacle) => obstacle,
         _ => panic!(),
     };
@@ -176,7 +197,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c = contact(
         "name = \"n\"\non.box = [[0, 0, 0], [1, 2, 0]]\nagainst.sphere = { center = [0, 0, 1], radius = 2, side = \"inside\" }\nfriction = \"bonded\"",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("n", SurfaceFriction::Bonded));
+    assert_eq!((c.name.as_str(), &c.friction), ("n", &SurfaceFriction::Bonded));
     assert_eq!(c.on, Region::Box { min: [0.0; 3], max: [1.0, 2.0, 0.0] });
     assert_eq!(obstacle(&c), Obstacle::Sphere { center: [0.0, 0.0, 1.0], radius: 2.0, side: Side::Inside });
     let c = contact(
@@ -188,7 +209,7 @@ fn regions_obstacles_and_laws_of_friction_are_read() {
     let c = contact(
         "on.box = [[0, 0, 0], [1, 1, 1]]\nagainst.plane = { point = [0, 0, 0], normal = [1, 0, 0] }\nfriction = { tresca = 5, nodal = true }",
     );
-    assert_eq!((c.name.as_str(), c.friction), ("contact 1", SurfaceFriction::GivenForce(5.0)));
+    assert_eq!((c.name.as_str(), &c.friction), ("contact 1", &SurfaceFriction::GivenForce(5.0)));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, key};
 use super::obstacle::OBSTACLE;
-use super::{NAMES, REGION};
+use super::{NAMES, POINT, REGION};
 
 pub(super) static CONTACT: Rules = Rules {
     doc: "A surface that may touch a rigid obstacle or another surface.",
@@ -18,7 +18,7 @@ pub(super) static CONTACT: Rules = Rules {
         key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent the finer one, or else that of the softer body."),
         key("search", Kind::Number(POSITIVE), "search = 0.1", "Between two surfaces: how far apart they may be, or overlap, and still meet; a quarter of the diagonal of the smaller one if absent.")
             .unit("length"),
-        key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { tresca = stress } or { tresca = force, nodal = true }.")
+        key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
     ],
 };
@@ -39,7 +39,25 @@ static FRICTION: Rules = Rules {
     doc: "A law of friction.",
     one_of: &["coulomb", "tresca"],
     keys: &[
-        key("coulomb", Kind::Number(COEFFICIENT), "coulomb = 0.3", "Coefficient of friction."),
+        key(
+            "coulomb",
+            Kind::Either(&[Kind::Number(COEFFICIENT), Kind::Field, COEFFICIENTS]),
+            "coulomb = 0.3",
+            "Coefficient of friction; a number, an expression in x, y, z, or two of these: along `direction` and across it.",
+        ),
+        key(
+            "direction",
+            POINT,
+            "direction = [1, 0, 0]",
+            "With two coefficients: where the first holds; of any length, its part along the surface counts.",
+        ),
+        key(
+            "limit",
+            Kind::Number(POSITIVE),
+            "limit = 5e7",
+            "With coulomb: the shear stress friction does not exceed, whatever the pressure; with two coefficients where friction is the largest.",
+        )
+        .unit("stress"),
         key(
             "tresca",
             Kind::Number(NOT_NEGATIVE),
@@ -57,6 +75,7 @@ static FRICTION: Rules = Rules {
     ],
 };
 
+const COEFFICIENTS: Kind = Kind::List { of: &Kind::Field, from: 2, to: 2 };
 const COEFFICIENT: Limits = Limits {
     remedy: "the direction of friction follows from the slip, the coefficient only says how much",
     ..NOT_NEGATIVE

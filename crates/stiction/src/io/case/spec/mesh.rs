@@ -58,7 +58,7 @@ const MESH_TURN: Key = key(
 const MESH_MOVE: Key =
     key("move", POINT, "move = [0, 0, 1]", "Moves the mesh, after it was turned.").default("[0, 0, 0]").unit("length");
 
-static TURN: Rules = Rules {
+pub(super) static TURN: Rules = Rules {
     doc: "A turn about a line.",
     one_of: &[],
     keys: &[

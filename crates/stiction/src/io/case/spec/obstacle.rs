@@ -1,11 +1,12 @@
 //! Keys of the rigid obstacles of `[[contact]]`.
 
-use super::super::kind::{Key, Kind, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, key};
+use super::mesh::TURN;
 use super::{FIELDS, POINT};
 
 pub(super) static OBSTACLE: Rules = Rules {
     doc: "A rigid obstacle.",
-    one_of: &["plane", "sphere", "cylinder"],
+    one_of: &["plane", "sphere", "cylinder", "surface"],
     keys: &[
         key("plane", Kind::Table(&PLANE), "plane = { point = [0, 0, 0], normal = [0, 0, 1] }", "A half space."),
         key("sphere", Kind::Table(&SPHERE), "sphere = { center = [0, 0, -1], radius = 1 }", "A sphere."),
@@ -16,6 +17,31 @@ pub(super) static OBSTACLE: Rules = Rules {
             "A cylinder without ends.",
         ),
         key(
+            "surface",
+            Kind::Text,
+            "surface = \"die.stl\"",
+            "A file of triangles, .stl (text or binary) or .obj, open or closed, relative to the folder of the case file. Its normals point towards the body.",
+        ),
+        key("scale", Kind::Number(POSITIVE), "scale = 1e-3", "Of a surface: factor on its coordinates.").default("1"),
+        key(
+            "turn",
+            Kind::Table(&TURN),
+            "turn = { axis = [0, 0, 1], degrees = 30 }",
+            "Of a surface: turns it about a line, after it was scaled.",
+        ),
+        key("move", POINT, "move = [0, 0, 1]", "Of a surface: moves it, after it was turned.")
+            .default("[0, 0, 0]")
+            .unit("length"),
+        SURFACE_SIDE,
+        key(
+            "feature_angle",
+            Kind::Number(ANGLE),
+            "feature_angle = 30",
+            "Of a surface: where it bends by more it has an edge, elsewhere it stands for a smooth surface.",
+        )
+        .default("30")
+        .unit("degree"),
+        key(
             "motion",
             FIELDS,
             "motion = [0, 0, \"-0.1*t\"]",
@@ -24,6 +50,22 @@ pub(super) static OBSTACLE: Rules = Rules {
         .unit("length"),
     ],
 };
+
+const ANGLE: Limits = Limits { low: 0.0, low_included: true, high: 180.0, high_included: true, ..ANY };
+
+const SURFACE_SIDE: Key = key(
+    "side",
+    Kind::Choice {
+        names: &[
+            ("outside", "the normals of the triangles point towards the body"),
+            ("inside", "they point away from it"),
+        ],
+        absent: &[],
+    },
+    "side = \"outside\"",
+    "Of a surface: on which of its sides the body lies.",
+)
+.default("\"outside\"");
 
 static PLANE: Rules = Rules {
     doc: "A rigid half space.",

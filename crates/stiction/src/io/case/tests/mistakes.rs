@@ -127,7 +127,12 @@ fn what_this_version_cannot_do_is_said_plainly() {
     fails("\"tet4\"", "\"hex20\"", "4:59", &[absent, "more cells"]);
     fails("traction =", "temperature = 80\ntraction =", "13:1", &["both `temperature` and `traction`"]);
     let plane = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
-    fails(plane, "7", "15:11", &["the number 7", "a table { plane, sphere, cylinder, motion }", "at least 1 entries"]);
+    fails(
+        plane,
+        "7",
+        "15:11",
+        &["the number 7", "a table { plane, sphere, cylinder, surface, scale,", "at least 1 entries"],
+    );
 }
 
 #[test]
@@ -300,4 +305,27 @@ fn mistakes_about_bolts_are_shown() {
     bolt("axis = [0, 0, 0]\nforce = 1\n", "15:8", &["`axis` is zero"]);
     bolt("force = 1\nlock = \"b\"\n", "16:8", &["no step called \"b\"", "add [[step]]"]);
     bolt("force = 1\n[[bolt]]\non = \"a\"\nforce = 1\n", "16:1", &["two bolts called \"a\"", "`name`"]);
+}
+
+#[test]
+fn laws_of_friction_that_say_too_much_or_too_little_are_refused() {
+    let law = |law: &str, place: &str, parts: &[&str]| fails("coulomb = 0.35", law, place, parts);
+    law("coulomb = [0.1, 0.3]", "16:24", &["no direction", "direction = [1, 0, 0]"]);
+    law("coulomb = 0.1, direction = [1, 0, 0]", "16:41", &["one is given", "[along, across]"]);
+    law("coulomb = [0.1, -0.3], direction = [1, 0, 0]", "16:24", &["is -0.3", "at least zero"]);
+    law("coulomb = [0.1, 0.3, 0.4], direction = [1, 0, 0]", "16:24", &["a list of 3 entries", "2 entries"]);
+    law("coulomb = [0.1, 0.3], direction = [0, 0, 0]", "16:48", &["has no direction"]);
+    law("coulomb = \"0.1 + t\"", "16:31", &["t", "x, y, z"]);
+    law("coulomb = 0.1, limit = 0", "16:37", &["greater than 0", "limit = 5e7"]);
+    law("tresca = 0.1, limit = 3", "16:36", &["`limit` is for coulomb"]);
+    law("tresca = 0.1, direction = [1, 0, 0]", "16:40", &["`direction` is for coulomb"]);
+}
+
+#[test]
+fn keys_of_a_surface_belong_to_a_surface() {
+    let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
+    fails(plane, &format!("{plane}, scale = 2"), "15:72", &["`scale` is for an obstacle from a file", "surface ="]);
+    fails(plane, &format!("{plane}, surface = \"a.stl\""), "15:64", &["both `plane` and `surface`"]);
+    fails(plane, "surface = \"a.stl\", feature_angle = 200", "15:48", &["at most 180"]);
+    fails(plane, "surface = \"a.stl\", side = \"within\"", "15:39", &["inside", "outside"]);
 }

@@ -1,0 +1,285 @@
+//! A surface of triangles as an obstacle: adjacency, normals and what cannot be used.
+
+use std::collections::HashMap;
+
+use super::Side;
+use super::obstacle::unit;
+use crate::Error;
+use crate::mesh::v3::{V3, add, cross, det, dot, norm, scale, sub};
+use crate::mesh::{Bounds, Tree};
+
+/// Triangles as a file gives them, points of equal coordinates being one.
+#[derive(Debug, Clone, Default)]
+pub struct RawSurface {
+    /// Length.
+    pub points: Vec<V3>,
+    /// Counter-clockwise seen from the side the normal points to; no two corners of a triangle are the same.
+    pub triangles: Vec<[u32; 3]>,
+    /// The line or number of each triangle in its file, for messages; which of both is `place`.
+    pub labels: Vec<u32>,
+    /// `on line` or `number`.
+    pub place: &'static str,
+    /// Triangles that were left out because two of their corners are the same point.
+    pub collapsed: usize,
+    seen: HashMap<[u64; 3], u32>,
+}
+
+impl RawSurface {
+    /// Without triangles; `place` is how messages introduce a triangle's label, `on line` or `number`.
+    pub fn new(place: &'static str) -> Self {
+        RawSurface { place, ..RawSurface::default() }
+    }
+
+    /// The number of a point, which is added unless it is there.
+    pub fn point(&mut self, x: V3) -> u32 {
+        // -0 is 0.
+        let next = self.points.len() as u32;
+        let number = *self.seen.entry(x.map(|c| (c + 0.0).to_bits())).or_insert(next);
+        if number == next {
+            self.points.push(x);
+        }
+        number
+    }
+
+    /// Adds a triangle unless two of its corners are the same; `label` is its line or number.
+    pub fn triangle(&mut self, corners: [u32; 3], label: usize) {
+        let [a, b, c] = corners;
+        if a == b || b == c || c == a {
+            self.collapsed += 1;
+            return;
+        }
+        self.triangles.push(corners);
+        self.labels.push(u32::try_from(label).unwrap_or(u32::MAX));
+    }
+
+    /// Frees what only merging needs.
+    pub fn finish(mut self) -> Self {
+        self.seen = HashMap::new();
+        self
+    }
+}
+
+/// No neighbour: an edge on the border of an open surface.
+pub(super) const BORDER: u32 = u32::MAX;
+
+/// A surface of triangles to which closest points are found.
+#[derive(Debug, Clone)]
+pub struct Triangles {
+    pub(super) points: Vec<V3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The triangle across the edge from corner `k` to `k + 1`, or [`BORDER`].
+    pub(super) across: Vec<[u32; 3]>,
+    /// Whether the surface bends by more than the feature angle there.
+    pub(super) sharp: Vec<[bool; 3]>,
+    /// Into `smooth`: the normal of each corner, averaged over the triangles around it up to sharp edges.
+    pub(super) corner: Vec<[u32; 3]>,
+    pub(super) smooth: Vec<V3>,
+    /// Sum of the normals around each point, weighted with the angles there (Baerentzen & Aanaes 2005).
+    pub(super) around: Vec<V3>,
+    pub(super) tree: Tree,
+    /// Diagonal of the box around the surface; length.
+    pub(super) size: f64,
+    pub side: Side,
+    /// How the file calls the surface.
+    pub name: String,
+    /// Edges that belong to one triangle only; none on a closed surface.
+    pub border_edges: usize,
+    pub sharp_edges: usize,
+    /// Volume a closed surface encloses, negative where its normals point inwards; zero for an open one.
+    pub volume: f64,
+    pub collapsed: usize,
+}
+
+/// What may be the same surface twice is one and the same.
+impl PartialEq for Triangles {
+    fn eq(&self, other: &Triangles) -> bool {
+        self.points == other.points && self.triangles == other.triangles && self.side == other.side
+    }
+}
+
+impl Triangles {
+    /// Edges at which the surface bends by more than `feature_angle`, in degrees, are sharp; elsewhere it stands for a
+    /// smooth one.
+    ///
+    /// # Errors
+    /// No triangle at all, an edge of more than two triangles, triangles on both sides of an edge that look to opposite
+    /// sides, points that are not finite.
+    pub fn new(raw: RawSurface, name: &str, side: Side, feature_angle: f64) -> Result<Triangles, Error> {
+        let RawSurface { points, triangles, labels, place, collapsed, .. } = raw;
+        let called = |t: u32| format!("{place} {}", labels.get(t as usize).copied().unwrap_or(t + 1));
+        if triangles.is_empty() {
+            return Err(Error::new("", "the surface has no triangle", "give a surface with at least one"));
+        }
+        if let Some(t) =
+            triangles.iter().position(|t| t.iter().any(|&p| !points[p as usize].iter().all(|c| c.is_finite())))
+        {
+            let what = format!("a corner of the triangle {} is not finite", called(t as u32));
+            return Err(Error::new("", what, "check the coordinates and the scale"));
+        }
+        let (across, border_edges) = neighbours(&triangles, &called)?;
+        let normal = |t: u32| normal(&points, triangles[t as usize]);
+        let bends = feature_angle.to_radians().cos();
+        let is_sharp = |t: u32, other: u32| {
+            let (a, b) = (normal(t), normal(other));
+            // A triangle without area has no normal to bend from.
+            other != BORDER && dot(a, b) < bends && a != [0.0; 3] && b != [0.0; 3]
+        };
+        let sharp: Vec<[bool; 3]> =
+            (0..triangles.len()).map(|t| across[t].map(|other| other != BORDER && is_sharp(t as u32, other))).collect();
+        let (corner, smooth) = corner_normals(&points, &triangles, &across, &sharp);
+        let mut around = vec![[0.0; 3]; points.len()];
+        for corners in &triangles {
+            for k in 0..3 {
+                let at = &mut around[corners[k] as usize];
+                *at = add(*at, weighted_normal(&points, *corners, k));
+            }
+        }
+        let closed = border_edges == 0;
+        let volume = |t: &[u32; 3]| det(t.map(|p| sub(points[p as usize], points[triangles[0][0] as usize]))) / 6.0;
+        let tree = Tree::new(triangles.iter().map(|t| Bounds::around(t.map(|p| points[p as usize]))).collect());
+        Ok(Triangles {
+            volume: if closed { triangles.iter().map(volume).sum() } else { 0.0 },
+            size: Bounds::around(points.iter().copied()).diagonal(),
+            sharp_edges: sharp.iter().flatten().filter(|&&s| s).count() / 2,
+            points,
+            triangles,
+            across,
+            sharp,
+            corner,
+            smooth,
+            around,
+            tree,
+            side,
+            name: name.to_string(),
+            border_edges,
+            collapsed,
+        })
+    }
+
+    /// Corners of the triangles; length.
+    pub fn points(&self) -> &[V3] {
+        &self.points
+    }
+
+    /// Triangles by indices into the points.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    pub(super) fn corners(&self, t: u32) -> [V3; 3] {
+        self.triangles[t as usize].map(|p| self.points[p as usize])
+    }
+
+    /// The unit normal of a triangle; zero if it has no area.
+    pub(super) fn normal(&self, t: u32) -> V3 {
+        normal(&self.points, self.triangles[t as usize])
+    }
+}
+
+fn normal(points: &[V3], corners: [u32; 3]) -> V3 {
+    let [a, b, c] = corners.map(|p| points[p as usize]);
+    unit(cross(sub(b, a), sub(c, a))).unwrap_or([0.0; 3])
+}
+
+/// The normal of a triangle times its angle at corner `k`.
+fn weighted_normal(points: &[V3], corners: [u32; 3], k: usize) -> V3 {
+    let [a, b, c] = [0, 1, 2].map(|i| points[corners[(k + i) % 3] as usize]);
+    let (ab, ac) = (sub(b, a), sub(c, a));
+    let angle = norm(cross(ab, ac)).atan2(dot(ab, ac));
+    scale(angle, normal(points, corners))
+}
+
+/// The triangle across each edge, and the number of edges that have none.
+fn neighbours(triangles: &[[u32; 3]], called: &dyn Fn(u32) -> String) -> Result<(Vec<[u32; 3]>, usize), Error> {
+    // Lower and higher point of each edge, its triangle, and three times whether it runs down, plus its number.
+    let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * triangles.len());
+    for (t, corners) in (0..).zip(triangles) {
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            edges.push((a.min(b), a.max(b), t, k as u8 + if a > b { 3 } else { 0 }));
+        }
+    }
+    edges.sort_unstable();
+    let mut across = vec![[BORDER; 3]; triangles.len()];
+    let mut border = 0;
+    for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        match *edge {
+            [_] => border += 1,
+            [(_, _, t, i), (_, _, u, j)] if (i < 3) != (j < 3) => {
+                across[t as usize][usize::from(i % 3)] = u;
+                across[u as usize][usize::from(j % 3)] = t;
+            }
+            [(_, _, t, _), (_, _, u, _)] => {
+                let what =
+                    format!("the triangles {} and {} share an edge and look to opposite sides", called(t), called(u));
+                let remedy = "orient all triangles alike (mesh tools call it unifying or recalculating normals)";
+                return Err(Error::new("", what, remedy));
+            }
+            [_, ..] => {
+                let some = edge.iter().take(4).map(|e| called(e.2)).collect::<Vec<_>>().join(", ");
+                let what = format!("{} triangles share one edge, among them those {some}", edge.len());
+                let remedy = "an edge has two sides: remove double triangles and inner walls, or give two surfaces";
+                return Err(Error::new("", what, remedy));
+            }
+            [] => {}
+        }
+    }
+    Ok((across, border))
+}
+
+/// The normal of each corner as an index into the second list.
+fn corner_normals(
+    points: &[V3],
+    triangles: &[[u32; 3]],
+    across: &[[u32; 3]],
+    sharp: &[[bool; 3]],
+) -> (Vec<[u32; 3]>, Vec<V3>) {
+    // Corners at one point that no sharp edge parts belong together (union by the lower number, paths halved).
+    let mut root: Vec<u32> = (0..3 * triangles.len() as u32).collect();
+    let find = |root: &mut [u32], mut i: u32| {
+        while root[i as usize] != i {
+            root[i as usize] = root[root[i as usize] as usize];
+            i = root[i as usize];
+        }
+        i
+    };
+    for (t, corners) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let other = across[t][k];
+            if other == BORDER || sharp[t][k] {
+                continue;
+            }
+            for own in [k, (k + 1) % 3] {
+                let Some(at) = triangles[other as usize].iter().position(|&p| p == corners[own]) else { continue };
+                let (a, b) = (find(&mut root, (3 * t + own) as u32), find(&mut root, 3 * other + at as u32));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+    }
+    let mut place: Vec<u32> = vec![u32::MAX; root.len()];
+    let mut normals: Vec<V3> = Vec::new();
+    let mut corner = Vec::with_capacity(triangles.len());
+    for (t, corners) in triangles.iter().enumerate() {
+        corner.push([0, 1, 2].map(|k| {
+            let root = find(&mut root, (3 * t + k) as u32) as usize;
+            if place[root] == u32::MAX {
+                place[root] = normals.len() as u32;
+                normals.push([0.0; 3]);
+            }
+            let sum = &mut normals[place[root] as usize];
+            *sum = add(*sum, weighted_normal(points, *corners, k));
+            place[root]
+        }));
+    }
+    normals.iter_mut().for_each(|n| *n = unit(*n).unwrap_or(*n));
+    (corner, normals)
+}
