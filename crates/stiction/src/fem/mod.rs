@@ -20,7 +20,7 @@ mod tests;
 
 pub use assembly::assemble;
 pub use dofs::dof_map;
-pub use faces::{nodal_areas, nodal_normals};
+pub use faces::{FacePoint, face_coordinates, face_points, nodal_areas, nodal_normals};
 pub use field::Field;
 pub use loads::external_forces;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};

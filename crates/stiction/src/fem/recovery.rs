@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::elements::{Element, Hex8, Law, Tet4};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
@@ -50,6 +50,12 @@ pub fn cell_stress(solid: &Solid, u_full: &[f64]) -> Vec<[f64; 6]> {
             }
             CellKind::Hex8 => {
                 Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
+            }
+            CellKind::Tet10 => {
+                Tet10::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
+            }
+            CellKind::Hex20 => {
+                Hex20::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_stress(&e, law, nodes, u_full))
             }
         };
         stress.unwrap_or([f64::NAN; 6])

@@ -12,10 +12,15 @@ use faer::linalg::solvers::Solve;
 
 use super::*;
 use crate::linalg::Csr;
-use crate::mesh::{CellKind, Cells, Face, Mesh, v3};
+use crate::mesh::{Block, BlockElement, CellKind, Cells, Face, Mesh, block, v3};
 
 /// A box `[0, size]` of `cells` bricks, hexahedra or five tetrahedra each.
 fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
+    if !kind.edges().is_empty() {
+        let element =
+            if kind == CellKind::Tet10 { BlockElement::Tet10Five { parity: 0 } } else { BlockElement::Hex20 };
+        return block(&Block { size, cells, origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
+    }
     let node = |i: usize, j: usize, k: usize| ((k * (cells[1] + 1) + j) * (cells[0] + 1) + i) as u32;
     let mut nodes = Vec::new();
     for k in 0..=cells[2] {
@@ -39,7 +44,7 @@ fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
                 let corner = |c: usize| node(bottom[c % 4][0], bottom[c % 4][1], k + c / 4);
                 match kind {
                     CellKind::Hex8 => list.extend((0..8).map(corner)),
-                    CellKind::Tet4 => list.extend(SPLIT[(i + j + k) % 2].iter().flatten().map(|&c| corner(c))),
+                    _ => list.extend(SPLIT[(i + j + k) % 2].iter().flatten().map(|&c| corner(c))),
                 }
             }
         }
@@ -134,4 +139,4 @@ fn solve_spd(a: &Csr, b: &[f64]) -> Vec<f64> {
     (0..b.len()).map(|i| x[i]).collect()
 }
 
-const KINDS: [CellKind; 2] = [CellKind::Tet4, CellKind::Hex8];
+const KINDS: [CellKind; 4] = CellKind::ALL;
