@@ -3,9 +3,10 @@
 use std::collections::HashSet;
 
 use super::frame::{frame, tied_frame};
+use super::patches::{Patch, patches};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::{FeModel, nodal_areas, nodal_normals};
+use crate::fem::{FeModel, nodal_normals};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, norm};
 
@@ -23,7 +24,7 @@ pub(super) struct Point {
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
     pub normal: [f64; 3],
-    /// Other nodes with their weights; none on an obstacle.
+    /// Other nodes with their weights; on an obstacle the ends of the edge in whose middle the node is, if it is in one.
     pub others: Vec<(u32, f64)>,
     /// See `ContactProblem::share`.
     pub share: f64,
@@ -49,13 +50,18 @@ pub(super) fn points_on_obstacle(
     };
     let outward = nodal_normals(mesh, &surface.faces);
     let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
-    for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
+    let distance_of = |node: u32| {
         let x = mesh.nodes[node as usize];
-        let (distance, away) = obstacle.distance(x).ok_or_else(|| {
+        obstacle.distance(x).ok_or_else(|| {
             let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
             Error::new("", what, "move the obstacle: no node may lie on its axis or centre")
-        })?;
-        facts.area += area;
+        })
+    };
+    for (patch, (_, outward)) in patches(mesh, &surface.faces).into_iter().zip(outward) {
+        let (share, Patch { node, area, others }) = (patch.share(), patch);
+        let x = mesh.nodes[node as usize];
+        let (distance, away) = distance_of(node)?;
+        facts.area += share * area;
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let held = prescribed(model, node);
         let free = held.map(|p| p.is_none());
@@ -70,7 +76,7 @@ pub(super) fn points_on_obstacle(
         let Some(frame) = frame else {
             let clamped = held.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
-            facts.dropped_area += area;
+            facts.dropped_area += share * area;
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
@@ -81,14 +87,20 @@ pub(super) fn points_on_obstacle(
         facts.gap_max = facts.gap_max.max(distance);
         if distance < 0.0 {
             facts.overlapping += 1;
-            facts.overlapping_area += area;
+            facts.overlapping_area += share * area;
         }
         facts.points += 1;
         facts.nodes.push(node);
         let friction = law(surface.friction, area);
         // A tie keeps the distance it was meshed with.
-        let gap = if friction == Friction::Bonded { 0.0 } else { distance };
-        points.push(Point { node, gap, area, friction, frame, normal, others: Vec::new(), share: 1.0 });
+        let mut gap = 0.0;
+        if friction != Friction::Bonded {
+            gap = distance;
+            for &(other, weight) in &others {
+                gap += weight * distance_of(other)?.0;
+            }
+        }
+        points.push(Point { node, gap, area, friction, frame, normal, others, share });
     }
     if facts.points == 0 {
         let what =

@@ -28,6 +28,16 @@ pub const QUADRATIC_QUAD: u8 = 23;
 pub const QUADRATIC_TETRA: u8 = 24;
 pub const QUADRATIC_HEXAHEDRON: u8 = 25;
 
+/// The code of a face with 3, 4, 6 or 8 nodes.
+pub fn face_code(nodes: usize) -> u8 {
+    match nodes {
+        3 => TRIANGLE,
+        4 => QUAD,
+        6 => QUADRATIC_TRIANGLE,
+        _ => QUADRATIC_QUAD,
+    }
+}
+
 /// Points and cells of a file; the cells keep their order.
 #[derive(Debug, Clone)]
 pub struct Grid<'a> {
@@ -74,13 +84,7 @@ impl<'a> Grid<'a> {
     /// their edges.
     pub fn from_surface<'f>(points: &'a [[f64; 3]], faces: impl IntoIterator<Item = &'f [u32]>) -> Self {
         let mut grid = Grid::new(points);
-        let code = |nodes: usize| match nodes {
-            3 => TRIANGLE,
-            4 => QUAD,
-            6 => QUADRATIC_TRIANGLE,
-            _ => QUADRATIC_QUAD,
-        };
-        faces.into_iter().for_each(|f| grid.push(code(f.len()), f));
+        faces.into_iter().for_each(|f| grid.push(face_code(f.len()), f));
         grid
     }
 

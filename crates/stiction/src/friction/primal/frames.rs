@@ -49,6 +49,7 @@ impl Turned {
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
         turn_matrix(&mut k, &frame_of, &points);
+        let others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
         for (p, others) in points.iter_mut().zip(&others) {
             let give = |v: usize, c: f64| c / trace(&k.diagonal(v)).max(f64::MIN_POSITIVE);
             let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
@@ -135,16 +136,24 @@ fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
 }
 
 /// The points with the other nodes they are coupled to; `None` if one has no node of its own.
+///
+/// Own is a node that no other point's rows reach, or the only one a point reaches: rows of others may count from such a
+/// node, as those of the middle of a quadratic face's edge do from its ends, but nothing is counted from what is itself
+/// counted from something.
 fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Others>)> {
     let blocks: Vec<Others> = (0..problem.points()).map(|j| blocks(problem, nodes, j)).collect();
     let mut reached = vec![0u32; nodes.count];
     blocks.iter().flatten().for_each(|(v, _)| reached[*v as usize] += 1);
+    let mut taken = vec![false; nodes.count];
     let mut points = Vec::with_capacity(blocks.len());
     let mut others = Vec::with_capacity(blocks.len());
     for (j, mut blocks) in blocks.into_iter().enumerate() {
         let live = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
-        let own = blocks.iter().position(|(v, block)| reached[*v as usize] == 1 && is_frame(block, &live))?;
+        let alone = blocks.len() == 1;
+        let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
+        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &live))?;
         let (node, mut frame) = blocks.swap_remove(own);
+        taken[node as usize] = true;
         complete(&mut frame, &live);
         points.push(Point { node: node as usize, frame, live, flexibility: 0.0, floats: false });
         others.push(blocks);
@@ -171,6 +180,18 @@ fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Others {
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The blocks for displacements in the frames of those of the nodes that have one.
+fn turned(others: Others, frame_of: &[u32], points: &[Point]) -> Others {
+    let turn = |(v, block): (u32, Block<3, 3>)| match points.get(frame_of[v as usize] as usize) {
+        Some(Point { frame, .. }) => {
+            let entry = |r: usize, c: usize| (0..3).map(|s| block[r][s] * frame[c][s]).sum();
+            (v, std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c))))
+        }
+        None => (v, block),
+    };
+    others.into_iter().map(turn).collect()
 }
 
 /// Whether the rows that are there are orthonormal.

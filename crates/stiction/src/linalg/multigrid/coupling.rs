@@ -10,7 +10,7 @@ use super::dense::{add_product, add_transpose_product};
 /// obstacle.
 #[derive(Debug, Clone)]
 pub struct Coupling {
-    /// The nodes that change; none of them is a column of `c`.
+    /// The nodes that change. None of those with a row of `c` that is not empty is a column of `c`.
     pub nodes: Vec<u32>,
     /// `C`: a row for each of `nodes`, a column for each node there is.
     pub c: Blocks<3, 3>,
