@@ -5,12 +5,13 @@ use std::collections::{HashMap, HashSet};
 use super::frame::{frame, tied_frame};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
+use super::patches::patches;
 use super::points::{Point, law, prescribed, refuse_dragging};
 use super::roles::face_size;
 use super::surface::SEARCH;
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::{FeModel, nodal_areas};
+use crate::fem::FeModel;
 use crate::mesh::v3::{V3, dot, sub};
 use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 
@@ -87,10 +88,10 @@ pub(super) fn points_of_pair(
         found.guided += usize::from(frame[2] == [0.0; 3]);
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
         if visible.abs() <= TOUCHING * sizes[0] {
-            facts.touching_area += row.area;
+            facts.touching_area += row.area * row.share.min(1.0);
         } else if visible < 0.0 {
             found.overlapping += 1;
-            found.overlapping_area += row.area;
+            found.overlapping_area += row.area * row.share.min(1.0);
         }
         // A tie keeps the distance it was meshed with.
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
@@ -138,8 +139,9 @@ fn frames(
     let tied = surface.friction == SurfaceFriction::Bonded;
     let mut frames = HashMap::new();
     let normals = normals(mesh, &surface.faces, &model.dofs);
-    for ((node, normal), (_, whole)) in normals.into_iter().zip(nodal_areas(mesh, &surface.faces)) {
-        found.area += whole;
+    for ((node, normal), patch) in normals.into_iter().zip(patches(mesh, &surface.faces)) {
+        let whole = patch.area;
+        found.area += patch.share() * whole;
         let held = prescribed(model, node);
         let free = held.map(|value| value.is_none());
         let axes = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
@@ -176,8 +178,8 @@ fn nearest(mesh: &Mesh, from: &[u32], to: &[u32]) -> Option<f64> {
     let at = |node: &u32| mesh.nodes[*node as usize];
     let triangles: Vec<[V3; 3]> = (to.iter())
         .flat_map(|&face| {
-            let nodes = mesh.faces[face as usize].nodes();
-            (1..nodes.len() - 1).map(|i| [at(&nodes[0]), at(&nodes[i]), at(&nodes[i + 1])])
+            let nodes = mesh.faces[face as usize].border();
+            (1..nodes.len() - 1).map(|i| [at(&nodes[0]), at(&nodes[i]), at(&nodes[i + 1])]).collect::<Vec<_>>()
         })
         .collect();
     let tree = Tree::new(triangles.iter().map(|t| Bounds::around(*t)).collect());

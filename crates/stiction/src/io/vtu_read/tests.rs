@@ -82,7 +82,8 @@ fn what_cannot_be_read_is_refused() {
     refused(&edited("4 7<", "4 3<"), &["connectivity", "7 numbers where 3"]);
     refused(&edited("4 7<", "9 7<"), &["cell 0", "end at 9"]);
     refused(&edited("0 1 2 3 0 1 2<", "0 1 2 x 0 1 2<"), &["array \"connectivity\" (line 9)", "\"x\""]);
-    refused(&edited("10 5<", "24 5<"), &["1 x tetrahedron of second order", "first order"]);
+    refused(&edited("10 5<", "24 5<"), &["1 x quadratic cell with an unusual number of nodes", "4 or 10"]);
+    refused(&edited("10 5<", "29 5<"), &["1 x hexahedron of higher order", "8 or 20"]);
     refused(&edited("10 5<", "14 5<"), &["1 x pyramid", "tetrahedra or hexahedra"]);
     refused(&edited("10 5<", "10 10<"), &["unusual number of nodes"]);
     refused(&edited("0 1 2 3 0 1 2<", "0 1 3 2 0 1 2<"), &["inside out", "mirrored"]);
