@@ -149,10 +149,11 @@ const LAWS: [SurfaceFriction; 7] = [
 
 #[test]
 fn both_paths_find_the_same_solution() {
-    for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
+    use BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
+    for (element, n) in [(Tet4Six, 5), (Hex8, 5), (Tet10Six, 2), (Hex20, 3)] {
         for load in [BrickLoad::Lift, BrickLoad::Press] {
             for law in LAWS {
-                let p = brick(5, element, load, law).pose().problem;
+                let p = brick(n, element, load, law).pose().problem;
                 let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
                 println!("{element:?} {load:?} {law:?}: {:?}", b.counts);
                 assert_solved(&b);

@@ -2,7 +2,7 @@
 
 use super::CellKind;
 use super::shape::{HEX20, Reference, TET10, face_rule, face_shape};
-use super::v3::{V3, add, cross, det, scale, sub};
+use super::v3::{V3, add, cross, det, norm, scale, sub};
 
 /// Signs of the reference coordinates of a hexahedron's corners, in the node order of [`CellKind::Hex8`].
 pub(crate) const HEX_CORNERS: [V3; 8] = [
@@ -88,13 +88,21 @@ pub(crate) fn vector_area(nodes: &[V3], face: &[u32]) -> V3 {
     let twice = match face.len() {
         3 => cross(sub(x(1), x(0)), sub(x(2), x(0))),
         4 => cross(sub(x(2), x(0)), sub(x(3), x(1))),
-        n => {
-            let x: Vec<V3> = (0..n).map(x).collect();
-            let points = face_rule(n).into_iter().map(|(at, weight)| scale(2.0 * weight, face_shape(n, at).normal(&x)));
-            points.fold([0.0; 3], add)
-        }
+        _ => return normals(nodes, face).fold([0.0; 3], add),
     };
     twice.map(|c| 0.5 * c)
+}
+
+/// Area of a quadratic face, by the rule of loads.
+pub(crate) fn curved_area(nodes: &[V3], face: &[u32]) -> f64 {
+    normals(nodes, face).map(norm).sum()
+}
+
+/// The normals at the points of the rule of a face, as long as the area the points stand for.
+fn normals(nodes: &[V3], face: &[u32]) -> impl Iterator<Item = V3> {
+    let x: Vec<V3> = face.iter().map(|&i| nodes[i as usize]).collect();
+    let rule = face_rule(x.len()).into_iter();
+    rule.map(move |(at, weight)| scale(weight, face_shape(x.len(), at).normal(&x)))
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub(super) struct Model {
     pub node_labels: Vec<u32>,
     pub blocks: Vec<Placed>,
     pub scopes: Vec<Scope>,
-    /// Tetrahedra, whose numbers as cells come before those of hexahedra.
+    /// Cells of each of `CellKind::ALL`: they are numbered kind by kind.
     counts: [usize; CellKind::ALL.len()],
 }
 

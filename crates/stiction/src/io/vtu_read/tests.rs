@@ -115,6 +115,7 @@ fn cut_and_changed_grids_do_not_panic() {
     for suffix in ["raw", "raw-zlib", "base64-zlib", "inline-zlib"] {
         files.push(std::fs::read(format!("{folder}/brick-vtk-{suffix}.vtu")).unwrap());
     }
+    files.push(std::fs::read(format!("{folder}/curved-hex20-meshio.vtu")).unwrap());
     let mut noise = Noise(0x2545_f491_4f6c_dd1d);
     for bytes in files {
         assert!(parse(&bytes, "a.vtu", 1.0).is_ok());
