@@ -1,0 +1,149 @@
+//! Quadratic elements in contact: curved faces, and what they are worth.
+
+mod common;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use common::*;
+use stiction::contact::{
+    ContactSurface, Counterpart, InitialGap, Master, Obstacle, Reason, Role, SurfaceFriction, pose,
+};
+use stiction::fem::{Field, Fix, Formulation, Load, Material, Solid, assemble};
+use stiction::mesh::{Block, BlockElement, Mesh, block, join};
+
+const TET10: BlockElement = BlockElement::Tet10Five { parity: 0 };
+
+/// A quarter of a ring with radii `r`, of height 10; the middles of edges lie on the arcs.
+fn ring(element: BlockElement, cells: [usize; 3], r: [f64; 2]) -> Mesh {
+    let (size, origin) = ([r[1] - r[0], FRAC_PI_2, 10.0], [r[0], 0.0, 0.0]);
+    let mut mesh = block(&Block { size, cells, origin, grading: [1.0; 3], element }).unwrap();
+    mesh.nodes.iter_mut().for_each(|x| *x = [x[0] * x[1].cos(), x[0] * x[1].sin(), x[2]]);
+    mesh
+}
+
+fn zero(mesh: &Mesh, groups: [&str; 2], component: usize) -> Fix {
+    let faces: Vec<u32> = groups.iter().flat_map(|g| mesh.group(g).unwrap().faces.clone()).collect();
+    let mut value = [None, None, None];
+    value[component] = Some(Field::Constant(0.0));
+    Fix { nodes: mesh.face_nodes(&faces), value }
+}
+
+/// Lamé 1852: a ring pressed into another that is 0.06 too tight, radii 40, 60, 90, plane stress, one material. The
+/// pressure is `δ E (b² - a²) (c² - b²) / (2 b³ (c² - a²))`.
+#[test]
+fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
+    let (young, radii, tight) = (210e3, [40.0f64, 60.0, 90.0], 0.06);
+    let [a2, b2, c2] = radii.map(|r| r * r);
+    let pressure = tight * young * (b2 - a2) * (c2 - b2) / (2.0 * radii[1].powi(3) * (c2 - a2));
+    let force = pressure * FRAC_PI_2 * radii[1] * 10.0;
+    for (elements, slave) in [
+        ([BlockElement::Hex20, BlockElement::Hex20], Role::On),
+        ([BlockElement::Hex20, TET10], Role::On),
+        ([TET10, BlockElement::Hex20], Role::On),
+        ([BlockElement::Hex20, BlockElement::Hex8], Role::On),
+    ] {
+        let inner = ring(elements[0], [2, 4, 1], [radii[0], radii[1]]);
+        let fine = if elements[1] == BlockElement::Hex8 { [4, 12, 1] } else { [2, 3, 1] };
+        let outer = ring(elements[1], fine, [radii[1], radii[2]]);
+        let mesh = join(vec![("inner".into(), inner), ("outer".into(), outer)]);
+        let materials = [Material {
+            name: "steel".into(),
+            young,
+            poisson: 0.3,
+            density: 0.0,
+            formulation: Formulation::Full,
+        }];
+        let material_of_cell = vec![0; mesh.cell_count()];
+        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let fixes = [
+            zero(&mesh, ["inner.y-min", "outer.y-min"], 1),
+            zero(&mesh, ["inner.y-max", "outer.y-max"], 0),
+            zero(&mesh, ["inner.z-min", "outer.z-min"], 2),
+        ];
+        let mut model = assemble(&solid, &[], &fixes, 1.0).unwrap();
+        let faces = |name: &str| mesh.group(name).unwrap().faces.clone();
+        let master = Master {
+            faces: faces("outer.x-min"),
+            gap: InitialGap::Uniform(-tight),
+            search: None,
+            slave,
+            reason: Reason::Asked,
+        };
+        let surface = ContactSurface {
+            name: "fit".into(),
+            faces: faces("inner.x-max"),
+            against: Counterpart::Surface(master),
+            friction: SurfaceFriction::None,
+        };
+        let (problem, facts) = pose(&mesh, &mut model, &[surface]).unwrap();
+        let s = solved(&problem, 1e-9);
+        let total: f64 = (0..problem.points()).map(|j| problem.share[j] * s.lambda[j]).sum();
+        let worst = (0..problem.points())
+            .map(|j| (s.lambda[j] / problem.area[j] / pressure - 1.0).abs())
+            .fold(0.0, f64::max);
+        println!("{elements:?}: force {:.5} worst pressure {worst:.4} {}", total / force - 1.0, facts[0].points);
+        assert!((total / force - 1.0).abs() < 2e-3 && worst < 0.05, "{elements:?}");
+    }
+}
+
+/// A block of steel with a bottom curved like a ball of radius 10 on a rigid plane, pressed down by `depth` at its top, a
+/// quarter: (unknowns, force of the quarter, contact radius and greatest pressure over those of Hertz less one).
+///
+/// Its edges are 10 contact radii long. The radius comes from the second moment of the nodal forces, `2/5 a²` of
+/// Hertz's pressure; the pressure from the nearest semi-ellipsoid.
+fn hertz(element: BlockElement, n: usize, depth: f64) -> [f64; 4] {
+    let grading = [32f64.powf((n as f64 - 1.0) / n as f64); 3];
+    let mut mesh = block(&Block { size: [1.0; 3], cells: [n; 3], origin: [0.0; 3], grading, element }).unwrap();
+    let radius = 10.0;
+    for x in &mut mesh.nodes {
+        let r2 = x[0] * x[0] + x[1] * x[1];
+        x[2] += (1.0 - x[2]) * r2 / (radius + (radius * radius - r2).sqrt());
+    }
+    let (young, poisson) = (210e3, 0.3);
+    let case = Case { mesh, young, poisson, loads: Vec::new(), fixes: Vec::new(), surfaces: Vec::new() };
+    let case = case
+        .fix("x-min", [Some(0.0), None, None])
+        .fix("y-min", [None, Some(0.0), None])
+        .fix("z-max", [None, None, Some(-depth)])
+        .contact("z-min", FLOOR, SurfaceFriction::None);
+    let posed = case.pose();
+    let (p, m) = (&posed.problem, posed.problem.points());
+    let s = solved(p, 1e-8);
+    let mut lambda = s.lambda.clone();
+    lambda[m..].fill(0.0);
+    let nodal: Vec<(f64, f64)> = (p.B.transpose_times(&lambda).iter().zip(&posed.model.dofs.free))
+        .filter(|(_, dof)| *dof % 3 == 2)
+        .map(|(f, &dof)| (-f, case.mesh.nodes[dof as usize / 3][..2].iter().map(|x| x * x).sum()))
+        .collect();
+    let force: f64 = nodal.iter().map(|node| node.0).sum();
+    let a = (3.0 * 4.0 * force * radius * (1.0 - poisson * poisson) / (4.0 * young)).cbrt();
+    let p0 = 3.0 * 4.0 * force / (2.0 * PI * a * a);
+    let found = (2.5 * nodal.iter().map(|(f, r2)| f * r2).sum::<f64>() / force).sqrt();
+    let shape = |j: usize| {
+        let x = case.mesh.nodes[posed.facts[0].nodes[j] as usize];
+        (1.0 - (x[0] * x[0] + x[1] * x[1]) / (a * a)).max(0.0).sqrt()
+    };
+    let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(|j| p.share[j] * term(j)).sum::<f64>();
+    let peak = sum(&|j| lambda[j] * shape(j)) / sum(&|j| p.area[j] * shape(j).powi(2));
+    [p.unknowns() as f64, force, found / a - 1.0, peak / p0 - 1.0]
+}
+
+#[test]
+fn explore() {
+    use BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
+    for (element, list) in [(Hex8, vec![6, 8, 10, 12, 16, 20]), (Hex20, vec![3, 4, 5, 6, 8]), (Tet4Six, vec![8, 12, 16]), (Tet10Six, vec![4, 6, 8])] {
+        for n in list {
+            let mut squares = [0.0; 2];
+            let (mut unknowns, mut forces) = (0.0, Vec::new());
+            for depth in [0.7e-3, 0.85e-3, 1.0e-3, 1.15e-3] {
+                let [size, force, radius, peak] = hertz(element, n, depth);
+                unknowns = size;
+                forces.push(force);
+                squares[0] += radius * radius / 4.0;
+                squares[1] += peak * peak / 4.0;
+            }
+            println!("{element:?} {n} {unknowns} {:.5?} {forces:.5?}", squares.map(f64::sqrt));
+        }
+    }
+}
