@@ -101,31 +101,6 @@ fn the_errors_of_hertz_fall_with_the_cells() {
     assert!(errors[2].iter().zip([0.01, 0.01, 0.03, 0.06]).all(|(e, bound)| *e < bound), "{errors:?}");
 }
 
-#[test]
-fn explore_hertz() {
-    const MEASURES: [&str; 4] = ["radius_error", "centre_error", "peak_error", "pressure_error"];
-    println!("{MEASURES:?}");
-    for (element, list) in [("hex8", vec![6, 8, 12, 16, 20]), ("hex20", vec![3, 4, 6, 8]), ("tet4", vec![8, 16]), ("tet10", vec![4, 6, 8])] {
-        for n in list {
-            let n = n as f64;
-            let grading = 32f64.powf((n - 1.0) / n);
-            let mut squares = [0.0; 5];
-            let mut unknowns = 0;
-            let mut forces = Vec::new();
-            for depth in [0.7e-3, 0.8e-3, 0.9e-3, 1.0e-3, 1.1e-3, 1.2e-3] {
-                let cells = format!("mesh.block.cells=[{n}, {n}, {n}]");
-                let set = [cells, format!("mesh.block.grading={:?}", [grading; 3]), format!("fix.2.value=-{depth}"), format!("mesh.block.element={element}")];
-                let solved = Solved::new(&folder("hertz").join("hertz.toml"), &set);
-                MEASURES.iter().zip(&mut squares).for_each(|(name, s)| *s += solved.hertz(name).powi(2) / 6.0);
-                unknowns = solved.prepared.problem.unknowns();
-                let force: f64 = solved.nodal_forces().iter().map(|f| f.1).sum();
-                forces.push(force);
-            }
-            println!("{element} {n} {unknowns} {:.5?} {forces:.5?}", squares.map(f64::sqrt));
-        }
-    }
-}
-
 fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name)
 }

@@ -134,7 +134,10 @@ fn a_linear_field_is_no_jump_on_a_flat_interface() {
                 model.dofs.free.iter().map(|&d| field.at(mesh.nodes[d as usize / 3])[d as usize % 3]).collect();
             let opening = problem.opening(&u);
             let worst = opening.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-            assert!(worst < 3e-13, "{elements:?} {over} {slave}: {worst:e}");
+            // Functions of six and eight nodes over a part of their face are further from orthogonal.
+            let quadratic = [TET10, HEX20].contains(&elements[usize::from(slave == "b.z-min")]);
+            let bound = if quadratic { 1e-11 } else { 3e-13 };
+            assert!(worst < bound, "{elements:?} {over} {slave}: {worst:e}");
             assert!(problem.points() > 8);
             if slave == "a.z-max" {
                 let pair = facts[0].pair.as_ref().unwrap();

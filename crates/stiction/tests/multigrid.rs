@@ -45,6 +45,23 @@ fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
 }
 
 #[test]
+fn explore_mg() {
+    for element in [BlockElement::Tet10Six, BlockElement::Hex20, BlockElement::Hex8] {
+        for n in [2, 4, 6] {
+            let what = format!("LINEAR {element:?} n = {n}");
+            println!("{what} {}", cycles_to_eight_digits(&elastic(n, element, 0.3), &what));
+            for law in [SurfaceFriction::None, SurfaceFriction::Coulomb(0.35), SurfaceFriction::Bonded] {
+                for load in [BrickLoad::Lift, BrickLoad::Press] {
+                    let p = brick(n, element, load, law).pose().problem;
+                    let b = by_multigrid(&p, 1e-8);
+                    println!("CONTACT {element:?} {n} {load:?} {law:?}: {:?} {}", b.status, b.counts.cycles);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_linear_solve_takes_thirty_cycles_at_most_at_every_size() {
     let elements = [BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Six, BlockElement::Hex8];
     for element in elements {

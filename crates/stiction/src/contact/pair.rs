@@ -75,6 +75,7 @@ pub(super) fn points_of_pair(
         ..SurfaceFacts::default()
     };
     let frames = frames(mesh, model, surface, master, &met, taken, &mut facts, &mut found);
+    let outward: HashMap<u32, V3> = normals(mesh, &surface.faces, &model.dofs).into_iter().collect();
     let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
     found.dropped_area = lost;
     for row in rows {
@@ -83,7 +84,7 @@ pub(super) fn points_of_pair(
         let held = prescribed(model, row.node);
         let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
         refuse_dragging(&held, imposed, normal, row.node, x, surface.friction)?;
-        let gap = initial_gap(mesh, &row, normal, master.gap);
+        let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
         let visible = gap / row.share;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
@@ -160,8 +161,9 @@ fn frames(
     frames
 }
 
-/// The weighted jump of the coordinates along the normal, or what the case says it is.
-fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap) -> f64 {
+/// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as
+/// long as the gap along the normals of the slave surface, which turn where that is curved.
+fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap, outward: &HashMap<u32, V3>) -> f64 {
     let x = mesh.nodes[row.node as usize];
     match gap {
         InitialGap::AsMeshed => {
@@ -169,7 +171,10 @@ fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap) -> f64 {
             0.0 - row.others.iter().map(along).sum::<f64>()
         }
         InitialGap::Closed => 0.0,
-        InitialGap::Uniform(gap) => row.share * gap,
+        InitialGap::Uniform(gap) => {
+            let of = |&(other, weight): &(u32, f64)| Some(weight * dot(normal, *outward.get(&other)?));
+            gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())
+        }
     }
 }
 

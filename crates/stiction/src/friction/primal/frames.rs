@@ -50,15 +50,18 @@ impl Turned {
         let mut k = nodes.blocks(&problem.K, &graph);
         turn_matrix(&mut k, &frame_of, &points);
         let others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
-        for (p, others) in points.iter_mut().zip(&others) {
-            let give = |v: usize, c: f64| c / trace(&k.diagonal(v)).max(f64::MIN_POSITIVE);
-            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            p.flexibility = give(p.node, 3.0) + others.iter().map(|(v, b)| give(*v as usize, square(b))).sum::<f64>();
-        }
         let kernel = kernel(problem, &nodes, &points);
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let coupling = others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), &others, nodes.count));
         let relative = coupling.as_ref().map(|c| c.matrix(&k));
+        // What others count from is stiffer or softer once they do: the function of the corner of a quadratic face grows.
+        let own_matrix = if std::env::var("FLEX").is_ok() { &k } else { relative.as_ref().unwrap_or(&k) };
+        for (p, others) in points.iter_mut().zip(&others) {
+            let give = |a: &Blocks<3, 3>, v: usize, c: f64| c / trace(&a.diagonal(v)).max(f64::MIN_POSITIVE);
+            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
+            let through = |(v, b): &(u32, Block<3, 3>)| give(&k, *v as usize, square(b));
+            p.flexibility = give(own_matrix, p.node, 3.0) + others.iter().map(through).sum::<f64>();
+        }
         let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
             .ok_or("the stiffness matrix does not get coarser by aggregation")?;
         if multigrid.is_singular() {

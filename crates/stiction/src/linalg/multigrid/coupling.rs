@@ -89,11 +89,11 @@ impl Coupling {
                 }
             }
         });
-        self.transpose(right)
+        self.transpose(&right)
     }
 
     /// `Tᵀ X`: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
-    fn transpose(&self, x: Blocks<3, 3>) -> Blocks<3, 3> {
+    pub(super) fn transpose<const C: usize>(&self, x: &Blocks<3, C>) -> Blocks<3, C> {
         let (start, entry) = self.c.by_columns();
         let reached = |k: usize, name: &mut dyn FnMut(u32)| {
             x.row(k).0.iter().for_each(|&j| name(j));

@@ -72,12 +72,13 @@ impl Multigrid {
     ) -> Option<Multigrid> {
         let fine = Level::new(coupled.map_or(a, |(_, matrix)| matrix));
         let mut step = coarsen(a, kernel, STRONG)?;
-        if let Some((coupling, _)) = coupled {
+        if let Some((coupling, matrix)) = coupled {
             step.prolongation = coupling.prolongation(&step.prolongation);
-            step.matrix = coupling.widen(a, &step);
+            step.a_times_p = coupling.transpose(&step.a_times_p);
+            step.matrix = coupling.widen(matrix, &step);
         }
         let first = Packed::new(&step.prolongation);
-        let mut local = Local::new(a, &step, constrained);
+        let mut local = Local::new(coupled.map_or(a, |(_, matrix)| matrix), &step, constrained);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
