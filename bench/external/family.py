@@ -97,8 +97,9 @@ def theirs(folder):
 
     with np.load(os.path.join(folder, "linear", "problem.npz")) as data:
         f, rigid = data["f"], data["rigid"].copy()
-        matrix = (data["K_value"], data["K_column"].astype(np.int32), data["K_start"])
-        K = sp.csr_matrix(matrix, shape=(len(f), len(f))).tobsr(blocksize=(3, 3))
+        lower = (data["K_lower_value"], data["K_lower_column"].astype(np.int32), data["K_lower_start"])
+        lower = sp.csr_matrix(lower, shape=(len(f), len(f)))
+        K = (lower + sp.tril(lower, -1).T).tobsr(blocksize=(3, 3))
     start = time.process_time()
     hierarchy = pyamg.smoothed_aggregation_solver(K, B=rigid, max_coarse=300)
     setup = time.process_time() - start

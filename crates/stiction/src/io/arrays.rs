@@ -8,10 +8,9 @@
 //! `mu` may be called `friction`. In a NumPy file a matrix `A` is a dense array `A` in C order or the arrays `A_data`,
 //! `A_indices`, `A_indptr` and `A_shape` of compressed rows as SciPy has them; in a folder it is `A.mtx`.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::npz::{self, Array, Data};
+use super::npz::{self, Arrays, Data};
 use super::storage::{Storage, matrix};
 use super::{fclib::Contents, matrix_market};
 use crate::Error;
@@ -81,7 +80,7 @@ fn dimension(components: usize, points: usize) -> usize {
     components.checked_div(points).unwrap_or(3)
 }
 
-struct Npz(BTreeMap<String, Array>);
+struct Npz(Arrays);
 
 impl Source for Npz {
     fn has(&self, name: &str) -> bool {

@@ -2,9 +2,10 @@
 //!
 //! Reading trusts nothing: a damaged file is an error, and no number in it makes us reserve more than its size.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
@@ -14,38 +15,40 @@ use npyz::zip::write::FileOptions;
 
 use super::replace::replace;
 use crate::Error;
-use crate::linalg::copy_in_huge_pages;
 
-/// Numbers of one kind.
+/// Numbers of one kind. What is written is borrowed where that can be: the matrix of a large problem is not copied.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Data {
-    F64(Vec<f64>),
+pub enum Data<'a> {
+    F64(Cow<'a, [f64]>),
     I64(Vec<i64>),
-    U32(Vec<u32>),
+    U32(Cow<'a, [u32]>),
     U8(Vec<u8>),
 }
 
 /// An array with its shape, the last axis running fastest; a scalar has the shape `[]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Array {
+pub struct Array<'a> {
     pub shape: Vec<usize>,
-    pub data: Data,
+    pub data: Data<'a>,
 }
 
-impl Array {
+/// The arrays of a file by their names.
+pub type Arrays = BTreeMap<String, Array<'static>>;
+
+impl<'a> Array<'a> {
     /// A list of numbers.
-    pub fn f64(values: &[f64]) -> Self {
-        Array { shape: vec![values.len()], data: Data::F64(copy_in_huge_pages(values)) }
+    pub fn f64(values: &'a [f64]) -> Self {
+        Array { shape: vec![values.len()], data: Data::F64(values.into()) }
     }
 
     /// A list of vectors, shape `[n, 3]`.
-    pub fn vectors(values: &[[f64; 3]]) -> Self {
-        Array { shape: vec![values.len(), 3], data: Data::F64(values.as_flattened().to_vec()) }
+    pub fn vectors(values: &'a [[f64; 3]]) -> Self {
+        Array { shape: vec![values.len(), 3], data: Data::F64(values.as_flattened().into()) }
     }
 
     /// A list of node numbers or the like.
-    pub fn u32(values: &[u32]) -> Self {
-        Array { shape: vec![values.len()], data: Data::U32(copy_in_huge_pages(values)) }
+    pub fn u32(values: &'a [u32]) -> Self {
+        Array { shape: vec![values.len()], data: Data::U32(values.into()) }
     }
 
     /// A list of counts or positions.
@@ -55,7 +58,7 @@ impl Array {
 
     /// One number.
     pub fn scalar(value: f64) -> Self {
-        Array { shape: Vec::new(), data: Data::F64(vec![value]) }
+        Array { shape: Vec::new(), data: Data::F64(vec![value].into()) }
     }
 
     /// One count.
@@ -120,19 +123,24 @@ pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
 }
 
 fn put<T: npyz::AutoSerialize + Copy>(
-    archive: &mut NpzWriter<&mut io::BufWriter<File>>,
+    archive: &mut NpzWriter<&mut BufWriter<File>>,
     name: &str,
     options: FileOptions,
     shape: &[u64],
     values: &[T],
 ) -> io::Result<()> {
-    let mut writer = archive.array(name, options)?.default_dtype().shape(shape).begin_nd()?;
+    // The archive takes its check sum over what it is given at a time: over single numbers that is slow.
+    let zip = archive.zip_writer();
+    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
+    let mut file = BufWriter::with_capacity(1 << 18, zip);
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut file).begin_nd()?;
     writer.extend(values.iter().copied())?;
-    writer.finish()
+    writer.finish()?;
+    file.flush()
 }
 
 /// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.
-pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
+pub fn read(path: &Path) -> Result<Arrays, Error> {
     let place = path.display().to_string();
     let unreadable = |e: io::Error| {
         Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
@@ -143,11 +151,11 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, Error> {
 }
 
 /// The same from the bytes of a file.
-pub fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Array>, Error> {
+pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn archive(mut file: impl Read + Seek, size: u64) -> Result<BTreeMap<String, Array>, Error> {
+fn archive(mut file: impl Read + Seek, size: u64) -> Result<Arrays, Error> {
     let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
     let announced = announced(&mut file, size).map_err(|e| damaged(format!("its end cannot be read ({e})")))?;
     if announced.saturating_mul(SMALLEST_ENTRY) > size {
@@ -202,7 +210,7 @@ fn announced(file: &mut (impl Read + Seek), size: u64) -> io::Result<u64> {
 ///
 /// Format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The header is read here and not
 /// by a reader of Python literals, whose recursion a hostile file can drive to the end of the stack.
-fn npy(bytes: &[u8]) -> Result<Array, String> {
+fn npy(bytes: &[u8]) -> Result<Array<'static>, String> {
     let short = || "it ends within its header".to_string();
     if !bytes.starts_with(b"\x93NUMPY") {
         return Err("it is not in the npy format".to_string());
@@ -248,7 +256,7 @@ fn npy(bytes: &[u8]) -> Result<Array, String> {
 }
 
 /// The array called `name`.
-pub fn get<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a Array, Error> {
+pub fn get<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a Array<'static>, Error> {
     arrays.get(name).ok_or_else(|| {
         let present = arrays.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let present =
@@ -263,7 +271,7 @@ fn wrong(name: &str, array: &Array, wanted: &str) -> Error {
 }
 
 /// A list of `float64`, of length `len` if given.
-pub fn f64s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<&'a [f64], Error> {
+pub fn f64s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'a [f64], Error> {
     let array = get(arrays, name)?;
     match &array.data {
         Data::F64(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => Ok(v),
@@ -272,7 +280,7 @@ pub fn f64s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usi
 }
 
 /// A list of vectors: `float64` of shape `[n, 3]`.
-pub fn vectors<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a [[f64; 3]], Error> {
+pub fn vectors<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a [[f64; 3]], Error> {
     let array = get(arrays, name)?;
     match &array.data {
         Data::F64(v) if matches!(array.shape[..], [_, 3]) => Ok(v.as_chunks().0),
@@ -281,7 +289,7 @@ pub fn vectors<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'
 }
 
 /// A list of `uint32`, of length `len` if given.
-pub fn u32s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<&'a [u32], Error> {
+pub fn u32s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'a [u32], Error> {
     let array = get(arrays, name)?;
     match &array.data {
         Data::U32(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => Ok(v),
@@ -290,7 +298,7 @@ pub fn u32s<'a>(arrays: &'a BTreeMap<String, Array>, name: &str, len: Option<usi
 }
 
 /// A list of counts, stored as `int64`, none negative; of length `len` if given.
-pub fn usizes(arrays: &BTreeMap<String, Array>, name: &str, len: Option<usize>) -> Result<Vec<usize>, Error> {
+pub fn usizes(arrays: &Arrays, name: &str, len: Option<usize>) -> Result<Vec<usize>, Error> {
     let array = get(arrays, name)?;
     let counts = match &array.data {
         Data::I64(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => {
@@ -302,7 +310,7 @@ pub fn usizes(arrays: &BTreeMap<String, Array>, name: &str, len: Option<usize>) 
 }
 
 /// One number.
-pub fn scalar(arrays: &BTreeMap<String, Array>, name: &str) -> Result<f64, Error> {
+pub fn scalar(arrays: &Arrays, name: &str) -> Result<f64, Error> {
     let array = get(arrays, name)?;
     match &array.data {
         Data::F64(v) if v.len() == 1 => Ok(v[0]),
@@ -311,7 +319,7 @@ pub fn scalar(arrays: &BTreeMap<String, Array>, name: &str) -> Result<f64, Error
 }
 
 /// One count.
-pub fn count(arrays: &BTreeMap<String, Array>, name: &str) -> Result<usize, Error> {
+pub fn count(arrays: &Arrays, name: &str) -> Result<usize, Error> {
     let array = get(arrays, name)?;
     let count = match &array.data {
         Data::I64(v) if v.len() == 1 => usize::try_from(v[0]).ok(),
@@ -321,7 +329,7 @@ pub fn count(arrays: &BTreeMap<String, Array>, name: &str) -> Result<usize, Erro
 }
 
 /// A text.
-pub fn text<'a>(arrays: &'a BTreeMap<String, Array>, name: &str) -> Result<&'a str, Error> {
+pub fn text<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a str, Error> {
     let array = get(arrays, name)?;
     let text = if let Data::U8(v) = &array.data { str::from_utf8(v).ok() } else { None };
     text.ok_or_else(|| wrong(name, array, "uint8 that spell a text in UTF-8"))

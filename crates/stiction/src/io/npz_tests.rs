@@ -4,7 +4,7 @@ fn scratch(name: &str) -> std::path::PathBuf {
     std::env::temp_dir().join(format!("stiction-{}-{name}", std::process::id()))
 }
 
-fn example() -> Vec<(&'static str, Array)> {
+fn example() -> Vec<(&'static str, Array<'static>)> {
     vec![
         ("lambda", Array::f64(&[1.0 / 3.0, -0.0, f64::INFINITY])),
         ("nodes", Array::vectors(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])),
@@ -36,7 +36,7 @@ fn what_is_written_is_read_back() {
 
 #[test]
 fn missing_and_unfitting_arrays_are_named() {
-    let arrays: BTreeMap<String, Array> = example().into_iter().map(|(n, a)| (n.to_string(), a)).collect();
+    let arrays: Arrays = example().into_iter().map(|(n, a)| (n.to_string(), a)).collect();
     let error = f64s(&arrays, "lamda", None).unwrap_err().to_string();
     assert!(error.contains("no array \"lamda\"") && error.contains("lambda"), "{error}");
     let error = f64s(&arrays, "lambda", Some(4)).unwrap_err().to_string();
@@ -82,7 +82,7 @@ fn a_header_that_lies_about_its_size_reserves_nothing() {
 #[test]
 fn arrays_that_contradict_themselves_are_not_written() {
     let path = scratch("refused.npz");
-    let array = Array { shape: vec![2, 2], data: Data::F64(vec![1.0]) };
+    let array = Array { shape: vec![2, 2], data: Data::F64(vec![1.0].into()) };
     assert!(write(&path, &[("K", array)]).unwrap_err().to_string().contains("\"K\""));
     let twice = [("a", Array::scalar(1.0)), ("a", Array::scalar(2.0))];
     assert!(write(&path, &twice).unwrap_err().to_string().contains("two arrays"));

@@ -1,18 +1,17 @@
 //! Contact problems and their solutions as `.npz`: what is needed to judge a solution anew.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::npz::{self, Array, Data, count, f64s, scalar, text, u32s, usizes};
+use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, text, u32s, usizes};
 use crate::Error;
 use crate::contact::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
-use crate::linalg::Csr;
+use crate::linalg::{Csr, in_huge_pages};
 
-type Arrays = BTreeMap<String, Array>;
-
-/// Writes a problem and the tolerance its solution is held against.
+/// Writes a problem and the tolerance its solution is held against. Sparse matrices are in compressed rows, `K` as its
+/// lower triangle `L` with the diagonal, `K = L + Lᵀ - diag L`, where it is symmetric to the bit.
 pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
     let laws: Vec<(usize, f64)> = problem.friction.iter().map(|&law| code(law)).collect();
+    let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
     let names: Vec<&str> = problem.pairs.iter().map(|pair| pair.name.as_str()).collect();
     let ends: Vec<usize> = problem.pairs.iter().map(|pair| pair.points.end).collect();
     let mut arrays = vec![
@@ -22,13 +21,17 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         ("gap".to_string(), Array::f64(&problem.gap)),
         ("slip_reference".to_string(), Array::f64(&problem.slip_reference)),
         ("friction_law".to_string(), Array::usize(&laws.iter().map(|l| l.0).collect::<Vec<_>>())),
-        ("friction_value".to_string(), Array::f64(&laws.iter().map(|l| l.1).collect::<Vec<_>>())),
+        ("friction_value".to_string(), Array::f64(&law_values)),
         ("area".to_string(), Array::f64(&problem.area)),
         ("share".to_string(), Array::f64(&problem.share)),
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
         ("pair_ends".to_string(), Array::usize(&ends)),
     ];
-    matrix(&mut arrays, "K", &problem.K);
+    let lower = lower(&problem.K);
+    match &lower {
+        Some(lower) => matrix(&mut arrays, "K_lower", lower),
+        None => matrix(&mut arrays, "K", &problem.K),
+    }
     matrix(&mut arrays, "B", &problem.B);
     if let Some(node_of) = &problem.node_of {
         arrays.push(("node_of".into(), Array::u32(node_of)));
@@ -49,7 +52,8 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
         let names: Vec<&str> = bodies.list.iter().map(|body| body.name.as_str()).collect();
         let places: Vec<f64> = bodies.list.iter().flat_map(|b| b.centre.into_iter().chain([b.radius])).collect();
         arrays.push(("body_names".into(), Array::text(&names.join("\n"))));
-        arrays.push(("body_places".into(), Array::f64(&places)));
+        let places = Array { shape: vec![places.len()], data: Data::F64(places.into()) };
+        arrays.push(("body_places".into(), places));
         arrays.push(("body_of".into(), Array::u32(&bodies.of)));
         arrays.push(("body_of_support".into(), Array::u32(&bodies.of_support)));
         arrays.push(("body_origin".into(), Array::f64(&bodies.origin)));
@@ -93,7 +97,11 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let laws = usizes(arrays, "friction_law", Some(m))?;
     let friction = laws.into_iter().zip(values).map(|(kind, &value)| law(kind, value)).collect::<Result<_, _>>()?;
     let problem = ContactProblem {
-        K: csr(arrays, "K", n, n)?,
+        K: if arrays.contains_key("K_lower_start") {
+            whole(csr(arrays, "K_lower", n, n)?)?
+        } else {
+            csr(arrays, "K", n, n)?
+        },
         B: csr(arrays, "B", 3 * m, n)?,
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
         friction,
@@ -171,7 +179,7 @@ fn law(code: usize, value: f64) -> Result<Friction, Error> {
     }
 }
 
-fn matrix(arrays: &mut Vec<(String, Array)>, name: &str, matrix: &Csr) {
+fn matrix<'a>(arrays: &mut Vec<(String, Array<'a>)>, name: &str, matrix: &'a Csr) {
     arrays.push((format!("{name}_start"), Array::usize(&matrix.start)));
     arrays.push((format!("{name}_column"), Array::u32(&matrix.column)));
     arrays.push((format!("{name}_value"), Array::f64(&matrix.value)));
@@ -189,8 +197,69 @@ fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Err
     Ok(matrix)
 }
 
-fn sixes(rows: &[[f64; 6]]) -> Array {
-    Array { shape: vec![rows.len(), 6], data: Data::F64(rows.as_flattened().to_vec()) }
+/// The lower triangle with the diagonal of a matrix that is symmetric to the bit: half of the largest file there is.
+fn lower(matrix: &Csr) -> Option<Csr> {
+    let (mut start, mut column) = (vec![0], in_huge_pages(Vec::with_capacity(matrix.column.len() / 2 + matrix.rows)));
+    let mut value = in_huge_pages(Vec::with_capacity(matrix.value.len() / 2 + matrix.rows));
+    // Where the next entry of each row right of its diagonal stands: columns are met in the order of the rows.
+    let after = |i: usize| matrix.start[i] + matrix.row(i).0.partition_point(|&j| j as usize <= i);
+    let mut next: Vec<usize> = (0..matrix.rows).map(after).collect();
+    for i in 0..matrix.rows {
+        let (columns, values) = matrix.row(i);
+        for (&j, &v) in columns.iter().zip(values).take_while(|(j, _)| **j as usize <= i) {
+            let j = j as usize;
+            if j < i {
+                let place = next[j];
+                if place >= matrix.start[j + 1] || matrix.column[place] as usize != i || matrix.value[place] != v {
+                    return None;
+                }
+                next[j] += 1;
+            }
+            column.push(j as u32);
+            value.push(v);
+        }
+        start.push(column.len());
+    }
+    let all_met = (0..matrix.rows).all(|i| next[i] == matrix.start[i + 1]);
+    all_met.then_some(Csr { rows: matrix.rows, cols: matrix.cols, start, column, value })
+}
+
+/// The matrix of a lower triangle.
+fn whole(lower: Csr) -> Result<Csr, Error> {
+    let n = lower.rows;
+    let mut start = vec![0usize; n + 1];
+    for i in 0..n {
+        for &j in lower.row(i).0 {
+            let j = j as usize;
+            if j > i {
+                return Err(damaged(format!("K_lower has the entry ({i}, {j}) above its diagonal")));
+            }
+            start[i + 1] += 1;
+            start[j + 1] += usize::from(j < i);
+        }
+    }
+    (0..n).for_each(|i| start[i + 1] += start[i]);
+    let mut next = start.clone();
+    let (mut column, mut value) = (vec![0; start[n]], vec![0.0; start[n]]);
+    let mut put = |i: usize, j: usize, v: f64| {
+        (column[next[i]], value[next[i]]) = (j as u32, v);
+        next[i] += 1;
+    };
+    // The left part of every row is complete before the rows below add to its right part in ascending order.
+    for i in 0..n {
+        let (columns, values) = lower.row(i);
+        for (&j, &v) in columns.iter().zip(values) {
+            put(i, j as usize, v);
+            if (j as usize) < i {
+                put(j as usize, i, v);
+            }
+        }
+    }
+    Ok(Csr { rows: n, cols: n, start, column, value })
+}
+
+fn sixes(rows: &[[f64; 6]]) -> Array<'_> {
+    Array { shape: vec![rows.len(), 6], data: Data::F64(rows.as_flattened().into()) }
 }
 
 fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>, Error> {
@@ -203,4 +272,33 @@ fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>,
 
 fn damaged(what: impl Into<String>) -> Error {
     Error::new("", what, "the file is damaged or not of this program; solve the case again")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(entries: &[(usize, usize, f64)]) -> Csr {
+        Csr::from_triplets(3, 3, entries)
+    }
+
+    #[test]
+    fn a_symmetric_matrix_comes_back_from_its_lower_triangle() {
+        let symmetric = [(0, 0, 2.0), (0, 2, -0.1), (1, 1, 3.0), (1, 2, 0.5), (2, 0, -0.1), (2, 1, 0.5), (2, 2, 4.0)];
+        let full = matrix(&symmetric);
+        let half = lower(&full).unwrap();
+        assert_eq!(half.value.len(), 5);
+        assert_eq!(whole(half).unwrap(), full);
+        // Zeros that are stored on one side only, values apart by a bit, entries without a counterpart.
+        assert!(lower(&matrix(&[(0, 0, 1.0), (2, 0, 1.0)])).is_none());
+        assert!(lower(&matrix(&[(0, 0, 1.0), (0, 2, 1.0)])).is_none());
+        let apart = 0.5 * (1.0 + f64::EPSILON);
+        assert!(lower(&matrix(&[(1, 2, apart), (2, 1, 0.5)])).is_none());
+    }
+
+    #[test]
+    fn an_entry_above_the_diagonal_of_a_lower_triangle_is_named() {
+        let error = whole(matrix(&[(0, 0, 1.0), (0, 2, 1.0)])).unwrap_err().to_string();
+        assert!(error.contains("(0, 2)"), "{error}");
+    }
 }

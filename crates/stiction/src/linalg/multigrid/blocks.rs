@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -19,6 +21,85 @@ pub struct Blocks<const R: usize, const C: usize> {
 
 /// Rows handed to a thread at a time; results do not depend on it.
 pub(super) const ROWS_PER_TASK: usize = 1024;
+
+/// Where the blocks of a matrix stand.
+#[derive(Debug, Clone)]
+pub(super) struct Pattern {
+    /// Row `i` occupies `start[i]..start[i + 1]`.
+    pub start: Vec<usize>,
+    /// Ascending in each row.
+    pub column: Vec<u32>,
+}
+
+impl Pattern {
+    /// Row `i` has the columns that `columns` names, in any order, repeated or not.
+    pub fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
+        let tasks: Vec<usize> = (0..rows).step_by(ROWS_PER_TASK).collect();
+        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.par_iter())
+            .map_init(
+                || vec![u32::MAX; cols],
+                |seen, &first| {
+                    let (mut ends, mut column) = (Vec::with_capacity(ROWS_PER_TASK), Vec::new());
+                    for i in first..rows.min(first + ROWS_PER_TASK) {
+                        let begin = column.len();
+                        columns(i, &mut |j| {
+                            if seen[j as usize] != i as u32 {
+                                seen[j as usize] = i as u32;
+                                column.push(j);
+                            }
+                        });
+                        column[begin..].sort_unstable();
+                        ends.push(column.len());
+                    }
+                    (ends, column)
+                },
+            )
+            .collect();
+        let mut start = vec![0];
+        let mut column = in_huge_pages(Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum()));
+        for (ends, part) in &parts {
+            start.extend(ends.iter().map(|end| column.len() + end));
+            column.extend_from_slice(part);
+        }
+        Pattern { start, column }
+    }
+
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.column[self.start[i]..self.start[i + 1]]
+    }
+
+    /// Adds to `value`, the blocks of `rows`, what `fill` adds up in each of them.
+    pub fn fill<const R: usize, const C: usize>(
+        &self,
+        rows: Range<usize>,
+        cols: usize,
+        value: &mut [Block<R, C>],
+        fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
+    ) {
+        let Pattern { start, column } = self;
+        let of_task = |first: usize| first..rows.end.min(first + ROWS_PER_TASK);
+        let (mut slices, mut rest) = (Vec::new(), value);
+        for first in rows.clone().step_by(ROWS_PER_TASK) {
+            let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);
+            slices.push((first, head));
+            rest = tail;
+        }
+        slices.into_par_iter().for_each_init(
+            || vec![0u32; cols],
+            |slot, (first, slice)| {
+                let base = start[first];
+                Arch::new().dispatch(|| {
+                    for i in of_task(first) {
+                        let own = &column[start[i]..start[i + 1]];
+                        own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
+                        let values = &mut slice[start[i] - base..start[i + 1] - base];
+                        fill(i, &mut Row { slot, columns: own, values });
+                    }
+                });
+            },
+        );
+    }
+}
 
 impl<const R: usize, const C: usize> Blocks<R, C> {
     /// Columns and blocks of row `i`.
@@ -61,56 +142,10 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync,
         fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
     ) -> Blocks<R, C> {
-        let tasks: Vec<usize> = (0..rows).step_by(ROWS_PER_TASK).collect();
-        let of_task = |first: usize| first..rows.min(first + ROWS_PER_TASK);
-        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.par_iter())
-            .map_init(
-                || vec![u32::MAX; cols],
-                |seen, &first| {
-                    let (mut ends, mut column) = (Vec::with_capacity(ROWS_PER_TASK), Vec::new());
-                    for i in of_task(first) {
-                        let begin = column.len();
-                        columns(i, &mut |j| {
-                            if seen[j as usize] != i as u32 {
-                                seen[j as usize] = i as u32;
-                                column.push(j);
-                            }
-                        });
-                        column[begin..].sort_unstable();
-                        ends.push(column.len());
-                    }
-                    (ends, column)
-                },
-            )
-            .collect();
-        let mut start = vec![0];
-        let mut column = in_huge_pages(Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum()));
-        for (ends, part) in &parts {
-            start.extend(ends.iter().map(|end| column.len() + end));
-            column.extend_from_slice(part);
-        }
-        drop(parts);
-        let mut value = in_huge_pages(vec![[[0.0; C]; R]; column.len()]);
-        let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value.as_mut_slice());
-        for &first in &tasks {
-            let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);
-            slices.push((first, head));
-            rest = tail;
-        }
-        slices.into_par_iter().for_each_init(
-            || vec![0u32; cols],
-            |slot, (first, slice)| {
-                let base = start[first];
-                Arch::new().dispatch(|| {
-                    for i in of_task(first) {
-                        let own = &column[start[i]..start[i + 1]];
-                        own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
-                        let values = &mut slice[start[i] - base..start[i + 1] - base];
-                        fill(i, &mut Row { slot, columns: own, values });
-                    }
-                });
-            },
-        );
+        let pattern = Pattern::new(rows, cols, columns);
+        let mut value = in_huge_pages(vec![[[0.0; C]; R]; pattern.column.len()]);
+        pattern.fill(0..rows, cols, &mut value, fill);
+        let Pattern { start, column } = pattern;
         Blocks { rows, cols, start, column, value }
     }
 

@@ -1,9 +1,10 @@
 use rayon::prelude::*;
 
 use super::aggregate::{aggregates, marks, neighbours, strong};
-use super::blocks::{Block, Blocks, Row};
+use super::blocks::{Block, Blocks, Pattern, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::near;
+use crate::linalg::in_huge_pages;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -12,7 +13,7 @@ pub type Kernel<const R: usize> = [[f64; 6]; R];
 #[derive(Debug, Clone)]
 pub struct Coarser<const R: usize> {
     pub prolongation: Blocks<R, 6>,
-    /// `A P`, of use for local changes of the coarse matrix.
+    /// The rows of `A P` that were asked for, of use for local changes of the coarse matrix.
     pub a_times_p: Blocks<R, 6>,
     pub matrix: Blocks<6, 6>,
     pub kernel: Vec<Kernel<6>>,
@@ -20,8 +21,14 @@ pub struct Coarser<const R: usize> {
 
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
-/// prolongation follow couplings that are strong and near. `None` if that makes nothing coarser.
-pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold: f64) -> Option<Coarser<R>> {
+/// prolongation follow couplings that are strong and near. `None` if that makes nothing coarser. Rows of `A P` are kept
+/// for the nodes `wanted`.
+pub fn coarsen<const R: usize>(
+    a: &Blocks<R, R>,
+    kernel: &[Kernel<R>],
+    threshold: f64,
+    wanted: &[u32],
+) -> Option<Coarser<R>> {
     let kept = near(a, kernel, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
@@ -41,11 +48,7 @@ pub fn coarsen<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], threshold
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
     let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, out: &out };
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
-    let a_times_p = product(a, &prolongation);
-    let matrix = galerkin(&prolongation, &a_times_p);
-    if 36 * matrix.value.len() > MOST_FILL * R * R * a.value.len() {
-        return None;
-    }
+    let (matrix, a_times_p) = galerkin(a, &prolongation, wanted)?;
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
@@ -193,12 +196,19 @@ fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Ro
     }
 }
 
-/// `A P`.
-fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>) -> Blocks<R, 6> {
+/// `Pᵀ A P` and the wanted rows of `A P`; a coarse unknown that nothing depends on gets a one on the diagonal. `None` if
+/// it fills in too much.
+///
+/// `A P` would be the largest matrix of the whole set-up: it is made by slabs of rows, each used up before the next.
+fn galerkin<const R: usize>(
+    a: &Blocks<R, R>,
+    p: &Blocks<R, 6>,
+    wanted: &[u32],
+) -> Option<(Blocks<6, 6>, Blocks<R, 6>)> {
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         a.row(i).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
-    Blocks::from_rows(a.rows, p.cols, reached, |i, row| {
+    let product = |i: usize, row: &mut Row<'_, R, 6>| {
         let (columns, blocks) = a.row(i);
         for (&j, block) in columns.iter().zip(blocks) {
             let (coarse, values) = p.row(j as usize);
@@ -206,31 +216,58 @@ fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>) -> Blocks<R, 6> {
                 add_product(block, value, row.at(k));
             }
         }
-    })
-}
-
-/// `Pᵀ (A P)`; a coarse unknown that nothing depends on gets a one on the diagonal.
-fn galerkin<const R: usize>(p: &Blocks<R, 6>, a_times_p: &Blocks<R, 6>) -> Blocks<6, 6> {
-    let (start, entry) = p.by_columns();
-    let reached = |k: usize, name: &mut dyn FnMut(u32)| {
-        name(k as u32);
-        entry[start[k]..start[k + 1]]
-            .iter()
-            .for_each(|&(i, _)| a_times_p.row(i as usize).0.iter().for_each(|&j| name(j)));
     };
-    Blocks::from_rows(p.cols, p.cols, reached, |k, row| {
-        for &(i, place) in &entry[start[k]..start[k + 1]] {
-            let (columns, blocks) = a_times_p.row(i as usize);
-            for (&j, block) in columns.iter().zip(blocks) {
-                add_transpose_product(&p.value[place as usize], block, row.at(j));
+    let middle = Pattern::new(a.rows, p.cols, reached);
+    let (start, entry) = p.by_columns();
+    let coarse = Pattern::new(p.cols, p.cols, |k, name| {
+        name(k as u32);
+        entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| middle.row(i as usize).iter().for_each(|&j| name(j)));
+    });
+    if 36 * coarse.column.len() > MOST_FILL * R * R * a.value.len() {
+        return None;
+    }
+    let mut value = in_huge_pages(vec![[[0.0; 6]; 6]; coarse.column.len()]);
+    let slabs = || (0..a.rows).step_by(SLAB).map(|first| first..a.rows.min(first + SLAB));
+    let largest = slabs().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
+    let mut slab: Vec<Block<R, 6>> = in_huge_pages(Vec::with_capacity(largest));
+    for rows in slabs() {
+        let base = middle.start[rows.start];
+        slab.clear();
+        slab.resize(middle.start[rows.end] - base, [[0.0; 6]; R]);
+        middle.fill(rows.clone(), p.cols, &mut slab, product);
+        coarse.fill(0..p.cols, p.cols, &mut value, |k, row| {
+            // The rows of a column ascend.
+            let entries = &entry[start[k]..start[k + 1]];
+            let from = entries.partition_point(|&(i, _)| (i as usize) < rows.start);
+            for &(i, place) in entries[from..].iter().take_while(|&&(i, _)| (i as usize) < rows.end) {
+                let i = i as usize;
+                let blocks = &slab[middle.start[i] - base..middle.start[i + 1] - base];
+                for (&j, block) in middle.row(i).iter().zip(blocks) {
+                    add_transpose_product(&p.value[place as usize], block, row.at(j));
+                }
             }
-        }
-        let own = row.at(k as u32);
+        });
+    }
+    let Pattern { start, column } = coarse;
+    let mut matrix = Blocks { rows: p.cols, cols: p.cols, start, column, value };
+    for k in 0..p.cols {
+        let Some(place) = matrix.place(k, k) else { continue };
+        let own = &mut matrix.value[place];
         let scale = (0..6).map(|c| own[c][c]).fold(0.0, f64::max);
         for c in 0..6 {
             if own[c][c] <= 1e-14 * scale {
                 own[c][c] = scale.max(f64::MIN_POSITIVE);
             }
         }
-    })
+    }
+    let kept = Blocks::from_rows(
+        wanted.len(),
+        p.cols,
+        |t, name| middle.row(wanted[t] as usize).iter().for_each(|&k| name(k)),
+        |t, row| product(wanted[t] as usize, row),
+    );
+    Some((matrix, kept))
 }
+
+/// Rows of `A P` at a time: enough for the threads, some tens of megabytes.
+const SLAB: usize = 1 << 15;

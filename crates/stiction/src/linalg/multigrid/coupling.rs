@@ -89,11 +89,11 @@ impl Coupling {
                 }
             }
         });
-        self.transpose(&right)
+        self.transpose(right)
     }
 
     /// `Tᵀ X`: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
-    pub(super) fn transpose<const C: usize>(&self, x: &Blocks<3, C>) -> Blocks<3, C> {
+    fn transpose(&self, x: Blocks<3, 3>) -> Blocks<3, 3> {
         let (start, entry) = self.c.by_columns();
         let reached = |k: usize, name: &mut dyn FnMut(u32)| {
             x.row(k).0.iter().for_each(|&j| name(j));
@@ -110,6 +110,30 @@ impl Coupling {
                 let c = self.c.value[place as usize].map(|r| r.map(|v| -v));
                 let (columns, blocks) = x.row(self.nodes[i as usize] as usize);
                 columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&c, block, row.at(j)));
+            }
+        })
+    }
+
+    /// `Tᵀ X` on the rows of the changed nodes alone, which `x` has in their order.
+    pub(super) fn transpose_own(&self, x: &Blocks<3, 6>) -> Blocks<3, 6> {
+        let place = self.places();
+        let mut taken: Vec<Vec<(usize, &Block<3, 3>)>> = vec![Vec::new(); self.nodes.len()];
+        for i in 0..self.nodes.len() {
+            for (k, c) in self.terms(i).filter(|(k, _)| place[*k] != u32::MAX) {
+                taken[place[k] as usize].push((i, c));
+            }
+        }
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            let rows = taken[t].iter().map(|entry| entry.0).chain([t]);
+            rows.for_each(|i| x.row(i).0.iter().for_each(|&j| name(j)));
+        };
+        Blocks::from_rows(x.rows, x.cols, reached, |t, row| {
+            let (columns, blocks) = x.row(t);
+            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            for &(i, c) in &taken[t] {
+                let minus = c.map(|r| r.map(|v| -v));
+                let (columns, blocks) = x.row(i);
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&minus, block, row.at(j)));
             }
         })
     }
@@ -144,9 +168,9 @@ impl Coupling {
         let place = self.places();
         let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
         let mut near = Vec::new();
-        for &v in &self.nodes {
+        for (t, &v) in self.nodes.iter().enumerate() {
             near.clear();
-            near.extend_from_slice(a_times_p.row(v as usize).0);
+            near.extend_from_slice(a_times_p.row(t).0);
             for &w in a.row(v as usize).0.iter().filter(|&&w| place[w as usize] != u32::MAX) {
                 near.extend_from_slice(p.row(w as usize).0);
             }
@@ -226,7 +250,7 @@ mod tests {
     fn the_coarse_matrix_stays_and_bodies_held_together_are_solved_fast() {
         let (a, kernel, coupling) = two_bodies();
         let relative = coupling.matrix(&a);
-        let step = coarsen(&a, &kernel, 0.05).unwrap();
+        let step = coarsen(&a, &kernel, 0.05, &coupling.nodes).unwrap();
         let p = coupling.prolongation(&step.prolongation);
         // P'T'ATP is P'AP: the coarse spaces are the same displacements.
         for q in [0, 3, 7] {

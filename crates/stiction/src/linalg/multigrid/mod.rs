@@ -70,19 +70,21 @@ impl Multigrid {
         constrained: &[u32],
         coupled: Option<(&Coupling, &Blocks<3, 3>)>,
     ) -> Option<Multigrid> {
-        let fine = Level::new(coupled.map_or(a, |(_, matrix)| matrix));
-        let mut step = coarsen(a, kernel, STRONG)?;
+        let mut step = coarsen(a, kernel, STRONG, constrained)?;
         if let Some((coupling, matrix)) = coupled {
             step.prolongation = coupling.prolongation(&step.prolongation);
-            step.a_times_p = coupling.transpose(&step.a_times_p);
+            step.a_times_p = coupling.transpose_own(&step.a_times_p);
             step.matrix = coupling.widen(matrix, &step);
         }
-        let first = Packed::new(&step.prolongation);
         let mut local = Local::new(coupled.map_or(a, |(_, matrix)| matrix), &step, constrained);
+        let first = Packed::new(&step.prolongation);
+        // What is used up makes room for the next: memory touched for the first time is a good part of a set-up.
+        drop(step.prolongation);
+        let fine = Level::new(coupled.map_or(a, |(_, matrix)| matrix));
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
-            let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE) else { break };
+            let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE, &[]) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             local.add_level(&level, &prolongation);
             coarse.push(level);

@@ -110,7 +110,7 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
         }
     }
     // No aggregate reaches across x.
-    let step = coarsen(&a, &lattice([4, 4, 4], [20.0, 1.0, 1.0]).1, STRONG).unwrap();
+    let step = coarsen(&a, &lattice([4, 4, 4], [20.0, 1.0, 1.0]).1, STRONG, &[]).unwrap();
     let x: Vec<f64> = step.kernel.iter().map(|k| place(k)[0]).collect();
     assert!(x.iter().all(|x| (x / 20.0 - (x / 20.0).round()).abs() < 1e-12), "{x:?}");
 }
@@ -119,7 +119,7 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
 fn what_is_out_of_reach_leaves_the_near_kernel_as_it_would_be() {
     // P B_c = (I - omega D⁻¹ A) B, whatever the prolongation leaves out: only omega is unknown here.
     let (a, kernel) = lattice([6, 7, 5], [1.0, 20.0, 1.0]);
-    let step = coarsen(&a, &kernel, STRONG).unwrap();
+    let step = coarsen(&a, &kernel, STRONG, &[]).unwrap();
     let mut omega = 0.0;
     for i in 0..a.rows {
         let mut smooth = [[0.0; 6]; 3];
@@ -174,7 +174,7 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
             _ => Condition { held: [true, false, false], ..Default::default() },
         })
         .collect();
-    let step = coarsen(&a, &kernel, STRONG).unwrap();
+    let step = coarsen(&a, &kernel, STRONG, &nodes).unwrap();
     assert_local_changes(&a, &a, &step, &nodes, &conditions);
 }
 

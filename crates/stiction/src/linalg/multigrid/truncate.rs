@@ -4,7 +4,6 @@ use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product, inverse, inverse_on};
 use super::packed::{Packed, Single, single};
 use super::smoother::Level;
-use crate::linalg::copy_in_huge_pages;
 use crate::linalg::multigrid::bottom::Bottom;
 
 /// What is constrained at a node: components held at their value, and a stiffness added to its diagonal block
@@ -34,7 +33,7 @@ pub(super) struct Local {
     a_times_p_columns: Columns,
     /// Coarse nodes whose rows may change, by coarse level, the bottom last.
     pub touched: Vec<Vec<u32>>,
-    /// Values without constraints, by coarse level.
+    /// Values of the touched rows without constraints, one row after the other, by coarse level.
     free: Vec<Vec<Single<6, 6>>>,
     bottom: Blocks<6, 6>,
 }
@@ -58,14 +57,14 @@ impl Local {
                 }
             }
         });
-        let rows_of = |m: &Blocks<3, 6>| {
-            let all = |k: usize, name: &mut dyn FnMut(u32)| m.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
-            Blocks::from_rows(nodes.len(), m.cols, all, |k, row| {
-                let (columns, blocks) = m.row(nodes[k] as usize);
-                columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
-            })
+        let all = |k: usize, name: &mut dyn FnMut(u32)| {
+            step.prolongation.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
         };
-        let (p, a_times_p) = (rows_of(&step.prolongation), rows_of(&step.a_times_p));
+        let p = Blocks::from_rows(nodes.len(), step.prolongation.cols, all, |k, row| {
+            let (columns, blocks) = step.prolongation.row(nodes[k] as usize);
+            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+        });
+        let a_times_p = step.a_times_p.clone();
         let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
         let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
         let mut touched = [a_times_p.column.as_slice(), &p.column].concat();
@@ -82,8 +81,8 @@ impl Local {
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
         next.dedup();
+        self.free.push(here.iter().flat_map(|&i| level.matrix.row(i as usize).1).copied().collect());
         self.touched.push(next);
-        self.free.push(copy_in_huge_pages(&level.matrix.value));
     }
 
     pub fn set_bottom(&mut self, bottom: Blocks<6, 6>) {
@@ -115,10 +114,13 @@ impl Multigrid {
         let mut change = local.change(conditions, self.first_coarse());
         for (k, level) in self.coarse.iter_mut().enumerate() {
             let rows = &local.touched[k];
+            let mut free = local.free[k].as_slice();
             for (t, &i) in rows.iter().enumerate() {
                 let i = i as usize;
                 let range = level.matrix.start[i]..level.matrix.start[i + 1];
-                level.matrix.value[range.clone()].copy_from_slice(&local.free[k][range.clone()]);
+                let (own, rest) = free.split_at(range.len());
+                free = rest;
+                level.matrix.value[range.clone()].copy_from_slice(own);
                 let (columns, blocks) = change.row(t);
                 let mut place = range.start;
                 for (&j, block) in columns.iter().zip(blocks) {
