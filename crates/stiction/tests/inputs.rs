@@ -116,7 +116,10 @@ fn curved_cells_have_the_volume_and_the_area_gmsh_finds_whatever_the_order_of_th
                     assert!(across.abs() < 0.0145 && normal[2].abs() < 1e-7, "{model}{file} {x:?} {normal:?}");
                 }
             }
-            assert!((side - area).abs() < 1e-5 && (bottom - volume).abs() < 1e-6, "{model}{file}: {side} {area} {bottom}");
+            assert!(
+                (side - area).abs() < 1e-5 && (bottom - volume).abs() < 1e-6,
+                "{model}{file}: {side} {area} {bottom}"
+            );
         }
     }
 }

@@ -96,7 +96,8 @@ struct Posed {
 /// less.
 fn distort(mesh: &mut Mesh) {
     let mut corner = vec![false; mesh.nodes.len()];
-    mesh.cell_iter().for_each(|(kind, nodes)| nodes[..kind.linear().nodes()].iter().for_each(|&n| corner[n as usize] = true));
+    mesh.cell_iter()
+        .for_each(|(kind, nodes)| nodes[..kind.linear().nodes()].iter().for_each(|&n| corner[n as usize] = true));
     for (x, corner) in mesh.nodes.iter_mut().zip(corner) {
         let part = if corner { 1.0 } else { 0.6 };
         let inside = (0..2).all(|c| x[c] > 1e-9 && x[c] < 1.0 - 1e-9);
@@ -165,7 +166,8 @@ fn a_constant_pressure_is_carried_past_dropped_nodes() {
         lambda[..m].copy_from_slice(&problem.area);
         let mut force = vec![[0.0; 3]; mesh.nodes.len()];
         let free = problem.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
-        let held = problem.supports.as_ref().unwrap().B.transpose_times(&lambda).into_iter().zip(&model.dofs.prescribed);
+        let held =
+            problem.supports.as_ref().unwrap().B.transpose_times(&lambda).into_iter().zip(&model.dofs.prescribed);
         free.chain(held).for_each(|(f, &dof)| force[dof as usize / 3][dof as usize % 3] = f);
         for group in ["a.z-max", "b.z-min"] {
             let normal = mesh.face_normal(faces(&mesh, group)[0] as usize);

@@ -2,12 +2,10 @@
 
 mod common;
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use common::*;
-use stiction::contact::{
-    ContactSurface, Counterpart, InitialGap, Master, Reason, Role, SurfaceFriction, pose,
-};
+use stiction::contact::{ContactSurface, Counterpart, InitialGap, Master, Reason, Role, SurfaceFriction, pose};
 use stiction::fem::{Field, Fix, Formulation, Material, Solid, assemble};
 use stiction::mesh::{Block, BlockElement, Mesh, block, join};
 
@@ -36,23 +34,14 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
     let [a2, b2, c2] = radii.map(|r| r * r);
     let pressure = tight * young * (b2 - a2) * (c2 - b2) / (2.0 * radii[1].powi(3) * (c2 - a2));
     let force = pressure * FRAC_PI_2 * radii[1] * 10.0;
-    for (elements, slave) in [
-        ([BlockElement::Hex20, BlockElement::Hex20], Role::On),
-        ([BlockElement::Hex20, TET10], Role::On),
-        ([TET10, BlockElement::Hex20], Role::On),
-        ([BlockElement::Hex20, BlockElement::Hex8], Role::On),
-    ] {
+    use BlockElement::{Hex8, Hex20};
+    for elements in [[Hex20, Hex20], [Hex20, TET10], [TET10, Hex20], [Hex20, Hex8]] {
         let inner = ring(elements[0], [2, 6, 1], [radii[0], radii[1]]);
-        let fine = if elements[1] == BlockElement::Hex8 { [4, 14, 1] } else { [2, 5, 1] };
+        let fine = if elements[1] == Hex8 { [4, 14, 1] } else { [2, 5, 1] };
         let outer = ring(elements[1], fine, [radii[1], radii[2]]);
         let mesh = join(vec![("inner".into(), inner), ("outer".into(), outer)]);
-        let materials = [Material {
-            name: "steel".into(),
-            young,
-            poisson: 0.3,
-            density: 0.0,
-            formulation: Formulation::Full,
-        }];
+        let materials =
+            [Material { name: "steel".into(), young, poisson: 0.3, density: 0.0, formulation: Formulation::Full }];
         let material_of_cell = vec![0; mesh.cell_count()];
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let fixes = [
@@ -66,7 +55,7 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
             faces: faces("outer.x-min"),
             gap: InitialGap::Uniform(-tight),
             search: None,
-            slave,
+            slave: Role::On,
             reason: Reason::Asked,
         };
         let surface = ContactSurface {
@@ -78,21 +67,19 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
         let (problem, facts) = pose(&mesh, &mut model, &[surface]).unwrap();
         let s = solved(&problem, 1e-9);
         let total: f64 = (0..problem.points()).map(|j| problem.share[j] * s.lambda[j]).sum();
-        let worst = (0..problem.points())
-            .map(|j| (s.lambda[j] / problem.area[j] / pressure - 1.0).abs())
-            .fold(0.0, f64::max);
-        println!("{elements:?}: force {:.5} worst pressure {worst:.4} {}", total / force - 1.0, facts[0].points);
-        #[cfg(any())]
-        assert!((total / force - 1.0).abs() < 2e-3 && worst < 0.05, "{elements:?}");
+        let worst =
+            (0..problem.points()).map(|j| (s.lambda[j] / problem.area[j] / pressure - 1.0).abs()).fold(0.0, f64::max);
+        let told = format!("{elements:?}, {} points: {total} of {force}, {worst}", facts[0].points);
+        assert!((total / force - 1.0).abs() < 4e-3 && worst < 0.04, "{told}");
     }
 }
 
 /// A block of steel with a bottom curved like a ball of radius 10 on a rigid plane, pressed down by `depth` at its top, a
-/// quarter: (unknowns, force of the quarter, contact radius and greatest pressure over those of Hertz less one).
+/// quarter: (unknowns, force of the quarter, contact radius over that of Hertz less one).
 ///
 /// Its edges are 10 contact radii long. The radius comes from the second moment of the nodal forces, `2/5 a²` of
-/// Hertz's pressure; the pressure from the nearest semi-ellipsoid.
-fn hertz(element: BlockElement, cells: [usize; 3], depth: f64) -> [f64; 4] {
+/// Hertz's pressure.
+fn hertz(element: BlockElement, cells: [usize; 3], depth: f64) -> [f64; 3] {
     // The same map from the unit cube whatever the cells.
     let grading = cells.map(|n| 32f64.powf((n as f64 - 1.0) / n as f64));
     let mut mesh = block(&Block { size: [1.0; 3], cells, origin: [0.0; 3], grading, element }).unwrap();
@@ -119,37 +106,43 @@ fn hertz(element: BlockElement, cells: [usize; 3], depth: f64) -> [f64; 4] {
         .collect();
     let force: f64 = nodal.iter().map(|node| node.0).sum();
     let a = (3.0 * 4.0 * force * radius * (1.0 - poisson * poisson) / (4.0 * young)).cbrt();
-    let p0 = 3.0 * 4.0 * force / (2.0 * PI * a * a);
     let found = (2.5 * nodal.iter().map(|(f, r2)| f * r2).sum::<f64>() / force).sqrt();
-    let shape = |j: usize| {
-        let x = case.mesh.nodes[posed.facts[0].nodes[j] as usize];
-        (1.0 - (x[0] * x[0] + x[1] * x[1]) / (a * a)).max(0.0).sqrt()
-    };
-    let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(|j| p.share[j] * term(j)).sum::<f64>();
-    let peak = sum(&|j| lambda[j] * shape(j)) / sum(&|j| p.area[j] * shape(j).powi(2));
-    [p.unknowns() as f64, force, found / a - 1.0, peak / p0 - 1.0]
+    [p.unknowns() as f64, force, found / a - 1.0]
 }
 
+/// Where the edge of contact lies within a cell makes single errors jump.
+const DEPTHS: [f64; 4] = [0.7e-3, 0.85e-3, 1.0e-3, 1.15e-3];
+
+/// The force for a given approach to 2 %: quadratic tetrahedra need less than a third of the unknowns of linear ones. The
+/// reference are hexahedra, whose own error is below 0.5 %; Hertz's half space is 7 % softer than the block.
 #[test]
-fn explore() {
-    use BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
-    for (element, list) in [
-        (Hex20, vec![[6, 6, 3], [8, 8, 4], [10, 10, 5], [12, 12, 6], [12; 3]]),
-        (Hex8, vec![[16, 16, 8], [20, 20, 10], [24, 24, 12], [24; 3]]),
-        (Tet10Six, vec![[6, 6, 3], [6; 3], [7; 3], [8, 8, 4], [10, 10, 5]]),
-        (Tet4Six, vec![[16, 16, 8], [18; 3], [21; 3], [24; 3]]),
-    ] {
-        for cells in list {
-            let mut squares = [0.0; 2];
-            let (mut unknowns, mut forces) = (0.0, Vec::new());
-            for depth in [0.7e-3, 0.85e-3, 1.0e-3, 1.15e-3] {
-                let [size, force, radius, peak] = hertz(element, cells, depth);
-                unknowns = size;
-                forces.push(force);
-                squares[0] += radius * radius / 4.0;
-                squares[1] += peak * peak / 4.0;
-            }
-            println!("{element:?} {cells:?} {unknowns} {:.5?} {forces:.5?}", squares.map(f64::sqrt));
-        }
+fn quadratic_tetrahedra_need_a_third_of_the_unknowns_for_hertz() {
+    let run = |element, n: usize| DEPTHS.map(|depth| hertz(element, [n; 3], depth));
+    let rms = |values: [f64; 4]| (values.iter().map(|v| v * v).sum::<f64>() / 4.0).sqrt();
+    let exact = run(BlockElement::Hex8, 16).map(|run| run[1]);
+    let error = |runs: &[[f64; 3]; 4]| rms(std::array::from_fn(|i| runs[i][1] / exact[i] - 1.0));
+    let (quadratic, linear) = (run(BlockElement::Tet10Six, 7), run(BlockElement::Tet4Six, 21));
+    assert!(3.0 * quadratic[0][0] < linear[0][0], "{} {} unknowns", quadratic[0][0], linear[0][0]);
+    let errors = [error(&quadratic), error(&linear)];
+    assert!(errors[0] < 0.02 && errors[0] < 0.95 * errors[1], "{errors:?}");
+    // The contact radius is Hertz's own.
+    assert!(rms(quadratic.map(|run| run[2])) < 0.03, "{quadratic:?}");
+}
+
+/// The contact radius of a hexahedral mesh against Hertz's closed form.
+#[test]
+fn curved_quadratic_hexahedra_have_the_contact_radius_of_hertz() {
+    let radii = DEPTHS.map(|depth| hertz(BlockElement::Hex20, [8, 8, 4], depth)[2]);
+    assert!(radii.iter().all(|error| error.abs() < 0.025), "{radii:?}");
+}
+
+/// Faces whose middles lie far from the middle of their edges can leave a corner without area.
+#[test]
+fn faces_too_distorted_to_carry_a_pressure_are_refused() {
+    let mut case = block_of([1.0; 3], [1; 3], BlockElement::Hex20, 1e3, 0.3).fix("z-max", HELD);
+    for x in &mut case.mesh.nodes {
+        (0..2).filter(|&c| x[c] == 0.5).collect::<Vec<_>>().into_iter().for_each(|c| x[c] = 0.29);
     }
+    let error = case.contact("z-min", FLOOR, SurfaceFriction::None).try_pose().err().unwrap().to_string();
+    assert!(error.contains("z-min") && error.contains("stands for no area") && error.contains("middles"), "{error}");
 }

@@ -229,9 +229,12 @@ mod tests {
         let triangle = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0]]);
         assert!(quad.bent && !triangle.bent && !Flat::new(&SQUARE).bent);
         let corners = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]];
-        let curved: Vec<P2> = (corners.into_iter())
-            .chain((0..4).map(|i| [0, 1].map(|c| 0.5 * (corners[i][c] + corners[(i + 1) % 4][c]) + 0.04 * (i * 2 + c) as f64)))
-            .collect();
+        let curved: Vec<P2> =
+            (corners.into_iter())
+                .chain((0..4).map(|i| {
+                    [0, 1].map(|c| 0.5 * (corners[i][c] + corners[(i + 1) % 4][c]) + 0.04 * (i * 2 + c) as f64)
+                }))
+                .collect();
         let six = [[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0], [1.0, 0.05], [1.0, 0.8], [-0.15, 0.5]];
         for flat in [quad, triangle, Flat::new(&curved), Flat::new(&six)] {
             for x in [[0.0, 0.0], [0.5, 0.4], [-0.2, 1.0], [0.01, 0.9]] {

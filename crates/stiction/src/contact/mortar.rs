@@ -141,7 +141,12 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
     if covered < LEAST_PART * whole {
         return Some(Met { averted, ..Met::default() });
     }
-    couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met { areas, masters, covered, averted })
+    couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
+        areas,
+        masters,
+        covered,
+        averted,
+    })
 }
 
 /// Where several layers lie over one another, only the nearest is met.
@@ -158,13 +163,7 @@ fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
 type PerMaster = Vec<(u32, PerNode)>;
 
 /// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
-fn couple(
-    mesh: &Mesh,
-    slave: &Seen,
-    masters: &[Seen],
-    segments: &[Segment],
-    n: usize,
-) -> Option<(PerNode, PerMaster)> {
+fn couple(mesh: &Mesh, slave: &Seen, masters: &[Seen], segments: &[Segment], n: usize) -> Option<(PerNode, PerMaster)> {
     let (mut d, mut m, mut points) = ([0.0; FACE_NODES], [[0.0; FACE_NODES]; FACE_NODES], Vec::new());
     for (number, segment) in segments.iter().enumerate() {
         let other = &masters[segment.seen].flat;
@@ -186,7 +185,9 @@ fn couple(
     coupled.dedup_by_key(|entry| entry.0);
     for (number, phi, other, weight) in points {
         let psi: PerNode =
-            std::array::from_fn(|i| if i < n { d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>() } else { 0.0 });
+            std::array::from_fn(
+                |i| if i < n { d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>() } else { 0.0 },
+            );
         let nodes = mesh.faces[segments[number].face as usize].nodes();
         for (&node, shape) in nodes.iter().zip(other) {
             let place = coupled.partition_point(|e| e.0 < node);

@@ -60,6 +60,14 @@ pub(super) fn points_on_obstacle(
     for (patch, (_, outward)) in patches(mesh, &surface.faces).into_iter().zip(outward) {
         let (share, Patch { node, area, others }) = (patch.share(), patch);
         let x = mesh.nodes[node as usize];
+        if area <= 0.0 {
+            let what = format!(
+                "node {} at {x:?} stands for no area: the quadratic faces around it are too distorted",
+                node + 1
+            );
+            let remedy = "move the nodes in the middles of their edges to the middles, or mesh the surface more evenly";
+            return Err(Error::new("", what, remedy));
+        }
         let (distance, away) = distance_of(node)?;
         facts.area += share * area;
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive

@@ -107,7 +107,8 @@ fn gravity(solid: &Solid, cells: &[u32], acceleration: &[Field; 3], t: f64, noda
     };
     // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
     for chunk in cells.chunks(CELLS_PER_TASK * 16) {
-        let forces: Vec<Result<[V3; MOST_NODES], Error>> = chunk.par_iter().with_min_len(CELLS_PER_TASK).map(of_cell).collect();
+        let forces: Vec<Result<[V3; MOST_NODES], Error>> =
+            chunk.par_iter().with_min_len(CELLS_PER_TASK).map(of_cell).collect();
         for (&cell, forces) in chunk.iter().zip(forces) {
             let nodes = list.get(cell as usize).1;
             nodes.iter().zip(forces?).for_each(|(&node, force)| add_to_node(nodal, node, force));

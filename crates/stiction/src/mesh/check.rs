@@ -94,7 +94,8 @@ pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> 
     let mut unlike = cells(seen.unlike.as_flattened());
     unlike.sort_unstable();
     unlike.dedup();
-    let remedy = "cells that touch are of one order and share the nodes of their edges; mesh all of a body with one order";
+    let remedy =
+        "cells that touch are of one order and share the nodes of their edges; mesh all of a body with one order";
     cells_error(raw, &unlike, "at a face whose mid-side nodes the neighbour does not share", remedy)
 }
 

@@ -77,10 +77,8 @@ fn hex20(x: V3, weight: f64) -> Reference<20> {
 /// Fourteen points with positive weights, exact to degree 5 (Walkington 2000, "Quadrature on simplices of arbitrary
 /// dimension"): volumes of curved cells, loads and rigid motions are exact, and the stiffness has full rank.
 pub(crate) static TET10: LazyLock<[Reference<10>; 14]> = LazyLock::new(|| {
-    let inner = [
-        (0.310_885_919_263_300_6, 0.112_687_925_718_015_86),
-        (0.092_735_250_310_891_23, 0.073_493_043_116_361_96),
-    ];
+    let inner =
+        [(0.310_885_919_263_300_6, 0.112_687_925_718_015_86), (0.092_735_250_310_891_23, 0.073_493_043_116_361_96)];
     let mut rule: Vec<(V3, f64)> = Vec::with_capacity(14);
     for (a, weight) in inner {
         let b = 1.0 - 3.0 * a;
@@ -225,11 +223,7 @@ pub(crate) fn face_rule(nodes: usize) -> Vec<([f64; 2], f64)> {
 mod tests {
     use super::*;
 
-    fn check<const N: usize>(
-        nodes: &[Reference<N>; N],
-        at: impl Fn(V3) -> Reference<N>,
-        place: impl Fn(usize) -> V3,
-    ) {
+    fn check<const N: usize>(nodes: &[Reference<N>; N], at: impl Fn(V3) -> Reference<N>, place: impl Fn(usize) -> V3) {
         for i in 0..N {
             for j in 0..N {
                 assert!((nodes[i].shape[j] - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j}");
@@ -251,9 +245,21 @@ mod tests {
     #[test]
     fn shape_functions_are_one_at_their_node_and_reproduce_quadratic_fields() {
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let tet = |i: usize| if i < 4 { corner[i] } else { TET_EDGES[i - 4].map(|k| corner[k]).into_iter().fold([0.0; 3], |a, b| add(a, scale(0.5, b))) };
+        let tet = |i: usize| {
+            if i < 4 {
+                corner[i]
+            } else {
+                TET_EDGES[i - 4].map(|k| corner[k]).into_iter().fold([0.0; 3], |a, b| add(a, scale(0.5, b)))
+            }
+        };
         check(&TET10_NODES, |x| tet10(x, 0.0), tet);
-        let hex = |i: usize| if i < 8 { HEX_CORNERS[i] } else { middle(HEX_CORNERS[HEX_EDGES[i - 8][0]], HEX_CORNERS[HEX_EDGES[i - 8][1]]) };
+        let hex = |i: usize| {
+            if i < 8 {
+                HEX_CORNERS[i]
+            } else {
+                middle(HEX_CORNERS[HEX_EDGES[i - 8][0]], HEX_CORNERS[HEX_EDGES[i - 8][1]])
+            }
+        };
         check(&HEX20_NODES, |x| hex20(x, 0.0), hex);
         for n in [3, 4, 6, 8] {
             let x = [0.23, 0.41];
@@ -277,12 +283,22 @@ mod tests {
         for (p, q, r) in (0..=5).flat_map(|p| (0..=5 - p).flat_map(move |q| (0..=5 - p - q).map(move |r| (p, q, r)))) {
             // the point is where the shape functions of a linear field say it is
             let place = |at: &Reference<10>| {
-                [1, 2, 3].map(|k| at.shape[k] + TET_EDGES.iter().zip(&at.shape[4..]).map(|(e, s)| if e.contains(&k) { 0.5 * s } else { 0.0 }).sum::<f64>())
+                [1, 2, 3].map(|k| {
+                    at.shape[k]
+                        + TET_EDGES
+                            .iter()
+                            .zip(&at.shape[4..])
+                            .map(|(e, s)| if e.contains(&k) { 0.5 * s } else { 0.0 })
+                            .sum::<f64>()
+                })
             };
-            let sum: f64 = TET10.iter().map(|at| {
-                let [x, y, z] = place(at);
-                at.weight * x.powi(p as i32) * y.powi(q as i32) * z.powi(r as i32)
-            }).sum();
+            let sum: f64 = TET10
+                .iter()
+                .map(|at| {
+                    let [x, y, z] = place(at);
+                    at.weight * x.powi(p as i32) * y.powi(q as i32) * z.powi(r as i32)
+                })
+                .sum();
             let exact = factorial(p) * factorial(q) * factorial(r) / factorial(p + q + r + 3);
             assert!((sum - exact).abs() < 1e-15, "{p} {q} {r}: {sum} {exact}");
         }

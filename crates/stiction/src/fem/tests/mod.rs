@@ -17,8 +17,7 @@ use crate::mesh::{Block, BlockElement, CellKind, Cells, Face, Mesh, block, v3};
 /// A box `[0, size]` of `cells` bricks, hexahedra or five tetrahedra each.
 fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
     if !kind.edges().is_empty() {
-        let element =
-            if kind == CellKind::Tet10 { BlockElement::Tet10Five { parity: 0 } } else { BlockElement::Hex20 };
+        let element = if kind == CellKind::Tet10 { BlockElement::Tet10Five { parity: 0 } } else { BlockElement::Hex20 };
         return block(&Block { size, cells, origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
     }
     let node = |i: usize, j: usize, k: usize| ((k * (cells[1] + 1) + j) * (cells[0] + 1) + i) as u32;

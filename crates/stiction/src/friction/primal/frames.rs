@@ -55,7 +55,7 @@ impl Turned {
         let coupling = others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), &others, nodes.count));
         let relative = coupling.as_ref().map(|c| c.matrix(&k));
         // What others count from is stiffer or softer once they do: the function of the corner of a quadratic face grows.
-        let own_matrix = if std::env::var("FLEX").is_ok() { &k } else { relative.as_ref().unwrap_or(&k) };
+        let own_matrix = relative.as_ref().unwrap_or(&k);
         for (p, others) in points.iter_mut().zip(&others) {
             let give = |a: &Blocks<3, 3>, v: usize, c: f64| c / trace(&a.diagonal(v)).max(f64::MIN_POSITIVE);
             let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();

@@ -87,6 +87,8 @@ fn leading_number(text: &str) -> usize {
 pub(super) fn faces(kind: CellKind) -> &'static [&'static [usize]] {
     match kind.linear() {
         CellKind::Tet4 | CellKind::Tet10 => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
-        CellKind::Hex8 | CellKind::Hex20 => &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]],
+        CellKind::Hex8 | CellKind::Hex20 => {
+            &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]]
+        }
     }
 }

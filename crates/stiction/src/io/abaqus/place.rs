@@ -182,7 +182,8 @@ impl Model {
     pub fn cell(&self, element: u32) -> Option<u32> {
         let (block, i) = self.element(element);
         let Role::Cell(kind) = block.role else { return None };
-        let before: usize = CellKind::ALL.iter().zip(&self.counts).take_while(|(k, _)| **k != kind).map(|(_, n)| n).sum();
+        let before: usize =
+            CellKind::ALL.iter().zip(&self.counts).take_while(|(k, _)| **k != kind).map(|(_, n)| n).sum();
         Some((before + block.first_cell + i) as u32)
     }
 

@@ -72,9 +72,7 @@ impl Multigrid {
     ) -> Option<Multigrid> {
         let mut step = coarsen(a, kernel, STRONG, constrained)?;
         if let Some((coupling, matrix)) = coupled {
-            step.prolongation = coupling.prolongation(&step.prolongation);
-            step.a_times_p = coupling.transpose_own(&step.a_times_p);
-            step.matrix = coupling.widen(matrix, &step);
+            step = coupling.relative(step, matrix);
         }
         let mut local = Local::new(coupled.map_or(a, |(_, matrix)| matrix), &step, constrained);
         let first = Packed::new(&step.prolongation);
