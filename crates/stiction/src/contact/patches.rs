@@ -68,9 +68,9 @@ pub(super) fn ends(nodes: usize, i: usize) -> Option<[usize; 2]> {
 /// The positive functions from the shape functions of a face with so many nodes.
 pub(super) fn positive(shape: &[f64; 8], nodes: usize) -> [f64; 8] {
     let mut positive = *shape;
-    for i in 0..nodes {
+    for (i, value) in shape[..nodes].iter().enumerate() {
         for end in ends(nodes, i).into_iter().flatten() {
-            positive[end] += END * shape[i];
+            positive[end] += END * value;
         }
     }
     positive

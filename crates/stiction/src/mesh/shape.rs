@@ -224,9 +224,9 @@ mod tests {
     use super::*;
 
     fn check<const N: usize>(nodes: &[Reference<N>; N], at: impl Fn(V3) -> Reference<N>, place: impl Fn(usize) -> V3) {
-        for i in 0..N {
-            for j in 0..N {
-                assert!((nodes[i].shape[j] - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j}");
+        for (i, at) in nodes.iter().enumerate() {
+            for (j, value) in at.shape.iter().enumerate() {
+                assert!((value - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j}");
             }
         }
         let x = [0.21, 0.13, 0.35];
@@ -236,9 +236,9 @@ mod tests {
         let slope = [-2.0 + 2.0 * x[0] + x[1], 0.5 - 6.0 * x[1] + x[0] - x[2], 1.0 + 0.4 * x[2] - x[1]];
         let value: f64 = (0..N).map(|i| here.shape[i] * quadratic(place(i))).sum();
         assert!((value - quadratic(x)).abs() < 1e-14);
-        for c in 0..3 {
+        for (c, slope) in slope.into_iter().enumerate() {
             let found: f64 = (0..N).map(|i| here.gradient[i][c] * quadratic(place(i))).sum();
-            assert!((found - slope[c]).abs() < 1e-13, "{c}: {found}");
+            assert!((found - slope).abs() < 1e-13, "{c}: {found}");
         }
     }
 

@@ -220,9 +220,9 @@ fn npz_files() -> Vec<Vec<u8>> {
         shape: vec![3, 3],
         data: npz::Data::F64((0..9).map(|k| w.entry(k / 3, k % 3)).collect()),
     };
-    let vectors = |list: &[(&'static str, &[f64])]| -> Vec<(&'static str, npz::Array)> {
+    fn vectors<'a>(list: &[(&'static str, &'a [f64])]) -> Vec<(&'static str, npz::Array<'a>)> {
         list.iter().map(|(name, x)| (*name, npz::Array::f64(x))).collect()
-    };
+    }
     let local = vectors(&[("q", &p.q), ("mu", &p.mu)]);
     let g = global();
     let sparse = [

@@ -198,7 +198,7 @@ fn flat(model: &Model, element: u32, group: &mut RawGroup) {
     match model.element(element).0.role {
         Role::Face(count) => {
             // corners come first, of triangles three
-            let fourth = if count % 3 == 0 { u32::MAX } else { nodes[3] };
+            let fourth = if count.is_multiple_of(3) { u32::MAX } else { nodes[3] };
             group.faces.push([nodes[0], nodes[1], nodes[2], fourth]);
         }
         _ => group.nodes.extend(nodes),

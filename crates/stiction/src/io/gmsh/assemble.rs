@@ -151,7 +151,7 @@ fn nodes_of<'a>(run: &Run, element_nodes: &'a [u32]) -> impl Iterator<Item = &'a
 
 /// Corners come first, of triangles three.
 fn corners(nodes: &[u32]) -> [u32; 4] {
-    [nodes[0], nodes[1], nodes[2], if nodes.len() % 3 == 0 { u32::MAX } else { nodes[3] }]
+    [nodes[0], nodes[1], nodes[2], if nodes.len().is_multiple_of(3) { u32::MAX } else { nodes[3] }]
 }
 
 /// MSH 2.2 repeats a cell under a new number for each further physical group of its volume.

@@ -231,7 +231,7 @@ mod tests {
     fn ends_and_middles() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, Coupling) {
         let (a, kernel) = lattice([4, 4, 5], [1.0; 3]);
         let weight = [[-0.2, 0.02, 0.0], [0.0, -0.2, 0.03], [0.01, 0.0, -0.2]];
-        let row = |i: u32| if i % 2 == 0 { Vec::new() } else { vec![(i - 1, weight), (i + 1, weight)] };
+        let row = |i: u32| if i.is_multiple_of(2) { Vec::new() } else { vec![(i - 1, weight), (i + 1, weight)] };
         let coupling = Coupling::new((0..17).collect(), &(0..17).map(row).collect::<Vec<_>>(), a.rows);
         (a, kernel, coupling)
     }
