@@ -83,6 +83,8 @@ fn names(kind: CellKind) -> (u8, &'static str) {
     match kind {
         CellKind::Tet4 => (4, "C3D4"),
         CellKind::Hex8 => (5, "C3D8"),
+        CellKind::Tet10 => (11, "C3D10"),
+        CellKind::Hex20 => (17, "C3D20"),
     }
 }
 

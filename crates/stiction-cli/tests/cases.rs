@@ -289,29 +289,34 @@ impl Solved {
     /// contact circle which comes nearest to the computed pressures; `centre_error` takes the point on the axis.
     fn hertz(&self, name: &str) -> f64 {
         let (radius, young, poisson) = (10.0, 210e3, 0.3f64);
-        let (m, lambda, area) =
-            (self.prepared.problem.points(), &self.outcome.solution.lambda, &self.prepared.problem.area);
+        let problem = &self.prepared.problem;
+        let (m, lambda, share) = (problem.points(), &self.outcome.solution.lambda, &problem.share);
         let nodes = self.nodes();
         let x = |j: usize| self.prepared.mesh.nodes[nodes[j]];
         let r2 = |j: usize| x(j)[0].powi(2) + x(j)[1].powi(2);
-        let quarter: f64 = lambda[..m].iter().sum();
+        // what each point stands for, and the forces that act at the nodes: those of a point in the middle of an edge
+        // of a quadratic face act at the ends as well
+        let area: Vec<f64> = (0..m).map(|j| problem.area[j] * share[j]).collect();
+        let pressure = |j: usize| lambda[j] / problem.area[j];
+        let quarter: f64 = (0..m).map(|j| lambda[j] * share[j]).sum();
+        let moment: f64 = self.nodal_forces().iter().map(|(x, force)| force * (x[0].powi(2) + x[1].powi(2))).sum();
         let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(term).sum::<f64>();
         let a = (3.0 * 4.0 * quarter * radius * (1.0 - poisson * poisson) / (4.0 * young)).cbrt();
         let p0 = 3.0 * 4.0 * quarter / (2.0 * std::f64::consts::PI * a * a);
         let shape = |j: usize| (1.0 - r2(j) / (a * a)).max(0.0).sqrt();
         let norm2 = sum(&|j| area[j] * shape(j).powi(2));
         match name {
-            "radius_error" => (2.5 * sum(&|j| lambda[j] * r2(j)) / quarter).sqrt() / a - 1.0,
+            "radius_error" => (2.5 * moment / quarter).sqrt() / a - 1.0,
             "area_error" => {
                 let touching = sum(&|j| if lambda[j] > 0.0 { area[j] } else { 0.0 });
                 (4.0 * touching / std::f64::consts::PI).sqrt() / a - 1.0
             }
-            "peak_error" => sum(&|j| lambda[j] * shape(j)) / norm2 / p0 - 1.0,
+            "peak_error" => sum(&|j| area[j] * pressure(j) * shape(j)) / norm2 / p0 - 1.0,
             "centre_error" => {
                 let centre = (0..m).min_by(|&i, &j| r2(i).total_cmp(&r2(j))).unwrap();
-                lambda[centre] / area[centre] / p0 - 1.0
+                pressure(centre) / p0 - 1.0
             }
-            "pressure_error" => (sum(&|j| area[j] * (lambda[j] / area[j] / p0 - shape(j)).powi(2)) / norm2).sqrt(),
+            "pressure_error" => (sum(&|j| area[j] * (pressure(j) / p0 - shape(j)).powi(2)) / norm2).sqrt(),
             // Below the centre the greatest shear stress is 0.31 p0, and both horizontal stresses are equal.
             "mises_error" => {
                 let Prepared { mesh, materials, material_of_cell, model, .. } = &self.prepared;
@@ -321,6 +326,16 @@ impl Solved {
             }
             other => panic!("no measure {other}"),
         }
+    }
+
+    /// Places of nodes and the force each exerts on the obstacle, along z.
+    fn nodal_forces(&self) -> Vec<([f64; 3], f64)> {
+        let Prepared { mesh, model, problem, .. } = &self.prepared;
+        let (m, mut lambda) = (problem.points(), self.outcome.solution.lambda.clone());
+        lambda[m..].fill(0.0);
+        let forces = problem.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
+        let along = forces.filter(|(_, dof)| *dof % 3 == 2);
+        along.map(|(f, &dof)| (mesh.nodes[dof as usize / 3], -f)).collect()
     }
 
     /// Measures of the half block pushed along x on a ball, after step `step` (from 1).

@@ -44,6 +44,26 @@ fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
     cycles
 }
 
+/// Aggregates of corners and middles of edges see less of one another than corners alone: twice the cycles of linear cells.
+#[test]
+fn quadratic_elements_take_forty_cycles_at_most_and_contact_fifty() {
+    for element in [BlockElement::Tet10Six, BlockElement::Hex20] {
+        for n in [2, 4] {
+            let what = format!("{element:?} n = {n}");
+            assert!(cycles_to_eight_digits(&elastic(n, element, 0.3), &what) <= 40, "{what}");
+            for (law, load) in [
+                (SurfaceFriction::None, BrickLoad::Lift),
+                (SurfaceFriction::Coulomb(0.35), BrickLoad::Lift),
+                (SurfaceFriction::Coulomb(0.35), BrickLoad::Press),
+            ] {
+                let s = by_multigrid(&brick(n, element, load, law).pose().problem, 1e-8);
+                assert_solved(&s);
+                assert!(s.counts.cycles <= 50, "{what} {load:?} {law:?}: {}", s.counts.cycles);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_linear_solve_takes_thirty_cycles_at_most_at_every_size() {
     let elements = [BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Six, BlockElement::Hex8];
@@ -155,10 +175,11 @@ const LAWS: [SurfaceFriction; 7] = [
 
 #[test]
 fn both_paths_find_the_same_solution() {
-    for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
+    use BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
+    for (element, n) in [(Tet4Six, 5), (Hex8, 5), (Tet10Six, 2), (Hex20, 3)] {
         for load in [BrickLoad::Lift, BrickLoad::Press] {
             for law in LAWS {
-                let p = brick(5, element, load, law.clone()).pose().problem;
+                let p = brick(n, element, load, law.clone()).pose().problem;
                 let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
                 println!("{element:?} {load:?} {law:?}: {:?}", b.counts);
                 assert_solved(&b);

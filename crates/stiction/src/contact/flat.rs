@@ -1,5 +1,7 @@
 //! Faces in a plane: clipping, shape functions at a point, quadrature over polygons.
 
+use crate::mesh::shape::{FACE_NODES, FaceShape, face_corners, face_node, face_shape};
+
 /// A point of the plane.
 pub(super) type P2 = [f64; 2];
 
@@ -34,37 +36,82 @@ pub(super) fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
     polygon
 }
 
-/// A triangle or quadrilateral with its shape functions.
+/// A triangle or quadrilateral, linear or quadratic, with its shape functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flat {
-    corners: [P2; 4],
+    nodes: [P2; FACE_NODES],
     count: usize,
-    /// A quadrilateral whose map from the reference square is not affine.
+    /// A linear quadrilateral whose map from the reference square is not affine.
     pub bent: bool,
 }
 
-/// Newton steps for a point of a quadrilateral; four are enough unless it is hardly convex.
+/// Newton steps for a point of a quadrilateral or a quadratic face; four are enough unless it is hardly convex.
 const STEPS: usize = 20;
 
+/// Polygons between the nodes of a quadratic triangle and of a quadratic quadrilateral.
+const OF_TRIANGLE: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
+const OF_QUADRILATERAL: [&[usize]; 5] = [&[0, 4, 7], &[4, 1, 5], &[5, 2, 6], &[6, 3, 7], &[4, 5, 6, 7]];
+
 impl Flat {
-    /// From three or four corners.
-    pub fn new(corners: &[P2]) -> Flat {
-        let mut all = [[0.0; 2]; 4];
-        all[..corners.len()].copy_from_slice(corners);
+    /// From 3, 4, 6 or 8 nodes: corners, then the middles of edges.
+    pub fn new(nodes: &[P2]) -> Flat {
+        let mut all = [[0.0; 2]; FACE_NODES];
+        all[..nodes.len()].copy_from_slice(nodes);
         let twist = [0, 1].map(|c| all[0][c] - all[1][c] + all[2][c] - all[3][c]);
         let size = [0, 1].map(|c| all[2][c] - all[0][c]);
-        let bent = corners.len() == 4 && twist[0].hypot(twist[1]) > 1e-10 * size[0].hypot(size[1]);
-        Flat { corners: all, count: corners.len(), bent }
+        let bent = nodes.len() == 4 && twist[0].hypot(twist[1]) > 1e-10 * size[0].hypot(size[1]);
+        Flat { nodes: all, count: nodes.len(), bent }
     }
 
     pub fn corners(&self) -> &[P2] {
-        &self.corners[..self.count]
+        &self.nodes[..face_corners(self.count)]
     }
 
-    /// Values of the shape functions at `x`; the last is zero on a triangle.
-    pub fn shape(&self, x: P2) -> [f64; 4] {
-        let [a, b, c, d] = self.corners;
-        if self.count == 3 {
+    /// Polygons that cover it: itself, or those between the nodes of a quadratic face.
+    pub fn pieces(&self) -> Vec<Vec<P2>> {
+        let piece = |nodes: &&[usize]| nodes.iter().map(|&i| self.nodes[i]).collect();
+        match self.count {
+            6 => OF_TRIANGLE.iter().map(piece).collect(),
+            8 => OF_QUADRILATERAL.iter().map(piece).collect(),
+            _ => vec![self.corners().to_vec()],
+        }
+    }
+
+    /// Values of the shape functions at `x`; those beyond its nodes are zero.
+    pub fn shape(&self, x: P2) -> [f64; FACE_NODES] {
+        let mut shape = [0.0; FACE_NODES];
+        let straight = self.straight(x);
+        if self.count <= 4 {
+            shape[..4].copy_from_slice(&straight);
+            return shape;
+        }
+        // From where the point would be between straight edges.
+        let corners = self.corners().len();
+        let mut at = [0, 1].map(|c| (0..corners).map(|i| straight[i] * face_node(self.count, i)[c]).sum::<f64>());
+        for _ in 0..STEPS {
+            let FaceShape { value, slope } = face_shape(self.count, at);
+            shape = value;
+            let (mut r, mut first, mut second) = ([-x[0], -x[1]], [0.0; 2], [0.0; 2]);
+            for (i, node) in self.nodes[..self.count].iter().enumerate() {
+                for c in 0..2 {
+                    r[c] += value[i] * node[c];
+                    first[c] += slope[i][0] * node[c];
+                    second[c] += slope[i][1] * node[c];
+                }
+            }
+            let step = newton_step(r, first, second);
+            if step.iter().any(|s| !s.is_finite()) || step[0].abs().max(step[1].abs()) < 1e-15 {
+                break;
+            }
+            at = [at[0] - step[0], at[1] - step[1]];
+        }
+        shape
+    }
+
+    /// The shape functions of its corners alone at `x`; the last is zero on a triangle.
+    fn straight(&self, x: P2) -> [f64; 4] {
+        let [a, b, c, d, ..] = self.nodes;
+        if self.corners().len() == 3 {
             let whole = cross(a, b, c);
             let (second, third) = (cross(a, x, c) / whole, cross(a, b, x) / whole);
             return [1.0 - second - third, second, third, 0.0];
@@ -75,9 +122,7 @@ impl Flat {
         let (mut s, mut t) = (0.5, 0.5);
         for _ in 0..STEPS {
             let r = [0, 1].map(|k| a[k] + s * e[k] + t * f[k] + s * t * g[k] - x[k]);
-            let (ds, dt) = ([0, 1].map(|k| e[k] + t * g[k]), [0, 1].map(|k| f[k] + s * g[k]));
-            let det = ds[0] * dt[1] - ds[1] * dt[0];
-            let (step_s, step_t) = ((r[0] * dt[1] - r[1] * dt[0]) / det, (ds[0] * r[1] - ds[1] * r[0]) / det);
+            let [step_s, step_t] = newton_step(r, [0, 1].map(|k| e[k] + t * g[k]), [0, 1].map(|k| f[k] + s * g[k]));
             (s, t) = (s - step_s, t - step_t);
             if step_s.abs().max(step_t.abs()) < 1e-15 {
                 break;
@@ -85,6 +130,12 @@ impl Flat {
         }
         [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
     }
+}
+
+/// What solves `step[0] first + step[1] second = r`.
+fn newton_step(r: P2, first: P2, second: P2) -> P2 {
+    let det = first[0] * second[1] - first[1] * second[0];
+    [(r[0] * second[1] - r[1] * second[0]) / det, (first[0] * r[1] - first[1] * r[0]) / det]
 }
 
 /// Points and weights over a counter-clockwise convex polygon, cut into triangles around its middle. Exact to degree 5;
@@ -177,10 +228,18 @@ mod tests {
         let quad = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]]);
         let triangle = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0]]);
         assert!(quad.bent && !triangle.bent && !Flat::new(&SQUARE).bent);
-        for flat in [quad, triangle] {
+        let corners = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]];
+        let curved: Vec<P2> =
+            (corners.into_iter())
+                .chain((0..4).map(|i| {
+                    [0, 1].map(|c| 0.5 * (corners[i][c] + corners[(i + 1) % 4][c]) + 0.04 * (i * 2 + c) as f64)
+                }))
+                .collect();
+        let six = [[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0], [1.0, 0.05], [1.0, 0.8], [-0.15, 0.5]];
+        for flat in [quad, triangle, Flat::new(&curved), Flat::new(&six)] {
             for x in [[0.0, 0.0], [0.5, 0.4], [-0.2, 1.0], [0.01, 0.9]] {
                 let shape = flat.shape(x);
-                let back = [0, 1].map(|c| flat.corners().iter().zip(shape).map(|(p, s)| s * p[c]).sum::<f64>());
+                let back = [0, 1].map(|c| flat.nodes.iter().zip(shape).map(|(p, s)| s * p[c]).sum::<f64>());
                 assert!(
                     (0..2).all(|c| (back[c] - x[c]).abs() < 1e-14) && (shape.iter().sum::<f64>() - 1.0).abs() < 1e-14
                 );

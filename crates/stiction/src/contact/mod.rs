@@ -11,6 +11,7 @@ mod mortar;
 mod normals;
 mod obstacle;
 mod pair;
+mod patches;
 mod points;
 mod pose;
 mod problem;

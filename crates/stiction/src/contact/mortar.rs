@@ -6,13 +6,20 @@
 //! `psi = A phi` on a face, `A = D M⁻¹`, `D = diag(int phi)`, `M = int phi phi'`, over the covered part only (Cichosz &
 //! Bischoff 2011) and with the very quadrature of the coupling, which keeps the jump of a linear field zero whatever the
 //! error of the quadrature.
+//!
+//! Quadratic faces are projected and clipped as the polygons between their nodes, a middle and a triangle or
+//! quadrilateral at each corner; points are mapped back to the curved face. On the slave side `phi` are the functions of
+//! `patches.rs`, whose integrals are positive.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
 use super::flat::{Flat, P2, area, clip, quadrature};
 use super::obstacle::unit;
+use super::patches::{END, ends, positive};
+use crate::fem::face_coordinates;
+use crate::mesh::shape::FACE_NODES;
 use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
 use crate::mesh::{Bounds, Mesh, Tree};
 
@@ -24,12 +31,17 @@ const SLIVER: f64 = 1e-13;
 const LEAST_PART: f64 = 1e-6;
 /// Weights below this are rounding: matching nodes then hang on one node only.
 const ROUNDING: f64 = 1e-12;
+/// A node that carries for dropped neighbours must still count with this part of itself.
+const LEAST_OWN: f64 = 0.2;
+
+/// A number for each node of a face.
+pub(super) type PerNode = [f64; FACE_NODES];
 
 /// What a slave face meets: everything about its nodes `i`, in the order of the face.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Met {
     /// `int phi_i` over the covered part; area.
-    pub areas: [f64; 4],
+    pub areas: PerNode,
     /// `int psi_i phi_k` for the nodes `k` of the master faces, ascending; area.
     pub masters: PerMaster,
     /// The covered area; 0 if the face meets nothing.
@@ -41,8 +53,8 @@ pub(super) struct Met {
 /// A face in space, seen along a direction.
 struct Seen {
     flat: Flat,
-    /// Heights of the corners above the plane.
-    heights: [f64; 4],
+    /// Heights of the nodes above the plane.
+    heights: PerNode,
 }
 
 /// A plane with axes; the third is its normal.
@@ -55,21 +67,21 @@ impl Plane {
     /// Through the middle of a face across its mean normal.
     fn of_face(mesh: &Mesh, face: u32) -> Option<Plane> {
         let normal = unit(mesh.face_vector_area(face as usize))?;
-        let corners = corners(mesh, face);
+        let corners = &face_coordinates(mesh, face)[..mesh.faces[face as usize].corners().len()];
         let origin = scale(1.0 / corners.len() as f64, corners.iter().fold([0.0; 3], |a, &x| add(a, x)));
         let edge = sub(corners[1], corners[0]);
         let first = unit(sub(edge, scale(dot(edge, normal), normal)))?;
         Some(Plane { origin, axes: [first, cross(normal, first), normal] })
     }
 
-    fn see(&self, corners: &[V3]) -> Seen {
-        let (mut flat, mut heights) = ([[0.0; 2]; 4], [0.0; 4]);
-        for (i, &x) in corners.iter().enumerate() {
+    fn see(&self, nodes: &[V3]) -> Seen {
+        let (mut flat, mut heights) = ([[0.0; 2]; FACE_NODES], [0.0; FACE_NODES]);
+        for (i, &x) in nodes.iter().enumerate() {
             let d = sub(x, self.origin);
             flat[i] = [dot(d, self.axes[0]), dot(d, self.axes[1])];
             heights[i] = dot(d, self.axes[2]);
         }
-        Seen { flat: Flat::new(&flat[..corners.len()]), heights }
+        Seen { flat: Flat::new(&flat[..nodes.len()]), heights }
     }
 }
 
@@ -79,20 +91,17 @@ impl Seen {
     }
 }
 
-fn corners(mesh: &Mesh, face: u32) -> Vec<V3> {
-    mesh.faces[face as usize].nodes().iter().map(|&node| mesh.nodes[node as usize]).collect()
-}
-
 /// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal.
 pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64) -> Vec<Met> {
-    let tree = Tree::new(master.iter().map(|&face| Bounds::around(corners(mesh, face))).collect());
+    let tree = Tree::new(master.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
     slave.par_iter().map(|&face| met(mesh, face, master, &tree, search).unwrap_or_default()).collect()
 }
 
-/// The part of a slave face under one master face.
+/// The part of a slave face under one master face, or a piece of both.
 struct Segment {
     face: u32,
-    seen: Seen,
+    /// Place of the master face among those that were looked at.
+    seen: usize,
     polygon: Vec<P2>,
     /// Of its middle, from the slave face to the master face along the normal; length.
     distance: f64,
@@ -100,34 +109,44 @@ struct Segment {
 
 fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Option<Met> {
     let plane = Plane::of_face(mesh, face)?;
-    let own = corners(mesh, face);
+    let own = face_coordinates(mesh, face);
     let slave = plane.see(&own);
-    let whole = area(slave.flat.corners());
+    let pieces = slave.flat.pieces();
+    let whole: f64 = pieces.iter().map(|piece| area(piece)).sum();
     let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
     let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
-    let (mut segments, mut averted) = (Vec::new(), false);
+    let (mut segments, mut masters, mut averted) = (Vec::new(), Vec::new(), false);
     for other in candidates.into_iter().map(|i| master[i as usize]) {
-        let seen = plane.see(&corners(mesh, other));
-        let mut polygon = clip(seen.flat.corners(), slave.flat.corners());
-        if area(&polygon).abs() <= SLIVER * whole {
-            continue;
-        }
-        let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / polygon.len() as f64);
-        let distance = seen.height(middle) - slave.height(middle);
+        let seen = plane.see(&face_coordinates(mesh, other));
         let facing = dot(mesh.face_normal(other as usize), plane.axes[2]) < FACING;
-        averted |= !facing && distance.abs() <= search;
-        if facing && distance.abs() <= search {
-            // Seen from the slave face the master face turns the other way.
-            polygon.reverse();
-            segments.push(Segment { face: other, seen, polygon, distance });
+        let parts = seen.flat.pieces();
+        for (mine, theirs) in pieces.iter().flat_map(|mine| parts.iter().map(move |theirs| (mine, theirs))) {
+            let mut polygon = clip(theirs, mine);
+            if area(&polygon).abs() <= SLIVER * whole {
+                continue;
+            }
+            let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / polygon.len() as f64);
+            let distance = seen.height(middle) - slave.height(middle);
+            averted |= !facing && distance.abs() <= search;
+            if facing && distance.abs() <= search {
+                // Seen from the slave face the master face turns the other way.
+                polygon.reverse();
+                segments.push(Segment { face: other, seen: masters.len(), polygon, distance });
+            }
         }
+        masters.push(seen);
     }
     keep_nearest(&mut segments, whole);
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
     if covered < LEAST_PART * whole {
         return Some(Met { averted, ..Met::default() });
     }
-    couple(mesh, &slave, &segments, own.len()).map(|(areas, masters)| Met { areas, masters, covered, averted })
+    couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
+        areas,
+        masters,
+        covered,
+        averted,
+    })
 }
 
 /// Where several layers lie over one another, only the nearest is met.
@@ -141,46 +160,50 @@ fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
 }
 
 /// For the nodes of other faces `k` an integral with each node of a face.
-type PerMaster = Vec<(u32, [f64; 4])>;
+type PerMaster = Vec<(u32, PerNode)>;
 
 /// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
-fn couple(mesh: &Mesh, slave: &Seen, segments: &[Segment], n: usize) -> Option<([f64; 4], PerMaster)> {
-    let (mut d, mut m, mut points) = ([0.0; 4], [[0.0; 4]; 4], Vec::new());
+fn couple(mesh: &Mesh, slave: &Seen, masters: &[Seen], segments: &[Segment], n: usize) -> Option<(PerNode, PerMaster)> {
+    let (mut d, mut m, mut points) = ([0.0; FACE_NODES], [[0.0; FACE_NODES]; FACE_NODES], Vec::new());
     for (number, segment) in segments.iter().enumerate() {
-        for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || segment.seen.flat.bent) {
-            let phi = slave.flat.shape(x);
+        let other = &masters[segment.seen].flat;
+        for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || other.bent) {
+            let phi = positive(&slave.flat.shape(x), n);
             for i in 0..n {
                 d[i] += weight * phi[i];
                 (0..n).for_each(|j| m[i][j] += weight * phi[i] * phi[j]);
             }
-            points.push((number, phi, segment.seen.flat.shape(x), weight));
+            points.push((number, phi, other.shape(x), weight));
         }
     }
     let inverse = inverse(m, n)?;
-    let mut masters = PerMaster::new();
+    let mut coupled = PerMaster::new();
     for segment in segments {
-        masters.extend(mesh.faces[segment.face as usize].nodes().iter().map(|&node| (node, [0.0; 4])));
+        coupled.extend(mesh.faces[segment.face as usize].nodes().iter().map(|&node| (node, [0.0; FACE_NODES])));
     }
-    masters.sort_unstable_by_key(|entry| entry.0);
-    masters.dedup_by_key(|entry| entry.0);
+    coupled.sort_unstable_by_key(|entry| entry.0);
+    coupled.dedup_by_key(|entry| entry.0);
     for (number, phi, other, weight) in points {
-        let psi: [f64; 4] = std::array::from_fn(|i| d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>());
+        let psi: PerNode =
+            std::array::from_fn(
+                |i| if i < n { d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>() } else { 0.0 },
+            );
         let nodes = mesh.faces[segments[number].face as usize].nodes();
         for (&node, shape) in nodes.iter().zip(other) {
-            let place = masters.partition_point(|e| e.0 < node);
-            let entry = &mut masters[place].1;
+            let place = coupled.partition_point(|e| e.0 < node);
+            let entry = &mut coupled[place].1;
             (0..n).for_each(|i| entry[i] += weight * psi[i] * shape);
         }
     }
-    Some((d, masters))
+    Some((d, coupled))
 }
 
-/// Inverse of a symmetric positive definite matrix of order `n <= 4`, by Gauss and Jordan after scaling its diagonal to
+/// Inverse of a symmetric positive definite matrix of order `n <= 8`, by Gauss and Jordan after scaling its diagonal to
 /// one; `None` if it is singular.
-fn inverse(m: [[f64; 4]; 4], n: usize) -> Option<[[f64; 4]; 4]> {
-    let s: [f64; 4] = std::array::from_fn(|i| if i < n { 1.0 / m[i][i].sqrt() } else { 1.0 });
-    let mut a: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| s[i] * s[j] * m[i][j]));
-    let mut b: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+fn inverse(m: [PerNode; FACE_NODES], n: usize) -> Option<[PerNode; FACE_NODES]> {
+    let s: PerNode = std::array::from_fn(|i| if i < n { 1.0 / m[i][i].sqrt() } else { 1.0 });
+    let mut a: [PerNode; FACE_NODES] = std::array::from_fn(|i| std::array::from_fn(|j| s[i] * s[j] * m[i][j]));
+    let mut b: [PerNode; FACE_NODES] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
         a.swap(k, pivot);
@@ -205,10 +228,10 @@ pub(super) struct Row {
     pub node: u32,
     /// `D_jj = int phi_j` over the covered part.
     pub area: f64,
-    /// `int psi_j / D_jj`: one, and more where the node carries what a dropped neighbour would have carried. The master
-    /// weights add up to its negative.
+    /// `int psi_j / D_jj`: one, or `1 - 2 END` in the middle of an edge, and more where the node carries what a dropped
+    /// neighbour would have carried. The master weights add up to its negative.
     pub share: f64,
-    /// Master nodes with `-M_jk / D_jj`, then dropped slave nodes, each ascending.
+    /// Master nodes with `-M_jk / D_jj`, then slave nodes (dropped ones, ends of edges), each ascending.
     pub others: Vec<(u32, f64)>,
 }
 
@@ -253,6 +276,8 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool
 pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
     let carriers = carriers(mesh, slave, met, &keep);
     let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
+    let edges = edges(mesh, slave);
+    let stands_for = |node: &u32, area: f64| if edges.contains_key(node) { (1.0 - 2.0 * END) * area } else { area };
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate() {
@@ -263,7 +288,7 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -
                 continue;
             }
             let Some(carriers) = carriers.get(&node) else {
-                lost += met.areas[i];
+                lost += stands_for(&node, met.areas[i]);
                 continue;
             };
             for &(carrier, part) in carriers {
@@ -273,7 +298,24 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -
             }
         }
     }
-    (sums.into_iter().map(|(node, sums)| sums.row(node)).collect(), lost)
+    let mut rows = Vec::with_capacity(sums.len());
+    for (node, sums) in sums {
+        let area = sums.area;
+        match sums.row(node, &edges) {
+            Some(row) => rows.push(row),
+            None => lost += stands_for(&node, area),
+        }
+    }
+    (rows, lost)
+}
+
+/// The ends of the edge for each node in the middle of one.
+fn edges(mesh: &Mesh, faces: &[u32]) -> HashMap<u32, [u32; 2]> {
+    let of_face = |&face: &u32| {
+        let nodes = mesh.faces[face as usize].nodes();
+        (0..nodes.len()).filter_map(move |i| Some((nodes[i], ends(nodes.len(), i)?.map(|end| nodes[end]))))
+    };
+    faces.iter().flat_map(of_face).collect()
 }
 
 /// Integrals over all faces around a node, those of the nodes it carries for included; area.
@@ -292,16 +334,26 @@ impl Sums {
         met.masters.iter().for_each(|(k, values)| *self.masters.entry(*k).or_default() += part * values[i]);
     }
 
-    fn row(self, node: u32) -> Row {
-        let area = self.area;
-        let share = 1.0 + self.dropped.values().sum::<f64>() / area;
+    /// The row, scaled so that its own node counts once; none if hardly anything of that node is left.
+    fn row(self, node: u32, edges: &HashMap<u32, [u32; 2]>) -> Option<Row> {
+        let mut slave: BTreeMap<u32, f64> = BTreeMap::new();
+        let mut count = |node: u32, weight: f64| {
+            *slave.entry(node).or_default() += weight;
+            for &end in edges.get(&node).into_iter().flatten() {
+                *slave.entry(end).or_default() -= END * weight;
+            }
+        };
+        count(node, 1.0);
+        self.dropped.iter().for_each(|(&q, value)| count(q, value / self.area));
+        let own = slave.remove(&node).filter(|own| *own >= LEAST_OWN)?;
+        let (area, share) = (self.area * own, 1.0 + slave.values().sum::<f64>() / own);
         let mut others: Vec<(u32, f64)> = self.masters.into_iter().map(|(k, value)| (k, -value / area)).collect();
         others.retain(|(_, weight)| weight.abs() > ROUNDING);
         // A translation of everything must not be a jump, to the last digit.
         let sum = share + others.iter().map(|other| other.1).sum::<f64>();
         let heaviest = others.iter_mut().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         heaviest.into_iter().for_each(|other| other.1 -= sum);
-        others.extend(self.dropped.into_iter().map(|(q, value)| (q, value / area)));
-        Row { node, area, share, others }
+        others.extend(slave.into_iter().map(|(q, weight)| (q, weight / own)));
+        Some(Row { node, area, share, others })
     }
 }

@@ -6,12 +6,13 @@ use super::frame::{frame, tied_frame};
 use super::friction_law::{At, law};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
+use super::patches::patches;
 use super::points::{Point, prescribed, refuse_dragging};
 use super::roles::face_size;
 use super::surface::SEARCH;
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::{FeModel, nodal_areas};
+use crate::fem::FeModel;
 use crate::mesh::v3::{V3, dot, sub};
 use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 
@@ -75,6 +76,7 @@ pub(super) fn points_of_pair(
         ..SurfaceFacts::default()
     };
     let frames = frames(mesh, model, surface, master, &met, taken, &mut facts, &mut found);
+    let outward: HashMap<u32, V3> = normals(mesh, &surface.faces, &model.dofs).into_iter().collect();
     let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
     found.dropped_area = lost;
     for row in rows {
@@ -83,15 +85,15 @@ pub(super) fn points_of_pair(
         let held = prescribed(model, row.node);
         let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
         refuse_dragging(&held, imposed, normal, row.node, x, &surface.friction)?;
-        let gap = initial_gap(mesh, &row, normal, master.gap);
+        let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
         let visible = gap / row.share;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
         if visible.abs() <= TOUCHING * sizes[0] {
-            facts.touching_area += row.area;
+            facts.touching_area += row.area * row.share.min(1.0);
         } else if visible < 0.0 {
             found.overlapping += 1;
-            found.overlapping_area += row.area;
+            found.overlapping_area += row.area * row.share.min(1.0);
         }
         // A tie keeps the distance it was meshed with.
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
@@ -139,8 +141,9 @@ fn frames(
     let tied = surface.friction == SurfaceFriction::Bonded;
     let mut frames = HashMap::new();
     let normals = normals(mesh, &surface.faces, &model.dofs);
-    for ((node, normal), (_, whole)) in normals.into_iter().zip(nodal_areas(mesh, &surface.faces)) {
-        found.area += whole;
+    for ((node, normal), patch) in normals.into_iter().zip(patches(mesh, &surface.faces)) {
+        let whole = patch.area;
+        found.area += patch.share() * whole;
         let held = prescribed(model, node);
         let free = held.map(|value| value.is_none());
         let axes = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
@@ -159,8 +162,9 @@ fn frames(
     frames
 }
 
-/// The weighted jump of the coordinates along the normal, or what the case says it is.
-fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap) -> f64 {
+/// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as
+/// long as the gap along the normals of the slave surface, which turn where that is curved.
+fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap, outward: &HashMap<u32, V3>) -> f64 {
     let x = mesh.nodes[row.node as usize];
     match gap {
         InitialGap::AsMeshed => {
@@ -168,7 +172,10 @@ fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap) -> f64 {
             0.0 - row.others.iter().map(along).sum::<f64>()
         }
         InitialGap::Closed => 0.0,
-        InitialGap::Uniform(gap) => row.share * gap,
+        InitialGap::Uniform(gap) => {
+            let of = |&(other, weight): &(u32, f64)| Some(weight * dot(normal, *outward.get(&other)?));
+            gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())
+        }
     }
 }
 
@@ -177,8 +184,8 @@ fn nearest(mesh: &Mesh, from: &[u32], to: &[u32]) -> Option<f64> {
     let at = |node: &u32| mesh.nodes[*node as usize];
     let triangles: Vec<[V3; 3]> = (to.iter())
         .flat_map(|&face| {
-            let nodes = mesh.faces[face as usize].nodes();
-            (1..nodes.len() - 1).map(|i| [at(&nodes[0]), at(&nodes[i]), at(&nodes[i + 1])])
+            let nodes = mesh.faces[face as usize].border();
+            (1..nodes.len() - 1).map(|i| [at(&nodes[0]), at(&nodes[i]), at(&nodes[i + 1])]).collect::<Vec<_>>()
         })
         .collect();
     let tree = Tree::new(triangles.iter().map(|t| Bounds::around(*t)).collect());

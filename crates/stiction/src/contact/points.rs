@@ -4,9 +4,10 @@ use std::collections::HashSet;
 
 use super::frame::{frame, tied_frame};
 use super::friction_law::{At, law};
+use super::patches::{Patch, patches};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::{FeModel, nodal_areas, nodal_normals};
+use crate::fem::{FeModel, nodal_normals};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, norm};
 
@@ -26,7 +27,7 @@ pub(super) struct Point {
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
     pub normal: [f64; 3],
-    /// Other nodes with their weights; none on an obstacle.
+    /// Other nodes with their weights; on an obstacle the ends of the edge in whose middle the node is, if it is in one.
     pub others: Vec<(u32, f64)>,
     /// See `ContactProblem::share`.
     pub share: f64,
@@ -52,17 +53,40 @@ pub(super) fn points_on_obstacle(
     };
     let outward = nodal_normals(mesh, &surface.faces);
     let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
-    for ((node, area), (_, outward)) in nodal_areas(mesh, &surface.faces).into_iter().zip(outward) {
+    let distance_of = |node: u32| -> Result<Option<(f64, [f64; 3])>, Error> {
         let x = mesh.nodes[node as usize];
-        facts.area += area;
-        let Some((distance, away)) = obstacle.distance_facing(x, outward) else {
-            if matches!(obstacle, Obstacle::Surface(_)) {
-                facts.beyond += 1;
-                continue;
-            }
+        let place = outward.partition_point(|(other, _)| *other < node);
+        let found = outward.get(place).and_then(|(_, outward)| obstacle.distance_facing(x, *outward));
+        if found.is_none() && !matches!(obstacle, Obstacle::Surface(_)) {
             let what = format!("the obstacle has no normal at node {} at {x:?}", node + 1);
             return Err(Error::new("", what, "move the obstacle: no node may lie on its axis or centre"));
+        }
+        Ok(found)
+    };
+    'patches: for (patch, &(_, outward)) in patches(mesh, &surface.faces).into_iter().zip(&outward) {
+        let (share, Patch { node, area, others }) = (patch.share(), patch);
+        let x = mesh.nodes[node as usize];
+        if area <= 0.0 {
+            let what = format!(
+                "node {} at {x:?} stands for no area: the quadratic faces around it are too distorted",
+                node + 1
+            );
+            let remedy = "move the nodes in the middles of their edges to the middles, or mesh the surface more evenly";
+            return Err(Error::new("", what, remedy));
+        }
+        facts.area += share * area;
+        let Some((distance, away)) = distance_of(node)? else {
+            facts.beyond += 1;
+            continue;
         };
+        let mut measured = distance;
+        for &(other, weight) in &others {
+            let Some((distance, _)) = distance_of(other)? else {
+                facts.beyond += 1;
+                continue 'patches;
+            };
+            measured += weight * distance;
+        }
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let held = prescribed(model, node);
         let free = held.map(|p| p.is_none());
@@ -77,7 +101,7 @@ pub(super) fn points_on_obstacle(
         let Some(mut frame) = frame else {
             let clamped = held.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
-            facts.dropped_area += area;
+            facts.dropped_area += share * area;
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
@@ -88,14 +112,14 @@ pub(super) fn points_on_obstacle(
         facts.gap_max = facts.gap_max.max(distance);
         if distance < 0.0 {
             facts.overlapping += 1;
-            facts.overlapping_area += area;
+            facts.overlapping_area += share * area;
         }
         facts.points += 1;
         facts.nodes.push(node);
         let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
-        let gap = if friction == Friction::Bonded { 0.0 } else { distance };
-        points.push(Point { node, gap, area, friction, across, frame, normal, others: Vec::new(), share: 1.0 });
+        let gap = if friction == Friction::Bonded { 0.0 } else { measured };
+        points.push(Point { node, gap, area, friction, across, frame, normal, others, share });
     }
     if facts.points == 0 && facts.beyond > 0 {
         let what = format!(

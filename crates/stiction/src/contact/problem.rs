@@ -125,8 +125,9 @@ pub struct ContactProblem {
     pub friction_across: Option<Vec<f64>>,
     /// The area each point stands for, `m`; only reports use it.
     pub area: Vec<f64>,
-    /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, and more where a
-    /// point between two bodies carries for a neighbour that was dropped; only reports use it.
+    /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, more where a point
+    /// between two bodies carries for a neighbour that was dropped, less in the middle of the edge of a quadratic face;
+    /// what a translation of the counterpart does to the gap of the point. Only reports and moving obstacles use it.
     pub share: Vec<f64>,
     /// Consecutive ranges that cover all points.
     pub pairs: Vec<Pair>,

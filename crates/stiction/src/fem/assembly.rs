@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::elements::{Element, Hex8, Law, Tet4, folded};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
 use super::incidence::{Incidence, NodeRange};
 use super::solid::CellList;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
@@ -70,6 +70,12 @@ fn assemble_range(
             }
             CellKind::Hex8 => {
                 Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
+            }
+            CellKind::Tet10 => {
+                Tet10::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
+            }
+            CellKind::Hex20 => {
+                Hex20::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
             }
         };
         added.ok_or_else(|| folded(solid, cell, kind, nodes))?;

@@ -6,7 +6,7 @@
 
 use super::Solid;
 use super::elastic::Voigt;
-use super::elements::{Element, Hex8, Law, Tet4, folded};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
 use super::recovery::mean_strain;
 use crate::Error;
 use crate::mesh::CellKind;
@@ -50,6 +50,8 @@ pub fn cut(solid: &Solid, mut cells: Vec<u32>, nodes: Vec<u32>, axis: [f64; 3]) 
         let answer = match kind {
             CellKind::Tet4 => Tet4::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
             CellKind::Hex8 => Hex8::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
+            CellKind::Tet10 => Tet10::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
+            CellKind::Hex20 => Hex20::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
         };
         let (force, mean) = answer.ok_or_else(|| folded(solid, cell as usize, kind, of_cell))?;
         for ((&node, force), jump) in of_cell.iter().zip(force).zip(&jump) {

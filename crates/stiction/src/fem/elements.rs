@@ -1,9 +1,10 @@
-//! The linear tetrahedron and the trilinear hexahedron: shape functions, quadrature and stiffness.
+//! Tetrahedra and hexahedra, linear and quadratic: shape functions, quadrature and stiffness.
 
 use super::elastic::{Stiffness, Voigt, contract};
 use super::{Material, Solid};
 use crate::Error;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
+use crate::mesh::shape::{HEX20, Reference, TET10};
 use crate::mesh::v3::{V3, add, cross, dot, scale};
 use crate::mesh::{CellKind, Mesh};
 
@@ -20,6 +21,14 @@ pub struct Element<const N: usize, const Q: usize> {
 pub type Tet4 = Element<4, 1>;
 /// Trilinear hexahedron: 2 x 2 x 2 Gauss points.
 pub type Hex8 = Element<8, 8>;
+/// Quadratic tetrahedron, curved or straight: 14 points, exact to degree 5. Four would do for straight edges; with
+/// these uniform stress is kept in curved cells as well.
+pub type Tet10 = Element<10, 14>;
+/// Serendipity hexahedron, curved or straight: 3 x 3 x 3 Gauss points.
+pub type Hex20 = Element<20, 27>;
+
+/// Most nodes a cell has.
+pub const MOST_NODES: usize = 20;
 
 /// The constants of elasticity as the elements use them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +37,7 @@ pub struct Law<'a> {
     pub lambda: f64,
     /// Shear modulus, stress, > 0.
     pub mu: f64,
-    /// Whether hexahedra average the dilatation over the cell (B-bar).
+    /// Whether linear hexahedra average the dilatation over the cell (B-bar).
     pub mean_dilatation: bool,
     /// Takes the place of the two constants where elasticity depends on the direction.
     pub stiffness: Option<&'a Stiffness>,
@@ -106,7 +115,34 @@ impl Hex8 {
     }
 }
 
+impl Tet10 {
+    /// The tetrahedron with nodes at `x`; `None` unless its mapping has positive volume at every integration point.
+    pub fn new(x: &[V3; 10]) -> Option<Self> {
+        Element::mapped(&TET10, x)
+    }
+}
+
+impl Hex20 {
+    /// The hexahedron with nodes at `x`; `None` unless its mapping has positive volume at every integration point.
+    pub fn new(x: &[V3; 20]) -> Option<Self> {
+        Element::mapped(&HEX20, x)
+    }
+}
+
 impl<const N: usize, const Q: usize> Element<N, Q> {
+    /// The isoparametric cell with nodes at `x`, integrated at the points of `rule`.
+    fn mapped(rule: &[Reference<N>; Q], x: &[V3; N]) -> Option<Self> {
+        let mut element = Element { weight: [0.0; Q], gradient: [[[0.0; 3]; N]; Q] };
+        for (q, at) in rule.iter().enumerate() {
+            let (det, inverse) = inverse(at.jacobian(x))?;
+            element.weight[q] = at.weight * det;
+            for (g, d) in element.gradient[q].iter_mut().zip(&at.gradient) {
+                *g = add(add(scale(d[0], inverse[0]), scale(d[1], inverse[1])), scale(d[2], inverse[2]));
+            }
+        }
+        Some(element)
+    }
+
     /// Volume of the cell.
     pub fn volume(&self) -> f64 {
         self.weight.iter().sum()
@@ -129,8 +165,8 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
     /// selective integration procedures") keeps the deviatoric part, `-2μ/3` in the place of `λ`, and adds the
     /// bulk modulus times the mean dilatation.
     pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
-        // One point is its own mean.
-        let bbar = law.mean_dilatation && Q > 1;
+        // One point is its own mean, and quadratic cells would lose an order by a constant one.
+        let bbar = law.mean_dilatation && N == 8;
         let lambda = if bbar { -2.0 / 3.0 * law.mu } else { law.lambda };
         let mut row = [[[0.0; 3]; 3]; N];
         for (j, block) in row.iter_mut().enumerate() {
@@ -174,34 +210,36 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
 #[derive(Debug, Clone, Copy)]
 pub struct VolumePoint {
     /// Values of the shape functions; those beyond the nodes of the cell are zero.
-    pub shape: [f64; 8],
+    pub shape: [f64; MOST_NODES],
     pub position: V3,
     /// Volume the point stands for.
     pub weight: f64,
 }
 
 /// Quadrature over a cell, exact for polynomials of degree 2 (tetrahedron, 4 points) and of degree 3 in each
-/// direction of the reference cell (hexahedron, 2 x 2 x 2 points). `None` if the cell is folded.
+/// direction of the reference cell (hexahedron, 2 x 2 x 2 points), of degree 5 for quadratic cells. `None` if the cell
+/// is folded.
 pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<VolumePoint>> {
-    let (shapes, weights) = match kind {
+    let (shapes, weights): (Vec<[f64; MOST_NODES]>, Vec<f64>) = match kind {
         CellKind::Tet4 => {
             let near = (5.0 + 3.0 * 5f64.sqrt()) / 20.0;
             let far = (5.0 - 5f64.sqrt()) / 20.0;
             let volume = Tet4::new(&corners(&mesh.nodes, nodes))?.volume();
             let shape = |q: usize| std::array::from_fn(|i| if i > 3 { 0.0 } else { [far, near][(i == q) as usize] });
-            ((0..4).map(shape).collect::<Vec<[f64; 8]>>(), vec![volume / 4.0; 4])
+            ((0..4).map(shape).collect(), vec![volume / 4.0; 4])
         }
         CellKind::Hex8 => {
             let weight = Hex8::new(&corners(&mesh.nodes, nodes))?.weight;
             let shape = |q: usize| {
-                std::array::from_fn(|i| {
-                    (0..3).map(|a| 0.5 * (1.0 + GAUSS * HEX_CORNERS[i][a] * HEX_CORNERS[q][a])).product::<f64>()
-                })
+                let at = |i: usize| (0..3).map(move |a| 0.5 * (1.0 + GAUSS * HEX_CORNERS[i][a] * HEX_CORNERS[q][a]));
+                std::array::from_fn(|i| if i < 8 { at(i).product() } else { 0.0 })
             };
             ((0..8).map(shape).collect(), weight.to_vec())
         }
+        CellKind::Tet10 => (padded(&*TET10), Tet10::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
+        CellKind::Hex20 => (padded(&*HEX20), Hex20::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
     };
-    let position = |shape: &[f64; 8]| {
+    let position = |shape: &[f64; MOST_NODES]| {
         nodes.iter().zip(shape).fold([0.0; 3], |x, (&i, &s)| add(x, scale(s, mesh.nodes[i as usize])))
     };
     Some(
@@ -211,6 +249,12 @@ pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<V
             .map(|(shape, weight)| VolumePoint { position: position(&shape), shape, weight })
             .collect(),
     )
+}
+
+/// Values of the shape functions at the points of a rule.
+fn padded<const N: usize>(rule: &[Reference<N>]) -> Vec<[f64; MOST_NODES]> {
+    let shape = |at: &Reference<N>| std::array::from_fn(|i| at.shape.get(i).copied().unwrap_or(0.0));
+    rule.iter().map(shape).collect()
 }
 
 /// The error for a cell whose mapping has no positive volume at an integration point.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::elastic::{PLACE, Voigt};
-use super::elements::{Element, Hex8, Law, Tet4, folded, volume_points};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded, volume_points};
 use super::{Load, Solid, Temperature};
 use crate::Error;
 use crate::mesh::geometry::corners;
@@ -58,6 +58,8 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
         let heated = match kind {
             CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
             CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
         };
         heated.ok_or_else(refused)
     };

@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
-use super::elements::{folded, volume_points};
-use super::faces::{FacePoint, face_corners, face_points};
+use super::elements::{MOST_NODES, folded, volume_points};
+use super::faces::{FacePoint, face_coordinates, face_points};
 use super::{Field, Load, Solid, initial_strain};
 use crate::Error;
 use crate::mesh::Mesh;
@@ -15,7 +15,8 @@ const CELLS_PER_TASK: usize = 4096;
 /// it is listed.
 ///
 /// The quadrature is exact for tractions of degree 4 on triangles and plane parallelograms (degree 5 in their sum),
-/// and for accelerations of degree 1 on tetrahedra.
+/// and for accelerations of degree 1 on tetrahedra; on straight quadratic cells for tractions of degree 3 and
+/// accelerations of degree 3, on curved ones for a constant pressure.
 pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>, Error> {
     let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
     for (number, load) in loads.iter().enumerate() {
@@ -77,7 +78,7 @@ fn on_faces(
         return Err(Error::new("", what, "name boundary faces of the mesh"));
     }
     for &face in faces {
-        for point in face_points(&face_corners(mesh, face)) {
+        for point in face_points(&face_coordinates(mesh, face)) {
             let force = force(&point)?;
             for (&node, &shape) in mesh.faces[face as usize].nodes().iter().zip(&point.shape) {
                 add_to_node(nodal, node, scale(shape, force));
@@ -111,7 +112,7 @@ fn resultant(
     };
     let (force, moment) = (all(force, "a total force")?, all(moment, "a total moment")?);
     on_faces(mesh, faces, &mut nodal.to_vec(), |_| Ok([0.0; 3]))?; // refuses faces that do not exist
-    let points: Vec<FacePoint> = faces.iter().flat_map(|&face| face_points(&face_corners(mesh, face))).collect();
+    let points: Vec<FacePoint> = faces.iter().flat_map(|&face| face_points(&face_coordinates(mesh, face))).collect();
     let area: f64 = points.iter().map(|p| norm(p.area)).sum();
     let centroid = points.iter().fold([0.0; 3], |c, p| add(c, scale(norm(p.area) / area, p.position)));
     let mut inertia = [[0.0; 3]; 3];
@@ -171,8 +172,8 @@ fn on_mass(
         return Err(Error::new("", format!("{who} acts on cells without mass"), remedy));
     }
     let list = solid.cells();
-    let of_cell = |&cell: &u32| -> Result<[V3; 8], Error> {
-        let mut force = [[0.0; 3]; 8];
+    let of_cell = |&cell: &u32| -> Result<[V3; MOST_NODES], Error> {
+        let mut force = [[0.0; 3]; MOST_NODES];
         let (kind, nodes) = list.get(cell as usize);
         if density(cell) > 0.0 {
             let points =
@@ -185,8 +186,9 @@ fn on_mass(
         Ok(force)
     };
     // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
-    for chunk in cells.chunks(CELLS_PER_TASK * 64) {
-        let forces: Vec<Result<[V3; 8], Error>> = chunk.par_iter().with_min_len(CELLS_PER_TASK).map(of_cell).collect();
+    for chunk in cells.chunks(CELLS_PER_TASK * 16) {
+        let forces: Vec<Result<[V3; MOST_NODES], Error>> =
+            chunk.par_iter().with_min_len(CELLS_PER_TASK).map(of_cell).collect();
         for (&cell, forces) in chunk.iter().zip(forces) {
             let nodes = list.get(cell as usize).1;
             nodes.iter().zip(forces?).for_each(|(&node, force)| add_to_node(nodal, node, force));

@@ -26,7 +26,7 @@ pub use assembly::assemble;
 pub use cut::{Cut, cut};
 pub use dofs::dof_map;
 pub use elastic::{Orthotropic, Stiffness, Voigt, frame, strain_along};
-pub use faces::{nodal_areas, nodal_normals};
+pub use faces::{FacePoint, face_coordinates, face_points, nodal_areas, nodal_normals};
 pub use field::Field;
 pub use initial::{InitialStrain, initial_strain};
 pub use loads::external_forces;

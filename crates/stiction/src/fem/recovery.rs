@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::elastic::Voigt;
-use super::elements::{Element, Hex8, Law, Tet4};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
@@ -46,9 +46,12 @@ pub fn cell_stress(solid: &Solid, u_full: &[f64], initial: &[Voigt]) -> Vec<Voig
     let of_cell = |(cell, &material): (usize, &u32)| {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
+        let x = &solid.mesh.nodes;
         let strain = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
-            CellKind::Hex8 => Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+            CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+            CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+            CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
         };
         let Some(mut strain) = strain else { return [f64::NAN; 6] };
         if let Some(free) = initial.get(cell) {

@@ -66,15 +66,20 @@ impl<'a> CellList<'a> {
 /// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
 /// linear tetrahedra lock. Materials no cell uses are not mentioned.
 pub fn notes(solid: &Solid) -> Vec<String> {
-    let mut used = vec![[false; 2]; solid.materials.len()]; // by tetrahedra, by hexahedra
+    let mut used = vec![[false; 3]; solid.materials.len()]; // by linear tetrahedra, linear hexahedra, quadratic cells
     let kinds = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
     for (kind, &m) in kinds.zip(solid.material_of_cell) {
         if let Some(used) = used.get_mut(m as usize) {
-            used[(kind == CellKind::Hex8) as usize] = true;
+            let place = match kind {
+                CellKind::Tet4 => 0,
+                CellKind::Hex8 => 1,
+                CellKind::Tet10 | CellKind::Hex20 => 2,
+            };
+            used[place] = true;
         }
     }
     let mut notes = Vec::new();
-    for (material, [tets, hexes]) in solid.materials.iter().zip(used) {
+    for (material, [tets, hexes, quadratic]) in solid.materials.iter().zip(used) {
         let (name, nu) = (&material.name, material.poisson);
         if material.orthotropic.is_some() {
             continue;
@@ -82,7 +87,7 @@ pub fn notes(solid: &Solid) -> Vec<String> {
         if tets && nu > NEARLY_INCOMPRESSIBLE {
             notes.push(format!(
                 "material \"{name}\": linear tetrahedra lock at Poisson's ratio {nu}, displacements come out too \
-                 small; use hexahedra"
+                 small; use hexahedra or quadratic elements"
             ));
         }
         if hexes && material.formulation == Formulation::Auto && material.averages_dilatation() {
@@ -94,6 +99,11 @@ pub fn notes(solid: &Solid) -> Vec<String> {
         if hexes && material.formulation == Formulation::Full && nu > NEARLY_INCOMPRESSIBLE {
             notes.push(format!(
                 "material \"{name}\": fully integrated hexahedra lock at Poisson's ratio {nu}; use B-bar"
+            ));
+        }
+        if quadratic && material.formulation == Formulation::BBar {
+            notes.push(format!(
+                "material \"{name}\": B-bar is for linear hexahedra; quadratic elements are integrated in full"
             ));
         }
     }

@@ -1,7 +1,7 @@
 //! Elastic foundations (Winkler): springs to the ground, spread over boundary faces.
 
 use super::FeModel;
-use super::faces::{face_corners, face_points};
+use super::faces::{face_coordinates, face_points};
 use crate::Error;
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
@@ -34,7 +34,7 @@ pub fn add_springs(mesh: &Mesh, springs: &[Spring], model: &mut FeModel) -> Resu
         refuse(mesh, spring)?;
         for &face in &spring.faces {
             let nodes = mesh.faces[face as usize].nodes();
-            for point in face_points(&face_corners(mesh, face)) {
+            for point in face_points(&face_coordinates(mesh, face)) {
                 let area = norm(point.area);
                 let n = scale(1.0 / area, point.area);
                 let stiffness = |a: usize, b: usize| {

@@ -23,6 +23,20 @@ pub const TRIANGLE: u8 = 5;
 pub const QUAD: u8 = 9;
 pub const TETRA: u8 = 10;
 pub const HEXAHEDRON: u8 = 12;
+pub const QUADRATIC_TRIANGLE: u8 = 22;
+pub const QUADRATIC_QUAD: u8 = 23;
+pub const QUADRATIC_TETRA: u8 = 24;
+pub const QUADRATIC_HEXAHEDRON: u8 = 25;
+
+/// The code of a face with 3, 4, 6 or 8 nodes.
+pub fn face_code(nodes: usize) -> u8 {
+    match nodes {
+        3 => TRIANGLE,
+        4 => QUAD,
+        6 => QUADRATIC_TRIANGLE,
+        _ => QUADRATIC_QUAD,
+    }
+}
 
 /// Points and cells of a file; the cells keep their order.
 #[derive(Debug, Clone)]
@@ -58,16 +72,19 @@ impl<'a> Grid<'a> {
             let code = match cells.kind {
                 CellKind::Tet4 => TETRA,
                 CellKind::Hex8 => HEXAHEDRON,
+                CellKind::Tet10 => QUADRATIC_TETRA,
+                CellKind::Hex20 => QUADRATIC_HEXAHEDRON,
             };
             (0..cells.len()).for_each(|i| grid.push(code, cells.cell(i)));
         }
         grid
     }
 
-    /// Triangles and quadrilaterals, given by their three or four nodes.
+    /// Triangles and quadrilaterals, given by their three or four nodes, of quadratic ones followed by the middles of
+    /// their edges.
     pub fn from_surface<'f>(points: &'a [[f64; 3]], faces: impl IntoIterator<Item = &'f [u32]>) -> Self {
         let mut grid = Grid::new(points);
-        faces.into_iter().for_each(|f| grid.push(if f.len() == 3 { TRIANGLE } else { QUAD }, f));
+        faces.into_iter().for_each(|f| grid.push(face_code(f.len()), f));
         grid
     }
 

@@ -1,5 +1,6 @@
 //! Rectangular blocks, for problems that need no mesher.
 
+use super::quadratic::quadratic;
 use super::{CellKind, Mesh, RawCells, RawGroup, RawMesh, build};
 use crate::Error;
 
@@ -29,6 +30,52 @@ pub enum BlockElement {
     /// Six tetrahedra around the diagonal from the lowest to the highest corner of every cell (Kuhn 1960).
     Tet4Six,
     Hex8,
+    /// The tetrahedra of [`BlockElement::Tet4Five`] with nodes in the middles of their edges.
+    Tet10Five {
+        /// 0 or 1.
+        parity: u8,
+    },
+    /// The tetrahedra of [`BlockElement::Tet4Six`] with nodes in the middles of their edges.
+    Tet10Six,
+    Hex20,
+}
+
+impl BlockElement {
+    /// The element with the same corners and straight edges.
+    pub fn linear(self) -> BlockElement {
+        match self {
+            BlockElement::Tet4Five { parity } | BlockElement::Tet10Five { parity } => BlockElement::Tet4Five { parity },
+            BlockElement::Tet4Six | BlockElement::Tet10Six => BlockElement::Tet4Six,
+            BlockElement::Hex8 | BlockElement::Hex20 => BlockElement::Hex8,
+        }
+    }
+
+    /// Whether there are nodes in the middles of edges.
+    pub fn is_quadratic(self) -> bool {
+        self != self.linear()
+    }
+}
+
+impl Block {
+    /// Number of nodes, as a float: it may be beyond what can be numbered.
+    pub fn nodes(&self) -> f64 {
+        let [x, y, z] = self.cells.map(|n| n as f64);
+        let corners = (x + 1.0) * (y + 1.0) * (z + 1.0);
+        if !self.element.is_quadratic() {
+            return corners;
+        }
+        let across = |a: f64, b: f64, c: f64| a * b * (c + 1.0);
+        let along = |a: f64, b: f64, c: f64| a * (b + 1.0) * (c + 1.0);
+        let sides = along(x, y, z) + along(y, z, x) + along(z, x, y);
+        let diagonals = across(x, y, z) + across(y, z, x) + across(z, x, y);
+        corners
+            + sides
+            + match self.element.linear() {
+                BlockElement::Hex8 => 0.0,
+                BlockElement::Tet4Six => diagonals + x * y * z,
+                _ => diagonals,
+            }
+    }
 }
 
 // Corner numbers of a cell: 1 for x, 2 for y, 4 for z.
@@ -37,8 +84,8 @@ const FIVE_ODD: [[usize; 4]; 5] = [[0, 5, 3, 6], [1, 3, 0, 5], [2, 0, 3, 6], [4,
 const SIX: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 6, 4, 7]];
 const HEX: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
-/// The mesh of a block: nodes numbered with x fastest, then y, then z; groups `x-min` `x-max` `y-min` `y-max`
-/// `z-min` `z-max` of faces and `body` of all cells.
+/// The mesh of a block: nodes numbered with x fastest, then y, then z, after them those in the middles of edges by the
+/// numbers of their ends; groups `x-min` `x-max` `y-min` `y-max` `z-min` `z-max` of faces and `body` of all cells.
 ///
 /// Without grading the nodes lie exactly at `origin + size * i / n`.
 pub fn block(block: &Block) -> Result<Mesh, Error> {
@@ -50,12 +97,15 @@ pub fn block(block: &Block) -> Result<Mesh, Error> {
             nodes.extend(axes[0].iter().map(|&x| [x, y, z]));
         }
     }
-    let cells = cells(block);
+    let mut cells = cells(block);
+    if block.element.is_quadratic() {
+        cells = quadratic(&mut nodes, cells);
+    }
     let count = cells.nodes.len() / cells.kind.nodes();
     let body = RawGroup { name: "body".into(), cells: (0..count as u32).collect(), ..RawGroup::default() };
     let raw = RawMesh { nodes, cells: vec![cells], groups: vec![body], ..RawMesh::default() };
     let (mut mesh, _) = build(raw).map_err(|e| e.at("block"))?;
-    let sides = sides(block, &mesh);
+    let sides = sides(&axes, &mesh);
     mesh.groups.splice(0..0, sides);
     Ok(mesh)
 }
@@ -80,15 +130,14 @@ fn validate(block: &Block) -> Result<(), Error> {
             return fail(format!("it has no cells along {name}"), "give at least one");
         }
     }
-    if let BlockElement::Tet4Five { parity: 2.. } = block.element {
+    if let BlockElement::Tet4Five { parity: 2.. } = block.element.linear() {
         return fail("its parity is neither 0 nor 1".into(), "choose one of them");
     }
-    // six tetrahedra with four nodes each must be numbered by u32, as must the nodes
-    let points = block.cells.iter().try_fold(1usize, |n, &c| n.checked_mul(c.checked_add(1)?));
-    let room = (u32::MAX / 36) as usize;
-    if points.is_none_or(|n| n > room) {
+    // the faces of six tetrahedra a cell must be numbered by u32, as must the nodes
+    let room = f64::from(u32::MAX / 36);
+    if block.nodes() > room {
         let [x, y, z] = block.cells;
-        return fail(format!("{x} x {y} x {z} cells are too many"), &format!("a block has at most {room} nodes"));
+        return fail(format!("{x} x {y} x {z} cells are too many"), &format!("a block has at most {room:.0} nodes"));
     }
     Ok(())
 }
@@ -115,13 +164,14 @@ fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
     Err(Error::new("block", what, "use fewer cells, a milder grading, or an origin nearer to the block"))
 }
 
-/// All cells, numbered with x fastest; those of one grid cell follow one another.
+/// All cells with their corners, numbered with x fastest; those of one grid cell follow one another.
 fn cells(block: &Block) -> RawCells {
     let [nx, ny, nz] = block.cells;
-    let (tets, kind): (_, CellKind) = match block.element {
+    let element = block.element.linear();
+    let (tets, kind) = match element {
         BlockElement::Tet4Five { .. } => (5, CellKind::Tet4),
         BlockElement::Tet4Six => (6, CellKind::Tet4),
-        BlockElement::Hex8 => (1, CellKind::Hex8),
+        _ => (1, CellKind::Hex8),
     };
     let mut nodes = Vec::with_capacity(nx * ny * nz * tets * kind.nodes());
     for k in 0..nz {
@@ -131,13 +181,13 @@ fn cells(block: &Block) -> RawCells {
                     let (x, y, z) = (i + (b & 1), j + (b >> 1 & 1), k + (b >> 2));
                     (x + (nx + 1) * (y + (ny + 1) * z)) as u32
                 };
-                match block.element {
+                match element {
                     BlockElement::Tet4Five { parity } if (i + j + k + parity as usize).is_multiple_of(2) => {
                         nodes.extend(FIVE_EVEN.as_flattened().iter().map(|&b| corner(b)));
                     }
                     BlockElement::Tet4Five { .. } => nodes.extend(FIVE_ODD.as_flattened().iter().map(|&b| corner(b))),
                     BlockElement::Tet4Six => nodes.extend(SIX.as_flattened().iter().map(|&b| corner(b))),
-                    BlockElement::Hex8 => nodes.extend(HEX.iter().map(|&b| corner(b))),
+                    _ => nodes.extend(HEX.iter().map(|&b| corner(b))),
                 }
             }
         }
@@ -145,19 +195,15 @@ fn cells(block: &Block) -> RawCells {
     RawCells { kind, nodes, ids: Vec::new() }
 }
 
-/// The six groups of faces: a boundary face lies on the side its nodes' grid numbers agree on.
-fn sides(block: &Block, mesh: &Mesh) -> Vec<super::Group> {
-    let n = block.cells;
-    let grid = |node: u32| {
-        let node = node as usize;
-        [node % (n[0] + 1), node / (n[0] + 1) % (n[1] + 1), node / ((n[0] + 1) * (n[1] + 1))]
-    };
+/// The six groups of faces: a boundary face lies on the side where all its nodes have the coordinate of that side.
+fn sides(axes: &[Vec<f64>; 3], mesh: &Mesh) -> Vec<super::Group> {
     let names = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
     let mut groups = names.map(|name| super::Group { name: name.into(), ..super::Group::default() });
     for (number, face) in mesh.faces.iter().enumerate() {
-        for c in 0..3 {
-            for (side, end) in [0, n[c]].into_iter().enumerate() {
-                if face.nodes().iter().all(|&node| grid(node)[c] == end) {
+        for (c, axis) in axes.iter().enumerate() {
+            for (side, end) in [axis[0], axis[axis.len() - 1]].into_iter().enumerate() {
+                // the middle of an edge between equal coordinates has the very same
+                if face.nodes().iter().all(|&node| mesh.nodes[node as usize][c] == end) {
                     groups[2 * c + side].faces.push(number as u32);
                 }
             }

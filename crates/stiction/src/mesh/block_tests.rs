@@ -5,7 +5,11 @@ fn unit(cells: [usize; 3], element: BlockElement) -> Block {
     Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }
 }
 
-const ELEMENTS: [BlockElement; 4] = [
+const ELEMENTS: [BlockElement; 8] = [
+    BlockElement::Tet10Five { parity: 0 },
+    BlockElement::Tet10Five { parity: 1 },
+    BlockElement::Tet10Six,
+    BlockElement::Hex20,
     BlockElement::Tet4Five { parity: 0 },
     BlockElement::Tet4Five { parity: 1 },
     BlockElement::Tet4Six,
@@ -91,7 +95,8 @@ fn six_tetrahedra_share_the_main_diagonal_of_their_cell() {
 
 #[test]
 fn uniform_nodes_are_exact_and_numbered_with_x_fastest() {
-    let b = Block { size: [3.0, 0.7, 1.1], cells: [7, 3, 2], origin: [0.1, 0.2, 0.3], ..unit([1; 3], ELEMENTS[3]) };
+    let b =
+        Block { size: [3.0, 0.7, 1.1], cells: [7, 3, 2], origin: [0.1, 0.2, 0.3], ..unit([1; 3], BlockElement::Hex8) };
     let mesh = block(&b).unwrap();
     assert_eq!(mesh.nodes.len(), 8 * 4 * 3);
     let node = mesh.nodes[5 + 8 * (2 + 4)];

@@ -97,10 +97,10 @@ fn note_coincident(raw: &RawMesh, faces: &[Face], notes: &mut Vec<MeshNote>) {
 
 /// Notes quadrilaterals whose corners also carry triangles: both are boundary though they touch.
 fn note_unjoined(raw: &RawMesh, table: &FaceTable, faces: &[Face], notes: &mut Vec<MeshNote>) {
-    if raw.cells.iter().all(|block| block.kind != CellKind::Tet4) {
+    if raw.cells.iter().all(|block| block.kind.linear() != CellKind::Tet4) {
         return;
     }
-    let touches = |f: &&Face| match *f.nodes() {
+    let touches = |f: &&Face| match *f.corners() {
         [a, b, c, d] => [[a, b, c], [b, c, d], [c, d, a], [d, a, b]]
             .iter()
             .any(|t| !table.find([t[0], t[1], t[2], u32::MAX]).is_empty()),

@@ -90,7 +90,13 @@ pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> 
     folded.sort_unstable();
     folded.dedup();
     let remedy = "neighbours overlap or the mesh is folded there; mesh it again";
-    cells_error(raw, &folded, "on the same side of a face they share with a neighbour", remedy)
+    cells_error(raw, &folded, "on the same side of a face they share with a neighbour", remedy)?;
+    let mut unlike = cells(seen.unlike.as_flattened());
+    unlike.sort_unstable();
+    unlike.dedup();
+    let remedy =
+        "cells that touch are of one order and share the nodes of their edges; mesh all of a body with one order";
+    cells_error(raw, &unlike, "at a face whose mid-side nodes the neighbour does not share", remedy)
 }
 
 /// An error naming the cells that do not satisfy `good`.

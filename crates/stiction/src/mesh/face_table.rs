@@ -8,7 +8,7 @@ const STRIDE: u32 = 6;
 /// Largest number of cells whose faces can be numbered.
 pub(super) const MAX_CELLS: usize = (u32::MAX / STRIDE) as usize;
 
-/// The faces of all cells, sorted by their nodes: `faces[starts[i]..starts[i + 1]]` have the lowest node `i`.
+/// The faces of all cells, sorted by their corners: `faces[starts[i]..starts[i + 1]]` have the lowest node `i`.
 ///
 /// Keys are read from the cells whenever they are needed, which costs less memory than keeping them.
 pub(super) struct FaceTable<'a> {
@@ -28,6 +28,8 @@ pub(super) struct Encounters {
     pub folded: Vec<[u32; 2]>,
     /// Cells that have the same nodes as another.
     pub twins: Vec<u32>,
+    /// Pairs of cells that share the corners of a face but not the nodes in the middles of its edges.
+    pub unlike: Vec<[u32; 2]>,
 }
 
 impl<'a> FaceTable<'a> {
@@ -64,7 +66,7 @@ impl<'a> FaceTable<'a> {
         let mut cell = 0;
         for (kind, nodes) in &self.blocks {
             for corners in nodes.chunks_exact(kind.nodes()) {
-                for (local, face) in kind.faces().iter().enumerate() {
+                for (local, face) in kind.linear().faces().iter().enumerate() {
                     let lowest = face.iter().map(|&i| corners[i]).min().unwrap_or(0);
                     visit(STRIDE * cell + local as u32, lowest);
                 }
@@ -93,10 +95,10 @@ impl<'a> FaceTable<'a> {
     }
 
     fn key(&self, face: u32) -> [u32; 4] {
-        sorted(self.face(face).corners)
+        sorted(self.face(face).key())
     }
 
-    /// Numbers of the faces with these nodes in any order, ascending; triangles end in `u32::MAX`.
+    /// Numbers of the faces with these corners in any order, ascending; triangles end in `u32::MAX`.
     pub fn find(&self, corners: [u32; 4]) -> &[u32] {
         let key = sorted(corners);
         let lowest = key[0] as usize;
@@ -126,19 +128,26 @@ impl<'a> FaceTable<'a> {
             list.dedup();
         }
         seen.folded.sort_unstable();
+        seen.unlike.sort_unstable();
         seen
     }
 
     /// Two cells share a face: seen from outside, each must see the nodes turn the other way.
     fn meet(&self, a: u32, b: u32, seen: &mut Encounters) {
         let (front, back) = (self.face(a), self.face(b));
-        let (x, y) = (front.nodes(), back.nodes());
+        let (x, y) = (front.corners(), back.corners());
         let n = x.len();
         let shift = y.iter().position(|&node| node == x[0]).unwrap_or(0);
+        let cells = [a / STRIDE, b / STRIDE];
         if (0..n).all(|i| x[i] == y[(shift + n - i) % n]) {
+            let (mine, theirs) = (&front.nodes()[n..], &back.nodes()[n..]);
+            // the edge from corner i to the next is the one towards corner shift - i for the neighbour
+            let same = |i: usize| mine[i] == theirs[(shift + 2 * n - i - 1) % n];
+            if mine.len() != theirs.len() || !(0..mine.len()).all(same) {
+                seen.unlike.push(cells);
+            }
             return;
         }
-        let cells = [a / STRIDE, b / STRIDE];
         if self.cell_key(cells[0]) == self.cell_key(cells[1]) {
             seen.twins.extend(cells);
         } else {

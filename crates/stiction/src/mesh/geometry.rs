@@ -1,7 +1,8 @@
 //! The measures of single cells and faces, and the mappings from reference cells.
 
 use super::CellKind;
-use super::v3::{V3, cross, det, sub};
+use super::shape::{HEX20, Reference, TET10, face_rule, face_shape};
+use super::v3::{V3, add, cross, det, norm, scale, sub};
 
 /// Signs of the reference coordinates of a hexahedron's corners, in the node order of [`CellKind::Hex8`].
 pub(crate) const HEX_CORNERS: [V3; 8] = [
@@ -59,8 +60,8 @@ pub(crate) fn corners<const N: usize>(nodes: &[V3], cell: &[u32]) -> [V3; N] {
     std::array::from_fn(|i| nodes[cell[i] as usize])
 }
 
-/// Volume of a cell; negative if it is inverted. Exact for the trilinear hexahedron, whose Jacobian determinant
-/// is quadratic in each reference coordinate.
+/// Volume of a cell; negative if it is inverted. Exact for each kind: the Jacobian determinant of the trilinear
+/// hexahedron is quadratic in each reference coordinate, those of curved cells are no more than the rules take.
 pub(crate) fn cell_volume(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => {
@@ -71,18 +72,37 @@ pub(crate) fn cell_volume(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
             let edges = HexEdges::new(&corners(nodes, cell));
             HEX_CORNERS.iter().map(|corner| det(edges.jacobian(corner.map(|s| s * GAUSS)))).sum()
         }
+        CellKind::Tet10 => curved_volume(&*TET10, &corners(nodes, cell)),
+        CellKind::Hex20 => curved_volume(&*HEX20, &corners(nodes, cell)),
     }
 }
 
-/// The integral of the unit normal over a face with three or four corners; area. Its length is the area of a
-/// plane face, and what a warped face shows to its mean normal.
+fn curved_volume<const N: usize>(rule: &[Reference<N>], x: &[V3; N]) -> f64 {
+    rule.iter().map(|at| at.weight * det(at.jacobian(x))).sum()
+}
+
+/// The integral of the unit normal over a face with 3, 4, 6 or 8 nodes; area. Its length is the area of a plane face,
+/// and what a warped or curved face shows to its mean normal.
 pub(crate) fn vector_area(nodes: &[V3], face: &[u32]) -> V3 {
     let x = |i: usize| nodes[face[i] as usize];
     let twice = match face.len() {
         3 => cross(sub(x(1), x(0)), sub(x(2), x(0))),
-        _ => cross(sub(x(2), x(0)), sub(x(3), x(1))),
+        4 => cross(sub(x(2), x(0)), sub(x(3), x(1))),
+        _ => return normals(nodes, face).fold([0.0; 3], add),
     };
     twice.map(|c| 0.5 * c)
+}
+
+/// Area of a quadratic face, by the rule of loads.
+pub(crate) fn curved_area(nodes: &[V3], face: &[u32]) -> f64 {
+    normals(nodes, face).map(norm).sum()
+}
+
+/// The normals at the points of the rule of a face, as long as the area the points stand for.
+fn normals(nodes: &[V3], face: &[u32]) -> impl Iterator<Item = V3> {
+    let x: Vec<V3> = face.iter().map(|&i| nodes[i as usize]).collect();
+    let rule = face_rule(x.len()).into_iter();
+    rule.map(move |(at, weight)| scale(weight, face_shape(x.len(), at).normal(&x)))
 }
 
 #[cfg(test)]

@@ -29,12 +29,16 @@ pub(super) fn group(
             [only] => out.faces.extend(boundary.binary_search(&only).ok().map(|i| i as u32)),
             ref owners => {
                 out.interior_faces.push(corners);
+                if let Some(&owner) = owners.first() {
+                    let face = table.face(owner);
+                    out.nodes.extend(&face.nodes()[face.corners().len()..]);
+                }
                 *if owners.is_empty() { &mut loose } else { &mut between } += 1;
             }
         }
     }
     let lost: Vec<u32> = group.nodes.iter().copied().filter(|&n| kept[n as usize] == u32::MAX).collect();
-    out.nodes = group.nodes.iter().map(|&n| kept[n as usize]).filter(|&n| n != u32::MAX).collect();
+    out.nodes.extend(group.nodes.iter().map(|&n| kept[n as usize]).filter(|&n| n != u32::MAX));
     out.faces.extend(skin(group.skin, faces));
     for list in [&mut out.cells, &mut out.faces, &mut out.nodes] {
         list.sort_unstable();

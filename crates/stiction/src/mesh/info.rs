@@ -106,7 +106,7 @@ fn group(mesh: &Mesh, group: &super::Group) -> GroupInfo {
 fn edges(mesh: &Mesh) -> [usize; 2] {
     let mut edges = Vec::with_capacity(4 * mesh.faces.len());
     for face in &mesh.faces {
-        let nodes = face.nodes();
+        let nodes = face.corners();
         for (i, &a) in nodes.iter().enumerate() {
             let b = nodes[(i + 1) % nodes.len()];
             edges.push([a.min(b), a.max(b)]);

@@ -54,7 +54,7 @@ pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
         part.cells.iter_mut().flat_map(|block| &mut block.nodes).for_each(|node| *node += nodes);
         for face in &mut part.faces {
             face.cell += cells;
-            shift(&mut face.corners, nodes);
+            shift(&mut face.all, nodes);
         }
         for group in &mut part.groups {
             group.name = format!("{name}.{}", group.name);
@@ -80,9 +80,9 @@ pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
     all
 }
 
-/// Triangles keep the mark in their fourth place.
-fn shift(corners: &mut [u32; 4], by: u32) {
-    corners.iter_mut().filter(|node| **node != u32::MAX).for_each(|node| *node += by);
+/// Marks of places without a node stay.
+fn shift(nodes: &mut [u32], by: u32) {
+    nodes.iter_mut().filter(|node| **node != u32::MAX).for_each(|node| *node += by);
 }
 
 #[cfg(test)]

@@ -13,10 +13,12 @@ mod groups;
 mod info;
 mod join;
 mod notes;
+mod quadratic;
 mod quality;
 mod query;
 mod raw;
 mod ring;
+pub(crate) mod shape;
 mod tree;
 pub(crate) mod v3;
 
@@ -31,31 +33,67 @@ pub use raw::{RawCells, RawGroup, RawMesh};
 pub use ring::{MOST_DEGREES, Ring, ring};
 pub use tree::{Bounds, Tree, nearest_on_triangle, weights_on_triangle};
 
-/// The shape and interpolation of a cell. Local node order is that of Gmsh and VTK.
+/// The shape and interpolation of a cell. Local node order is that of VTK, for linear cells that of Gmsh as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CellKind {
     /// Linear tetrahedron; positive if node 3 lies on the side of `(1 - 0) x (2 - 0)`.
     Tet4,
     /// Trilinear hexahedron: bottom 0 1 2 3 counter-clockwise seen from above, top 4 5 6 7 over it.
     Hex8,
+    /// Quadratic tetrahedron: after the corners the middles of the edges 01 12 20 03 13 23.
+    Tet10,
+    /// Serendipity hexahedron: after the corners the middles of the edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
+    Hex20,
 }
 
 impl CellKind {
+    /// All kinds, in the order in which readers list their cells.
+    pub const ALL: [CellKind; 4] = [CellKind::Tet4, CellKind::Hex8, CellKind::Tet10, CellKind::Hex20];
+
     /// Nodes of a cell.
     pub fn nodes(self) -> usize {
         match self {
             CellKind::Tet4 => 4,
             CellKind::Hex8 => 8,
+            CellKind::Tet10 => 10,
+            CellKind::Hex20 => 20,
         }
     }
 
-    /// Local nodes of each face, counter-clockwise seen from outside the cell.
+    /// The kind with the same corners and straight edges; its nodes come first.
+    pub fn linear(self) -> CellKind {
+        match self {
+            CellKind::Tet4 | CellKind::Tet10 => CellKind::Tet4,
+            CellKind::Hex8 | CellKind::Hex20 => CellKind::Hex8,
+        }
+    }
+
+    /// The two corners of each edge with a node in its middle; these nodes follow the corners in this order.
+    pub fn edges(self) -> &'static [[usize; 2]] {
+        match self {
+            CellKind::Tet4 | CellKind::Hex8 => &[],
+            CellKind::Tet10 => &shape::TET_EDGES,
+            CellKind::Hex20 => &shape::HEX_EDGES,
+        }
+    }
+
+    /// Local nodes of each face: corners counter-clockwise seen from outside the cell, then the middles of its edges
+    /// from the one after the first corner on.
     pub fn faces(self) -> &'static [&'static [usize]] {
         match self {
             CellKind::Tet4 => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]],
             CellKind::Hex8 => {
                 &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]]
             }
+            CellKind::Tet10 => &[&[0, 2, 1, 6, 5, 4], &[0, 1, 3, 4, 8, 7], &[1, 2, 3, 5, 9, 8], &[0, 3, 2, 7, 9, 6]],
+            CellKind::Hex20 => &[
+                &[0, 3, 2, 1, 11, 10, 9, 8],
+                &[4, 5, 6, 7, 12, 13, 14, 15],
+                &[0, 1, 5, 4, 8, 17, 12, 16],
+                &[1, 2, 6, 5, 9, 18, 13, 17],
+                &[2, 3, 7, 6, 10, 19, 14, 18],
+                &[3, 0, 4, 7, 11, 16, 15, 19],
+            ],
         }
     }
 
@@ -64,6 +102,8 @@ impl CellKind {
         match self {
             CellKind::Tet4 => "tet4",
             CellKind::Hex8 => "hex8",
+            CellKind::Tet10 => "tet10",
+            CellKind::Hex20 => "hex20",
         }
     }
 }
@@ -97,8 +137,8 @@ impl Cells {
 /// A boundary face: a face of exactly one cell, seen from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Face {
-    /// Nodes counter-clockwise seen from outside; the last is `u32::MAX` for a triangle.
-    corners: [u32; 4],
+    /// Corners counter-clockwise seen from outside, then the middles of the edges; `u32::MAX` beyond the last.
+    all: [u32; shape::FACE_NODES],
     /// Number of the cell in the mesh.
     pub cell: u32,
     /// Which of the cell's faces.
@@ -108,16 +148,39 @@ pub struct Face {
 impl Face {
     /// The face number `local` of cell number `cell` whose nodes are `cell_nodes`.
     pub fn of_cell(kind: CellKind, cell_nodes: &[u32], cell: u32, local: u8) -> Self {
-        let mut corners = [u32::MAX; 4];
-        for (corner, &i) in corners.iter_mut().zip(kind.faces()[local as usize]) {
-            *corner = cell_nodes[i];
+        let mut all = [u32::MAX; shape::FACE_NODES];
+        for (node, &i) in all.iter_mut().zip(kind.faces()[local as usize]) {
+            *node = cell_nodes[i];
         }
-        Face { corners, cell, local }
+        Face { all, cell, local }
     }
 
-    /// Its three or four nodes, counter-clockwise seen from outside.
+    /// All its nodes, 3, 4, 6 or 8: the corners counter-clockwise seen from outside, then the middle of the edge from
+    /// each corner to the next.
     pub fn nodes(&self) -> &[u32] {
-        &self.corners[..if self.corners[3] == u32::MAX { 3 } else { 4 }]
+        let count = [3, 4, 6].into_iter().find(|&count| self.all[count] == u32::MAX);
+        &self.all[..count.unwrap_or(shape::FACE_NODES)]
+    }
+
+    /// Its three or four corners, counter-clockwise seen from outside.
+    pub fn corners(&self) -> &[u32] {
+        &self.all[..shape::face_corners(self.nodes().len())]
+    }
+
+    /// Its nodes in the order in which its border runs through them.
+    pub fn border(&self) -> Vec<u32> {
+        let (corners, middles) = self.nodes().split_at(self.corners().len());
+        if middles.is_empty() {
+            return corners.to_vec();
+        }
+        corners.iter().zip(middles).flat_map(|(&corner, &middle)| [corner, middle]).collect()
+    }
+
+    /// The corners as groups of a file name them: triangles end in `u32::MAX`.
+    pub(crate) fn key(&self) -> [u32; 4] {
+        let mut key = [u32::MAX; 4];
+        key.iter_mut().zip(self.corners()).for_each(|(k, &node)| *k = node);
+        key
     }
 }
 
@@ -129,7 +192,8 @@ pub struct Group {
     pub cells: Vec<u32>,
     /// Indices into [`Mesh::faces`], ascending.
     pub faces: Vec<u32>,
-    /// Faces of the group that are no boundary faces (their nodes; triangles end in `u32::MAX`).
+    /// Faces of the group that are no boundary faces (their corners; triangles end in `u32::MAX`). The middles of their
+    /// edges are among `nodes`.
     pub interior_faces: Vec<[u32; 4]>,
     /// Nodes named directly or by points and edges, ascending.
     pub nodes: Vec<u32>,

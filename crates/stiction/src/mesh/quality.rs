@@ -2,6 +2,7 @@
 
 use super::CellKind;
 use super::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
+use super::shape::{HEX20, HEX20_NODES, Reference, TET10, TET10_NODES};
 use super::v3::{V3, det, dot, norm, sub};
 
 /// Quality of a cell: 1 at best, 0 where flat, negative where inverted, NaN where all its nodes coincide.
@@ -9,18 +10,47 @@ use super::v3::{V3, det, dot, norm, sub};
 /// Tetrahedron: `6 sqrt(2) V / l³` with the root mean square `l` of its six edges, 1 for the regular one
 /// (Parthasarathy, Graichen, Hathaway 1994, measure gamma). Hexahedron: the scaled Jacobian, the least
 /// determinant of the three unit edge vectors at the eight corners, 1 for a box (Knupp 2000, without the centre).
+///
+/// Quadratic tetrahedron: that of the straight one on its corners times the least Jacobian determinant over the greatest
+/// at its nodes and integration points, which is 1 for straight edges with nodes in their middles. Quadratic
+/// hexahedron: the least scaled Jacobian at its nodes and integration points.
 pub fn quality(nodes: &[[f64; 3]], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => tet_quality(&corners(nodes, cell)),
         CellKind::Hex8 => least(&corners(nodes, cell), &[1.0]),
+        CellKind::Tet10 => {
+            let x: [V3; 10] = corners(nodes, cell);
+            let [low, high] = determinants(TET10_NODES.iter().chain(&*TET10), &x, |_| 1.0);
+            tet_quality(&corners(nodes, cell)).abs() * low / high.abs()
+        }
+        CellKind::Hex20 => {
+            let points = || HEX20_NODES.iter().chain(&*HEX20);
+            let scaled = |[a, b, c]: [V3; 3]| norm(a) * norm(b) * norm(c);
+            determinants(points(), &corners(nodes, cell), scaled)[0]
+        }
     }
 }
 
-/// The least scaled Jacobian a computation meets: as [`quality`], for hexahedra also at the 2 x 2 x 2 Gauss points.
+/// Least and greatest Jacobian determinant at the points, each divided by `unit` of its columns; NaN wins.
+fn determinants<'a, const N: usize>(
+    points: impl Iterator<Item = &'a Reference<N>>,
+    x: &[V3; N],
+    unit: impl Fn([V3; 3]) -> f64,
+) -> [f64; 2] {
+    let values = points.map(|at| {
+        let columns = at.jacobian(x);
+        det(columns) / unit(columns)
+    });
+    let keep = |a: f64, b: f64, b_wins: bool| if a.is_nan() || !(b_wins || b.is_nan()) { a } else { b };
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [keep(low, v, v < low), keep(high, v, v > high)])
+}
+
+/// The least scaled Jacobian a computation meets: as [`quality`], for linear hexahedra also at the 2 x 2 x 2 Gauss points.
 pub(super) fn validity(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => tet_quality(&corners(nodes, cell)),
         CellKind::Hex8 => least(&corners(nodes, cell), &[1.0, GAUSS]),
+        CellKind::Tet10 | CellKind::Hex20 => quality(nodes, kind, cell),
     }
 }
 

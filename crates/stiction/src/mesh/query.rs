@@ -1,6 +1,6 @@
 //! Questions other modules ask of a mesh.
 
-use super::geometry::{cell_volume, vector_area};
+use super::geometry::{cell_volume, curved_area, vector_area};
 use super::v3::norm;
 use super::{CellKind, Group, Mesh};
 
@@ -27,9 +27,11 @@ impl Mesh {
         vector_area(&self.nodes, self.faces[face].nodes())
     }
 
-    /// Area of boundary face number `face`; of a warped quadrilateral the area it shows to its mean normal.
+    /// Area of boundary face number `face`; of a warped bilinear quadrilateral the area it shows to its mean normal, of a
+    /// curved quadratic face its own, integrated by the rule of loads.
     pub fn face_area(&self, face: usize) -> f64 {
-        norm(self.face_vector_area(face))
+        let nodes = self.faces[face].nodes();
+        if nodes.len() <= 4 { norm(self.face_vector_area(face)) } else { curved_area(&self.nodes, nodes) }
     }
 
     /// Outward unit normal of boundary face number `face`, the mean one of a warped quadrilateral.

@@ -31,7 +31,7 @@ pub struct RawGroup {
     pub name: String,
     /// Cell numbers.
     pub cells: Vec<u32>,
-    /// Nodes of faces, starting anywhere and turning either way; triangles end in `u32::MAX`.
+    /// Corners of faces, starting anywhere and turning either way; triangles end in `u32::MAX`.
     pub faces: Vec<[u32; 4]>,
     /// Indices into [`RawMesh::nodes`].
     pub nodes: Vec<u32>,

@@ -99,8 +99,10 @@ pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
 pub(super) struct SurfaceFields {
     pub name: String,
     pub points: Vec<[f64; 3]>,
-    /// Faces by indices into `points`.
+    /// Faces by indices into `points`: corners, then the middles of edges.
     pub faces: Vec<Vec<u32>>,
+    /// The same in the order of their border.
+    pub borders: Vec<Vec<u32>>,
     /// Number of the node in the mesh.
     pub nodes: Vec<i32>,
     /// `lambda_n` over area.
@@ -142,6 +144,7 @@ fn empty(prepared: &Prepared, surface: &ContactSurface) -> SurfaceFields {
         name: surface.name.clone(),
         points: nodes.iter().map(|&node| mesh.nodes[node as usize]).collect(),
         faces: surface.faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
+        borders: surface.faces.iter().map(|&f| mesh.faces[f as usize].border().iter().map(local).collect()).collect(),
         pressure: vec![f64::NAN; count],
         shear: vec![[f64::NAN; 3]; count],
         slip: vec![[f64::NAN; 3]; count],

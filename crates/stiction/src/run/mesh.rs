@@ -35,8 +35,7 @@ pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 pub(super) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
     let made = match &spec.source {
         MeshSource::Block(description) => {
-            let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
-            fits(nodes, memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
+            fits(description.nodes(), memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
         MeshSource::Ring(description) => {
             let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();

@@ -34,12 +34,15 @@ pub(super) fn coarser(case: &Case) -> Option<Coarser> {
     if case.mesh.placing.turn.is_some() {
         return None; // the cells no longer lie along the axes
     }
-    let cells = block.cells.map(|n| (n / RATIO).max(LEAST));
+    // Linear cells half as large know as much as quadratic ones, and their nodes lie on a grid.
+    let element = block.element.linear();
+    let ratio = if block.element.is_quadratic() { RATIO / 2 } else { RATIO };
+    let cells = block.cells.map(|n| (n / ratio).max(LEAST));
     if (0..3).all(|c| cells[c] >= block.cells[c]) {
         return None;
     }
     let mut coarse = case.clone();
-    coarse.mesh.source = MeshSource::Block(Block { cells, ..block.clone() });
+    coarse.mesh.source = MeshSource::Block(Block { cells, element, ..block.clone() });
     let prepared = Box::new(prepare(&coarse).ok()?);
     let stride = [1, cells[0] + 1, (cells[0] + 1) * (cells[1] + 1)];
     let axis = |c: usize| (0..=cells[c]).map(|i| prepared.mesh.nodes[i * stride[c]][c]).collect();

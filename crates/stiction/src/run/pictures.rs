@@ -11,6 +11,7 @@ use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
     surface_map, units,
 };
+use crate::mesh::Face;
 
 /// Draws all pictures and returns their names.
 pub(super) fn write(
@@ -22,7 +23,8 @@ pub(super) fn write(
 ) -> Result<Vec<String>, Error> {
     let units = Units::of(prepared.facts.units.as_deref());
     let mesh = &prepared.mesh;
-    let faces: Vec<&[u32]> = mesh.faces.iter().map(|face| face.nodes()).collect();
+    let borders: Vec<Vec<u32>> = mesh.faces.iter().map(Face::border).collect();
+    let faces: Vec<&[u32]> = borders.iter().map(Vec::as_slice).collect();
     let title = &prepared.facts.title;
     let plot = DeformedPlot {
         points: &mesh.nodes,
@@ -80,7 +82,7 @@ fn forces_over_time(folder: &Path, title: &str, steps: &[Value], unit_label: &st
 }
 
 fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Units) -> Result<Vec<String>, Error> {
-    let faces: Vec<&[u32]> = s.faces.iter().map(Vec::as_slice).collect();
+    let faces: Vec<&[u32]> = s.borders.iter().map(Vec::as_slice).collect();
     let shear: Vec<f64> = s.shear.iter().map(|t| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt()).collect();
     // No state of the legend stands for points that are not in contact at all.
     let status: Vec<u8> = s.status.iter().map(|&state| u8::try_from(state).unwrap_or(u8::MAX)).collect();

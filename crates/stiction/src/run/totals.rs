@@ -53,7 +53,8 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
             PointState::Slip => (&mut t.slip, &mut t.slip_area),
         };
         *count += 1;
-        *sum += area;
+        // of what it carries for others its own part stands there already
+        *sum += area * share.min(1.0);
         let (normal, friction) = (lambda[j], [lambda[m + j], lambda[2 * m + j]]);
         let size = friction[0].hypot(friction[1]);
         t.normal_force += share * normal;

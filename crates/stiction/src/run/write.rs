@@ -130,7 +130,7 @@ pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
     for (number, surface) in (0..).zip(surfaces) {
         for face in &surface.faces {
             let nodes: Vec<u32> = face.iter().map(|node| first + node).collect();
-            grid.push(if nodes.len() == 3 { vtu::TRIANGLE } else { vtu::QUAD }, &nodes);
+            grid.push(vtu::face_code(nodes.len()), &nodes);
         }
         first += surface.points.len() as u32;
         pair.extend(std::iter::repeat_n(number, surface.points.len()));

@@ -1,7 +1,7 @@
 """Writes the mesh files beside this script: python3 make_inputs.py (needs: pip install gmsh meshio pyvista).
 
 One brick of 2 x 1 x 1 as hexahedra (brick) and as tetrahedra (tets), each as .msh, .inp and .vtu by the programs that
-the names tell, and in wedge.* and tet10.* what this program does not compute with.
+the names tell, and in wedge.* what this program does not compute with.
 """
 
 import os
@@ -109,14 +109,6 @@ def unusable():
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1.0]])
     wedge = meshio.Mesh(points, [("wedge", [[0, 1, 2, 3, 4, 5]])])
     meshio.vtu.write(HERE / "wedge-meshio.vtu", wedge, binary=False)
-    gmsh.model.add("tet10")
-    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
-    gmsh.model.occ.synchronize()
-    gmsh.option.setNumber("Mesh.MeshSizeMin", 2)
-    gmsh.option.setNumber("Mesh.SaveAll", 1)
-    gmsh.model.mesh.generate(3)
-    gmsh.model.mesh.setOrder(2)
-    gmsh.write("tet10-gmsh.inp")
 
 
 os.chdir(HERE)  # Gmsh writes the path into the file

@@ -46,26 +46,35 @@ impl Turned {
     pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
         let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
-        let (mut points, mut others) = points(problem, &nodes)
+        let (mut points, others) = points(problem, &nodes)
             .ok_or("the multigrid path is for contact points that each have a node of their own")?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
         turn_matrix(&mut k, &frame_of, &points);
-        for (p, others) in points.iter_mut().zip(&others) {
-            let give = |v: usize, c: f64| c / trace(&k.diagonal(v)).max(f64::MIN_POSITIVE);
-            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            p.flexibility = give(p.node, 3.0) + others.iter().map(|(v, b)| give(*v as usize, square(b))).sum::<f64>();
-        }
-        // After the flexibility, which is about the body and not about its friction.
-        scale_matrix(&mut k, &frame_of, &points);
-        for (p, others) in points.iter().zip(&mut others) {
-            others.iter_mut().for_each(|(_, b)| (0..3).for_each(|r| b[r].iter_mut().for_each(|v| *v *= p.scale[r])));
-        }
+        let mut others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
         let kernel = kernel(problem, &nodes, &points);
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        let coupling = others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), &others, nodes.count));
-        let relative = coupling.as_ref().map(|c| c.matrix(&k));
+        let coupled = |others: &[Others]| {
+            others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), others, nodes.count))
+        };
+        let mut coupling = coupled(&others);
+        let mut relative = coupling.as_ref().map(|c| c.matrix(&k));
+        // What others count from is stiffer or softer once they do: the function of the corner of a quadratic face grows.
+        let own_matrix = relative.as_ref().unwrap_or(&k);
+        for (p, others) in points.iter_mut().zip(&others) {
+            let give = |a: &Blocks<3, 3>, v: usize, c: f64| c / trace(&a.diagonal(v)).max(f64::MIN_POSITIVE);
+            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
+            let through = |(v, b): &(u32, Block<3, 3>)| give(&k, *v as usize, square(b));
+            p.flexibility = give(own_matrix, p.node, 3.0) + others.iter().map(through).sum::<f64>();
+        }
+        // After the flexibility, which is about the body and not about its friction.
+        if points.iter().any(|p| p.scale != [1.0; 3]) {
+            scale_matrix(&mut k, &frame_of, &points);
+            scale_others(&mut others, &frame_of, &points);
+            coupling = coupled(&others);
+            relative = coupling.as_ref().map(|c| c.matrix(&k));
+        }
         let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
             .ok_or("the stiffness matrix does not get coarser by aggregation")?;
         if multigrid.is_singular() {
@@ -150,17 +159,25 @@ fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
 }
 
 /// The points with the other nodes they are coupled to; `None` if one has no node of its own.
+///
+/// Own is a node that no other point's rows reach, or the only one a point reaches: rows of others may count from such a
+/// node, as those of the middle of a quadratic face's edge do from its ends, but nothing is counted from what is itself
+/// counted from something.
 fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Others>)> {
     let blocks: Vec<Others> = (0..problem.points()).map(|j| blocks(problem, nodes, j)).collect();
     let mut reached = vec![0u32; nodes.count];
     blocks.iter().flatten().for_each(|(v, _)| reached[*v as usize] += 1);
     let rows = problem.isotropic_rows();
+    let mut taken = vec![false; nodes.count];
     let mut points = Vec::with_capacity(blocks.len());
     let mut others = Vec::with_capacity(blocks.len());
     for (j, mut blocks) in blocks.into_iter().enumerate() {
         let live = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
-        let own = blocks.iter().position(|(v, block)| reached[*v as usize] == 1 && is_frame(block, &live))?;
+        let alone = blocks.len() == 1;
+        let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
+        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &live))?;
         let (node, mut frame) = blocks.swap_remove(own);
+        taken[node as usize] = true;
         complete(&mut frame, &live);
         let scale = [1.0, 1.0, if live[2] { problem.across(j) } else { 1.0 }];
         points.push(Point { node: node as usize, frame, scale, live, flexibility: 0.0, floats: false });
@@ -188,6 +205,18 @@ fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Others {
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The blocks for displacements in the frames of those of the nodes that have one.
+fn turned(others: Others, frame_of: &[u32], points: &[Point]) -> Others {
+    let turn = |(v, block): (u32, Block<3, 3>)| match points.get(frame_of[v as usize] as usize) {
+        Some(Point { frame, .. }) => {
+            let entry = |r: usize, c: usize| (0..3).map(|s| block[r][s] * frame[c][s]).sum();
+            (v, std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c))))
+        }
+        None => (v, block),
+    };
+    others.into_iter().map(turn).collect()
 }
 
 /// Whether the rows that are there are orthonormal.
@@ -242,15 +271,22 @@ fn turn_matrix(k: &mut Blocks<3, 3>, taken: &[u32], points: &[Point]) {
 
 /// `S⁻¹ K S⁻¹` with the scales at the nodes that have them.
 fn scale_matrix(k: &mut Blocks<3, 3>, taken: &[u32], points: &[Point]) {
-    if points.iter().all(|p| p.scale == [1.0; 3]) {
-        return;
-    }
     let scale = |v: usize| points.get(taken[v] as usize).map_or([1.0; 3], |p| p.scale);
     for i in 0..k.rows {
         for place in k.start[i]..k.start[i + 1] {
             let (left, right) = (scale(i), scale(k.column[place] as usize));
             let block = &mut k.value[place];
             (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] /= left[r] * right[c]));
+        }
+    }
+}
+
+/// The blocks for displacements counted in the multiples of their own points and of the nodes they reach.
+fn scale_others(others: &mut [Others], taken: &[u32], points: &[Point]) {
+    for (p, others) in points.iter().zip(others) {
+        for (v, block) in others {
+            let reached = points.get(taken[*v as usize] as usize).map_or([1.0; 3], |p| p.scale);
+            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] *= p.scale[r] / reached[c]));
         }
     }
 }

@@ -17,13 +17,13 @@ pub(super) fn assemble(mut deck: Deck, scale: f64) -> Result<(Mesh, MeshNotes), 
     if !deck.skipped.is_empty() {
         notes.push(MeshNote::NotRead { what: std::mem::take(&mut deck.skipped) });
     }
-    if [CellKind::Tet4, CellKind::Hex8].iter().all(|&kind| model.count(kind) == 0) {
+    if CellKind::ALL.iter().all(|&kind| model.count(kind) == 0) {
         let what = format!("there are no volume cells among its {} nodes", model.nodes.len());
-        return Err(Error::new("", what, "write the solid elements too (C3D4 or C3D8)"));
+        return Err(Error::new("", what, "write the solid elements too (C3D4, C3D8, C3D10 or C3D20)"));
     }
     let groups = groups(&deck, &model, &mut notes)?;
     drop(deck);
-    let cells = [CellKind::Tet4, CellKind::Hex8].map(|kind| cells(&mut model, kind));
+    let cells = CellKind::ALL.map(|kind| cells(&mut model, kind));
     let mut nodes = std::mem::take(&mut model.nodes);
     if scale != 1.0 {
         nodes.iter_mut().flatten().for_each(|x| *x *= scale);
@@ -197,7 +197,11 @@ fn add(model: &Model, set: &Named, group: &mut RawGroup) -> Result<(), Error> {
 fn flat(model: &Model, element: u32, group: &mut RawGroup) {
     let nodes = model.element_nodes(element);
     match model.element(element).0.role {
-        Role::Face(_) => group.faces.push([nodes[0], nodes[1], nodes[2], nodes.get(3).copied().unwrap_or(u32::MAX)]),
+        Role::Face(count) => {
+            // corners come first, of triangles three
+            let fourth = if count.is_multiple_of(3) { u32::MAX } else { nodes[3] };
+            group.faces.push([nodes[0], nodes[1], nodes[2], fourth]);
+        }
         _ => group.nodes.extend(nodes),
     }
 }

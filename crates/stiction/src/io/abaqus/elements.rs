@@ -6,7 +6,7 @@ use crate::mesh::CellKind;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Cell(CellKind),
-    /// A face of the surface, with three or four nodes.
+    /// A face of the surface, with 3, 4, 6 or 8 nodes.
     Face(usize),
     /// A line: its nodes.
     Nodes(usize),
@@ -16,7 +16,7 @@ pub(super) enum Role {
     Skipped,
 }
 
-const ORDER: &str = "this version computes with linear elements: mesh with first order (C3D4 or C3D8)";
+const ORDER: &str = "mesh with C3D4, C3D8, C3D10 or C3D20";
 const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
 
 /// Names of faces begin with one of these, and the number of nodes follows.
@@ -47,8 +47,9 @@ impl Role {
             return match nodes {
                 4 => Role::Cell(CellKind::Tet4),
                 8 => Role::Cell(CellKind::Hex8),
-                10 => Role::Refused("a tetrahedron of second order", ORDER),
-                20 | 27 => Role::Refused("a hexahedron of second order", ORDER),
+                10 => Role::Cell(CellKind::Tet10),
+                20 => Role::Cell(CellKind::Hex20),
+                27 => Role::Refused("a hexahedron with 27 nodes", ORDER),
                 6 | 15 | 18 => Role::Refused("a wedge", SHAPE),
                 5 | 13 => Role::Refused("a pyramid", SHAPE),
                 _ => Role::Refused("an unknown solid", SHAPE),
@@ -59,8 +60,9 @@ impl Role {
         }
         let face = FACES.iter().find_map(|family| name.strip_prefix(family));
         match face.map(leading_number) {
-            Some(nodes @ (3 | 4)) => Role::Face(nodes),
-            Some(6 | 8 | 9 | 65) => Role::Refused("a face of second order", ORDER),
+            Some(nodes @ (3 | 4 | 6 | 8)) => Role::Face(nodes),
+            Some(65) => Role::Face(6), // STRI65: six nodes, five degrees of freedom each
+            Some(9) => Role::Refused("a face with nine nodes", ORDER),
             _ => Role::Skipped,
         }
     }
@@ -81,10 +83,12 @@ fn leading_number(text: &str) -> usize {
     text[..digits].parse().unwrap_or(0)
 }
 
-/// Local nodes of the faces S1, S2, .. of a cell, as the CalculiX manual (section "*SURFACE") counts them.
+/// Local corners of the faces S1, S2, .. of a cell, as the CalculiX manual (section "*SURFACE") counts them.
 pub(super) fn faces(kind: CellKind) -> &'static [&'static [usize]] {
-    match kind {
-        CellKind::Tet4 => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
-        CellKind::Hex8 => &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]],
+    match kind.linear() {
+        CellKind::Tet4 | CellKind::Tet10 => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
+        CellKind::Hex8 | CellKind::Hex20 => {
+            &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]]
+        }
     }
 }

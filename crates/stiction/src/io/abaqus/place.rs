@@ -19,8 +19,8 @@ pub(super) struct Model {
     pub node_labels: Vec<u32>,
     pub blocks: Vec<Placed>,
     pub scopes: Vec<Scope>,
-    /// Tetrahedra, whose numbers as cells come before those of hexahedra.
-    tets: usize,
+    /// Cells of each of `CellKind::ALL`: they are numbered kind by kind.
+    counts: [usize; CellKind::ALL.len()],
 }
 
 /// A block of elements, their nodes by index.
@@ -81,7 +81,7 @@ pub(super) fn place(deck: &mut Deck) -> Result<Model, Error> {
         let at = |e: Error| if name.is_empty() { e } else { e.at(&format!("instance {name}")) };
         one(&mut model, part, number, name.clone(), motion, copy).map_err(at)?;
     }
-    model.tets = model.count(CellKind::Tet4);
+    model.counts = CellKind::ALL.map(|kind| model.count(kind));
     Ok(model)
 }
 
@@ -178,14 +178,12 @@ impl Model {
         &block.nodes[i * k..(i + 1) * k]
     }
 
-    /// The number an element has among the cells of the mesh, tetrahedra first.
+    /// The number an element has among the cells of the mesh, which are listed by kind.
     pub fn cell(&self, element: u32) -> Option<u32> {
         let (block, i) = self.element(element);
-        let before = match block.role {
-            Role::Cell(CellKind::Tet4) => 0,
-            Role::Cell(CellKind::Hex8) => self.tets,
-            _ => return None,
-        };
+        let Role::Cell(kind) = block.role else { return None };
+        let before: usize =
+            CellKind::ALL.iter().zip(&self.counts).take_while(|(k, _)| **k != kind).map(|(_, n)| n).sum();
         Some((before + block.first_cell + i) as u32)
     }
 

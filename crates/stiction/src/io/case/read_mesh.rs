@@ -63,30 +63,33 @@ fn ring(table: &View) -> Result<Ring, Error> {
         let what = format!("the inner radius {inner} is not smaller than the outer one, {outer}");
         return Err(table.error("radii", what, "give the inner radius first"));
     }
+    let element = element(table)?;
     Ok(Ring {
         radii: [inner, outer],
         height: table.number("height"),
         degrees: table.number("degrees"),
-        cells: cells(table)?,
+        cells: cells(table, element)?,
         grading: table.vector("grading"),
-        element: element(table)?,
+        element,
     })
 }
 
 fn block(table: &View) -> Result<Block, Error> {
+    let element = element(table)?;
     Ok(Block {
         size: table.vector("size"),
-        cells: cells(table)?,
+        cells: cells(table, element)?,
         origin: table.vector("origin"),
         grading: table.vector("grading"),
-        element: element(table)?,
+        element,
     })
 }
 
-fn cells(table: &View) -> Result<[usize; 3], Error> {
+fn cells(table: &View, element: BlockElement) -> Result<[usize; 3], Error> {
     let cells = table.counts("cells");
     // Nodes are numbered with 32 bits, degrees of freedom are three times as many.
-    let nodes: f64 = cells.iter().map(|&c| c as f64 + 1.0).product();
+    let counted = Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element };
+    let nodes = counted.nodes();
     if 3.0 * nodes >= f64::from(u32::MAX) {
         let what = format!("{cells:?} cells have {:.0} million nodes, more than can be numbered", nodes / 1e6);
         return Err(table.error("cells", what, "use fewer cells"));
@@ -95,25 +98,27 @@ fn cells(table: &View) -> Result<[usize; 3], Error> {
 }
 
 fn element(table: &View) -> Result<BlockElement, Error> {
-    if table.text("element") == "hex8" {
+    let name = table.text("element");
+    if name.starts_with("hex") {
         for key in ["split", "parity"] {
             if table.given(key).is_some() {
-                let what = format!("`{key}` is for tet4, but the element is hex8, which is not cut");
+                let what = format!("`{key}` is for tet4 and tet10, but the element is {name}, which is not cut");
                 return Err(table.error(key, what, format!("take `{key}` out")));
             }
         }
-        return Ok(BlockElement::Hex8);
+        return Ok(if name == "hex20" { BlockElement::Hex20 } else { BlockElement::Hex8 });
     }
+    let quadratic = name == "tet10";
     let split = table.given("split").and_then(|node| node.text()).unwrap_or("five");
     if split == "six" {
         if table.given("parity").is_some() {
             let what = "`parity` is for split = \"five\", but the split is \"six\", the same in every cell";
             return Err(table.error("parity", what, "take `parity` out"));
         }
-        return Ok(BlockElement::Tet4Six);
+        return Ok(if quadratic { BlockElement::Tet10Six } else { BlockElement::Tet4Six });
     }
-    let parity = table.given("parity").map_or(0, |_| table.count("parity"));
-    Ok(BlockElement::Tet4Five { parity: u8::from(parity == 1) })
+    let parity = u8::from(table.given("parity").map_or(0, |_| table.count("parity")) == 1);
+    Ok(if quadratic { BlockElement::Tet10Five { parity } } else { BlockElement::Tet4Five { parity } })
 }
 
 /// The materials, at least one.

@@ -159,6 +159,9 @@ fn blocks_are_cut_as_asked() {
     assert_eq!(element("element = \"hex8\""), BlockElement::Hex8);
     assert_eq!(element("split = \"six\""), BlockElement::Tet4Six);
     assert_eq!(element("parity = 1"), BlockElement::Tet4Five { parity: 1 });
+    assert_eq!(element("element = \"hex20\""), BlockElement::Hex20);
+    assert_eq!(element("element = \"tet10\", parity = 1"), BlockElement::Tet10Five { parity: 1 });
+    assert_eq!(element("element = \"tet10\", split = \"six\""), BlockElement::Tet10Six);
 }
 
 #[test]

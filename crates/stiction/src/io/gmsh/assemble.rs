@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::contents::{Contents, Physical, Run};
-use super::types::{Role, element_type};
+use super::types::{Role, element_type, order};
 use crate::Error;
 use crate::io::labels::Labels;
 use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
@@ -106,7 +106,7 @@ fn collect(
     raw: &mut RawMesh,
     notes: &mut Vec<MeshNote>,
 ) {
-    for kind in [CellKind::Tet4, CellKind::Hex8] {
+    for kind in CellKind::ALL {
         let mut cells = RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
         let before: usize = raw.cells.iter().map(|block| block.ids.len()).sum();
         let runs: Vec<&Run> = contents.runs.iter().filter(|run| run.kind.role == Role::Cell(kind)).collect();
@@ -116,7 +116,7 @@ fn collect(
             for (i, nodes) in nodes_of(run, element_nodes).enumerate() {
                 let number = copies.find_or_insert(run, nodes, before + cells.ids.len());
                 if number == before + cells.ids.len() {
-                    cells.nodes.extend(nodes);
+                    cells.nodes.extend(order(kind).iter().map(|&i| nodes[i]));
                     cells.ids.push(contents.element_tags[run.first + i]);
                 }
                 targets.iter().for_each(|&g| raw.groups[g].cells.push(number as u32));
@@ -149,8 +149,9 @@ fn nodes_of<'a>(run: &Run, element_nodes: &'a [u32]) -> impl Iterator<Item = &'a
     element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
 }
 
+/// Corners come first, of triangles three.
 fn corners(nodes: &[u32]) -> [u32; 4] {
-    [nodes[0], nodes[1], nodes[2], nodes.get(3).copied().unwrap_or(u32::MAX)]
+    [nodes[0], nodes[1], nodes[2], if nodes.len().is_multiple_of(3) { u32::MAX } else { nodes[3] }]
 }
 
 /// MSH 2.2 repeats a cell under a new number for each further physical group of its volume.

@@ -7,7 +7,8 @@ use super::edges::Edge;
 use super::raster::Raster;
 use crate::Error;
 
-/// A surface as it is drawn: faces of three or more nodes.
+/// A surface as it is drawn: faces of three or more nodes in the order of their border; with six and eight nodes every
+/// other one is the middle of an edge that may be curved.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<'a> {
     pub points: &'a [Vec3],
@@ -74,14 +75,25 @@ pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges
     }
 }
 
+/// Weights of the nodes at even and at odd places in the centre of a face: the mean, on quadratic faces (corners at even
+/// places, middles of edges at odd ones) the values of the shape functions there, without which curved faces have dents.
+fn center_weights(nodes: usize) -> [f64; 2] {
+    match nodes {
+        6 => [-1.0 / 9.0, 4.0 / 9.0],
+        8 => [-0.25, 0.5],
+        _ => [1.0 / nodes as f64; 2],
+    }
+}
+
 /// Draws a face with its points `at` in the picture; `light` in 0..1.
 fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light: f64) {
     let part = (256.0 * light) as u32;
     let shade = |color: Rgb| color.map(|c| ((u32::from(c) * part) >> 8) as u8);
-    let count = face.len() as f64;
     let corner = |k: usize| face[k % face.len()] as usize;
+    let weights = center_weights(face.len());
     // Triangles around the centre: fewer would favour one diagonal, which shows in steep gradients.
-    let center = std::array::from_fn(|k| face.iter().map(|&n| at[n as usize][k]).sum::<f64>() / count);
+    let center =
+        std::array::from_fn(|k| face.iter().enumerate().map(|(i, &n)| weights[i % 2] * at[n as usize][k]).sum());
     if let Paint::Status(_) = paint {
         // Each place takes the state of its nearest vertex: two triangles a vertex, up to the middles of its edges.
         for k in 0..face.len() {
@@ -94,7 +106,7 @@ fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light
         }
         return;
     }
-    let mean = face.iter().map(|&n| paint.place(n as usize)).sum::<f64>() / count;
+    let mean: f64 = face.iter().enumerate().map(|(i, &n)| weights[i % 2] * paint.place(n as usize)).sum();
     let map = &*MAP;
     for k in 0..face.len() {
         let (a, b) = (corner(k), corner(k + 1));

@@ -14,8 +14,8 @@ const MOST_GROUPS: usize = 1000;
 /// What became of a cell of the file: its number among those of its kind.
 #[derive(Clone, Copy)]
 enum Place {
-    Tet(u32),
-    Hex(u32),
+    /// Its number among those of its kind, which has this place in `CellKind::ALL`.
+    Cell(u8, u32),
     Face(u32),
     /// A point or a line.
     Line(u32),
@@ -23,8 +23,8 @@ enum Place {
 
 /// The cells of the file.
 struct Sorted {
-    tets: RawCells,
-    hexes: RawCells,
+    /// One block for each of `CellKind::ALL`.
+    blocks: [RawCells; CellKind::ALL.len()],
     places: Vec<Place>,
     faces: Vec<[u32; 4]>,
     /// Nodes of all lines, and where those of each begin and end.
@@ -44,9 +44,9 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     point_groups(document, &mut groups, &mut notes)?;
     let arrays = point_arrays(document);
     note_unused(document, &cells, &arrays, in_group, &mut notes);
-    let Sorted { tets, hexes, places, .. } = cells;
+    let Sorted { blocks, places, .. } = cells;
     drop(places); // the build needs memory of its own
-    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: vec![tets, hexes], groups, arrays })?;
+    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: blocks.into(), groups, arrays })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -70,8 +70,7 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
     let mut sorted = Sorted {
-        tets: block(CellKind::Tet4),
-        hexes: block(CellKind::Hex8),
+        blocks: CellKind::ALL.map(block),
         places: Vec::with_capacity(codes.len()),
         faces: Vec::new(),
         line_nodes: Vec::new(),
@@ -90,11 +89,11 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         }
         let place = match role(code, cell.len()) {
             Role::Cell(kind, order) => {
-                let block = if kind == CellKind::Tet4 { &mut sorted.tets } else { &mut sorted.hexes };
+                let which = CellKind::ALL.iter().position(|&k| k == kind).unwrap_or(0);
+                let block = &mut sorted.blocks[which];
                 block.nodes.extend(order.iter().map(|&n| cell[n]));
                 block.ids.push(i as u64);
-                let number = block.ids.len() as u32 - 1;
-                if kind == CellKind::Tet4 { Place::Tet(number) } else { Place::Hex(number) }
+                Place::Cell(which as u8, block.ids.len() as u32 - 1)
             }
             Role::Face(order) => {
                 let mut corners = [u32::MAX; 4];
@@ -119,7 +118,7 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         let list: Vec<String> = refused.iter().map(|(what, (count, _))| format!("{count} x {what}")).collect();
         return Err(Error::new("", format!("cells that cannot be used: {}", list.join(", ")), *remedy));
     }
-    if sorted.tets.ids.is_empty() && sorted.hexes.ids.is_empty() {
+    if sorted.blocks.iter().all(|block| block.ids.is_empty()) {
         let what = format!("there are no volume cells among its {} cells", codes.len());
         return Err(Error::new("", what, "write the solid with tetrahedra or hexahedra, not only its surface"));
     }
@@ -160,13 +159,14 @@ fn group_name(array: &str, value: i64, mask: bool) -> String {
 
 fn cell_groups(document: &Document, cells: &Sorted, notes: &mut Vec<MeshNote>) -> Result<Vec<RawGroup>, Error> {
     let mut groups: Vec<RawGroup> = Vec::new();
+    let mut first = [0; CellKind::ALL.len()];
+    (1..first.len()).for_each(|k| first[k] = first[k - 1] + cells.blocks[k - 1].ids.len() as u32);
     for (array, values, mask) in group_values(document, Section::CellData, document.cells)? {
         let mut of_value: BTreeMap<i64, RawGroup> = BTreeMap::new();
         for (place, value) in cells.places.iter().zip(values) {
             let group = of_value.entry(value).or_default();
             match *place {
-                Place::Tet(i) => group.cells.push(i),
-                Place::Hex(i) => group.cells.push(i + cells.tets.ids.len() as u32),
+                Place::Cell(kind, i) => group.cells.push(first[kind as usize] + i),
                 Place::Face(i) => group.faces.push(cells.faces[i as usize]),
                 Place::Line(i) => {
                     let [from, to] = cells.lines[i as usize];

@@ -82,7 +82,8 @@ fn what_cannot_be_read_is_refused() {
     refused(&edited("4 7<", "4 3<"), &["connectivity", "7 numbers where 3"]);
     refused(&edited("4 7<", "9 7<"), &["cell 0", "end at 9"]);
     refused(&edited("0 1 2 3 0 1 2<", "0 1 2 x 0 1 2<"), &["array \"connectivity\" (line 9)", "\"x\""]);
-    refused(&edited("10 5<", "24 5<"), &["1 x tetrahedron of second order", "first order"]);
+    refused(&edited("10 5<", "24 5<"), &["1 x quadratic cell with an unusual number of nodes", "4 or 10"]);
+    refused(&edited("10 5<", "29 5<"), &["1 x hexahedron of higher order", "8 or 20"]);
     refused(&edited("10 5<", "14 5<"), &["1 x pyramid", "tetrahedra or hexahedra"]);
     refused(&edited("10 5<", "10 10<"), &["unusual number of nodes"]);
     refused(&edited("0 1 2 3 0 1 2<", "0 1 3 2 0 1 2<"), &["inside out", "mirrored"]);
@@ -114,6 +115,7 @@ fn cut_and_changed_grids_do_not_panic() {
     for suffix in ["raw", "raw-zlib", "base64-zlib", "inline-zlib"] {
         files.push(std::fs::read(format!("{folder}/brick-vtk-{suffix}.vtu")).unwrap());
     }
+    files.push(std::fs::read(format!("{folder}/curved-hex20-meshio.vtu")).unwrap());
     let mut noise = Noise(0x2545_f491_4f6c_dd1d);
     for bytes in files {
         assert!(parse(&bytes, "a.vtu", 1.0).is_ok());

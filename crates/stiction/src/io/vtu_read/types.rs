@@ -1,6 +1,9 @@
 //! The cell types of VTK.
 
-use crate::io::vtu::{HEXAHEDRON, QUAD, TETRA, TRIANGLE, VERTEX};
+use crate::io::vtu::{
+    HEXAHEDRON, QUAD, QUADRATIC_HEXAHEDRON, QUADRATIC_QUAD, QUADRATIC_TETRA, QUADRATIC_TRIANGLE, TETRA, TRIANGLE,
+    VERTEX,
+};
 use crate::mesh::CellKind;
 
 /// What this program makes of a cell.
@@ -8,6 +11,7 @@ use crate::mesh::CellKind;
 pub(super) enum Role {
     /// With the order in which its nodes are taken.
     Cell(CellKind, &'static [usize]),
+    /// With its corners.
     Face(&'static [usize]),
     /// Points and lines: nodes, any number of them.
     Nodes,
@@ -15,9 +19,9 @@ pub(super) enum Role {
     Refused(&'static str, &'static str),
 }
 
-const ORDER: &str = "this version computes with linear elements: mesh with first order";
+const ORDER: &str = "write tetrahedra with 4 or 10 nodes, hexahedra with 8 or 20 (VTK codes 10, 12, 24, 25)";
 const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
-const ORDINARY: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+const ORDINARY: [usize; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19];
 /// Pixels and voxels count x first, then y.
 const BY_AXES: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
@@ -33,14 +37,21 @@ pub(super) fn role(code: u8, nodes: usize) -> Role {
         (QUAD | POLYGON, 4) => Role::Face(&ORDINARY[..4]),
         (PIXEL, 4) => Role::Face(&BY_AXES[..4]),
         (TETRA, 4) => Role::Cell(CellKind::Tet4, &ORDINARY[..4]),
-        (HEXAHEDRON, 8) => Role::Cell(CellKind::Hex8, &ORDINARY),
+        (HEXAHEDRON, 8) => Role::Cell(CellKind::Hex8, &ORDINARY[..8]),
+        (QUADRATIC_TRIANGLE, 6) => Role::Face(&ORDINARY[..3]),
+        (QUADRATIC_QUAD, 8) => Role::Face(&ORDINARY[..4]),
+        (QUADRATIC_TETRA, 10) => Role::Cell(CellKind::Tet10, &ORDINARY[..10]),
+        (QUADRATIC_HEXAHEDRON, 20) => Role::Cell(CellKind::Hex20, &ORDINARY),
         (VOXEL, 8) => Role::Cell(CellKind::Hex8, &BY_AXES),
         (13 | 26 | 31 | 32 | 73, _) => Role::Refused("wedge", SHAPE),
         (14 | 27 | 37 | 74, _) => Role::Refused("pyramid", SHAPE),
         (42, _) => Role::Refused("polyhedron", SHAPE),
-        (22 | 23 | 28 | 30 | 34 | 69 | 70, _) => Role::Refused("face of second order", ORDER),
-        (24 | 71, _) => Role::Refused("tetrahedron of second order", ORDER),
-        (25 | 29 | 33 | 72, _) => Role::Refused("hexahedron of second order", ORDER),
+        (28 | 30 | 34 | 69 | 70, _) => Role::Refused("face of higher order", ORDER),
+        (71, _) => Role::Refused("tetrahedron of higher order", ORDER),
+        (29 | 33 | 72, _) => Role::Refused("hexahedron of higher order", ORDER),
+        (QUADRATIC_TRIANGLE | QUADRATIC_QUAD | QUADRATIC_TETRA | QUADRATIC_HEXAHEDRON, _) => {
+            Role::Refused("quadratic cell with an unusual number of nodes", ORDER)
+        }
         (TRIANGLE | QUAD | PIXEL | TETRA | HEXAHEDRON | VOXEL | POLYGON | 6, _) => {
             Role::Refused("cell with an unusual number of nodes", SHAPE)
         }

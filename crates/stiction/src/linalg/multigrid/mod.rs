@@ -71,11 +71,10 @@ impl Multigrid {
         coupled: Option<(&Coupling, &Blocks<3, 3>)>,
     ) -> Option<Multigrid> {
         let mut step = coarsen(a, kernel, STRONG, constrained)?;
-        if let Some((coupling, _)) = coupled {
-            step.prolongation = coupling.prolongation(&step.prolongation);
-            step.matrix = coupling.widen(a, &step);
+        if let Some((coupling, matrix)) = coupled {
+            step = coupling.relative(step, matrix);
         }
-        let mut local = Local::new(a, &step, constrained);
+        let mut local = Local::new(coupled.map_or(a, |(_, matrix)| matrix), &step, constrained);
         let first = Packed::new(&step.prolongation);
         // What is used up makes room for the next: memory touched for the first time is a good part of a set-up.
         drop(step.prolongation);

@@ -80,7 +80,7 @@ static BLOCK: Rules = Rules {
         key("cells", Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 }, "cells = [24, 8, 8]", "Number of cells (boxes, before any cut into tetrahedra) along x, y, z.")
             .required(),
         key("element", ELEMENT, "element = \"tet4\"", "The element.").default("\"tet4\""),
-        key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra; only for tet4, where \"five\" is the default."),
+        key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra; only for tet4 and tet10, where \"five\" is the default."),
         key("parity", Kind::Whole { from: 0, to: 1 }, "parity = 0", "For split = \"five\": at 0 (the default) the central tetrahedron of the cell at the origin stands on the corners 100 010 001 111, at 1 on the other four."),
         key("origin", POINT, "origin = [0, 0, 0]", "The lowest corner.").default("[0, 0, 0]").unit("length"),
         key("grading", Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 }, "grading = [1, 1, 5]", "Length of the last cell over that of the first along x, y, z; between them the lengths form a geometric sequence.")
@@ -135,8 +135,13 @@ const RING_ANGLE: Limits = Limits { low: 0.0, low_included: false, high: MOST_DE
 const GRADING: Limits = Limits { low: 1e-3, low_included: true, high: 1e3, high_included: true, ..ANY };
 
 const ELEMENT: Kind = Kind::Choice {
-    names: &[("tet4", "linear tetrahedra"), ("hex8", "trilinear hexahedra")],
-    absent: &[("tet10", "use \"tet4\" or \"hex8\" with more cells"), ("hex20", "use \"hex8\" with more cells")],
+    names: &[
+        ("tet4", "linear tetrahedra"),
+        ("hex8", "trilinear hexahedra"),
+        ("tet10", "quadratic tetrahedra"),
+        ("hex20", "quadratic hexahedra with 20 nodes"),
+    ],
+    absent: &[("hex27", "use \"hex20\"")],
 };
 const SPLIT: Kind = Kind::Choice {
     names: &[

@@ -4,7 +4,8 @@ use super::*;
 
 fn files() -> Vec<(String, Vec<u8>)> {
     let models = ["cylinders", "bar"].iter().flat_map(|m| SUFFIXES.map(|s| format!("{m}-{s}.msh")));
-    models.map(|name| (name.clone(), std::fs::read(path(&name)).unwrap())).collect()
+    let curved = ["tet10-22", "hex20-41"].map(|name| format!("../data/curved-{name}.msh"));
+    models.chain(curved).map(|name| (name.clone(), std::fs::read(path(&name)).unwrap())).collect()
 }
 
 /// Deterministic noise (Marsaglia's xorshift).
