@@ -180,10 +180,10 @@ fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], bounds: &[f64], force
     let mut cones = vec![SupportedConeT::NonnegativeConeT(m)];
     let mut entries: Vec<(usize, usize, f64)> = (0..m).map(|j| (j, j, -1.0)).collect();
     let mut b = vec![0.0; m];
-    for j in 0..m {
+    for (j, bound) in bounds.iter().enumerate() {
         let across = p.friction_across.as_ref().unwrap()[j];
         entries.extend([(b.len() + 1, m + j, -1.0), (b.len() + 2, 2 * m + j, -1.0 / across)]);
-        b.extend([bounds[j] / force, 0.0, 0.0]);
+        b.extend([bound / force, 0.0, 0.0]);
         cones.push(SupportedConeT::SecondOrderConeT(3));
     }
     let (rows, columns, values) = pick(&entries);

@@ -97,9 +97,9 @@ fn memory_stays_in_proportion_to_the_file() {
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n";
     let strip = |i: usize, t: &mut String| {
         let [a, b] = [2 * i + 1, 2 * i + 2];
-        write!(t, "v {i} 0 0\nv {i} 1 0\n").unwrap();
+        writeln!(t, "v {i} 0 0\nv {i} 1 0").unwrap();
         if i > 0 {
-            write!(t, "f {} {} {b} {a}\n", a - 2, b - 2).unwrap();
+            writeln!(t, "f {} {} {b} {a}", a - 2, b - 2).unwrap();
         }
     };
     let surfaces = [
