@@ -56,7 +56,7 @@ fn quadratic_elements_take_forty_cycles_at_most_and_contact_fifty() {
                 (SurfaceFriction::Coulomb(0.35), BrickLoad::Lift),
                 (SurfaceFriction::Coulomb(0.35), BrickLoad::Press),
             ] {
-                let s = by_multigrid(&brick(n, element, load, law).pose().problem, 1e-8);
+                let s = by_multigrid(&brick(n, element, load, law.clone()).pose().problem, 1e-8);
                 assert_solved(&s);
                 assert!(s.counts.cycles <= 50, "{what} {load:?} {law:?}: {}", s.counts.cycles);
             }
