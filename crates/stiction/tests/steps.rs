@@ -287,9 +287,10 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let case = case::parse(&text, "case.toml", &[]).unwrap();
     let settings = Settings::of(&case.solver);
     let mut prepared = prepare(&case).unwrap();
-    let mut kept = None;
+    let mut kept: Option<Restart> = None;
     let mut keep = |_: &Prepared, step: &Step| {
-        kept = Some(Restart { entries: step.entries.to_vec(), last: step.file.clone() });
+        let before = kept.take().map(|restart| restart.last);
+        kept = Some(Restart { entries: step.entries.to_vec(), last: step.file.clone(), before });
         Ok(())
     };
     let mut finished = 0;

@@ -124,12 +124,14 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     }
     let Some(entries) = state["steps"].as_array().filter(|steps| !steps.is_empty()) else { return Ok(None) };
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
-    let last = read_step(&step_file(&files.folder, entries.len()), n, prepared.model.dofs.prescribed.len(), m)?;
+    let read = |number: usize| read_step(&step_file(&files.folder, number), n, prepared.model.dofs.prescribed.len(), m);
+    let last = read(entries.len())?;
+    let before = if entries.len() > 1 { Some(read(entries.len() - 1)?) } else { None };
     if entries.last().and_then(|entry| entry["t"].as_f64()) != Some(last.t) {
         return fail("the list of finished steps and the file of the last one differ", again);
     }
     files.log = finished_log(&files.folder, entries.len());
-    Ok(Some(Restart { entries: entries.clone(), last }))
+    Ok(Some(Restart { entries: entries.clone(), last, before }))
 }
 
 /// The lines of the log that belong to the first `count` steps; a log that is lost is no reason to stop.

@@ -39,6 +39,8 @@ pub struct Restart {
     pub entries: Vec<Value>,
     /// The last of them.
     pub last: StepFile,
+    /// The one before it.
+    pub before: Option<StepFile>,
 }
 
 /// Told each step before the next one begins.
@@ -142,7 +144,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         entries: Vec::new(),
         attempts: 0,
     };
-    let Some(Restart { entries, last }) = restart else { return Ok(begin) };
+    let Some(Restart { entries, last, before }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
@@ -158,8 +160,11 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let outcome = restored(prepared, settings, &last, &entries);
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
+    let answer =
+        |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
+    let answers = before.iter().chain([&last]).map(answer).collect();
     let body = BodyState { moment, u: last.u, lambda: last.lambda, balance };
-    Ok(March { at, body, slid, last: Some((outcome, last.slip_reference)), entries, ..begin })
+    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), entries, ..begin })
 }
 
 /// The answer of a step that an earlier run has found, judged anew.

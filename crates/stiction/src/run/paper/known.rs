@@ -6,6 +6,10 @@ use super::experiment::Line;
 /// Why a number lies outside its band, if that was looked into. Nothing here widens a band: the number stays marked.
 pub fn known(table: usize, line: &Line, quantity: Quantity) -> Option<&'static str> {
     match (table, line.label.as_str(), quantity) {
+        (4, "log rho = -6", Quantity::CgSteps) => Some(
+            "the number hangs on the last digits: loads that differ by 1e-16 of themselves change it from 428 to 385, and \
+             the band ends at 406",
+        ),
         (5, "log rho = -7" | "log rho = -6", Quantity::CgSteps) => Some(
             "our solver needs fewer steps than the paper's did; with the loads times 4.29, which fit as well, the number \
              beside it lies within the band",
@@ -42,6 +46,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!(documented, 4);
+        assert_eq!(documented, 5);
     }
 }
