@@ -12,6 +12,7 @@ pub use floating::Floating;
 
 use crate::Error;
 use crate::contact::ContactProblem;
+use crate::contact::rigid::components;
 use crate::linalg::{Cholesky, Csr, Path, Trailing};
 
 /// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
@@ -140,25 +141,48 @@ impl Dual {
         self.factor.len() + if matches!(self.product, Product::Dense(_)) { self.touched.len().pow(2) } else { 0 }
     }
 
-    /// An upper bound of the diagonal of the Schur complement, row by row: `(B K Bᵀ)_ii / |row|⁴`; zero for an empty
-    /// row. Force per length.
+    /// The local stiffness against the jump of each row of `B`; zero for an empty row. Force per length.
+    ///
+    /// On one body `(B K Bᵀ)_ii / |row|⁴`, an upper bound of `1 / Q_ii` on the diagonal of the Schur complement. The
+    /// bodies of a row yield one after the other, so that their compliances add: the stiffness is that of the softer.
     pub fn local_stiffness(problem: &ContactProblem) -> Vec<f64> {
+        let body = bodies(&problem.K);
         let mut dense = vec![0.0; problem.unknowns()];
-        let row_stiffness = |i: usize| {
-            let (columns, values) = problem.B.row(i);
+        let mut compliance_of = |columns: &[u32], values: &[f64]| {
             let square: f64 = values.iter().map(|v| v * v).sum();
             columns.iter().zip(values).for_each(|(&j, &v)| dense[j as usize] = v);
-            let energy: f64 = columns
-                .iter()
-                .zip(values)
-                .map(|(&j, &v)| {
-                    let (k, a) = problem.K.row(j as usize);
-                    v * k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
+            let product = |j: u32| {
+                let (k, a) = problem.K.row(j as usize);
+                k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
+            };
+            let energy: f64 = columns.iter().zip(values).map(|(&j, v)| v * product(j)).sum();
+            columns.iter().for_each(|&j| dense[j as usize] = 0.0);
+            if energy > 0.0 { square * square / energy } else { 0.0 }
+        };
+        let mut row_stiffness = |i: usize| {
+            let (columns, values) = problem.B.row(i);
+            let mut parts: Vec<(u32, u32, f64)> =
+                columns.iter().zip(values).map(|(&j, &v)| (body[j as usize], j, v)).collect();
+            parts.sort_by_key(|part| part.0);
+            let compliance: f64 = parts
+                .chunk_by(|a, b| a.0 == b.0)
+                .map(|part| {
+                    let (columns, values): (Vec<u32>, Vec<f64>) = part.iter().map(|p| (p.1, p.2)).unzip();
+                    compliance_of(&columns, &values)
                 })
                 .sum();
-            columns.iter().for_each(|&j| dense[j as usize] = 0.0);
-            if square > 0.0 { energy / square.powi(2) } else { 0.0 }
+            if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
         };
-        (0..problem.B.rows).map(row_stiffness).collect()
+        (0..problem.B.rows).map(&mut row_stiffness).collect()
     }
+}
+
+/// The body of each unknown: the connected components of the graph of `K`.
+#[allow(non_snake_case)]
+fn bodies(K: &Csr) -> Vec<u32> {
+    let mut body = vec![0; K.rows];
+    for (number, unknowns) in components(K).iter().enumerate() {
+        unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
+    }
+    body
 }
