@@ -25,6 +25,7 @@ mod place;
 mod prepare;
 mod regions;
 mod report;
+mod sides;
 mod solve;
 mod step_file;
 mod steps;
