@@ -101,7 +101,7 @@ fn both_sides_of_a_pair_have_one_resultant_and_what_nothing_reaches_has_no_press
         for ((x, pressure), lambda) in master.points.iter().zip(&master.pressure).zip(&master.lambda) {
             // Faces of vessel and lid are at most 7 wide along the radius.
             let radius = x[0].hypot(x[1]);
-            if radius < 48.0 || radius > 72.0 {
+            if !(48.0..=72.0).contains(&radius) {
                 assert!(pressure.is_nan() && *lambda == [0.0; 3], "{radius} {pressure}");
             } else if radius > 56.0 && radius < 64.0 {
                 assert!(*pressure > 0.0, "{radius} {pressure}");
