@@ -188,6 +188,44 @@ fn the_arrays_of_the_view_are_the_numbers_of_the_result_files() {
     assert_eq!(view["fields"][5]["status"], true);
 }
 
+/// Two pads on one plate: the plate is shown once, with the pressure of both pads, and so is each pad.
+#[test]
+fn the_view_shows_both_sides_of_every_pair() {
+    let block = |name: &str, size: &str, cells: &str, at: &str| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [{size}], cells = [{cells}], element = \"hex8\" }}\nmove = [{at}]\n"
+        )
+    };
+    let contact = |pad: &str| {
+        format!("[[contact]]\non = \"{pad}.z-min\"\nagainst = \"plate.z-max\"\nfriction = \"bonded\"\nslave = \"on\"\n")
+    };
+    let case = [
+        "title = \"Two pads\"\n".into(),
+        block("plate", "3, 1, 1", "6, 2, 2", "0, 0, 0"),
+        block("left", "1, 1, 1", "3, 3, 1", "0, 0, 1"),
+        block("right", "1, 1, 1", "3, 3, 1", "2, 0, 1"),
+        "[materials.steel]\nyoung = 1e5\npoisson = 0\n[[fix]]\non = \"plate.z-min\"\n".into(),
+        "[[load]]\non = [\"left.z-max\", \"right.z-max\"]\npressure = 1\n".into(),
+        contact("left"),
+        contact("right"),
+    ];
+    let folder = Folder::new("report-sides", &case.concat());
+    folder.run(&["solve", "case.toml", "-o", "r"]).ends(0, &[]);
+    let view = view(&std::fs::read_to_string(folder.path.join("r/report.html")).unwrap());
+    let corners = words(&view["faces"]);
+    // The boundaries of 6 x 2 x 2 and twice 3 x 3 x 1 hexahedra; in contact 12 faces of the plate and 9 of each pad.
+    assert_eq!(corners.len() / 4, 2 * (12 + 12 + 4) + 2 * 2 * (9 + 3 + 3));
+    let first = view["firstContactFace"].as_u64().unwrap() as usize;
+    assert_eq!(corners.len() / 4 - first, 12 + 2 * 9);
+    let pressure = decoded(&view["frames"][0]["values"][1]);
+    let of_face = |face: &[u16]| face.iter().map(|&v| pressure[v as usize]).collect::<Vec<f64>>();
+    let faces: Vec<Vec<f64>> = corners[4 * first..].chunks(4).map(of_face).collect();
+    // Below each pad 4 faces of the plate, between the pads 4 more, which see one of them at two nodes each.
+    let seen = faces.iter().filter(|p| p.iter().all(|p| *p > 0.2)).count();
+    let beside = faces.iter().filter(|p| p.iter().filter(|p| p.is_nan()).count() == 2).count();
+    assert_eq!((seen, beside), (2 * 9 + 8, 4), "{faces:?}");
+}
+
 /// A browser: what the variable names, or the first of the usual ones on the path.
 fn browser() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os("STICTION_BROWSER") {

@@ -101,3 +101,76 @@ fn the_bolted_joint_carries_what_friction_gives() {
         assert!(failed > 0.5 * limit && failed < 2.0 * limit, "{failed}");
     }
 }
+
+/// A soft pad and a lid that lie loose on a plate; `push` is the traction on top of the lid.
+fn loose_stack(fixes: &str, push: &str, friction: f64) -> String {
+    let block = |name: &str, size: &str, cells: &str, z: f64| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [{size}], cells = [{cells}], element = \"hex8\" }}\nmove = [0, 0, {z}]\n"
+        )
+    };
+    let contact = |name: &str, on: &str, against: &str| {
+        format!(
+            "[[contact]]\nname = \"{name}\"\non = \"{on}\"\nagainst = \"{against}\"\nfriction = {{ coulomb = {friction} }}\n"
+        )
+    };
+    [
+        "title = \"A pad between a plate and a lid\"\n".into(),
+        block("plate", "30, 20, 6", "6, 4, 2", 0.0),
+        block("pad", "20, 20, 1", "10, 10, 1", 6.0),
+        block("lid", "30, 20, 4", "9, 6, 1", 7.0),
+        "[materials.steel]\non = [\"plate\", \"lid\"]\nyoung = 210e3\npoisson = 0.3\n".into(),
+        "[materials.fibre]\non = \"pad\"\nyoung = 800\npoisson = 0.25\n".into(),
+        format!("[[fix]]\non = \"plate.z-min\"\n{fixes}"),
+        format!("[[load]]\non = \"lid.z-max\"\ntraction = {push}\n"),
+        contact("lower", "pad.z-min", "plate.z-max"),
+        contact("upper", "pad.z-max", "lid.z-min"),
+    ]
+    .concat()
+}
+
+/// Statics: each interface carries all of the load, whatever is between. The pad is 260 times softer than what it lies
+/// between, and thin: a point's stiffness is that of the pad, and small differences of the forces on its faces bend it.
+#[test]
+fn a_soft_pad_between_loose_bodies_carries_the_load_on_both_paths() {
+    let symmetry = "[[fix]]\non = [\"pad.x-min\", \"lid.x-min\"]\ncomponents = \"x\"\n\
+                    [[fix]]\non = [\"pad.y-min\", \"lid.y-min\"]\ncomponents = \"y\"\n";
+    // Normal and tangential force on the pad from below; supports of the planes of symmetry share in the second.
+    let guided = (loose_stack(symmetry, "[0, 0, \"-0.3*x\"]", 0.3), 0.3 * 450.0 * 20.0, None);
+    let free = (loose_stack("", "[2, -1, \"-5 - 0.3*x\"]", 0.5), 5.0 * 600.0 + 2700.0, Some([-1200.0, 600.0]));
+    let laws: [&[&str]; 5] = [
+        &[],
+        &["contact.0.friction=none", "contact.1.friction=none"],
+        &["contact.0.friction=bonded", "contact.1.friction=none"],
+        &["contact.0.friction=bonded"],
+        &["contact.1.friction=bonded"],
+    ];
+    for (number, (text, normal, tangential)) in [guided, free].into_iter().enumerate() {
+        let folder = Folder::new(&format!("loose-{number}"), &text);
+        for law in laws {
+            if tangential.is_some() && law.contains(&"contact.1.friction=none") {
+                continue; // Nothing would hold the lid.
+            }
+            let told = ["solves", "dense", "multigrid"].map(|path| {
+                let path = format!("solver.path={path}");
+                let mut arguments = vec!["solve", "case.toml", "-o", "out", "--set", &path];
+                law.iter().for_each(|law| arguments.extend(["--set", law]));
+                folder.run(&arguments).ends(0, &[]);
+                let summary = folder.summary("out");
+                for (pair, sign) in [(0, 1.0), (1, -1.0)] {
+                    let forces = &summary["pairs"][pair];
+                    let of = |value: &serde_json::Value| value.as_f64().unwrap();
+                    assert!((of(&forces["normal_force"]) - normal).abs() < 1e-6 * normal, "{law:?} {path} {forces:#}");
+                    for (c, expected) in tangential.iter().flatten().enumerate() {
+                        let error = of(&forces["tangential_force"][c]) - sign * expected;
+                        assert!(error.abs() < 1e-6 * normal, "{law:?} {path} {forces:#}");
+                    }
+                }
+                let steps = summary["counts"]["iterations"].as_u64().unwrap();
+                assert!(path.ends_with("multigrid") || steps <= 45, "{law:?} {path} {steps}");
+                summary["displacement_max"].as_f64().unwrap()
+            });
+            assert!(told.iter().all(|u| (u - told[0]).abs() < 1e-6 * told[0]), "{law:?} {told:?}");
+        }
+    }
+}

@@ -136,7 +136,7 @@ fn column<V: AsRef<[f64]>>(rows: &[V], k: usize) -> Vec<f64> {
 }
 
 /// The unknowns of each connected component of the graph of `k`, ascending; components by their lowest unknown.
-fn components(k: &Csr) -> Vec<Vec<u32>> {
+pub fn components(k: &Csr) -> Vec<Vec<u32>> {
     let mut component = vec![u32::MAX; k.rows];
     let mut all: Vec<Vec<u32>> = Vec::new();
     for seed in 0..k.rows as u32 {

@@ -12,6 +12,7 @@ pub use floating::Floating;
 
 use crate::Error;
 use crate::contact::ContactProblem;
+use crate::contact::rigid::components;
 use crate::linalg::{Cholesky, Csr, Path, Trailing};
 
 /// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
@@ -25,8 +26,8 @@ pub struct Dual {
     /// The block of `K` on the touched unknowns.
     K_touched: Csr,
     product: Product,
-    /// `1 / |row|²` of `B`; zero for an empty row.
-    row_scale: Vec<f64>,
+    /// `B_D` of [`Dual::approximate_inverse`], on the touched unknowns.
+    B_shared: Csr,
     /// Bodies held by contact alone; `K⁻¹` stands for a generalised inverse then.
     pub floating: Floating,
     products: AtomicUsize,
@@ -78,8 +79,7 @@ impl Dual {
         };
         let b_touched = problem.isotropic_rows().select_columns(&touched);
         let k_touched = problem.K.select_rows(&touched).select_columns(&touched);
-        let row_scale = (0..b_touched.rows).map(|i| b_touched.row(i).1.iter().map(|v| v * v).sum::<f64>());
-        let row_scale = row_scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }).collect();
+        let b_shared = shared(problem, &b_touched, &touched);
         let (products, solves) = Default::default();
         Ok(Dual {
             factor,
@@ -87,7 +87,7 @@ impl Dual {
             B_touched: b_touched,
             K_touched: k_touched,
             product,
-            row_scale,
+            B_shared: b_shared,
             floating,
             products,
             solves,
@@ -105,17 +105,15 @@ impl Dual {
         self.B_touched.times(&displacement)
     }
 
-    /// An approximation of `Q⁻¹ v`: `D B S Bᵀ D v` with `D = diag(B Bᵀ)⁻¹`.
+    /// An approximation of `Q⁻¹ v`: `B_D S B_Dᵀ v`, where `B_Dᵀ` shares each jump out to the bodies by their compliance:
+    /// the stiffer of two hardly moves, otherwise its stiffness would stand for that of both (Rixen & Farhat 1999).
     pub fn approximate_inverse(&self, v: &[f64], by: Inverse) -> Vec<f64> {
-        let scaled: Vec<f64> = v.iter().zip(&self.row_scale).map(|(v, s)| v * s).collect();
-        let jump = self.B_touched.transpose_times(&scaled);
+        let jump = self.B_shared.transpose_times(v);
         let force = match (&self.product, by) {
             (Product::Dense(trailing), Inverse::Dirichlet) => trailing.times(&jump),
             _ => self.K_touched.times(&jump),
         };
-        let mut result = self.B_touched.times(&force);
-        result.iter_mut().zip(&self.row_scale).for_each(|(r, s)| *r *= s);
-        result
+        self.B_shared.times(&force)
     }
 
     /// `K⁻¹ (f - Bᵀ lambda)` with `B` of `problem`, length `n`; bodies that float are where their springs hold them.
@@ -141,25 +139,80 @@ impl Dual {
         self.factor.len() + if matches!(self.product, Product::Dense(_)) { self.touched.len().pow(2) } else { 0 }
     }
 
-    /// An upper bound of the diagonal of the Schur complement, row by row: `(B K Bᵀ)_ii / |row|⁴`; zero for an empty
-    /// row. Force per length.
+    /// The local stiffness against the jump of each row of `B`; zero for an empty row. Force per length.
+    ///
+    /// On one body `(B K Bᵀ)_ii / |row|⁴`, an upper bound of the diagonal of the Schur complement. Between bodies the
+    /// compliances add, as those of springs in a row do: the stiffness is about that of the softer.
     pub fn local_stiffness(problem: &ContactProblem) -> Vec<f64> {
+        let body = bodies(&problem.K);
         let mut dense = vec![0.0; problem.unknowns()];
-        let row_stiffness = |i: usize| {
-            let (columns, values) = problem.B.row(i);
-            let square: f64 = values.iter().map(|v| v * v).sum();
-            columns.iter().zip(values).for_each(|(&j, &v)| dense[j as usize] = v);
-            let energy: f64 = columns
-                .iter()
-                .zip(values)
-                .map(|(&j, &v)| {
-                    let (k, a) = problem.K.row(j as usize);
-                    v * k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
-                })
-                .sum();
-            columns.iter().for_each(|&j| dense[j as usize] = 0.0);
-            if square > 0.0 { energy / square.powi(2) } else { 0.0 }
+        let mut compliance = |part: &[Entry]| {
+            let square: f64 = part.iter().map(|e| e.value * e.value).sum();
+            part.iter().for_each(|e| dense[e.column as usize] = e.value);
+            let product = |j: u32| {
+                let (k, a) = problem.K.row(j as usize);
+                k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
+            };
+            let energy: f64 = part.iter().map(|e| e.value * product(e.column)).sum();
+            part.iter().for_each(|e| dense[e.column as usize] = 0.0);
+            if energy > 0.0 { square * square / energy } else { 0.0 }
         };
-        (0..problem.B.rows).map(row_stiffness).collect()
+        let mut row_stiffness = |i: usize| {
+            let entries = entries_by_body(&problem.B, i, |j| body[j as usize]);
+            let compliance: f64 = entries.chunk_by(|a, b| a.body == b.body).map(&mut compliance).sum();
+            if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
+        };
+        (0..problem.B.rows).map(&mut row_stiffness).collect()
     }
+}
+
+/// One entry of a row of `B`.
+struct Entry {
+    body: u32,
+    column: u32,
+    value: f64,
+}
+
+/// Row `i` sorted by bodies.
+fn entries_by_body(b: &Csr, i: usize, body: impl Fn(u32) -> u32) -> Vec<Entry> {
+    let (columns, values) = b.row(i);
+    let mut entries: Vec<Entry> =
+        columns.iter().zip(values).map(|(&column, &value)| Entry { body: body(column), column, value }).collect();
+    entries.sort_by_key(|e| e.body);
+    entries
+}
+
+/// The body of each unknown: the connected components of the graph of `K`.
+#[allow(non_snake_case)]
+fn bodies(K: &Csr) -> Vec<u32> {
+    let mut body = vec![0; K.rows];
+    for (number, unknowns) in components(K).iter().enumerate() {
+        unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
+    }
+    body
+}
+
+/// The rows `b` of `B` on the `touched` unknowns, the part on each body times its compliance (over the mean of the
+/// diagonal of `K` there) and all of it such that `B_D Bᵀ` has ones on its diagonal. On one body `b / |b|²`.
+fn shared(problem: &ContactProblem, b: &Csr, touched: &[u32]) -> Csr {
+    let body = bodies(&problem.K);
+    let mut shared = b.clone();
+    for i in 0..b.rows {
+        let entries = entries_by_body(b, i, |j| body[touched[j as usize] as usize]);
+        let mut weight = Vec::new(); // body, square of its part, compliance
+        for part in entries.chunk_by(|a, b| a.body == b.body) {
+            let square: f64 = part.iter().map(|e| e.value * e.value).sum();
+            let diagonal =
+                |e: &Entry| problem.K.entry(touched[e.column as usize] as usize, touched[e.column as usize] as usize);
+            let energy: f64 = part.iter().map(|e| e.value * e.value * diagonal(e)).sum();
+            weight.push((part[0].body, square, if energy > 0.0 { square / energy } else { 0.0 }));
+        }
+        let whole: f64 = weight.iter().map(|(_, square, compliance)| square * compliance).sum();
+        for at in b.start[i]..b.start[i + 1] {
+            let own = body[touched[b.column[at] as usize] as usize];
+            let compliance = weight.iter().find(|w| w.0 == own).map_or(0.0, |w| w.2);
+            shared.value[at] *= if whole > 0.0 { compliance / whole } else { 0.0 };
+        }
+    }
+    shared
 }

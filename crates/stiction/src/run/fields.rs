@@ -1,7 +1,7 @@
 //! Fields over the body and over the contact surfaces, in global axes.
 
 use super::{Outcome, Prepared};
-use crate::contact::{ContactSurface, Counterpart, Role};
+use crate::contact::{Counterpart, Role};
 use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
 use crate::friction::PointState;
 
@@ -93,11 +93,23 @@ pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
     reaction
 }
 
+/// Which of the two surfaces of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Side {
+    /// That with the contact points.
+    #[default]
+    Slave,
+    Master,
+}
+
 /// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and
-/// NaN where there is nothing to tell.
+/// NaN where there is nothing to tell; of a master [`sides`](super::sides::sides) tells what it has.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SurfaceFields {
     pub name: String,
+    /// Number of the pair.
+    pub pair: usize,
+    pub side: Side,
     pub points: Vec<[f64; 3]>,
     /// Faces by indices into `points`: corners, then the middles of edges.
     pub faces: Vec<Vec<u32>>,
@@ -125,26 +137,30 @@ pub(super) struct SurfaceFields {
 pub(super) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
     let opening = prepared.problem.opening(&outcome.solution.u);
-    let pairs = prepared.surfaces.iter().zip(&prepared.problem.pairs);
+    let pairs = prepared.surfaces.iter().zip(&prepared.problem.pairs).enumerate();
     pairs
-        .map(|(surface, pair)| {
-            let mut fields = empty(prepared, surface);
+        .map(|(number, (surface, pair))| {
+            let mut fields = empty(prepared, &surface.name, &surface.faces);
+            fields.pair = number;
             pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &opening, j));
             fields
         })
         .collect()
 }
 
-fn empty(prepared: &Prepared, surface: &ContactSurface) -> SurfaceFields {
+/// Nothing known on these faces of the mesh.
+pub(super) fn empty(prepared: &Prepared, name: &str, faces: &[u32]) -> SurfaceFields {
     let mesh = &prepared.mesh;
-    let nodes = mesh.face_nodes(&surface.faces);
+    let nodes = mesh.face_nodes(faces);
     let local = |node: &u32| nodes.partition_point(|other| other < node) as u32;
     let count = nodes.len();
     SurfaceFields {
-        name: surface.name.clone(),
+        name: name.into(),
+        pair: 0,
+        side: Side::Slave,
         points: nodes.iter().map(|&node| mesh.nodes[node as usize]).collect(),
-        faces: surface.faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
-        borders: surface.faces.iter().map(|&f| mesh.faces[f as usize].border().iter().map(local).collect()).collect(),
+        faces: faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
+        borders: faces.iter().map(|&f| mesh.faces[f as usize].border().iter().map(local).collect()).collect(),
         pressure: vec![f64::NAN; count],
         shear: vec![[f64::NAN; 3]; count],
         slip: vec![[f64::NAN; 3]; count],

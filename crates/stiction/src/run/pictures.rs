@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::fields::{BodyFields, SurfaceFields};
+use super::fields::{BodyFields, Side, SurfaceFields};
 use super::{Outcome, Prepared};
 use crate::Error;
 use crate::io::plot::{
@@ -36,8 +36,9 @@ pub(super) fn write(
     };
     deformed(&folder.join("deformed.png"), &plot)?;
     let mut files = vec!["deformed.png".to_string()];
-    for (number, surface) in surfaces.iter().enumerate() {
-        let suffix = if surfaces.len() > 1 { format!("-{}", file_name(surfaces, number)) } else { String::new() };
+    let slaves: Vec<&SurfaceFields> = surfaces.iter().filter(|s| s.side == Side::Slave).collect();
+    for surface in surfaces {
+        let suffix = if slaves.len() > 1 { format!("-{}", file_name(&slaves, surface.pair)) } else { String::new() };
         files.extend(maps(folder, title, &suffix, surface, &units)?);
     }
     if prepared.problem.points() > 0 {
@@ -88,15 +89,32 @@ fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Uni
     let status: Vec<u8> = s.status.iter().map(|&state| u8::try_from(state).unwrap_or(u8::MAX)).collect();
     let of_pair = if suffix.is_empty() { String::new() } else { format!(", {}", s.name) };
     let arrows = MapVectors { values: &s.shear, label: "Shear on counterpart", unit_label: units.stress };
-    let pictures = [
-        ("pressure", "contact pressure", "Pressure", MapValues::Scalar(&s.pressure), None),
-        ("shear", "shear traction on the counterpart", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
-        ("status", "state of contact", "", MapValues::Status(&status), None),
-    ];
-    let touching: Vec<bool> = s.status.iter().map(|&state| state > 0).collect();
+    let pressure = MapValues::Scalar(&s.pressure);
+    let pictures = match s.side {
+        Side::Slave => vec![
+            ("pressure", "contact pressure", "Pressure", pressure, None),
+            ("shear", "shear traction on the counterpart", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
+            ("status", "state of contact", "", MapValues::Status(&status), None),
+        ],
+        // The word comes first: no name of a pair can make this the name of another picture.
+        Side::Master => vec![
+            ("master-pressure", "contact pressure on the master", "Pressure", pressure, None),
+            (
+                "master-shear",
+                "shear traction, master's side",
+                "Shear traction",
+                MapValues::Scalar(&shear),
+                Some(arrows),
+            ),
+        ],
+    };
+    let touching: Vec<bool> = match s.side {
+        Side::Slave => s.status.iter().map(|&state| state > 0).collect(),
+        Side::Master => s.lambda.iter().map(|force| force.iter().any(|&f| f != 0.0)).collect(),
+    };
     let mut files = Vec::new();
     for (name, subject, label, values, vectors) in pictures {
-        if name == "shear" && !shear.iter().any(|&t| t > 0.0) {
+        if name.ends_with("shear") && !shear.iter().any(|&t| t > 0.0) {
             continue;
         }
         let title = format!("{title}{of_pair}: {subject}");
@@ -119,14 +137,14 @@ fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Uni
 }
 
 /// The name of a pair as part of a file name, different for each pair.
-fn file_name(surfaces: &[SurfaceFields], number: usize) -> String {
+fn file_name(surfaces: &[&SurfaceFields], number: usize) -> String {
     let plain = |s: &SurfaceFields| -> String {
         s.name.chars().take(60).map(|c| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '_' }).collect()
     };
-    let own = plain(&surfaces[number]);
+    let own = plain(surfaces[number]);
     // File systems may not tell upper from lower case.
-    let same = |s: &SurfaceFields| plain(s).to_lowercase() == own.to_lowercase();
-    if surfaces.iter().filter(|s| same(s)).count() > 1 { format!("{own}-{}", number + 1) } else { own }
+    let same = |s: &&SurfaceFields| plain(s).to_lowercase() == own.to_lowercase();
+    if surfaces.iter().copied().filter(same).count() > 1 { format!("{own}-{}", number + 1) } else { own }
 }
 
 /// Labels of the units, empty where the case names none.

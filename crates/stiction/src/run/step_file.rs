@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::fields::{body, surfaces};
+use super::fields::body;
+use super::sides::sides;
 use super::write::{log, write_body, write_contact};
 use super::{Prepared, Restart, Step};
 use crate::Error;
@@ -75,7 +76,7 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
             times.iter().zip(1..).map(|(&t, number)| (t, format!("{name}-{number:04}.vtu"))).collect();
         vtu::write_collection(&folder.join(format!("{name}.pvd")), &parts)
     };
-    let surfaces = surfaces(prepared, step.outcome);
+    let surfaces = sides(prepared, step.outcome);
     if !surfaces.is_empty() {
         write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces, true)?;
         collection("contact")?;

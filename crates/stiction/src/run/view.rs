@@ -1,6 +1,6 @@
 //! The interactive view of a result folder, from its files.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use serde_json::Value;
@@ -16,7 +16,7 @@ const MOST_FACES: usize = 150_000;
 const MOST_FRAME_BYTES: usize = 6_000_000;
 
 const ON_BODY: [(Over, &str); 2] = [(Over::Points, "displacement"), (Over::Cells, "von_mises")];
-const ON_CONTACT: [(Over, &str); 7] = [
+const ON_CONTACT: [(Over, &str); 8] = [
     (Over::Points, "pressure"),
     (Over::Points, "shear_traction"),
     (Over::Points, "slip"),
@@ -24,6 +24,7 @@ const ON_CONTACT: [(Over, &str); 7] = [
     (Over::Points, "status"),
     (Over::Points, "node"),
     (Over::Points, "slid"),
+    (Over::Points, "side"),
 ];
 
 /// Vertices of the view by what they are in the files.
@@ -113,7 +114,41 @@ fn fields([length, _, stress]: [&str; 3], has_contact: bool, stepped: bool) -> V
     fields
 }
 
-/// The boundary of the mesh without contact surfaces, then these.
+/// Whether each contact point belongs to a master.
+fn on_master(contact: &Fields) -> Vec<bool> {
+    match contact.arrays.get(7) {
+        Some(Some(side)) if side.len() == contact.points => side.iter().map(|&side| side > 0.0).collect(),
+        _ => vec![false; contact.points],
+    }
+}
+
+/// `values`, `width` a point, where a master's points have what all pairs bring to their node together.
+fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec<f64> {
+    let nodes = contact.arrays[5].as_deref().unwrap_or(&[]);
+    let masters: Vec<(usize, u64)> = (nodes.iter().map(|node| node.to_bits()).enumerate())
+        .zip(on_master(contact))
+        .filter(|(_, m)| *m)
+        .map(|(p, _)| p)
+        .collect();
+    for c in 0..width {
+        let mut whole: HashMap<u64, f64> = HashMap::new();
+        for &(point, node) in &masters {
+            let sum = whole.entry(node).or_insert(f64::NAN);
+            let value = values[width * point + c];
+            *sum = if sum.is_nan() {
+                value
+            } else if value.is_nan() {
+                *sum
+            } else {
+                *sum + value
+            };
+        }
+        masters.iter().for_each(|(point, node)| values[width * point + c] = whole[node]);
+    }
+    values
+}
+
+/// The boundary of the mesh without contact surfaces, then these: slaves, and masters where no slave is.
 fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View, Vertices), Error> {
     let own_node = nodes_of(polygons, contact, mesh.nodes.len())?;
     let key = |corners: [u32; 4]| {
@@ -121,8 +156,14 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
         key.sort_unstable();
         key
     };
-    let in_contact: HashSet<[u32; 4]> =
-        polygons.faces.iter().map(|face| key(corners(face).map(|v| own_node[v as usize]))).collect();
+    let master = on_master(contact);
+    let key_of = |face: &[u32]| key(corners(face).map(|v| own_node[v as usize]));
+    let is_master = |face: &[u32]| master.get(face[0] as usize) == Some(&true);
+    let mut in_contact: HashSet<[u32; 4]> =
+        polygons.faces.iter().filter(|face| !is_master(face)).map(|face| key_of(face)).collect();
+    // Of a face in several pairs one is enough, and the slave tells more.
+    let shown: Vec<&Vec<u32>> =
+        polygons.faces.iter().filter(|face| !is_master(face) || in_contact.insert(key_of(face))).collect();
     let free = mesh.faces.iter().map(|face| corners(face.nodes())).filter(|&face| !in_contact.contains(&key(face)));
     let mut vertex = vec![u32::MAX; mesh.nodes.len()];
     let mut vertices = Vertices { node: Vec::new(), contact: Vec::new() };
@@ -143,7 +184,7 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
     vertices.node.extend(&own_node);
     view.first_contact_point = first as usize;
     view.first_contact_face = view.faces.len();
-    view.faces.extend(polygons.faces.iter().map(|face| corners(face).map(|v| first + v)));
+    view.faces.extend(shown.iter().map(|face| corners(face).map(|v| first + v)));
     view.points = vertices.node.iter().map(|&node| mesh.nodes[node as usize]).collect();
     Ok((view, vertices))
 }
@@ -183,9 +224,11 @@ fn frame(mesh: &Mesh, vertices: &Vertices, body: &Fields, contact: &Fields, step
     if contact.points > 0 {
         let count = contact.points;
         let size = |v: &[f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-        let sizes = |i| of(contact, i, 3 * count).map(|v| v.as_chunks().0.iter().map(size).collect::<Vec<f64>>());
-        let mut on_contact =
-            vec![of(contact, 0, count)?, sizes(1)?, sizes(2)?, of(contact, 3, count)?, of(contact, 4, count)?];
+        let all_sizes = |v: Vec<f64>| v.as_chunks().0.iter().map(size).collect::<Vec<f64>>();
+        let sizes = |i| of(contact, i, 3 * count).map(all_sizes);
+        let pressure = brought_together(contact, of(contact, 0, count)?, 1);
+        let shear = all_sizes(brought_together(contact, of(contact, 1, 3 * count)?, 3));
+        let mut on_contact = vec![pressure, shear, sizes(2)?, of(contact, 3, count)?, of(contact, 4, count)?];
         if stepped {
             on_contact.push(sizes(6)?);
         }

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::fields::{BodyFields, SurfaceFields, body, surfaces};
+use super::fields::{BodyFields, Side, SurfaceFields, body};
+use super::sides::sides;
 use super::step_file::remove_steps;
 use super::{Outcome, Prepared, REPORT, pictures};
 use crate::Error;
@@ -45,7 +46,7 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     if !stepped {
         remove_steps(folder)?;
     }
-    let (body, surfaces) = (body(prepared, outcome), surfaces(prepared, outcome));
+    let (body, surfaces) = (body(prepared, outcome), sides(prepared, outcome));
     let mut files = Vec::new();
     let names: &[&str] = if surfaces.is_empty() { &["result"] } else { &["result", "contact"] };
     if stepped {
@@ -121,19 +122,21 @@ fn write_obstacles(path: &Path, prepared: &Prepared) -> Result<bool, Error> {
     vtu::write(path, &grid, &[Array::integer("pair", &pair)], &[], &[]).map(|()| true)
 }
 
-/// The surfaces of all pairs one after the other; a node of two pairs stands there twice. With load steps `slid` is
+/// The surfaces of all pairs one after the other, of each the slave (`side` 0) and then the master (1); a node of two
+/// surfaces stands there twice. With load steps `slid` is
 /// what each point has slid since the start, `slip` what it has in the step.
 pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bool) -> Result<(), Error> {
     let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|s| s.points.iter().copied()).collect();
     let mut grid = Grid::new(&points);
-    let (mut first, mut pair) = (0, Vec::new());
-    for (number, surface) in (0..).zip(surfaces) {
+    let (mut first, mut pair, mut side) = (0, Vec::new(), Vec::new());
+    for surface in surfaces {
         for face in &surface.faces {
             let nodes: Vec<u32> = face.iter().map(|node| first + node).collect();
             grid.push(vtu::face_code(nodes.len()), &nodes);
         }
         first += surface.points.len() as u32;
-        pair.extend(std::iter::repeat_n(number, surface.points.len()));
+        pair.extend(std::iter::repeat_n(surface.pair as i32, surface.points.len()));
+        side.extend(std::iter::repeat_n(i32::from(surface.side == Side::Master), surface.points.len()));
     }
     let scalars = |of: fn(&SurfaceFields) -> &Vec<f64>| surfaces.iter().flat_map(of).copied().collect::<Vec<f64>>();
     let vectors = |of: fn(&SurfaceFields) -> &Vec<[f64; 3]>| surfaces.iter().flat_map(of).copied().collect::<Vec<_>>();
@@ -150,6 +153,7 @@ pub(super) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
         Array::integer("status", &status),
         Array::vector("lambda", &lambda),
         Array::integer("pair", &pair),
+        Array::integer("side", &side),
         Array::integer("node", &nodes),
     ];
     if stepped {
