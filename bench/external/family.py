@@ -2,6 +2,8 @@
 
     python3 bench/external/family.py [--sizes 6k,50k,200k,700k,2M] [--elements tet4,hex8] [--threads 1] [--docs]
 
+(a size may be for one element only, `tet4:2M`)
+
 makes a virtual environment with numpy, scipy, pyamg and matplotlib beside the build (once), builds `stiction`, solves every
 case with `stiction solve`, and K u = f without contact by pyamg's smoothed aggregation with the rigid motions (conjugate
 gradients to 1e-8, one thread) and, up to 220 000 unknowns and where scikit-sparse can be built (Debian: libsuitesparse-dev), by
@@ -232,7 +234,9 @@ def main():
     rows = []
     for element in arguments.elements.split(","):
         for name in arguments.sizes.split(","):
-            rows += size(arguments, element, name)
+            only, _, name = name.rpartition(":")
+            if only in ("", element):
+                rows += size(arguments, element, name)
     if arguments.docs:
         docs = os.path.join(ROOT, "docs")
         plot(rows, os.path.join(docs, "benchmark.png"))

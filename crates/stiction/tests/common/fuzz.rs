@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
-use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, vtu_read};
+use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, surface, vtu_read};
 use stiction::linalg::Csr;
 
 /// A reader, files it reads, and the ending of further ones.
@@ -33,6 +33,8 @@ pub const TARGETS: &[Target] = &[
     Target { name: "gmsh", ending: "msh", seeds: gmsh_files, free: SLACK, read: |b| gmsh::parse(b, "f", 1.0).is_ok() },
     Target { name: "abaqus", ending: "inp", seeds: abaqus_files, free: SLACK, read: |b| abaqus::parse(b, "f", 1.0, &included).is_ok() },
     Target { name: "vtu", ending: "vtu", seeds: vtu_files, free: SLACK, read: |b| vtu_read::parse(b, "f", 1.0).is_ok() },
+    Target { name: "stl", ending: "stl", seeds: stl_files, free: SLACK, read: |b| surface::parse_stl(b, "f", 1.0).is_ok() },
+    Target { name: "obj", ending: "obj", seeds: obj_files, free: SLACK, read: |b| surface::parse_obj(b, "f", 1.0).is_ok() },
     Target { name: "case", ending: "toml", seeds: case_files, free: SLACK, read: |b| str::from_utf8(b).is_ok_and(|t| case::parse(t, "f", &[]).is_ok()) },
     Target { name: "storage", ending: "-", seeds: storages, free: SLACK, read: read_storage },
 ];
@@ -277,6 +279,32 @@ fn vtu_files() -> Vec<Vec<u8>> {
         "../data/brick-meshio-ascii.vtu" "../data/brick-meshio-zlib.vtu" "../data/brick-vtk-base64.vtu"
         "../data/brick-vtk-inline-zlib.vtu" "../data/brick-vtk-raw.vtu" "../data/brick-pyvista.vtu"
     )
+}
+
+/// The faces of a tetrahedron, as text and as bytes.
+fn stl_files() -> Vec<Vec<u8>> {
+    let corner: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    let facet = |face: &[usize; 3]| -> String {
+        let vertex = |&k: &usize| format!("vertex {} {} {}\n", corner[k][0], corner[k][1], corner[k][2]);
+        let vertices: String = face.iter().map(vertex).collect();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let text = format!("solid it\n{}endsolid it\n", faces.iter().map(facet).collect::<String>());
+    let mut bytes = vec![b' '; 80];
+    bytes.extend(4u32.to_le_bytes());
+    for face in faces {
+        bytes.extend([0; 12]);
+        bytes.extend(face.iter().flat_map(|&k| corner[k]).flat_map(f32::to_le_bytes));
+        bytes.extend([0; 2]);
+    }
+    vec![text.into_bytes(), bytes]
+}
+
+fn obj_files() -> Vec<Vec<u8>> {
+    let corners = "# it\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e0\n";
+    let faces = ["f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n", "vn 0 0 1\nf 1//1 2//1 3//1\nf -5 -3 -2\n"];
+    faces.map(|faces| format!("{corners}{faces}").into_bytes()).to_vec()
 }
 
 fn case_files() -> Vec<Vec<u8>> {
