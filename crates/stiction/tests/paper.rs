@@ -76,7 +76,7 @@ fn nothing_lies_outside_its_band_but_what_is_documented() {
     assert!(of(|v| v == Verdict::Outside).is_empty(), "{:#?}", of(|v| v == Verdict::Outside));
     assert!(of(|v| v == Verdict::Within).len() >= 50, "{}", of(|v| v == Verdict::Within).len());
     let mut known: Vec<_> = of(|v| matches!(v, Verdict::Known(_))).iter().map(|(n, c)| (*n, c.run.as_str())).collect();
-    // Rounding decides on which side of its band this one falls.
+    // Near the end of its band and sensitive to rounding; see `run/paper/known.rs`.
     known.retain(|&it| it != (4, "log rho = -6"));
     assert_eq!(known, [(6, "log rho = -8, N = 6"), (12, "partition 1, N = 6")]);
 }

@@ -7,8 +7,8 @@ use super::experiment::Line;
 pub fn known(table: usize, line: &Line, quantity: Quantity) -> Option<&'static str> {
     match (table, line.label.as_str(), quantity) {
         (4, "log rho = -6", Quantity::CgSteps) => Some(
-            "the number hangs on the last digits: loads that differ by 1e-16 of themselves change it from 428 to 385, and \
-             the band ends at 406",
+            "the number is sensitive: loads changed by 1e-16 of themselves give 367 to 385; an earlier build gave 428, and \
+             what changed it is not known; the band ends at 406",
         ),
         (5, "log rho = -7" | "log rho = -6", Quantity::CgSteps) => Some(
             "our solver needs fewer steps than the paper's did; with the loads times 4.29, which fit as well, the number \
