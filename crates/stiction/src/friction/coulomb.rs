@@ -1,5 +1,5 @@
 use super::law::{frozen, slope};
-use super::newton_system::NewtonSystem;
+use super::newton_system::{Linearized, NewtonSystem};
 use super::solve::Solution;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, Inverse};
@@ -57,7 +57,16 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
     let v = problem.opening(u);
     let frozen: Vec<Friction> =
         problem.friction.iter().zip(lambda).map(|(&law, &normal)| frozen(law, normal)).collect();
-    let mut system = NewtonSystem::new(&frozen, 0.0, &live, &stiffness, lambda, &v, &r);
+    let mut system = NewtonSystem::new(&Linearized {
+        friction: &frozen,
+        largest_slope: 0.0,
+        live: &live,
+        stiffness: &stiffness,
+        lambda,
+        v: &v,
+        r: &r,
+        centre: None,
+    });
     let slipping: Vec<usize> = system.slipping().collect();
     let slope = |j: usize| slope(problem.friction[j], lambda[j]);
     let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * lambda[j]).collect();

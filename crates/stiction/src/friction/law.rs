@@ -60,12 +60,11 @@ pub(super) fn augmented(lambda: &[f64], v: &[f64], r: &[f64], j: usize) -> [f64;
     [j, m + j, 2 * m + j].map(|i| lambda[i] - r[j] * v[i])
 }
 
-/// The residual of Alart & Curnier (1991), newton, length `3m`: `lambda` less the projection of `lambda - r v` on
-/// what the law admits, the radius of the friction disc taken from the augmented normal force. Zero exactly at
-/// solutions.
-pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
+/// The projection of `lambda - r v` on what the law admits, newton, length `3m`; the radius of a friction disc is that of
+/// the augmented normal force.
+pub(super) fn projection(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
     let m = r.len();
-    let mut g = vec![0.0; 3 * m];
+    let mut p = vec![0.0; 3 * m];
     for (j, &law) in friction.iter().enumerate() {
         let a = augmented(lambda, v, r, j);
         let projected = if law == Friction::Bonded {
@@ -75,9 +74,16 @@ pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f6
             let shrink = if length > limit { limit / length } else { 1.0 };
             [a[0].max(0.0), a[1] * shrink, a[2] * shrink]
         };
-        [j, m + j, 2 * m + j].into_iter().zip(projected).for_each(|(i, p)| g[i] = lambda[i] - p);
+        [j, m + j, 2 * m + j].into_iter().zip(projected).for_each(|(i, x)| p[i] = x);
     }
-    g
+    p
+}
+
+/// The residual of Alart & Curnier (1991), newton, length `3m`: `lambda` less its [`projection`]. Zero exactly at
+/// solutions.
+pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
+    let projected = projection(friction, lambda, v, r);
+    lambda.iter().zip(projected).map(|(x, p)| x - p).collect()
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod minimize;
 mod newton;
 mod newton_system;
 mod primal;
+mod proximal;
 mod quadratic;
 mod rigid_start;
 mod run_method;

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use super::PointState;
 use super::law::{residual, states};
-use super::newton_system::NewtonSystem;
+use super::newton_system::{Linearized, NewtonSystem};
 use crate::contact::Friction;
 use crate::dual::Dual;
 use crate::linalg::norm;
@@ -35,8 +35,7 @@ pub(super) struct Newton<'a> {
     pub stiffness: &'a [f64],
     /// The parameter of the residual, one a point, force per length.
     pub r: &'a [f64],
-    /// `Rᵀ f` on the rigid motions the step may use, newton; empty where all bodies are held, or taken to be held by
-    /// the springs of the dual operator.
+    /// `Rᵀ f` on the rigid motions of bodies that float, newton.
     pub resultant: &'a [f64],
     /// Stop when the residual's norm is at most this share of the multipliers'.
     pub tolerance: f64,
@@ -102,7 +101,16 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         // Far from the solution a large coefficient makes the step of a slipping point run away through its normal
         // force (the reduced matrix loses its definiteness); near it the coupling is what makes the method fast.
         let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { TAME_SLOPE };
-        let system = NewtonSystem::new(on.friction, largest_slope, on.live, on.stiffness, &at.lambda, &at.v, on.r);
+        let system = NewtonSystem::new(&Linearized {
+            friction: on.friction,
+            largest_slope,
+            live: on.live,
+            stiffness: on.stiffness,
+            lambda: &at.lambda,
+            v: &at.v,
+            r: on.r,
+            centre: None,
+        });
         let step = system.solve(on.dual, jumps, &imbalance(at), forcing, INNER_LIMIT);
         // Such a motion would be as long as rounding makes it.
         if !step.resisted {

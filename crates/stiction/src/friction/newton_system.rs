@@ -43,7 +43,7 @@ pub(super) struct Step {
     pub dv: Vec<f64>,
     /// The change of the rigid motions of bodies that float.
     pub d_alpha: Vec<f64>,
-    /// False if a body floats in a motion that no point in contact resists.
+    /// False if bodies float and nothing resists any of their motions.
     pub resisted: bool,
 }
 
@@ -61,7 +61,12 @@ struct Border<'a> {
     work: Vec<Vec<f64>>,
     answer: Vec<Vec<f64>>,
     coarse: SmallLu,
+    /// False if nothing resists any motion.
+    resisted: bool,
 }
+
+/// Resistance given to motions that have none, over the largest: enough to tell them from rounding.
+const GUIDE: f64 = 1e-8;
 
 impl Border<'_> {
     /// Completes `y = Â⁻¹ x` to the solution `[y; a]` for the imbalance `b`.
@@ -74,19 +79,28 @@ impl Border<'_> {
     }
 }
 
-impl NewtonSystem {
-    /// `live[i]` is false for an empty row of `B`; `stiffness` is the local stiffness of each row. A slipping point
-    /// whose coefficient exceeds `largest_slope` keeps its present bound: its friction does not follow the normal
+/// Where the equations of a Newton step are linearised.
+pub(super) struct Linearized<'a> {
+    pub friction: &'a [Friction],
+    /// A slipping point whose coefficient exceeds this keeps its present bound: its friction does not follow the normal
     /// force within the step.
-    pub fn new(
-        friction: &[Friction],
-        largest_slope: f64,
-        live: &[bool],
-        stiffness: &[f64],
-        lambda: &[f64],
-        v: &[f64],
-        r: &[f64],
-    ) -> NewtonSystem {
+    pub largest_slope: f64,
+    /// False for an empty row of `B`, length `3m`.
+    pub live: &'a [bool],
+    /// Local stiffness of each row, `3m`.
+    pub stiffness: &'a [f64],
+    pub lambda: &'a [f64],
+    pub v: &'a [f64],
+    pub r: &'a [f64],
+    /// For a step of the proximal method of multipliers, whose `a` is `centre - r v`. Every equation of an unknown then
+    /// has `d / r` in addition on the left and `(centre - lambda) / r` on the right.
+    pub centre: Option<&'a [f64]>,
+}
+
+impl NewtonSystem {
+    /// Linearises the equations at a point.
+    pub fn new(at: &Linearized<'_>) -> NewtonSystem {
+        let &Linearized { friction, largest_slope, live, stiffness, lambda, v, r, centre } = at;
         let m = r.len();
         let mut system = NewtonSystem {
             unknowns: Vec::new(),
@@ -99,11 +113,14 @@ impl NewtonSystem {
         };
         for j in 0..m {
             let rows = [j, m + j, 2 * m + j];
+            // Softness that the proximal term gives every unknown, and `v` less what it pulls.
+            let soft = if centre.is_some() { 1.0 / r[j] } else { 0.0 };
+            let pulled = |i: usize| v[i] - centre.map_or(0.0, |c| (c[i] - lambda[i]) / r[j]);
             if friction[j] == Friction::Bonded {
-                rows.into_iter().filter(|&i| live[i]).for_each(|i| system.component(i, v));
+                rows.into_iter().filter(|&i| live[i]).for_each(|i| system.component(i, -pulled(i), soft, stiffness[i]));
                 continue;
             }
-            let a = augmented(lambda, v, r, j);
+            let a = augmented(centre.unwrap_or(lambda), v, r, j);
             let limit = bound(friction[j], a[0]);
             let tangents = [rows[1], rows[2]];
             let length = a[1].hypot(a[2]);
@@ -114,7 +131,8 @@ impl NewtonSystem {
             if limit <= 0.0 {
                 tangents.into_iter().for_each(|i| system.known[i] = -lambda[i]);
             } else if length <= limit {
-                tangents.into_iter().filter(|&i| live[i]).for_each(|i| system.component(i, v));
+                let live = tangents.into_iter().filter(|&i| live[i]);
+                live.for_each(|i| system.component(i, -pulled(i), soft, stiffness[i]));
             } else {
                 let e = [a[1] / length, a[2] / length];
                 system.slips.push((j, tangents, e));
@@ -123,40 +141,38 @@ impl NewtonSystem {
                 let target = if slope > 0.0 { slope * lambda[j] } else { limit };
                 tangents.into_iter().zip(e).for_each(|(i, e)| system.known[i] = e * (target - along));
                 if slope > 0.0 {
-                    system.push(Unknown::SlippingNormal { i: j, tangents, direction: e, slope }, -v[j]);
+                    let unknown = Unknown::SlippingNormal { i: j, tangents, direction: e, slope };
+                    system.push(unknown, -pulled(j), 1.0, soft, stiffness[j]);
                 }
                 if live[rows[1]] && live[rows[2]] {
                     let across = [-e[1], e[0]];
                     let (share, local) = (limit / length, 0.5 * (stiffness[rows[1]] + stiffness[rows[2]]));
-                    let softness = (1.0 - share) / r[j];
-                    let rhs = -(v[rows[1]] * across[0] + v[rows[2]] * across[1]);
-                    system.push(Unknown::Turn { tangents, across }, rhs);
-                    let last = system.share.len() - 1;
-                    system.share[last] = share;
-                    system.softness[last] = softness;
-                    system.weight[last] = 1.0 / (1.0 + softness / share * local).sqrt();
+                    let softness = if centre.is_some() { soft } else { (1.0 - share) / r[j] };
+                    let rhs = -(pulled(rows[1]) * across[0] + pulled(rows[2]) * across[1]);
+                    system.push(Unknown::Turn { tangents, across }, rhs, share, softness, local);
                 }
                 if slope > 0.0 {
                     continue; // the normal multiplier is among the unknowns already
                 }
             }
             if in_contact {
-                system.component(j, v);
+                system.component(j, -pulled(j), soft, stiffness[j]);
             }
         }
         system
     }
 
-    fn component(&mut self, i: usize, v: &[f64]) {
-        self.push(Unknown::Component { i }, -v[i]);
+    fn component(&mut self, i: usize, rhs: f64, softness: f64, local: f64) {
+        self.push(Unknown::Component { i }, rhs, 1.0, softness, local);
     }
 
-    fn push(&mut self, unknown: Unknown, rhs: f64) {
+    /// `local` is the stiffness by which the preconditioner weighs the softness.
+    fn push(&mut self, unknown: Unknown, rhs: f64, share: f64, softness: f64, local: f64) {
         self.unknowns.push(unknown);
         self.rhs.push(rhs);
-        self.share.push(1.0);
-        self.softness.push(0.0);
-        self.weight.push(1.0);
+        self.share.push(share);
+        self.softness.push(softness);
+        self.weight.push(1.0 / (1.0 + softness / share * local).sqrt());
     }
 
     /// `d += E y`: what the unknowns `y` contribute to the step.
@@ -246,8 +262,18 @@ impl NewtonSystem {
         };
         let work: Vec<Vec<f64>> = jumps.iter().map(|jump| self.gather(jump)).collect();
         let answer: Vec<Vec<f64>> = jumps.iter().map(answer).collect();
-        let coarse = SmallLu::new(work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect());
-        Border { jumps, work, answer, coarse }
+        let resistance: Vec<Vec<f64>> = work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect();
+        let largest = (0..jumps.len()).fold(0.0, |a: f64, k| a.max(resistance[k][k]));
+        let mut coarse = SmallLu::new(resistance.clone());
+        if coarse.singular {
+            // A body on too few points to be held, as a ball on one, can be at rest: then the motion is left alone.
+            let guided = |(k, mut row): (usize, Vec<f64>)| {
+                row[k] += GUIDE * largest;
+                row
+            };
+            coarse = SmallLu::new(resistance.into_iter().enumerate().map(guided).collect());
+        }
+        Border { jumps, work, answer, coarse, resisted: jumps.is_empty() || largest > 0.0 }
     }
 
     /// The step and what it does to `v`, at one product with `Q`.
@@ -292,6 +318,6 @@ impl NewtonSystem {
             axpy(1.0, &scaled[count..], &mut d_alpha);
             axpy(c, image, &mut dv);
         }
-        Step { d, dv, d_alpha, resisted: !border.coarse.singular }
+        Step { d, dv, d_alpha, resisted: border.resisted }
     }
 }

@@ -2,9 +2,10 @@ use std::ops::ControlFlow;
 
 use super::PointState;
 use super::law::{bound, frozen, states};
-use super::newton::{End, Iterate, Newton, TAME_SLOPE, newton};
-use super::newton_system::NewtonSystem;
-use super::rigid_start::Foundation;
+use super::newton::{End, Iterate, Newton, Observe, TAME_SLOPE, newton};
+use super::newton_system::{Linearized, NewtonSystem};
+use super::proximal::proximal;
+use super::rigid_start::{Foundation, Rest};
 use crate::certificate::{Certificate, certify};
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::{ContactProblem, Friction};
@@ -116,15 +117,18 @@ const PARAMETER: f64 = 0.1;
 const START_LIMIT: usize = 30;
 /// Gradient steps after a stall.
 const GRADIENT_STEPS: usize = 20;
-/// Stalls answered by gradient steps before the fixed point takes over.
+/// Stalls answered by gradient steps before the fixed point takes over; and where the problem is convex, before the
+/// proximal method does, which arrives from anywhere but takes more steps.
 const RESTARTS: usize = 5;
+const CONVEX_RESTARTS: usize = 2;
 
 /// Solves contact with friction: Newton's method on the law itself; after a stall some accelerated gradient steps and
-/// a smaller parameter; after repeated stalls the fixed point on the bounds of friction, whose problems are convex.
+/// a smaller parameter; after repeated stalls the fixed point on the bounds of friction, whose problems are convex and are
+/// solved by the proximal method of multipliers.
 ///
 /// Bodies that contact alone holds start from their rest as rigid bodies on an elastic foundation; their rigid motions
-/// are unknowns of each Newton step, and the balance of their forces is part of the residual. Where the steps stall, the
-/// body is held by springs for as long as the other means take, and then moved to where its forces balance.
+/// are unknowns of each Newton step, and the balance of their forces is part of the residual. Gradient steps take
+/// the body where it is; then it is moved to where its forces balance.
 ///
 /// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
 /// enough but did not certify is reduced further.
@@ -151,13 +155,8 @@ pub fn solve(
     }
 }
 
-/// What holds the bodies that float during a run of Newton steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Held {
-    ByContact,
-    /// The springs of the dual operator, where the body is: the problem has an answer whatever touches.
-    BySprings,
-}
+/// A loop of Newton steps: [`newton`] or [`proximal`].
+type Method = fn(&Newton<'_>, &mut Iterate, &mut usize, &mut Observe<'_>) -> End;
 
 struct Solver<'a> {
     /// The problem as it was given, which the certificate judges.
@@ -219,27 +218,35 @@ impl<'a> Solver<'a> {
             self.rigid_start();
             self.stick_start();
         }
-        for _ in 0..RESTARTS {
-            let end = self.newton(&laws, Phase::Newton, Held::ByContact, factor, tolerance, observer);
+        // Without a bound that follows the normal force the problem is convex.
+        let convex = laws.iter().all(|&law| frozen(law, 1.0) == law);
+        for _ in 0..if convex { CONVEX_RESTARTS } else { RESTARTS } {
+            let end = self.steps(newton, &laws, Phase::Newton, factor, tolerance, observer);
             if end != End::Stalled {
                 return end;
             }
             self.gradient_steps();
             factor /= 3.0;
         }
+        if convex {
+            let end = self.steps(proximal, &laws, Phase::FixedPoint, 1.0, tolerance, observer);
+            if end != End::Stalled {
+                return end;
+            }
+        }
         // Fixed point g -> F lambda_n(g); every step ends with an attempt of Newton on the law itself.
         while self.steps_left > 0 {
             self.counts.fixed_point_steps += 1;
             let frozen = self.frozen_laws();
-            let end = self.newton(&frozen, Phase::FixedPoint, Held::BySprings, 1.0, tolerance.max(1e-6), observer);
-            self.settle();
+            let accuracy = tolerance.max(1e-6);
+            let end = self.steps(proximal, &frozen, Phase::FixedPoint, 1.0, accuracy, observer);
             match end {
                 End::Stalled => self.gradient_steps(),
                 End::Converged => {}
                 End::Limit | End::Interrupted => return end,
             }
             let before = self.at.clone();
-            let end = self.newton(&laws, Phase::Newton, Held::ByContact, 1.0, tolerance, observer);
+            let end = self.steps(newton, &laws, Phase::Newton, 1.0, tolerance, observer);
             if end != End::Stalled {
                 return end;
             }
@@ -256,32 +263,47 @@ impl<'a> Solver<'a> {
         }
         let mut u = self.dual.displacement(self.problem, &vec![0.0; self.v0.len()]);
         floating.motions.bodies.iter().flat_map(|body| &body.unknowns).for_each(|&i| u[i as usize] = 0.0);
-        self.rest_on(self.problem.opening(&u));
+        self.rest_on(&self.problem.opening(&u));
+        self.align();
     }
 
-    /// Moves floating bodies until the augmented multipliers `lambda - r v` of the present deformation, made admissible,
-    /// balance their loads, and takes these for the multipliers: points that were missing to hold a body touch then.
+    /// Moves floating bodies until the augmented multipliers of the present deformation balance their loads, and takes these
+    /// for the multipliers.
     fn settle(&mut self) {
-        let (floating, r) = (&self.dual.floating, self.parameter(1.0));
-        if floating.is_empty() {
-            return;
+        if !self.dual.floating.is_empty() {
+            self.rest_on(&self.augmented_opening());
+            self.align();
         }
+    }
+
+    /// Moves floating bodies, with the multipliers as they are, to where the augmented ones balance their loads: the points
+    /// that are then in contact hold the bodies, and the next step finds them there.
+    fn align(&mut self) {
+        self.at.alpha = self.rest(&self.augmented_opening()).alpha;
+        self.refresh();
+    }
+
+    /// The opening at which a foundation exerts `lambda - r v`, where floating bodies have not moved.
+    fn augmented_opening(&self) -> Vec<f64> {
+        let r = self.parameter(1.0);
         let still: Vec<f64> = self.at.alpha.iter().map(|a| -a).collect();
         let mut opening = self.at.v.clone();
-        floating.close(&still, &mut opening);
+        self.dual.floating.close(&still, &mut opening);
         opening.iter_mut().enumerate().for_each(|(i, v)| *v -= self.at.lambda[i] / r[i % r.len()]);
-        self.rest_on(opening);
+        opening
+    }
+
+    fn rest(&self, opening: &[f64]) -> Rest {
+        let (friction, jumps) = (&self.problem.friction[..], &self.dual.floating.jumps[..]);
+        let (resultant, stiffness) = (&self.resultant[..], &self.parameter(1.0)[..]);
+        Foundation { friction, jumps, resultant, opening, stiffness }.rest()
     }
 
     /// Rigid motions and multipliers from the rest on the foundation with this opening at zero motions.
-    fn rest_on(&mut self, opening: Vec<f64>) {
-        let (jumps, r) = (&self.dual.floating.jumps[..], self.parameter(1.0));
-        let (friction, resultant) = (&self.problem.friction[..], &self.resultant[..]);
-        let rest = Foundation { friction, jumps, resultant, opening: &opening, stiffness: &r }.rest();
-        self.at.alpha = rest.alpha;
-        self.at.lambda = rest.lambda;
+    fn rest_on(&mut self, opening: &[f64]) {
+        Rest { alpha: self.at.alpha, lambda: self.at.lambda } = self.rest(opening);
         self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
-        make_admissible(friction, &mut self.at.lambda);
+        make_admissible(&self.problem.friction, &mut self.at.lambda);
         self.refresh();
     }
 
@@ -315,7 +337,16 @@ impl<'a> Solver<'a> {
             return;
         }
         let (r, at) = (self.parameter(1.0), &self.at);
-        let system = NewtonSystem::new(&stuck, 0.0, &self.live, &self.stiffness, &at.lambda, &at.v, &r);
+        let system = NewtonSystem::new(&Linearized {
+            friction: &stuck,
+            largest_slope: 0.0,
+            live: &self.live,
+            stiffness: &self.stiffness,
+            lambda: &at.lambda,
+            v: &at.v,
+            r: &r,
+            centre: None,
+        });
         let floating = &self.dual.floating;
         let imbalance = floating.imbalance(&self.resultant, &at.lambda);
         let step = system.solve(self.dual, &floating.jumps, &imbalance, 0.1, START_LIMIT);
@@ -331,11 +362,12 @@ impl<'a> Solver<'a> {
         }
     }
 
-    fn newton(
+    #[allow(clippy::too_many_arguments)]
+    fn steps(
         &mut self,
+        method: Method,
         laws: &[Friction],
         phase: Phase,
-        held: Held,
         factor: f64,
         tolerance: f64,
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -348,7 +380,7 @@ impl<'a> Solver<'a> {
             live: &self.live,
             stiffness: &self.stiffness,
             r: &r,
-            resultant: if held == Held::ByContact { &self.resultant } else { &[] },
+            resultant: &self.resultant,
             tolerance,
         };
         let (history, dual) = (&mut self.history, self.dual);
@@ -369,7 +401,7 @@ impl<'a> Solver<'a> {
             history.push(progress);
             observer(&progress)
         };
-        newton(&on, &mut self.at, &mut self.steps_left, &mut observe)
+        method(&on, &mut self.at, &mut self.steps_left, &mut observe)
     }
 
     /// Given friction with the bounds of the present normal forces.

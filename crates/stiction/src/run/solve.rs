@@ -206,7 +206,7 @@ const MULTIGRID_SECONDS: f64 = 1e-5;
 /// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
 const MULTIGRID_BYTES: u64 = 2000;
 /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
-const CYCLES_PER_ITERATION: usize = 10;
+const CYCLES_PER_ITERATION: usize = 5;
 
 /// What is worth keeping while the stiffness and `B` stand: a factor or a multigrid hierarchy.
 #[derive(Debug, Default)]

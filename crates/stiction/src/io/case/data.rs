@@ -252,7 +252,7 @@ pub struct SolverSpec {
 impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
-        let (tolerance, max_iterations, path, method_name) = (1e-8, 100, SolverPath::Auto, "newton".into());
+        let (tolerance, max_iterations, path, method_name) = (1e-8, 200, SolverPath::Auto, "newton".into());
         SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
     }
 }

@@ -16,8 +16,8 @@ pub(super) static SOLVER: Rules = Rules {
         key(
             "max_iterations",
             Kind::Whole { from: 1, to: 1_000_000 },
-            "max_iterations = 100",
-            "Most outer iterations; 100 if absent, for methods other than \"newton\" 10000.",
+            "max_iterations = 200",
+            "Most outer iterations; 200 if absent, for methods other than \"newton\" 10000.",
         ),
         key("method", METHOD, "method = \"newton\"", "How the case is solved; the default needs no tuning.")
             .default("\"newton\""),
