@@ -8,7 +8,7 @@ use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, Splittin
 /// Programs within a method are solved this much more accurately than the method itself.
 const INNER: f64 = 1e-2;
 /// Most iterations where the case does not say: Newton steps, and changes of the multipliers of the other methods.
-const NEWTON_ITERATIONS: usize = 100;
+const NEWTON_ITERATIONS: usize = 200;
 const METHOD_ITERATIONS: usize = 10_000;
 /// Keys that only some methods use.
 const METHOD_KEYS: [&str; 8] =
