@@ -22,6 +22,7 @@ mod triangles;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
+pub use patches::{Patch, patches};
 pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
 pub use roles::{Reason, Role, choose_slave};
