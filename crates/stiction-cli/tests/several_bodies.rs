@@ -86,7 +86,11 @@ fn the_bolted_joint_carries_what_friction_gives() {
     for path in ["solves", "multigrid"] {
         let path = format!("solver.path={path}");
         let load = "load.0.force=['2800*max(t - 1, 0)', 0, 0]";
-        folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]).ends(1, &[]);
+        let run = folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]);
+        run.ends(
+            1,
+            &["of the last step that was solved friction resists at most", "body \"high\": translation along x"],
+        );
         let summary = folder.summary("out");
         let solved = |step: &&serde_json::Value| step["status"] == "solved";
         let steps = summary["steps"].as_array().unwrap();
@@ -96,6 +100,14 @@ fn the_bolted_joint_carries_what_friction_gives() {
         println!("{path}: {share} of {limit}");
         // The shortest increment is 22 N, 0.008 of the limit.
         assert!(share > 0.98 && share < 1.0, "{share} of {limit}");
+        // The plate slides, and the bolt beside it or with it: either takes 0.3 + 0.15 of what clamps.
+        let sliding = &summary["sliding"];
+        let of = |key: &str| sliding[key].as_f64().unwrap();
+        assert!((of("friction") - limit).abs() < 1e-6 * limit, "{sliding} {limit}");
+        let pull = steps[steps.len() - 1]["load"][0].as_f64().unwrap();
+        assert!((of("load") - pull).abs() < 1e-9 * pull && pull > 0.99 * limit, "{sliding} {pull}");
+        let motion = sliding["motion"].as_str().unwrap();
+        assert!(motion.contains("body \"high\"") && motion.contains("translation along x"), "{motion}");
         // What is told of the step that failed is not where the plate went when nothing held it.
         let failed = 0.45 * steps[steps.len() - 1]["pairs"][1]["normal_force"].as_f64().unwrap();
         assert!(failed > 0.5 * limit && failed < 2.0 * limit, "{failed}");

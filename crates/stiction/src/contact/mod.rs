@@ -17,6 +17,7 @@ mod pose;
 mod problem;
 pub mod rigid;
 mod roles;
+pub mod sliding;
 mod surface;
 mod triangles;
 
@@ -25,7 +26,7 @@ pub use obstacle::{Obstacle, Side};
 pub use patches::{Patch, patches};
 pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
-pub use roles::{Reason, Role, choose_slave};
+pub use roles::{Reason, Role, choose_slave, reverse_where_held};
 pub use surface::{
     Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
     SurfaceFriction,
