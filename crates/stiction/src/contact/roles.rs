@@ -1,3 +1,6 @@
+use super::mortar::meet;
+use super::pair::default_search;
+use super::{ContactSurface, Counterpart, Master};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
@@ -56,9 +59,46 @@ pub(super) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
     (area / faces.len().max(1) as f64).sqrt()
 }
 
+/// Where faces of the slave are prescribed altogether and what they meet is not, the other surface is the slave.
+///
+/// A prescribed node carries no multiplier. Its neighbours carry for it where there are free ones; over whole prescribed
+/// faces nothing would keep the other body out, and multipliers there would be more than the other body has nodes to
+/// tell them apart. Takes such faces out of `surface`, and returns the pair with the other role; if they are all the faces,
+/// `surface` itself changes its roles.
+pub fn reverse_where_held(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurface) -> Option<ContactSurface> {
+    let Counterpart::Surface(master) = &mut surface.against else { return None };
+    let all_held = |face: &u32| mesh.faces[*face as usize].nodes().iter().all(|&node| held(dofs, node));
+    let (fixed, free): (Vec<u32>, Vec<u32>) = surface.faces.iter().partition(|&face| all_held(face));
+    if fixed.is_empty() {
+        return None;
+    }
+    let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+    let met = meet(mesh, &master.faces, &fixed, search);
+    let faces = master.faces.iter().zip(&met).filter(|(_, met)| met.covered > 0.0).map(|(&face, _)| face);
+    let faces: Vec<u32> = faces.collect();
+    if faces.iter().all(all_held) {
+        return None;
+    }
+    let slave = if master.slave == Role::On { Role::Against } else { Role::On };
+    let (search, reason) = (Some(search), Reason::Free);
+    if free.is_empty() {
+        std::mem::swap(&mut surface.faces, &mut master.faces);
+        (master.slave, master.reason, master.search) = (slave, reason, search);
+        return None;
+    }
+    let other = Master { faces: fixed, gap: master.gap, search, slave, reason };
+    (surface.faces, master.search) = (free, search);
+    let (name, friction) = (format!("{}-held", surface.name), surface.friction.clone());
+    Some(ContactSurface { name, faces, against: Counterpart::Surface(other), friction })
+}
+
 /// Whether more than half of the nodes are prescribed altogether.
 fn mostly_held(mesh: &Mesh, dofs: &DofMap, faces: &[u32]) -> bool {
     let nodes = mesh.face_nodes(faces);
-    let held = |node: &&u32| (0..3).all(|c| dofs.unknown[(3 * **node + c) as usize] == u32::MAX);
-    2 * nodes.iter().filter(held).count() > nodes.len()
+    2 * nodes.iter().filter(|&&node| held(dofs, node)).count() > nodes.len()
+}
+
+/// Whether all components of a node are prescribed.
+fn held(dofs: &DofMap, node: u32) -> bool {
+    (0..3).all(|c| dofs.unknown[(3 * node + c) as usize] == u32::MAX)
 }
