@@ -257,12 +257,12 @@ fn the_duality_gap_bounds_the_energy_of_the_error() {
     assert_eq!(certify(&p, &s.u, &s.lambda, TOLERANCE).duality_gap, None);
 }
 
-/// A softer block lies loose on a stiffer one, pressed and sheared, Coulomb friction.
+/// A softer block lies loose on a stiffer one with smaller cells, pressed and sheared, Coulomb friction.
 fn soft_on_stiff(ratio: f64, path: &str) -> (Prepared, Outcome) {
     let text = format!(
         r#"
 [mesh.parts.low]
-block = {{ size = [30, 20, 10], cells = [6, 4, 2], element = "hex8" }}
+block = {{ size = [30, 20, 10], cells = [16, 12, 2], element = "hex8" }}
 [mesh.parts.high]
 block = {{ size = [30, 20, 10], cells = [7, 5, 2], element = "tet4" }}
 move = [0, 0, 10]

@@ -29,10 +29,14 @@ pub enum Reason {
 const ALIKE: f64 = 1.25;
 /// Elastic moduli whose ratio is below this are alike.
 const AS_STIFF: f64 = 1.01;
+/// Beyond this ratio of the moduli the stiffer body is nearly a rigid obstacle, whose nodes follow no other: as slaves they
+/// made multigrid slow from a ratio of 10 and fail from 100 on, while the softer slave takes as long at every ratio.
+const NEARLY_RIGID: f64 = 5.0;
 
 /// Which of two surfaces carries the contact points, the slave: one that is free to move rather than one whose nodes are
-/// mostly prescribed; then the one with the smaller faces, whose nodes could otherwise sink in between those of the
-/// other; then that of the softer body, which adapts to the other; then the first.
+/// mostly prescribed; then that of a much softer body, to which the other is a rigid obstacle; then the one with the
+/// smaller faces, whose nodes could otherwise sink in between those of the other; then that of the softer body, which
+/// adapts to the other; then the first.
 pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64; 2]) -> (Role, Reason) {
     let held = faces.map(|faces| mostly_held(mesh, dofs, faces));
     if held[0] != held[1] {
@@ -43,6 +47,9 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64;
         () if alike * b < a => Some(Role::Against),
         () => None,
     };
+    if let Some(softer) = smaller(young[0], young[1], NEARLY_RIGID) {
+        return (softer, Reason::Softer);
+    }
     let [a, b] = faces.map(|faces| face_size(mesh, faces));
     if let Some(finer) = smaller(a, b, ALIKE) {
         return (finer, Reason::Finer);
