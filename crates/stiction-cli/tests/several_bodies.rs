@@ -186,3 +186,42 @@ fn a_soft_pad_between_loose_bodies_carries_the_load_on_both_paths() {
         }
     }
 }
+
+/// The low block is held at its foot and moved on the half `x <= 15` of its top, where the high block carries the contact
+/// points then. What presses is what the high block's support takes, and the files of all steps say the same.
+#[test]
+fn a_slave_prescribed_in_part_is_solved_and_checked_in_load_steps() {
+    let block = |name: &str, cells: &str, element: &str, z: f64| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [30, 20, 10], cells = [{cells}], element = \"{element}\" }}\nmove = [0, 0, {z}]\n"
+        )
+    };
+    let text = [
+        block("low", "12, 8, 4", "hex8", 0.0),
+        block("high", "7, 5, 3", "tet4", 10.5),
+        "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n".into(),
+        "[[fix]]\non = \"low.z-min\"\n".into(),
+        "[[fix]]\non = { box = [[-1, -1, 9.9], [15.1, 30, 10.1]] }\nvalue = [0, 0, \"1e-3*t\"]\n".into(),
+        "[[fix]]\non = \"high.z-max\"\nvalue = [0, 0, \"-2e-3*t\"]\n".into(),
+        "[[contact]]\nname = \"joint\"\non = \"low.z-max\"\nagainst = \"high.z-min\"\ngap = \"closed\"\nslave = \"on\"\n".into(),
+        "friction = { coulomb = 0.2 }\n[[step]]\nuntil = 2\nincrements = 2\n".into(),
+    ]
+    .concat();
+    let folder = Folder::new("held-in-part", &text);
+    let told = ["solves", "multigrid"].map(|path| {
+        let path = format!("solver.path={path}");
+        folder.run(&["solve", "case.toml", "-o", "out", "--set", &path]).ends(0, &[]);
+        folder.run(&["check", "out"]).ends(0, &[]);
+        let summary = folder.summary("out");
+        let of = |value: &serde_json::Value| value.as_f64().unwrap();
+        let normal = of(&summary["contact"]["normal_force"]);
+        let high = summary["bodies"].as_array().unwrap().iter().find(|body| body["name"] == "high").unwrap();
+        assert!((of(&high["support"][2]) + normal).abs() < 1e-6 * normal, "{high} {normal}");
+        for step in summary["steps"].as_array().unwrap() {
+            let pairs = [0, 1].map(|pair| of(&step["pairs"][pair]["normal_force"]));
+            assert!(pairs.iter().all(|force| *force > 0.2 * normal / 2.0), "{pairs:?}");
+        }
+        normal
+    });
+    assert!((told[0] - told[1]).abs() < 1e-6 * told[0], "{told:?}");
+}
