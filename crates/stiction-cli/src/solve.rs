@@ -131,9 +131,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
             code::SHORT
         }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
-            output::note(
-                "warning: the tolerance was not reached; the files hold the last step and a certificate that says so\n",
-            );
+            let why = run::used_up(&prepared, &outcome).map_or(String::new(), |why| format!("{why}; "));
+            output::note(&format!(
+                "warning: the tolerance was not reached; {why}the files hold the last step and a certificate that says so\n",
+            ));
             code::SHORT
         }
     })

@@ -98,6 +98,9 @@ fn both_sides_of_a_pair_have_one_resultant_and_what_nothing_reaches_has_no_press
         // Moments over the outer radius of the gasket, 65.
         let apart: Vec<f64> = (0..6).map(|c| (a[c] - b[c]) / if c < 3 { 1.0 } else { 65.0 }).collect();
         assert!(largest(&apart) < 1e-10 * normal, "{name}: {a:?} {b:?}");
+        let within = slave.pressure.iter().fold((0.0, 0.0), |(a, b), p| (f64::min(a, *p), f64::max(b, *p)));
+        let told = master.pressure.iter().filter(|p| !p.is_nan());
+        assert!(told.clone().count() > 20 && told.clone().all(|p| (within.0..=within.1).contains(p)), "{within:?}");
         for ((x, pressure), lambda) in master.points.iter().zip(&master.pressure).zip(&master.lambda) {
             // Faces of vessel and lid are at most 7 wide along the radius.
             let radius = x[0].hypot(x[1]);
@@ -108,5 +111,54 @@ fn both_sides_of_a_pair_have_one_resultant_and_what_nothing_reaches_has_no_press
             }
         }
         assert!(folder.exists(&format!("out/master-pressure-{name}.png")));
+    }
+}
+
+/// A block of 1 x 1 under uniform pressure on a wider plate that is held everywhere: the plate's nodes see that pressure,
+/// those of quadratic faces and those whose faces the block covers in part as well.
+#[test]
+fn a_constant_pressure_on_a_part_of_a_master_is_constant_at_all_nodes_it_reaches() {
+    for (plate, cells) in [("hex20", 3), ("tet10", 3), ("hex8", 5), ("tet4", 4)] {
+        let text = format!(
+            r#"
+[mesh.parts.plate]
+block = {{ size = [1.7, 1.6, 0.3], cells = [{cells}, {cells}, 1], element = "{plate}" }}
+move = [-0.4, -0.3, -0.3]
+[mesh.parts.block]
+block = {{ size = [1, 1, 0.5], cells = [4, 3, 2], element = "hex8" }}
+[materials.steel]
+young = 2e11
+poisson = 0
+[[fix]]
+on = "plate.z-min"
+[[fix]]
+on = "plate.z-max"
+[[fix]]
+on = "block.x-min"
+components = "x"
+[[fix]]
+on = "block.y-min"
+components = "y"
+[[load]]
+on = "block.z-max"
+pressure = 3e6
+[[contact]]
+on = "block.z-min"
+against = "plate.z-max"
+friction = "none"
+slave = "on"
+"#
+        );
+        let folder = Folder::new(&format!("both-sides-{plate}"), &text);
+        folder.run(&["solve", "case.toml", "-o", "out"]).ends(0, &[]);
+        let master = side(&folder.path.join("out/contact.vtu"), 0, 1);
+        let reached = |x: &[f64; 3]| (0..2).all(|c| x[c] > -1e-9 && x[c] < 1.0 + 1e-9);
+        let mut seen = 0;
+        for (x, pressure) in master.points.iter().zip(&master.pressure) {
+            assert!(pressure.is_nan() || (pressure / 3e6 - 1.0).abs() < 1e-9, "{plate} {x:?} {pressure}");
+            assert!(!(reached(x) && pressure.is_nan()), "{plate} {x:?}");
+            seen += usize::from(!pressure.is_nan() && !reached(x));
+        }
+        assert!(seen > 3, "{plate}: {seen} nodes beside the block");
     }
 }

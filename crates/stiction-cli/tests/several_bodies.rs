@@ -86,7 +86,11 @@ fn the_bolted_joint_carries_what_friction_gives() {
     for path in ["solves", "multigrid"] {
         let path = format!("solver.path={path}");
         let load = "load.0.force=['2800*max(t - 1, 0)', 0, 0]";
-        folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]).ends(1, &[]);
+        let run = folder.run(&["solve", case, "-o", "out", "--set", &path, "--set", load]);
+        run.ends(
+            1,
+            &["of the last step that was solved friction resists at most", "body \"high\": translation along x"],
+        );
         let summary = folder.summary("out");
         let solved = |step: &&serde_json::Value| step["status"] == "solved";
         let steps = summary["steps"].as_array().unwrap();
@@ -96,6 +100,14 @@ fn the_bolted_joint_carries_what_friction_gives() {
         println!("{path}: {share} of {limit}");
         // The shortest increment is 22 N, 0.008 of the limit.
         assert!(share > 0.98 && share < 1.0, "{share} of {limit}");
+        // The plate slides, and the bolt beside it or with it: either takes 0.3 + 0.15 of what clamps.
+        let sliding = &summary["sliding"];
+        let of = |key: &str| sliding[key].as_f64().unwrap();
+        assert!((of("friction") - limit).abs() < 1e-6 * limit, "{sliding} {limit}");
+        let pull = steps[steps.len() - 1]["load"][0].as_f64().unwrap();
+        assert!((of("load") - pull).abs() < 1e-9 * pull && pull > 0.99 * limit, "{sliding} {pull}");
+        let motion = sliding["motion"].as_str().unwrap();
+        assert!(motion.contains("body \"high\"") && motion.contains("translation along x"), "{motion}");
         // What is told of the step that failed is not where the plate went when nothing held it.
         let failed = 0.45 * steps[steps.len() - 1]["pairs"][1]["normal_force"].as_f64().unwrap();
         assert!(failed > 0.5 * limit && failed < 2.0 * limit, "{failed}");
@@ -173,4 +185,43 @@ fn a_soft_pad_between_loose_bodies_carries_the_load_on_both_paths() {
             assert!(told.iter().all(|u| (u - told[0]).abs() < 1e-6 * told[0]), "{law:?} {told:?}");
         }
     }
+}
+
+/// The low block is held at its foot and moved on the half `x <= 15` of its top, where the high block carries the contact
+/// points then. What presses is what the high block's support takes, and the files of all steps say the same.
+#[test]
+fn a_slave_prescribed_in_part_is_solved_and_checked_in_load_steps() {
+    let block = |name: &str, cells: &str, element: &str, z: f64| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [30, 20, 10], cells = [{cells}], element = \"{element}\" }}\nmove = [0, 0, {z}]\n"
+        )
+    };
+    let text = [
+        block("low", "12, 8, 4", "hex8", 0.0),
+        block("high", "7, 5, 3", "tet4", 10.5),
+        "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n".into(),
+        "[[fix]]\non = \"low.z-min\"\n".into(),
+        "[[fix]]\non = { box = [[-1, -1, 9.9], [15.1, 30, 10.1]] }\nvalue = [0, 0, \"1e-3*t\"]\n".into(),
+        "[[fix]]\non = \"high.z-max\"\nvalue = [0, 0, \"-2e-3*t\"]\n".into(),
+        "[[contact]]\nname = \"joint\"\non = \"low.z-max\"\nagainst = \"high.z-min\"\ngap = \"closed\"\nslave = \"on\"\n".into(),
+        "friction = { coulomb = 0.2 }\n[[step]]\nuntil = 2\nincrements = 2\n".into(),
+    ]
+    .concat();
+    let folder = Folder::new("held-in-part", &text);
+    let told = ["solves", "multigrid"].map(|path| {
+        let path = format!("solver.path={path}");
+        folder.run(&["solve", "case.toml", "-o", "out", "--set", &path]).ends(0, &[]);
+        folder.run(&["check", "out"]).ends(0, &[]);
+        let summary = folder.summary("out");
+        let of = |value: &serde_json::Value| value.as_f64().unwrap();
+        let normal = of(&summary["contact"]["normal_force"]);
+        let high = summary["bodies"].as_array().unwrap().iter().find(|body| body["name"] == "high").unwrap();
+        assert!((of(&high["support"][2]) + normal).abs() < 1e-6 * normal, "{high} {normal}");
+        for step in summary["steps"].as_array().unwrap() {
+            let pairs = [0, 1].map(|pair| of(&step["pairs"][pair]["normal_force"]));
+            assert!(pairs.iter().all(|force| *force > 0.2 * normal / 2.0), "{pairs:?}");
+        }
+        normal
+    });
+    assert!((told[0] - told[1]).abs() < 1e-6 * told[0], "{told:?}");
 }

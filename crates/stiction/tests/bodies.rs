@@ -1,4 +1,4 @@
-//! Two bodies in contact, posed by hand: rows of `B` that reach nodes of both.
+//! Two bodies in contact, posed by hand (rows of `B` that reach nodes of both) and as a case.
 
 mod common;
 
@@ -6,9 +6,12 @@ use std::ops::ControlFlow;
 
 use common::*;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
-use stiction::friction::{Primal, Settings, Solution, solve_primal};
+use stiction::fem::full_displacement;
+use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
+use stiction::io::case;
 use stiction::linalg::Csr;
 use stiction::mesh::BlockElement;
+use stiction::run;
 
 fn triplets(m: &Csr, rows: usize, columns: usize) -> Vec<(usize, usize, f64)> {
     let row = |i: usize| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (rows + i, columns + j as usize, v));
@@ -137,4 +140,62 @@ fn a_body_held_by_contact_alone_needs_no_more_than_one_on_supports() {
     // Beyond the limit of friction there is no equilibrium, and no answer that claims one.
     let sliding = stacked([6, 5], None, Friction::Coulomb { coefficient: 0.3 }, 4e5);
     assert_ne!(by_multigrid(&sliding, 1e-8).status, stiction::friction::Status::Solved);
+}
+
+/// Two blocks with different meshes under uniform pressure; of the surface with the contact points the part `x <= held` is
+/// prescribed to move as it does anyway. There the other body carries the points, and the stress remains what it was.
+#[test]
+fn a_constant_pressure_passes_where_the_slave_is_prescribed_in_part() {
+    let strain = 1e-4;
+    for (low, high) in [("hex8", "tet4"), ("tet4", "hex8"), ("hex20", "tet10")] {
+        for (held, friction) in [(0.5, "\"none\""), (0.74, "{ coulomb = 0.2 }"), (1.1, "\"none\""), (0.5, "\"bonded\"")]
+        {
+            let text = format!(
+                r#"
+[mesh.parts.low]
+block = {{ size = [1, 1, 1], cells = [8, 5, 2], element = "{low}" }}
+[mesh.parts.high]
+block = {{ size = [1, 1, 0.8], cells = [7, 4, 2], element = "{high}" }}
+move = [0, 0, 1.1]
+[materials.steel]
+young = 2e11
+poisson = 0
+[[fix]]
+on = "low.z-min"
+[[fix]]
+on = {{ box = [[-1, -1, 0.99], [{held}, 2, 1.01]] }}
+value = [0, 0, -{strain}]
+[[fix]]
+on = "high.z-max"
+value = [0, 0, -1.8e-4]
+[[contact]]
+on = "low.z-max"
+against = "high.z-min"
+gap = "closed"
+slave = "on"
+friction = {friction}
+[solver]
+tolerance = 1e-11
+"#
+            );
+            let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+            let prepared = run::prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+            let settings = run::Settings::of(&case.solver);
+            let outcome = run::solve(&prepared, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+            let label = format!("{low} {high} {held} {friction}");
+            assert_eq!(outcome.solution.status, Status::Solved, "{label}");
+            let u = full_displacement(&prepared.model, &outcome.solution.u);
+            for (x, u) in prepared.mesh.nodes.iter().zip(u.chunks(3)) {
+                let expected = -strain * if x[2] > 1.05 { x[2] - 0.1 } else { x[2] };
+                assert!((u[2] - expected).abs() < 1e-10 * strain, "{label} {x:?} {u:?}");
+                assert!(u[0].abs().max(u[1].abs()) < 1e-10 * strain, "{label} {x:?} {u:?}");
+            }
+            let p = &prepared.problem;
+            for (lambda, area) in outcome.solution.lambda.iter().zip(&p.area) {
+                assert!((lambda / area / (2e11 * strain) - 1.0).abs() < 1e-8, "{label} {}", lambda / area);
+            }
+            let whole: f64 = (0..p.points()).map(|j| p.share[j] * p.area[j]).sum();
+            assert!((whole - 1.0).abs() < 1e-9, "{label}: points stand for {whole} of the unit square");
+        }
+    }
 }

@@ -2,13 +2,17 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::*;
 use stiction::certificate::{Certificate, certify};
 use stiction::contact::{ContactProblem, SurfaceFriction};
 use stiction::dual::Form;
-use stiction::friction::{PointState, Solution};
-use stiction::linalg::Csr;
+use stiction::friction::{PointState, Solution, Status};
+use stiction::io::case;
+use stiction::linalg::{Csr, norm};
 use stiction::mesh::BlockElement;
+use stiction::run::{Outcome, Prepared, Settings, prepare, solve};
 
 const TOLERANCE: f64 = 1e-8;
 
@@ -251,4 +255,71 @@ fn the_duality_gap_bounds_the_energy_of_the_error() {
     }
     let (p, s) = good();
     assert_eq!(certify(&p, &s.u, &s.lambda, TOLERANCE).duality_gap, None);
+}
+
+/// A softer block lies loose on a stiffer one with smaller cells, pressed and sheared, Coulomb friction.
+fn soft_on_stiff(ratio: f64, path: &str) -> (Prepared, Outcome) {
+    let text = format!(
+        r#"
+[mesh.parts.low]
+block = {{ size = [30, 20, 10], cells = [16, 12, 2], element = "hex8" }}
+[mesh.parts.high]
+block = {{ size = [30, 20, 10], cells = [7, 5, 2], element = "tet4" }}
+move = [0, 0, 10]
+[materials.soft]
+on = "high"
+young = 1.0
+poisson = 0.3
+[materials.stiff]
+on = "low"
+young = {ratio:e}
+poisson = 0.3
+[[fix]]
+on = "low.z-min"
+[[load]]
+on = "high.z-max"
+traction = [2e-3, 1e-3, "-1e-2*(1 + x/30)"]
+[[contact]]
+on = "high.z-min"
+against = "low.z-max"
+friction = {{ coulomb = 0.4 }}
+"#
+    );
+    let case = case::parse(&text, "soft.toml", &[("solver.path".into(), path.into())]).unwrap();
+    let prepared = prepare(&case).unwrap();
+    let outcome = solve(&prepared, &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap();
+    (prepared, outcome)
+}
+
+/// Compliances add across an interface: what a wrong force shows in the natural residual is its own size, however stiff
+/// the other body is. Judged by the stiffness of the stiff body, rounding of the soft body's displacement does not pass
+/// from a ratio of 1e6 on.
+#[test]
+fn unlike_bodies_are_judged_by_what_yields() {
+    for ratio in [1.0, 1e2, 1e4, 1e6] {
+        for path in ["solves", "dense", "multigrid"] {
+            let (Prepared { problem: p, .. }, Outcome { solution: s, .. }) = soft_on_stiff(ratio, path);
+            println!("{ratio:e} {path:?}: {:?} {:.1e}", s.status, s.certificate.worst);
+            assert_eq!(s.status, Status::Solved, "{ratio:e} {path:?} {:?}", s.certificate.measures());
+            // Forces of points that stick, wrong by 1e-6; displacements are given to fit.
+            let m = p.points();
+            let mut wrong = s.lambda.clone();
+            let stick = |j: &usize| s.states[*j] == PointState::Stick;
+            let size = norm(&wrong);
+            let held: Vec<usize> = (0..m).filter(stick).collect();
+            assert!(held.len() > m / 4, "{} of {m} stick", held.len());
+            for &j in &held {
+                wrong[m + j] += 1e-6 * size / (held.len() as f64).sqrt() * (1.0 + j as f64).sin().signum();
+            }
+            let dual = dual_of(&p, Form::Auto);
+            let mut u = dual.displacement(&p, &wrong);
+            // The rigid motions stay those of the answer.
+            let motions = &dual.floating.motions;
+            let alpha: Vec<f64> = motions.work(&s.u).iter().zip(motions.work(&u)).map(|(a, b)| a - b).collect();
+            motions.add(&alpha, &mut u);
+            let c = certify(&p, &u, &wrong, TOLERANCE);
+            println!("    wrong by 1e-6: {:.1e}", c.natural_residual);
+            assert!(!c.passed && (1e-7..1e-5).contains(&c.natural_residual), "{ratio:e} {:?}", c.measures());
+        }
+    }
 }

@@ -11,6 +11,7 @@ use clarabel::solver::{
 use common::*;
 use stiction::contact::equilibrium::{in_words, no_equilibrium, unresisted};
 use stiction::contact::rigid::rigid_motions;
+use stiction::contact::sliding::least_resisted;
 use stiction::contact::{Bodies, Body, ContactProblem, Friction, Obstacle, Side, Supports, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::{Field, Fix};
@@ -366,6 +367,63 @@ fn bodies_that_start_far_from_what_they_touch_come_to_rest() {
             let s = solved(&problem, 1e-9);
             assert!(s.counts.newton_steps <= 15 && s.counts.fixed_point_steps == 0, "{:?}", s.counts);
             assert!(s.certificate.bodies[0].balance.moment < 1e-9);
+        }
+    }
+}
+
+/// A block on the floor with uniform normal forces, pushed along x at the distance `arm` from its middle: friction over load
+/// of the motion that friction resists least, against all centres of rotation of a grid.
+#[test]
+fn the_least_resisted_motion_is_the_least_of_all_motions() {
+    let posed = pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::Coulomb(0.3)).pose();
+    let mut p = posed.problem;
+    let m = p.points();
+    let mut lambda = p.area.clone();
+    lambda.resize(3 * m, 0.0);
+    let at: Vec<[f64; 2]> = (posed.facts[0].nodes.iter())
+        .map(|&node| pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::None).mesh.nodes[node as usize])
+        .map(|x| [x[0] - 0.5, x[1] - 0.5])
+        .collect();
+    for arm in [0.0, 0.1, 0.3, 1.0, 10.0] {
+        // Unit force along x and the moment about the middle, as forces on the unknowns.
+        let motions = rigid_motions(&p);
+        let six = p.near_kernel.clone().unwrap();
+        let n = six.len() as f64 / 3.0;
+        let turns: f64 = six.iter().map(|r| r[5] * r[5]).sum();
+        p.f = six.iter().map(|r| r[0] / n - arm * r[5] / turns).collect();
+        let found = least_resisted(&p, &motions, &lambda).unwrap();
+        let ratio = found.friction / found.load;
+        let friction =
+            |x: f64, y: f64| -> f64 { at.iter().zip(&lambda).map(|(a, l)| 0.3 * l * (a[0] - x).hypot(a[1] - y)).sum() };
+        // Along x, and about centres on the y axis, where symmetry puts the best.
+        let mut least: f64 = 0.3 * lambda[..m].iter().sum::<f64>();
+        for k in -200_000..200_000 {
+            let y = f64::from(k) * 1e-4;
+            let work = (y - arm).abs();
+            least = least.min(friction(0.0, y) / work.max(1e-12));
+        }
+        println!("{arm}: {ratio} {least}");
+        assert!((ratio / least - 1.0).abs() < 1e-6, "{arm}: {ratio} {least}");
+    }
+}
+
+/// A wall beside the block: pushed against it the block is stopped, pushed away from it nothing but friction resists.
+#[test]
+fn a_motion_that_a_wall_will_stop_is_not_told() {
+    let wall = Obstacle::Plane { point: [1.01, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+    for (push, stopped) in [(1.0, true), (-1.0, false)] {
+        let case = pressed(BlockElement::Hex8, 1e6, push * 5e5, SurfaceFriction::Coulomb(0.3));
+        let p = case.contact("x-max", wall.clone(), SurfaceFriction::None).pose().problem;
+        let mut lambda = vec![0.0; 3 * p.points()];
+        let floor = p.pairs[0].points.clone();
+        floor.for_each(|j| lambda[j] = 1e6 * p.area[j]);
+        let motions = rigid_motions(&p);
+        let found = least_resisted(&p, &motions, &lambda);
+        assert_eq!(found.is_none(), stopped);
+        if let Some(found) = found {
+            // 1e6 on the unit square of the base; 5e5 on the side, half as high.
+            assert!(close(found.friction, 3e5, 1e-6) && close(found.load, 2.5e5, 1e-9), "{found:?}");
+            assert_eq!(in_words(&p, &motions, &found.alpha), "the body: translation along (-1, 0, 0)");
         }
     }
 }

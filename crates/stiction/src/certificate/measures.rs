@@ -1,5 +1,6 @@
 use super::balance::{Balance, BodyBalance, balances, worst};
 use super::duality::duality_gap;
+use crate::contact::rigid::components;
 use crate::contact::{ContactProblem, Friction};
 
 /// How far an answer is from solving its problem; see [`certify`] for the definitions.
@@ -26,7 +27,8 @@ pub struct Certificate {
     /// work `u'Ku`, whichever is larger (without friction on a flat obstacle all terms vanish). De Saxcé & Feng 1998.
     pub bipotential_gap: f64,
     /// `|lambda - P(lambda - r w)| / |lambda|`, `P` the projection on the cone of friction (given friction: on the
-    /// half-line and disc), `w` the jump in De Saxcé's form. Where friction differs by direction both are taken in
+    /// half-line and disc), `w` the jump in De Saxcé's form, `r` the mean stiffness of the points of a pair, of both bodies in
+    /// a row. Where friction differs by direction both are taken in
     /// coordinates in which the cone is round: forces across over `a`, slips times `a`.
     pub natural_residual: f64,
     /// For given friction (no Coulomb point): primal energy of a displacement near `u` that does not penetrate less
@@ -193,9 +195,11 @@ fn bipotential(points: &[Point]) -> (f64, f64) {
 }
 
 fn natural_residual(problem: &ContactProblem, points: &[Point], lambda: &[f64]) -> f64 {
-    let r = mean_stiffness(problem);
+    // A point of no pair would go unjudged: not a number is never passed.
+    let mut r_of = vec![f64::NAN; points.len()];
+    problem.pairs.iter().zip(pair_stiffness(problem)).for_each(|(pair, r)| r_of[pair.points.clone()].fill(r));
     let mut square = 0.0;
-    for p in points {
+    for (p, r) in points.iter().zip(r_of) {
         let (friction, slip) = (p.round_friction(), p.round_slip());
         let w = [p.opening() + p.coulomb.map_or(0.0, |c| c * p.slip_length()), -slip[0], -slip[1]];
         if p.tied {
@@ -230,21 +234,59 @@ fn onto_cone(coefficient: f64, y: [f64; 3]) -> [f64; 3] {
     [normal, y[1] * shrink, y[2] * shrink]
 }
 
-/// Mean of `(B K Bᵀ)_ii / |row_i|⁴` over the rows of `B`: turns a displacement into a force.
-fn mean_stiffness(problem: &ContactProblem) -> f64 {
-    let (mut sum, mut count) = (0.0, 0usize);
-    for i in 0..problem.B.rows {
-        let (columns, values) = problem.B.row(i);
-        let square: f64 = values.iter().map(|b| b * b).sum();
-        if square == 0.0 {
-            continue;
+/// For each pair the mean over its rows `b` of `B` of the force that closes the jump by a unit length: turns a
+/// displacement into a force.
+///
+/// On one body the force is `b K bᵀ / |b|⁴`, as if all else were held. Between bodies the same force stretches both and
+/// compliances add: with the sum of the stiffnesses a soft body on a stiff one was judged by forces that a displacement of
+/// its own size would cause in the stiff one, beyond what rounding leaves of the solution. And what one pair touches does
+/// not measure another.
+fn pair_stiffness(problem: &ContactProblem) -> Vec<f64> {
+    let body = match &problem.bodies {
+        Some(bodies) => bodies.of.clone(),
+        None => {
+            let mut body = vec![0; problem.K.cols];
+            for (number, unknowns) in components(&problem.K).iter().enumerate() {
+                unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
+            }
+            body
         }
-        let pairs = columns.iter().zip(values).flat_map(|a| columns.iter().zip(values).map(move |b| (a, b)));
-        let energy: f64 = pairs.map(|((&p, a), (&q, b))| a * b * problem.K.entry(p as usize, q as usize)).sum();
-        sum += energy / (square * square);
-        count += 1;
+    };
+    let m = problem.friction.len();
+    let mean = |points: std::ops::Range<usize>| {
+        let rows = (0..3).flat_map(|k| points.clone().map(move |j| k * m + j));
+        let forces: Vec<f64> = rows.filter_map(|i| stiffness(problem, &body, i)).collect();
+        if forces.is_empty() { 0.0 } else { forces.iter().sum::<f64>() / forces.len() as f64 }
+    };
+    problem.pairs.iter().map(|pair| mean(pair.points.clone())).collect()
+}
+
+/// The force along row `i` of `B` that closes its jump by a unit length; `None` for an empty row.
+fn stiffness(problem: &ContactProblem, body: &[u32], i: usize) -> Option<f64> {
+    let (columns, values) = problem.B.row(i);
+    let entries = || columns.iter().zip(values).filter(|(_, b)| **b != 0.0).map(|(&j, &b)| (j as usize, b));
+    let mut touched: Vec<u32> = entries().map(|(j, _)| body[j]).collect();
+    touched.sort_unstable();
+    touched.dedup();
+    let compliance = |own: u32| {
+        let part = || entries().filter(|(j, _)| body[*j] == own);
+        let square: f64 = part().map(|(_, b)| b * b).sum();
+        let energy: f64 = part()
+            .flat_map(|p| part().map(move |q| (p, q)))
+            .map(|((j, a), (k, b))| a * b * problem.K.entry(j, k))
+            .sum();
+        (square * square, energy)
+    };
+    match touched[..] {
+        [] => None,
+        [one] => {
+            let (square, energy) = compliance(one);
+            Some(energy / square)
+        }
+        _ => {
+            Some(1.0 / touched.iter().map(|&own| compliance(own)).map(|(square, energy)| square / energy).sum::<f64>())
+        }
     }
-    if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
 fn length(x: impl Iterator<Item = f64>) -> f64 {

@@ -17,14 +17,16 @@ mod pose;
 mod problem;
 pub mod rigid;
 mod roles;
+pub mod sliding;
 mod surface;
 mod triangles;
 
 pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
+pub use patches::{Patch, patches};
 pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
-pub use roles::{Reason, Role, choose_slave};
+pub use roles::{Reason, Role, choose_slave, reverse_where_held};
 pub use surface::{
     Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
     SurfaceFriction,

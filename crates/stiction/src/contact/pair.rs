@@ -112,7 +112,7 @@ pub(super) fn points_of_pair(
 }
 
 /// A quarter of the diagonal of the smaller surface.
-fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 {
+pub(super) fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 {
     let diagonal = |faces: &[u32]| {
         Bounds::around(mesh.face_nodes(faces).into_iter().map(|node| mesh.nodes[node as usize])).diagonal()
     };

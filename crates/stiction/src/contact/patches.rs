@@ -18,7 +18,7 @@ pub(super) const END: f64 = 0.2;
 
 /// A node of a contact surface. Its jump is `u_node + sum(weight u_other)`.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Patch {
+pub struct Patch {
     pub node: u32,
     /// Integral of its function over the faces, > 0; area. A pressure `p` gives it the force `p area`.
     pub area: f64,
@@ -38,7 +38,10 @@ pub(super) fn share(others: &[(u32, f64)]) -> f64 {
 }
 
 /// The nodes of the boundary faces, ascending.
-pub(super) fn patches(mesh: &Mesh, faces: &[u32]) -> Vec<Patch> {
+///
+/// # Panics
+/// If a face does not exist.
+pub fn patches(mesh: &Mesh, faces: &[u32]) -> Vec<Patch> {
     let empty = |node: u32| Patch { node, area: 0.0, others: Vec::new() };
     let mut patches: Vec<Patch> = mesh.face_nodes(faces).into_iter().map(empty).collect();
     for &face in faces {

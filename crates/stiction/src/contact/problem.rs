@@ -216,6 +216,11 @@ impl ContactProblem {
         if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
             return Err(Error::new("contact problem", format!("{name}: {found} where {wanted} are needed"), remedy));
         }
+        let next = self.pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
+        if next != Some(m) {
+            let what = format!("pairs: their ranges do not cover the {m} points one after the other");
+            return Err(Error::new("contact problem", what, "give consecutive ranges from 0 to m"));
+        }
         self.K.validate("K")?;
         self.B.validate("B")?;
         self.springs().map_or(Ok(()), |springs| springs.validate("springs"))?;

@@ -1,3 +1,6 @@
+use super::mortar::meet;
+use super::pair::default_search;
+use super::{ContactSurface, Counterpart, Master};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
@@ -26,10 +29,14 @@ pub enum Reason {
 const ALIKE: f64 = 1.25;
 /// Elastic moduli whose ratio is below this are alike.
 const AS_STIFF: f64 = 1.01;
+/// Beyond this ratio of the moduli the stiffer body is nearly a rigid obstacle, whose nodes follow no other: as slaves they
+/// made multigrid slow from a ratio of 10 and fail from 100 on, while the softer slave takes as long at every ratio.
+const NEARLY_RIGID: f64 = 5.0;
 
 /// Which of two surfaces carries the contact points, the slave: one that is free to move rather than one whose nodes are
-/// mostly prescribed; then the one with the smaller faces, whose nodes could otherwise sink in between those of the
-/// other; then that of the softer body, which adapts to the other; then the first.
+/// mostly prescribed; then that of a much softer body, to which the other is a rigid obstacle; then the one with the
+/// smaller faces, whose nodes could otherwise sink in between those of the other; then that of the softer body, which
+/// adapts to the other; then the first.
 pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64; 2]) -> (Role, Reason) {
     let held = faces.map(|faces| mostly_held(mesh, dofs, faces));
     if held[0] != held[1] {
@@ -40,6 +47,9 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64;
         () if alike * b < a => Some(Role::Against),
         () => None,
     };
+    if let Some(softer) = smaller(young[0], young[1], NEARLY_RIGID) {
+        return (softer, Reason::Softer);
+    }
     let [a, b] = faces.map(|faces| face_size(mesh, faces));
     if let Some(finer) = smaller(a, b, ALIKE) {
         return (finer, Reason::Finer);
@@ -56,9 +66,46 @@ pub(super) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
     (area / faces.len().max(1) as f64).sqrt()
 }
 
+/// Where faces of the slave are prescribed altogether and what they meet is not, the other surface is the slave.
+///
+/// A prescribed node carries no multiplier. Its neighbours carry for it where there are free ones; over whole prescribed
+/// faces nothing would keep the other body out, and multipliers there would be more than the other body has nodes to
+/// tell them apart. Takes such faces out of `surface`, and returns the pair with the other role; if they are all the faces,
+/// `surface` itself changes its roles.
+pub fn reverse_where_held(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurface) -> Option<ContactSurface> {
+    let Counterpart::Surface(master) = &mut surface.against else { return None };
+    let all_held = |face: &u32| mesh.faces[*face as usize].nodes().iter().all(|&node| held(dofs, node));
+    let (fixed, free): (Vec<u32>, Vec<u32>) = surface.faces.iter().partition(|&face| all_held(face));
+    if fixed.is_empty() {
+        return None;
+    }
+    let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+    let met = meet(mesh, &master.faces, &fixed, search);
+    let faces = master.faces.iter().zip(&met).filter(|(_, met)| met.covered > 0.0).map(|(&face, _)| face);
+    let faces: Vec<u32> = faces.collect();
+    if faces.iter().all(all_held) {
+        return None;
+    }
+    let slave = if master.slave == Role::On { Role::Against } else { Role::On };
+    let (search, reason) = (Some(search), Reason::Free);
+    if free.is_empty() {
+        std::mem::swap(&mut surface.faces, &mut master.faces);
+        (master.slave, master.reason, master.search) = (slave, reason, search);
+        return None;
+    }
+    let other = Master { faces: fixed, gap: master.gap, search, slave, reason };
+    (surface.faces, master.search) = (free, search);
+    let (name, friction) = (format!("{}-held", surface.name), surface.friction.clone());
+    Some(ContactSurface { name, faces, against: Counterpart::Surface(other), friction })
+}
+
 /// Whether more than half of the nodes are prescribed altogether.
 fn mostly_held(mesh: &Mesh, dofs: &DofMap, faces: &[u32]) -> bool {
     let nodes = mesh.face_nodes(faces);
-    let held = |node: &&u32| (0..3).all(|c| dofs.unknown[(3 * **node + c) as usize] == u32::MAX);
-    2 * nodes.iter().filter(held).count() > nodes.len()
+    2 * nodes.iter().filter(|&&node| held(dofs, node)).count() > nodes.len()
+}
+
+/// Whether all components of a node are prescribed.
+fn held(dofs: &DofMap, node: u32) -> bool {
+    (0..3).all(|c| dofs.unknown[(3 * node + c) as usize] == u32::MAX)
 }

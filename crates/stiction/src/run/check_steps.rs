@@ -66,7 +66,8 @@ pub(super) fn check_steps(
         problem.validate().map_err(|e| e.at(&path.display().to_string()))?;
         let certificate = certify(problem, &file.u, &file.lambda, tolerance);
         let stored = stored_certificate(entry).map_err(|e| e.at(&format!("summary.json: step {number}")))?;
-        let mut differences = compare(stored, &certificate, file.lambda[..m].iter().sum())?;
+        let normal_force = file.lambda.iter().zip(&problem.share).map(|(force, share)| share * force).sum();
+        let mut differences = compare(stored, &certificate, normal_force)?;
         let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {
             // Written so that NaN differs.
             let same = (old - new).abs() <= allowed;

@@ -45,7 +45,7 @@ pub use mesh::read_mesh;
 pub use moment::{Acting, Initial};
 pub use page::{REPORT, write_report};
 pub use prepare::{Prepared, prepare};
-pub use report::{departure, report, uniqueness};
+pub use report::{departure, report, uniqueness, used_up};
 pub use solve::{Event, Outcome, Path, Seconds, Settings, StepLine, solve};
 pub use step_file::{StepFiles, begin_steps, keep_step};
 pub use steps::{KeepStep, Restart, Step, solve_steps};

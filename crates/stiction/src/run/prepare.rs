@@ -14,7 +14,7 @@ use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, Spot};
+use crate::io::case::{Case, ContactSpec, Spot};
 use crate::mesh::{Mesh, MeshNotes, info};
 
 /// A case on its mesh, ready to be solved.
@@ -63,6 +63,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     add_springs(&mesh, &springs, &mut model)?;
     let assembled = start.elapsed().as_secs_f64();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
+    let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
+    let named =
+        |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
+    let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;

@@ -11,6 +11,7 @@ use crate::certificate::Certificate;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, no_equilibrium};
 use crate::contact::rigid::rigid_motions;
+use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, Status};
 pub(super) use crate::io::report::{number, triple};
 
@@ -43,6 +44,9 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     if let Some(motion) = departure(&prepared.problem, solution.status) {
         line("", format!("the loads carry away {motion}"));
         line("", "what follows, and the files, show a body that the solver holds by force: they are no result".into());
+    }
+    if let Some(used_up) = used_up(prepared, outcome) {
+        line("", used_up);
     }
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
@@ -111,6 +115,18 @@ pub fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
     }
     let motions = rigid_motions(problem);
     no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
+}
+
+/// Where friction may be used up and nothing was found: along which motion, and by how much. Forces are per unit of the
+/// displacement of what moves farthest.
+pub fn used_up(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
+    let Sliding { alpha, load, friction } = outcome.sliding.as_ref()?;
+    let motion = in_words(&prepared.problem, &prepared.motions, alpha);
+    let [load, friction] = [load, friction].map(|force| number(*force));
+    let of = if outcome.steps.len() > 1 { "of the last step that was solved" } else { "reached" };
+    Some(format!(
+        "at the normal forces {of} friction resists at most {friction}, and the loads push with {load}: {motion}"
+    ))
 }
 
 /// How far the load steps came, and what became of the work; the lines below are of the last step.

@@ -11,6 +11,7 @@ use super::prepare::Prepared;
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
+use crate::contact::sliding::{Sliding, least_resisted};
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Primal, Progress, Solution, Status,
@@ -174,6 +175,9 @@ pub struct Outcome {
     pub method_name: String,
     pub settings: MethodSettings,
     pub method: Option<MethodReport>,
+    /// Where nothing was found and friction, at the normal forces of the last step that was solved (without one, at those
+    /// the iteration came to), takes up no more than nearly all of the loads: along which motion of floating bodies.
+    pub sliding: Option<Sliding>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
     /// The path that was taken.
@@ -191,9 +195,9 @@ impl Outcome {
     /// A solution of which nothing else is known.
     pub(super) fn new(solution: Solution, settings: &Settings, path: Path) -> Self {
         let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-        let (method, coulomb, times, seconds, steps) = Default::default();
+        let (method, sliding, coulomb, times, seconds, steps) = Default::default();
         let peak_memory = machine::peak_memory();
-        Outcome { solution, method_name, settings, method, coulomb, path, times, seconds, peak_memory, steps }
+        Outcome { solution, method_name, settings, method, sliding, coulomb, path, times, seconds, peak_memory, steps }
     }
 }
 
@@ -262,6 +266,7 @@ pub fn solve(
     let mut outcome = solve_again(prepared, settings, &mut kept, observer)?;
     let [mesh, assembly, contact] = prepared.seconds;
     outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
+    outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     uniqueness_facts(prepared, &kept, &mut outcome, observer);
     Ok(outcome)
 }
@@ -290,6 +295,18 @@ pub(super) fn solve_again(
             if direct.is_err() && by_multigrid.is_ok() { by_multigrid } else { direct }
         }
     }
+}
+
+/// Loads that use up this part of friction are worth a word: a joint that slides is last solved just before.
+const NEARLY: f64 = 0.95;
+
+/// How friction at the normal forces of `lambda` (length `3m`) is used up, where that may be why nothing was found.
+pub(super) fn sliding(prepared: &Prepared, status: Status, lambda: &[f64]) -> Option<Sliding> {
+    if !matches!(status, Status::Stalled | Status::MaxIterations) {
+        return None;
+    }
+    let found = least_resisted(&prepared.problem, &prepared.motions, lambda)?;
+    (found.load >= NEARLY * found.friction).then_some(found)
 }
 
 /// Whether another path could not do better.

@@ -11,7 +11,7 @@ use super::axis::Position;
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states, tightened};
 use super::moment::{Moment, apply, moment, slid};
-use super::solve::{Kept, solve_again, uniqueness_facts};
+use super::solve::{Kept, sliding, solve_again, uniqueness_facts};
 use super::{Event, Outcome, Path, Prepared, Seconds, Settings, StepLine, summary, totals};
 use crate::Error;
 use crate::certificate::certify;
@@ -98,7 +98,7 @@ pub fn solve_steps(
             interrupted = true;
             break;
         }
-        let (moment, outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
+        let (moment, mut outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -116,6 +116,9 @@ pub fn solve_steps(
                     let _ = observer(&Event::Halved { t: begin, dt });
                     continue;
                 }
+                let solved = march.body.lambda.iter().any(|&force| force != 0.0);
+                let lambda = if solved { &march.body.lambda } else { &outcome.solution.lambda };
+                outcome.sliding = sliding(prepared, outcome.solution.status, lambda);
                 false
             }
         };

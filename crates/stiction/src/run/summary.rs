@@ -7,6 +7,7 @@ use super::report::{departure, report};
 use super::write::Origin;
 use super::{BoltState, Outcome, Path, Prepared, Totals, bolt_states, fields, method_text, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate};
+use crate::contact::equilibrium::in_words;
 use crate::friction::Status;
 use crate::linalg::Csr;
 
@@ -78,6 +79,7 @@ pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Valu
     let value = json!({
         "status": status(solution.status),
         "departure": departure(&prepared.problem, solution.status),
+        "sliding": sliding(prepared, outcome),
         "certificate": certificate(&solution.certificate),
         "contact": contact(&totals(prepared, outcome)),
         "pairs": pair_totals(prepared, outcome).into_iter().map(with_names).collect::<Vec<_>>(),
@@ -101,6 +103,13 @@ pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Valu
         Value::Object(map) => map,
         _ => Map::new(),
     }
+}
+
+/// Where friction may be used up: the motion in words, the work of the loads on it, and the most friction takes up of it.
+fn sliding(prepared: &Prepared, outcome: &Outcome) -> Option<Value> {
+    let sliding = outcome.sliding.as_ref()?;
+    let motion = in_words(&prepared.problem, &prepared.motions, &sliding.alpha);
+    Some(json!({ "motion": motion, "load": sliding.load, "friction": sliding.friction }))
 }
 
 /// Work, elastic energy, dissipation and what their balance misses, since the start of the first step.

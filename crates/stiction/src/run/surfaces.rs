@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::{place, regions};
 use crate::Error;
-use crate::contact::{ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave};
+use crate::contact::{
+    ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave, reverse_where_held,
+};
 use crate::fem::{DofMap, Solid};
 use crate::io::case::{AgainstSpec, ContactSpec, Placing, SurfaceFile};
 use crate::io::surface;
@@ -62,6 +64,19 @@ pub(super) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurfac
             std::mem::swap(&mut surface.faces, &mut master.faces);
         }
     }
+}
+
+/// Gives the faces of slaves that are prescribed altogether the other role, and returns the contact of the case that each
+/// surface is of: a surface that is prescribed in part makes two, the second at the end.
+pub(super) fn reverse(solid: &Solid, dofs: &DofMap, surfaces: &mut Vec<ContactSurface>) -> Vec<usize> {
+    let mut of: Vec<usize> = (0..surfaces.len()).collect();
+    for number in 0..surfaces.len() {
+        if let Some(other) = reverse_where_held(solid.mesh, dofs, &mut surfaces[number]) {
+            surfaces.push(other);
+            of.push(number);
+        }
+    }
+    of
 }
 
 /// Mean modulus of the cells behind the faces.

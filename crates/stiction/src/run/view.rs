@@ -122,7 +122,8 @@ fn on_master(contact: &Fields) -> Vec<bool> {
     }
 }
 
-/// `values`, `width` a point, where a master's points have what all pairs bring to their node together.
+/// `values`, `width` a point, where a node of several masters has the mean of what the pairs tell: each of them covers a
+/// part of the faces around it.
 fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec<f64> {
     let nodes = contact.arrays[5].as_deref().unwrap_or(&[]);
     let masters: Vec<(usize, u64)> = (nodes.iter().map(|node| node.to_bits()).enumerate())
@@ -131,19 +132,16 @@ fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec
         .map(|(p, _)| p)
         .collect();
     for c in 0..width {
-        let mut whole: HashMap<u64, f64> = HashMap::new();
+        let mut told: HashMap<u64, (f64, f64)> = HashMap::new();
         for &(point, node) in &masters {
-            let sum = whole.entry(node).or_insert(f64::NAN);
             let value = values[width * point + c];
-            *sum = if sum.is_nan() {
-                value
-            } else if value.is_nan() {
-                *sum
-            } else {
-                *sum + value
-            };
+            if !value.is_nan() {
+                let (sum, count) = told.entry(node).or_default();
+                (*sum, *count) = (*sum + value, *count + 1.0);
+            }
         }
-        masters.iter().for_each(|(point, node)| values[width * point + c] = whole[node]);
+        let mean = |node| told.get(node).map_or(f64::NAN, |(sum, count)| sum / count);
+        masters.iter().for_each(|(point, node)| values[width * point + c] = mean(node));
     }
     values
 }

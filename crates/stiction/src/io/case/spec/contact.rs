@@ -15,7 +15,7 @@ pub(super) static CONTACT: Rules = Rules {
         key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded. A number holds wherever they meet; a negative one is an interference fit.")
             .default("\"as-meshed\"")
             .unit("length"),
-        key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent the finer one, or else that of the softer body."),
+        key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent that of a much softer body, or else the finer one, or else that of the softer body. Faces that are prescribed altogether never do if the other surface can."),
         key("search", Kind::Number(POSITIVE), "search = 0.1", "Between two surfaces: how far apart they may be, or overlap, and still meet; a quarter of the diagonal of the smaller one if absent.")
             .unit("length"),
         key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { tresca = stress } or { tresca = force, nodal = true }.")

@@ -1,0 +1,137 @@
+//! How much of the loads on floating bodies friction can take up at given normal forces: limit analysis.
+
+use std::collections::HashMap;
+
+use super::rigid::RigidMotions;
+use super::{ContactProblem, Friction};
+use crate::linalg::{SmallLu, axpy, dot, max_abs, norm, symmetric_eigen};
+
+/// A rigid motion of floating bodies along all surfaces that press against one another, and what friction does about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sliding {
+    /// The motion in the columns of [`RigidMotions`], such that the point that moves farthest moves by a unit length.
+    pub alpha: Vec<f64>,
+    /// Work of the loads on it: for a translation the force along it, newton.
+    pub load: f64,
+    /// The most that friction can take up of this work at the given normal forces.
+    pub friction: f64,
+}
+
+/// Normal forces below this part of the largest hold nothing; rounding and the tolerance leave such.
+const PRESSED: f64 = 1e-9;
+/// A motion keeps a surface shut if no point moves across it by more than this part of the largest displacement. As for
+/// motions that contact does not resist.
+const ALONG: f64 = 1e-6;
+/// Work of the loads below this part of what they could do is rounding.
+const WORKS: f64 = 1e-9;
+/// Steps of the weighted least squares; slips below a part of the largest count as that part, which halves each time.
+const STEPS: usize = 60;
+
+/// Of all rigid motions that slide along the surfaces pressed together at `lambda` (length `3m`, newton), the one of which
+/// friction takes up the smallest part of what the loads do on it.
+///
+/// With the normal forces given, the bounds of friction are, and every motion bounds the loads that can be carried from
+/// above (the kinematic theorem of limit analysis): loads that do more work on it than friction at its bounds cannot
+/// rest as long as the normal forces are these. Coulomb friction may find rest with others; that is why this is no proof
+/// that there is no equilibrium, as [`no_equilibrium`](super::equilibrium::no_equilibrium) is. Found by reweighted least
+/// squares; how well decides only how sharp the bound is.
+///
+/// `None` if no such motion is loaded, or if it runs into a surface that does not touch yet.
+pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: &[f64]) -> Option<Sliding> {
+    let m = problem.points();
+    let jumps = motions.jumps(&problem.isotropic_rows());
+    let load = motions.work(&problem.f);
+    let most_pressed = lambda[..m].iter().fold(0.0, |a: f64, n| a.max(*n));
+    let pressed = |j: usize| problem.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
+    // Motions by their largest displacement, so that entries of `along` are lengths of order one.
+    let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
+    let held = (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.friction[i % m] == Friction::Bonded));
+    let along = null_space(&jumps, &unit, &held.collect::<Vec<_>>(), problem.B.max_abs());
+    let force: Vec<f64> = along.iter().map(|a| dot(a, &load)).collect();
+    let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(&load);
+    if norm(&force) <= WORKS * possible {
+        return None;
+    }
+    let jump_of = |alpha: &[f64]| {
+        let mut jump = vec![0.0; 3 * m];
+        jumps.iter().zip(alpha).for_each(|(g, &a)| axpy(a, g, &mut jump));
+        jump
+    };
+    let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jump_of(a)).collect();
+    let bounds: Vec<f64> = (0..m).map(|j| bound(problem.friction[j], lambda[j])).collect();
+    let weights = least_dissipation(&of_motions, &bounds, &force);
+    let mut alpha = vec![0.0; load.len()];
+    weights.iter().zip(&along).for_each(|(&w, a)| axpy(w, a, &mut alpha));
+    let size = largest_displacement(problem, motions, &alpha);
+    alpha.iter_mut().for_each(|a| *a /= size);
+    let jump = jump_of(&alpha);
+    if (0..m).any(|j| !pressed(j) && jump[j] > ALONG) {
+        return None;
+    }
+    let friction = (0..m).map(|j| bounds[j] * jump[m + j].hypot(jump[2 * m + j])).sum();
+    Some(Sliding { load: dot(&alpha, &load), friction, alpha })
+}
+
+/// Bound of friction at the normal force `normal`, newton.
+fn bound(law: Friction, normal: f64) -> f64 {
+    match law {
+        Friction::None | Friction::Bonded => 0.0,
+        Friction::Given { slip_bound } => slip_bound,
+        Friction::Coulomb { coefficient } => coefficient * normal.max(0.0),
+        Friction::Limited { coefficient, limit } => (coefficient * normal.max(0.0)).min(limit),
+    }
+}
+
+/// Combinations of the motions (weighted by `unit`) that move nothing along the rows `held`; `scale` is the size of `B`.
+fn null_space(jumps: &[Vec<f64>], unit: &[f64], held: &[usize], scale: f64) -> Vec<Vec<f64>> {
+    let scale = scale.max(f64::MIN_POSITIVE);
+    let entry = |a: usize, b: usize| {
+        let product = |&i: &usize| jumps[a][i] * unit[a] / scale * (jumps[b][i] * unit[b] / scale);
+        held.iter().map(product).sum::<f64>()
+    };
+    let k = jumps.len();
+    let gram: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| entry(a, b)).collect()).collect();
+    let (values, vectors) = symmetric_eigen(&gram);
+    let free = values.into_iter().zip(vectors).filter(|(value, _)| *value <= ALONG * ALONG);
+    free.map(|(_, vector)| vector.iter().zip(unit).map(|(v, u)| v * u).collect()).collect()
+}
+
+/// The weights `w` of the motions with `force . w = 1` of which friction takes up the least, `sum of bound |T w|`.
+fn least_dissipation(jumps: &[Vec<f64>], bounds: &[f64], force: &[f64]) -> Vec<f64> {
+    let (k, m) = (jumps.len(), bounds.len());
+    let mut slips = vec![1.0; m];
+    let mut part = 1.0;
+    let mut w = vec![0.0; k];
+    for _ in 0..STEPS {
+        let weight: Vec<f64> = bounds.iter().zip(&slips).map(|(g, s)| g / s).collect();
+        let product = |a: usize, b: usize| -> f64 {
+            let at = |i: usize| jumps[a][i] * jumps[b][i];
+            (0..m).map(|j| weight[j] * (at(m + j) + at(2 * m + j))).sum()
+        };
+        let mut matrix: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| product(a, b)).collect()).collect();
+        let trace: f64 = (0..k).map(|a| matrix[a][a]).sum();
+        // What friction does not resist at all would make the matrix singular.
+        (0..k).for_each(|a| matrix[a][a] += 1e-12 * trace.max(f64::MIN_POSITIVE));
+        w = SmallLu::new(matrix).solve(force);
+        let work = dot(&w, force);
+        w.iter_mut().for_each(|w| *w /= work);
+        part *= 0.5;
+        let sum = |row: usize| jumps.iter().zip(&w).map(|(g, w)| g[row] * w).sum::<f64>();
+        slips = (0..m).map(|j| sum(m + j).hypot(sum(2 * m + j))).collect();
+        let least = part * slips.iter().fold(0.0, |a: f64, s| a.max(*s));
+        slips.iter_mut().for_each(|s| *s = s.max(least).max(f64::MIN_POSITIVE));
+    }
+    w
+}
+
+/// Of all nodes; of all unknowns where nodes are not known. Length.
+fn largest_displacement(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> f64 {
+    let mut u = vec![0.0; problem.unknowns()];
+    motions.add(alpha, &mut u);
+    let mut squares: HashMap<u32, f64> = HashMap::new();
+    for (i, u) in u.iter().enumerate() {
+        let node = problem.node_of.as_ref().map_or(i as u32, |of| of[i]);
+        *squares.entry(node).or_default() += u * u;
+    }
+    squares.values().fold(0.0, |a: f64, s| a.max(*s)).sqrt()
+}
