@@ -170,7 +170,7 @@ fn temperatures_are_refused_where_they_mean_nothing() {
     let message = refused(&(body.clone() + STEEL + &load.replace("50", "\"sqrt(1 - x)\"")));
     assert!(message.contains("\"sqrt(1 - x)\" is NaN at (") && message.contains("finite"), "{message}");
     let message = refused(&(body + STEEL + &load.replace("50", "{ array = \"T\" }")));
-    assert!(message.contains("no point array \"T\"") && message.contains(".vtu"), "{message}");
+    assert!(message.contains("no array \"T\"") && message.contains(".vtu"), "{message}");
 }
 
 /// A block on springs alone: the springs give by p/k, the block by p h/E on top of it, and a shear on the foot by s/k_t.

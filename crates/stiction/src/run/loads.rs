@@ -1,5 +1,6 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
+use super::arrays::{Found, find, there_are};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
 use super::{place, regions};
 use crate::Error;
@@ -7,7 +8,7 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec, nearest};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read without load steps: everything acts in full.
@@ -193,16 +194,13 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
 
 /// The point array called `name` of the mesh file.
 fn node_array(mesh: &Mesh, name: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
-    if let Some(array) = mesh.arrays.iter().find(|array| array.name == name) {
-        return Ok(array.values.clone());
+    match find(mesh, name, spot)? {
+        Found::Nodes(array) => Ok(array.values.clone()),
+        Found::Cells(_) => {
+            let what = format!("\"{name}\" is an array of cells, and temperatures are read at points");
+            Err(spot.error(what, format!("write it on the points; {}", there_are(mesh))))
+        }
     }
-    let names = || mesh.arrays.iter().map(|array| array.name.as_str());
-    let what = format!("the mesh has no point array \"{name}\"");
-    if mesh.arrays.is_empty() {
-        return Err(spot.error(what, "give the mesh as a .vtu file with an array of numbers on its points"));
-    }
-    let guess = nearest(name, names()).map_or(String::new(), |guess| format!("did you mean \"{guess}\"? "));
-    Err(spot.error(what, format!("{guess}its point arrays are {}", names().collect::<Vec<_>>().join(", "))))
 }
 
 /// Each cell has one temperature at most.

@@ -199,6 +199,8 @@ pub struct ContactSpec {
     /// Translation of the obstacle, length; depends on time only.
     pub motion: Option<[Field; 3]>,
     pub friction: SurfaceFriction,
+    /// Where friction is given.
+    pub friction_spot: Spot,
     pub spot: Spot,
 }
 

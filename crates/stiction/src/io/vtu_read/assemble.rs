@@ -6,7 +6,9 @@ use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
 use crate::Error;
-use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build};
+use crate::mesh::{
+    CellArray, CellKind, Mesh, MeshArrays, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build,
+};
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
@@ -42,11 +44,13 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let mut groups = cell_groups(document, &cells, &mut notes)?;
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
-    let arrays = point_arrays(document);
+    let arrays = arrays(document, &cells);
     note_unused(document, &cells, &arrays, in_group, &mut notes);
-    let Sorted { blocks, places, .. } = cells;
+    let Sorted { blocks, places, faces, .. } = cells;
     drop(places); // the build needs memory of its own
-    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: blocks.into(), groups, arrays })?;
+    let array_faces = if arrays.cells.is_empty() { Vec::new() } else { faces };
+    let raw = RawMesh { nodes, cells: blocks.into(), groups, arrays, array_faces, ..RawMesh::default() };
+    let (mesh, built) = build(raw)?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -198,22 +202,52 @@ fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec
     Ok(())
 }
 
-/// Arrays of one number a point that make no groups.
-fn point_arrays(document: &Document) -> Vec<NodeArray> {
-    let arrays = document.arrays.iter().filter(|a| is_point_array(a));
-    // One that cannot be read is no reason to refuse the mesh: who asks for it is told that it is not there.
-    let read = |array| {
-        let values = document.floats(array, document.points).ok()?;
-        Some(NodeArray { name: array.name.clone(), values })
-    };
-    arrays.filter_map(read).collect()
+/// Arrays of one number a point or a cell that make no groups.
+fn arrays(document: &Document, cells: &Sorted) -> MeshArrays {
+    let mut arrays = MeshArrays::default();
+    for array in document.arrays.iter().filter(|a| is_data(a)) {
+        let name = array.name.clone();
+        if let Some(what) = unfit(array) {
+            arrays.others.push((name, what));
+            continue;
+        }
+        // One that cannot be read is no reason to refuse the mesh: who asks for it is told.
+        let count = if array.section == Section::PointData { document.points } else { document.cells };
+        match document.floats(array, count) {
+            Ok(values) if array.section == Section::PointData => arrays.nodes.push(NodeArray { name, values }),
+            Ok(values) => arrays.cells.push(cell_array(name, &values, cells)),
+            Err(error) => arrays.others.push((name, error.what)),
+        }
+    }
+    arrays
 }
 
-fn is_point_array(array: &super::document::Array) -> bool {
-    array.section == Section::PointData
-        && array.number == Number::Float
-        && array.components == 1
-        && !array.name.is_empty()
+fn is_data(array: &super::document::Array) -> bool {
+    matches!(array.section, Section::PointData | Section::CellData) && !array.name.is_empty()
+}
+
+/// Why an array is not a number at each place.
+fn unfit(array: &super::document::Array) -> Option<String> {
+    match array.number {
+        _ if array.components != 1 => Some(format!("it has {} components", array.components)),
+        Number::Float => None,
+        Number::Signed | Number::Unsigned => Some("its whole numbers make groups".into()),
+    }
+}
+
+/// The values of cells and faces out of those of all cells of the file.
+fn cell_array(name: String, values: &[f64], cells: &Sorted) -> CellArray {
+    let blocks = cells.blocks.iter().map(|block| vec![f64::NAN; block.ids.len()]);
+    let mut of_blocks: Vec<Vec<f64>> = blocks.collect();
+    let mut faces = Vec::new();
+    for (place, &value) in cells.places.iter().zip(values) {
+        match *place {
+            Place::Cell(kind, i) => of_blocks[kind as usize][i as usize] = value,
+            Place::Face(i) => faces.push((i, value)),
+            Place::Line(_) => {}
+        }
+    }
+    CellArray { name, values: of_blocks.concat(), faces }
 }
 
 /// Groups of one name become one.
@@ -242,9 +276,9 @@ fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
 }
 
 /// Notes arrays that are not read, and faces in no group.
-fn note_unused(document: &Document, cells: &Sorted, arrays: &[NodeArray], in_group: bool, notes: &mut Vec<MeshNote>) {
-    let read = |a: &super::document::Array| is_point_array(a) && arrays.iter().any(|array| array.name == a.name);
+fn note_unused(document: &Document, cells: &Sorted, arrays: &MeshArrays, in_group: bool, notes: &mut Vec<MeshNote>) {
     let data = |a: &&super::document::Array| matches!(a.section, Section::PointData | Section::CellData);
+    let read = |a: &super::document::Array| is_data(a) && !arrays.others.iter().any(|other| other.0 == a.name);
     let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a) && !read(a));
     let what: Vec<String> = unused.map(|a| format!("array \"{}\"", a.name)).collect();
     if !what.is_empty() {
