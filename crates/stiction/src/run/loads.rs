@@ -9,6 +9,7 @@ use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read without load steps: everything acts in full.
@@ -24,8 +25,11 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     let t = end(case);
     let (mut fixes, mut facts) = (Vec::new(), Vec::new());
     for spec in &case.fixes {
-        let value = if spec.symmetry { symmetry(mesh, spec)? } else { spec.value.clone() };
-        let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value };
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
+        let fix = match spec.symmetry {
+            true => symmetry(mesh, spec, nodes)?,
+            false => Fix { nodes, value: spec.value.clone(), across: None },
+        };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
     }
@@ -41,33 +45,52 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     Ok((fixes, facts))
 }
 
-/// How far the normal of a face may lean (sine) from the axis it is a plane of symmetry across.
+/// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.
 const LEAN: f64 = 1e-6;
+/// Degrees by which the normals of the faces of a plane may differ from their mean: coordinates of six digits turn small
+/// faces by that much.
+const FLAT: f64 = 0.1;
 
-/// The component along the normal of the faces, which has to be the same axis for all of them.
-fn symmetry(mesh: &Mesh, spec: &FixSpec) -> Result<[Option<Field>; 3], Error> {
+/// Holds the component along the normal of the faces, which have to be flat.
+fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> {
     let faces = regions::faces(mesh, &spec.on, &spec.spot, "a plane of symmetry")?;
-    let mut first: Option<([f64; 3], usize)> = None;
-    let mut value = [None, None, None];
-    for &face in &faces {
-        let n = mesh.face_normal(face as usize);
-        let axis = (0..3).fold(0, |best, c| if n[c].abs() > n[best].abs() { c } else { best });
-        let across = (0..3).filter(|&c| c != axis).map(|c| n[c] * n[c]).sum::<f64>().sqrt();
+    let normals: Vec<V3> = faces.iter().map(|&face| mesh.face_normal(face as usize)).collect();
+    // Faces may look either way: a sector has two sides.
+    let same_way = |n: V3| if dot(n, normals[0]) < 0.0 { scale(-1.0, n) } else { n };
+    let areas = faces.iter().map(|&face| mesh.face_area(face as usize));
+    let sum = normals.iter().zip(areas).fold([0.0; 3], |sum, (&n, area)| add(sum, scale(area, same_way(n))));
+    let mean = scale(1.0 / norm(sum), sum);
+    let angle = |n: V3| norm(cross(mean, n)).atan2(dot(mean, n).abs()).to_degrees();
+    let angles = faces.iter().zip(&normals).map(|(&face, &n)| (angle(n), face, n));
+    if let Some((angle, face, n)) = angles.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|worst| worst.0 > FLAT) {
         let name = regions::name(&spec.on);
-        if let Some((n0, _)) = first.filter(|&(n0, _)| (0..3).map(|c| n0[c] * n[c]).sum::<f64>().abs() < 1.0 - LEAN) {
-            let what = format!("{name} is not flat: it has faces with the normals {n0:.4?} and {n:.4?}");
-            return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
-        }
-        if across > LEAN {
-            let what = format!("the normal {n:.4?} of {name} is not along x, y or z");
-            let remedy = "turn the mesh with `turn` under [mesh] until the plane is perpendicular to an axis; or let the \
-                          faces touch a frictionless plane in a [[contact]] if nothing pulls them off it";
-            return Err(spec.spot.error(what, remedy));
-        }
-        first = first.or(Some((n, axis)));
-        value[axis] = Some(Field::Constant(0.0));
+        let corners = mesh.faces[face as usize].corners();
+        let place = scale(
+            1.0 / corners.len() as f64,
+            corners.iter().fold([0.0; 3], |sum, &c| add(sum, mesh.nodes[c as usize])),
+        );
+        let what = format!(
+            "{name} is not flat: its face at ({}) with the normal ({}) leans by {angle:.1} degrees from the mean normal ({})",
+            short(place),
+            short(n),
+            short(mean)
+        );
+        return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
     }
-    Ok(value)
+    let axis = (0..3).fold(0, |best, c| if mean[c].abs() > mean[best].abs() { c } else { best });
+    let lean = (0..3).filter(|&c| c != axis).map(|c| mean[c] * mean[c]).sum::<f64>().sqrt();
+    let mut fix = Fix { nodes, ..Fix::default() };
+    if lean <= LEAN {
+        fix.value[axis] = Some(Field::Constant(0.0));
+    } else {
+        fix.across = Some(mean);
+    }
+    Ok(fix)
+}
+
+/// To four digits, without the sign of zero.
+fn short(v: V3) -> String {
+    v.map(|c| format!("{}", (c * 1e4).round() / 1e4 + 0.0)).join(", ")
 }
 
 /// Elastic foundations.
@@ -89,7 +112,10 @@ fn support_spot(case: &Case) -> &Spot {
 }
 
 fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
-    let components = (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect();
+    let components = match fix.across {
+        Some(normal) => format!("along ({})", short(normal)),
+        None => (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect(),
+    };
     let at = match (&spec.on, fix.nodes.first()) {
         (Region::Point(_), Some(&node)) => Some(mesh.nodes[node as usize]),
         _ => None,

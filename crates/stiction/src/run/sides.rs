@@ -4,6 +4,7 @@ use super::fields::{PointFrame, Side, SurfaceFields, empty, frames, surfaces};
 use super::{Outcome, Prepared};
 use crate::contact::{Counterpart, Master};
 use crate::fem::{nodal_areas, nodal_normals};
+use crate::mesh::v3::{scale, sub};
 
 /// The fields of each contact surface, a pair's master after its slave. Obstacles have none.
 ///
@@ -46,7 +47,8 @@ fn master(
             let lambda = outcome.solution.lambda[row];
             for (dof, value) in entries(prepared, row).filter(|(dof, _)| dof / 3 != frames[j].node) {
                 if let Ok(at) = fields.nodes.binary_search(&((dof / 3) as i32)) {
-                    fields.lambda[at][dof as usize % 3] -= value * lambda;
+                    let direction = prepared.model.dofs.direction(dof);
+                    fields.lambda[at] = sub(fields.lambda[at], scale(value * lambda, direction));
                     reached[at] = true;
                 }
             }

@@ -18,7 +18,7 @@ pub(super) static FIX: Rules = Rules {
 const CONDITION: Kind = Kind::Choice {
     names: &[(
         "symmetry",
-        "a plane of symmetry: no displacement along the normal of the faces, which are flat and perpendicular to x, y or z",
+        "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
     )],
     absent: &[],
 };
