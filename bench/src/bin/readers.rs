@@ -1,40 +1,20 @@
 //! Reads meshes of each format: megabytes a second, and the most memory beside the mesh that comes out.
 //!
 //! Usage: `cargo run --release -p stiction-bench --bin readers -- [NODES-PER-EDGE]` (101: a million nodes). A cube of
-//! hexahedra and one of tetrahedra are written as text, as other programs do it, and as VTU, and read from memory.
+//! hexahedra and one of tetrahedra are written as text, as other programs do it, and as VTU, and read from disk.
 //! Seconds are CPU seconds of all threads for the whole way to a checked mesh with its boundary, the median of three
-//! runs; memory is the most that was allocated at a time, beyond the file itself, over that of the mesh.
+//! runs; memory is the most that was allocated at a time, the bytes of the file included, over that of the mesh.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
 use std::fmt::Write;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cpu_time::ProcessTime;
-use stiction::io::{abaqus, gmsh, vtu, vtu_read};
+use stiction::io::vtu;
 use stiction::mesh::{Block, BlockElement, CellKind, Mesh, block};
+use stiction::run::read_mesh;
 
-/// Counts the bytes in use and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+#[path = "../../../crates/stiction/tests/common/counting.rs"]
+mod counting;
 
 const RUNS: usize = 3;
 const MEGA: f64 = 1e6;
@@ -55,26 +35,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn row(name: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
+fn row(ending: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
+    let path = std::env::temp_dir().join(format!("stiction-readers-{}.{ending}", std::process::id()));
+    std::fs::write(&path, file)?;
     let mut seconds = Vec::new();
     let (mut memory, mut cells, mut nodes) = (0.0, 0, 0);
     for _ in 0..RUNS {
-        let before = NOW.load(Ordering::Relaxed);
-        PEAK.store(before, Ordering::Relaxed);
         let start = ProcessTime::now();
-        let (mesh, _) = match name {
-            "msh" => gmsh::parse(file, "bench.msh", 1.0)?,
-            "inp" => abaqus::parse(file, "bench.inp", 1.0, &|_| Err(String::new()))?,
-            _ => vtu_read::parse(file, "bench.vtu", 1.0)?,
-        };
+        let (read, used) = counting::measured(|| read_mesh(&path, 1.0));
         seconds.push(start.elapsed().as_secs_f64());
-        let mesh_bytes = NOW.load(Ordering::Relaxed) - before;
-        memory = (PEAK.load(Ordering::Relaxed) - before) as f64 / mesh_bytes as f64;
+        let (mesh, _) = read?;
+        memory = used.peak as f64 / used.kept as f64;
         (cells, nodes) = (mesh.cell_count(), mesh.nodes.len());
     }
+    std::fs::remove_file(&path)?;
     seconds.sort_by(f64::total_cmp);
     let (size, median) = (file.len() as f64 / MEGA, seconds[RUNS / 2]);
-    println!("| {name} | {cells} | {nodes} | {size:.0} | {median:.2} | {:.0} | {memory:.1} |", size / median);
+    println!("| {ending} | {cells} | {nodes} | {size:.0} | {median:.2} | {:.0} | {memory:.2} |", size / median);
     Ok(())
 }
 

@@ -1,33 +1,12 @@
 //! Files that promise much in few bytes must not take memory out of proportion.
 
-use std::alloc::{GlobalAlloc, Layout, System};
+#[path = "common/counting.rs"]
+mod counting;
+
 use std::fmt::Write;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use stiction::contact::{Side, Triangles};
 use stiction::io::{abaqus, gmsh, surface, vtu_read};
-
-/// Counts the bytes in use and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Memory besides ten times the file: what the readers grant small files.
 const BESIDES: usize = 128 << 20;
@@ -112,10 +91,7 @@ fn memory_stays_in_proportion_to_the_file() {
     ];
 
     let check = |name: &str, text: &str, parse: &dyn Fn(&[u8]) -> bool| {
-        let before = NOW.load(Ordering::Relaxed);
-        PEAK.store(before, Ordering::Relaxed);
-        parse(text.as_bytes());
-        let used = PEAK.load(Ordering::Relaxed).saturating_sub(before);
+        let used = counting::measured(|| parse(text.as_bytes())).1.peak;
         assert!(used <= 10 * text.len() + BESIDES, "{name}: {} bytes took {used}", text.len());
     };
     for (name, text) in &inputs {

@@ -2,12 +2,16 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::cursor::{Cursor, DAMAGED};
+use super::data::Data;
 use super::types::{ElementType, Role};
+use crate::Error;
+use crate::io::labels::Labels;
 
 /// A physical group: dimension and number.
 pub(super) type Physical = (u8, i64);
 
-/// The contents of a file. Nodes are called by their tags until everything has been read.
+/// The contents of a file.
 #[derive(Default)]
 pub(super) struct Contents {
     /// Dimension, number and name of physical groups in the order of the file.
@@ -19,9 +23,15 @@ pub(super) struct Contents {
     pub nodes: Vec<[f64; 3]>,
     pub runs: Vec<Run>,
     pub element_tags: Vec<u64>,
-    pub element_nodes: Vec<u64>,
+    /// Nodes of elements: by their indices where `nodes_known`, otherwise by their tags.
+    pub element_nodes: Vec<u32>,
+    /// From tags to indices, once elements are read behind the nodes.
+    pub nodes_known: Option<Labels>,
     /// Numbers of elements that cannot be used, by type.
     pub refused: BTreeMap<i64, usize>,
+    pub data: Vec<Data>,
+    /// Length of the file.
+    pub bytes: usize,
 }
 
 /// Consecutive elements that have everything in common but their nodes.
@@ -50,6 +60,26 @@ impl Contents {
         &mut self.runs[last]
     }
 
+    /// Looks nodes up from now on, if there are any.
+    pub fn know_nodes(&mut self) -> Result<(), Error> {
+        if !self.node_tags.is_empty() {
+            let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", DAMAGED);
+            self.nodes_known = Some(Labels::new(self.node_tags.iter().copied()).map_err(twice)?);
+        }
+        Ok(())
+    }
+
+    /// Adds a node of the element `element`.
+    pub fn push_node(&mut self, at: &Cursor, element: u64, tag: u64) -> Result<(), Error> {
+        let node = match &self.nodes_known {
+            Some(labels) => labels.find(tag).ok_or_else(|| unknown(element, tag))?,
+            None => u32::try_from(tag)
+                .map_err(|_| at.fail(format!("node {tag} has too large a number"), "write $Nodes before $Elements"))?,
+        };
+        self.element_nodes.push(node);
+        Ok(())
+    }
+
     /// Notes elements that cannot be used; whether they can.
     pub fn usable(&mut self, kind: ElementType, count: usize) -> bool {
         let usable = !matches!(kind.role, Role::Refused(_));
@@ -72,4 +102,10 @@ impl Contents {
         tags.dedup();
         tags.into_iter().map(|t| (dimension, t)).collect()
     }
+}
+
+/// Element `element` names a node that is not there.
+pub(super) fn unknown(element: u64, tag: u64) -> Error {
+    let what = format!("it names node {tag}, which the file does not hold");
+    Error::new(format!("element {element}"), what, DAMAGED)
 }

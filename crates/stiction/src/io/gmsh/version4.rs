@@ -89,6 +89,7 @@ pub(super) fn nodes(at: &mut Cursor, contents: &mut Contents) -> Result<(), Erro
 /// Blocks of elements: tag and nodes each.
 pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error> {
     let [blocks, total] = header(at)?;
+    contents.know_nodes()?;
     let mut read = 0;
     for _ in 0..blocks {
         let start = at.pos;
@@ -115,7 +116,7 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
             for _ in 0..kind.nodes {
                 let node = at.size("the number of a node")?;
                 if usable {
-                    contents.element_nodes.push(node);
+                    contents.push_node(at, tag, node)?;
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::arrays::grow;
 use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
@@ -12,6 +13,8 @@ use crate::mesh::{
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
+/// Nodes of the largest cell.
+const MOST_NODES: usize = 20;
 
 /// What became of a cell of the file: its number among those of its kind.
 #[derive(Clone, Copy)]
@@ -61,18 +64,26 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     let mut ends: Vec<u32> = Vec::new();
     let unknown = |n: i64| u32::try_from(n).unwrap_or(u32::MAX);
     let code = |n: i64| u8::try_from(n).unwrap_or(u8::MAX);
-    document.integers(document.needed(Section::Cells, "types")?, document.cells, |n| codes.push(code(n)))?;
-    document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(unknown(n)))?;
+    let cells = document.cells;
+    document.integers(document.needed(Section::Cells, "types")?, cells, |n| {
+        grow(&mut codes, cells);
+        codes.push(code(n));
+    })?;
+    document.integers(document.needed(Section::Cells, "offsets")?, cells, |n| {
+        grow(&mut ends, cells);
+        ends.push(unknown(n));
+    })?;
     let mut nodes: Vec<u32> = Vec::new();
     let count = ends.last().map_or(0, |&end| end as usize);
     document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| {
-        if nodes.is_empty() {
-            nodes.reserve_exact(count); // the file is long enough, or the first number would not come
-        }
+        grow(&mut nodes, count);
         nodes.push(unknown(n));
     })?;
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
+    // Nearly all cells of nearly every file are of one kind: they move to the front of the list they come in.
+    let major = major(&codes, &ends);
+    let mut front = 0;
     let mut sorted = Sorted {
         blocks: CellKind::ALL.map(block),
         places: Vec::with_capacity(codes.len()),
@@ -80,6 +91,9 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         line_nodes: Vec::new(),
         lines: Vec::new(),
     };
+    if let Some((major, count)) = major {
+        sorted.blocks[major].ids.reserve_exact(count);
+    }
     let mut refused: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
     let mut from = 0;
     for (i, (&code, &end)) in codes.iter().zip(&ends).enumerate() {
@@ -95,7 +109,14 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
             Role::Cell(kind, order) => {
                 let which = CellKind::ALL.iter().position(|&k| k == kind).unwrap_or(0);
                 let block = &mut sorted.blocks[which];
-                block.nodes.extend(order.iter().map(|&n| cell[n]));
+                if major.is_some_and(|major| major.0 == which) {
+                    let mut taken = [0; MOST_NODES];
+                    taken.iter_mut().zip(order).for_each(|(node, &n)| *node = cell[n]);
+                    nodes[front..front + order.len()].copy_from_slice(&taken[..order.len()]);
+                    front += order.len();
+                } else {
+                    block.nodes.extend(order.iter().map(|&n| cell[n]));
+                }
                 block.ids.push(i as u64);
                 Place::Cell(which as u8, block.ids.len() as u32 - 1)
             }
@@ -118,6 +139,10 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         };
         sorted.places.push(place);
     }
+    if let Some((major, _)) = major {
+        nodes.truncate(front);
+        sorted.blocks[major].nodes = nodes;
+    }
     if let Some((_, (_, remedy))) = refused.iter().next() {
         let list: Vec<String> = refused.iter().map(|(what, (count, _))| format!("{count} x {what}")).collect();
         return Err(Error::new("", format!("cells that cannot be used: {}", list.join(", ")), *remedy));
@@ -127,6 +152,19 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         return Err(Error::new("", what, "write the solid with tetrahedra or hexahedra, not only its surface"));
     }
     Ok(sorted)
+}
+
+/// The place in `CellKind::ALL` of the kind that most cells are of, and how many are.
+fn major(codes: &[u8], ends: &[u32]) -> Option<(usize, usize)> {
+    let mut counts = [0; CellKind::ALL.len()];
+    let mut from = 0;
+    for (&code, &end) in codes.iter().zip(ends) {
+        if let Role::Cell(kind, _) = role(code, end.saturating_sub(from) as usize) {
+            counts.iter_mut().zip(CellKind::ALL).filter(|(_, k)| *k == kind).for_each(|(count, _)| *count += 1);
+        }
+        from = end;
+    }
+    counts.into_iter().enumerate().filter(|count| count.1 > 0).max_by_key(|count| count.1)
 }
 
 /// The values of an array that makes groups, and whether they are all 0 or 1.
