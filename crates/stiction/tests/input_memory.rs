@@ -71,7 +71,19 @@ fn memory_stays_in_proportion_to_the_file() {
         lines("<VTKFile type=\"UnstructuredGrid\">", many, |_, t| t.push_str("<a b=''/>")),
         lines("<VTKFile ", many, |_, t| t.push_str("b='' ")),
     ];
-    let meshes = ["$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4000000000 1 4000000000\n3 1 0 4000000000\n1\n"];
+    let tet = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n1\n1 4 0 1 2 3 4\n$EndElements\n$Nodes\n200000\n";
+    let corners = "1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+    let many_nodes = (5..=200_000).fold(format!("{tet}{corners}"), |mut t, i| {
+        writeln!(t, "{i} 0 0 0").unwrap();
+        t
+    });
+    let data = lines(&(many_nodes + "$EndNodes\n"), 2 * many, |i, t| {
+        writeln!(t, "$NodeData\n1\n\"{i}\"\n0\n3\n0\n1\n1\n1 0\n$EndNodeData").unwrap()
+    });
+    let meshes = [
+        data.as_str(),
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4000000000 1 4000000000\n3 1 0 4000000000\n1\n",
+    ];
 
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n";
     let strip = |i: usize, t: &mut String| {

@@ -34,6 +34,8 @@ pub enum Temperature {
     /// Values at the nodes of the mesh, reached along the part `ramp` (0 to 1, of the time only) of the way from the
     /// reference temperature.
     Nodal { values: Vec<f64>, ramp: Field },
+    /// The same with one value for each cell of the mesh.
+    OfCells { values: Vec<f64>, ramp: Field },
 }
 
 /// Prescribed displacements of nodes.

@@ -6,10 +6,12 @@
 //! several time steps the last counts.
 
 mod assemble;
+mod complete;
 mod contents;
 mod cursor;
 mod data;
 mod foreign;
+mod tags;
 mod types;
 mod version2;
 mod version4;

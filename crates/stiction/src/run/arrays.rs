@@ -29,12 +29,14 @@ pub(super) fn find<'m>(mesh: &'m Mesh, name: &str, spot: &Spot) -> Result<Found<
 }
 
 /// Which arrays the mesh has.
-pub(super) fn there_are(mesh: &Mesh) -> String {
+fn there_are(mesh: &Mesh) -> String {
     let list = |names: Vec<&str>| names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     let points = list(mesh.arrays.nodes.iter().map(|array| array.name.as_str()).collect());
     let cells = list(mesh.arrays.cells.iter().map(|array| array.name.as_str()).collect());
     match (points.is_empty(), cells.is_empty()) {
-        (true, true) => "give the mesh as a .vtu file with an array of numbers on its points or cells".into(),
+        (true, true) => "give the mesh as a .vtu file with an array of numbers on its points or cells, or as a .msh file with $NodeData or \
+                         $ElementData"
+            .into(),
         (false, true) => format!("its point arrays are {points}, its cells have none"),
         (true, false) => format!("its cell arrays are {cells}, its points have none"),
         (false, false) => format!("its point arrays are {points}, its cell arrays {cells}"),

@@ -1,6 +1,6 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
-use super::arrays::{Found, find, there_are};
+use super::arrays::{Found, find};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
 use super::{place, regions};
 use crate::Error;
@@ -212,21 +212,14 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
         }
         LoadKind::Temperature(field) => Load::Temperature { cells: cells()?, value: Temperature::Field(field.clone()) },
         LoadKind::TemperatureArray { name, ramp, spot } => {
-            let values = node_array(mesh, name, spot)?;
-            Load::Temperature { cells: cells()?, value: Temperature::Nodal { values, ramp: ramp.clone() } }
+            let ramp = ramp.clone();
+            let value = match find(mesh, name, spot)? {
+                Found::Nodes(array) => Temperature::Nodal { values: array.values.clone(), ramp },
+                Found::Cells(array) => Temperature::OfCells { values: array.values.clone(), ramp },
+            };
+            Load::Temperature { cells: cells()?, value }
         }
     })
-}
-
-/// The point array called `name` of the mesh file.
-fn node_array(mesh: &Mesh, name: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
-    match find(mesh, name, spot)? {
-        Found::Nodes(array) => Ok(array.values.clone()),
-        Found::Cells(_) => {
-            let what = format!("\"{name}\" is an array of cells, and temperatures are read at points");
-            Err(spot.error(what, format!("write it on the points; {}", there_are(mesh))))
-        }
-    }
 }
 
 /// Each cell has one temperature at most.
@@ -250,11 +243,16 @@ fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
     let mut heated = vec![false; solid.mesh.cell_count()];
     cells.iter().for_each(|&cell| heated[cell as usize] = true);
     let all = solid.mesh.cell_iter().zip(heated).filter(|(_, heated)| *heated).flat_map(|((_, nodes), _)| nodes);
+    let range = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
     let at = |&node: &u32| match value {
+        Temperature::OfCells { .. } => f64::NAN,
         Temperature::Field(field) => field.at(solid.mesh.nodes[node as usize], t),
         Temperature::Nodal { values, .. } => values[node as usize],
     };
-    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]))
+    if let Temperature::OfCells { values, .. } = value {
+        return Some(cells.iter().map(|&cell| values[cell as usize]).fold([f64::INFINITY, f64::NEG_INFINITY], range));
+    }
+    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], range))
 }
 
 fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {

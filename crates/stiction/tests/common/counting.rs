@@ -1,5 +1,6 @@
 //! An allocator that counts: whoever includes this file allocates by it and may ask for [`measured`] memory. Shared by the
 //! tests of readers, the fuzzer and the benchmarks.
+#![allow(dead_code)] // not everybody asks for all of it
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

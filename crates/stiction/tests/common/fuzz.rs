@@ -225,7 +225,8 @@ macro_rules! files {
 }
 
 fn gmsh_files() -> Vec<Vec<u8>> {
-    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh")
+    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh"
+        "../data/fields-22-ascii.msh" "../data/fields-22-binary.msh" "../data/fields-41-ascii.msh" "../data/fields-41-binary.msh")
 }
 
 fn abaqus_files() -> Vec<Vec<u8>> {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::complete;
 use super::contents::{Contents, Physical, Run, unknown};
 use super::data::{Place, arrays};
 use super::types::{Role, element_type, order};
@@ -12,9 +13,12 @@ use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMe
 pub(super) fn assemble(mut contents: Contents, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     refuse_unusable(&contents)?;
     resolve(&mut contents)?;
+    let mut hexahedra = Vec::new();
+    complete::check(&contents, &mut hexahedra)?;
     let (groups, group_of) = groups(&contents);
     let mut raw = RawMesh { groups, ..RawMesh::default() };
     let mut notes = shared_names(&contents);
+    notes.append(&mut hexahedra);
     let places = collect(&contents, &group_of, &mut raw, &mut notes);
     if !contents.data.is_empty() {
         raw.array_faces = faces(&contents);
@@ -59,7 +63,7 @@ fn resolve(contents: &mut Contents) -> Result<(), Error> {
         for (i, node) in element_nodes[run.first_node..][..run.count * k].iter_mut().enumerate() {
             let tag = u64::from(*node);
             let found = nodes_known.as_ref().and_then(|labels| labels.find(tag));
-            *node = found.ok_or_else(|| unknown(element_tags[run.first + i / k], tag))?;
+            *node = found.ok_or_else(|| unknown(element_tags.get(run.first + i / k), tag))?;
         }
     }
     Ok(())
@@ -68,7 +72,7 @@ fn resolve(contents: &mut Contents) -> Result<(), Error> {
 /// The surface elements in the order of the file.
 fn faces(contents: &Contents) -> Vec<[u32; 4]> {
     let runs = contents.runs.iter().filter(|run| run.kind.role == Role::Face);
-    runs.flat_map(|run| nodes_of(run, &contents.element_nodes).map(corners)).collect()
+    runs.flat_map(|run| contents.nodes_of(run).map(corners)).collect()
 }
 
 /// Empty groups, those with a name first, and which of them each physical group fills. Equal names share a group.
@@ -114,7 +118,6 @@ fn collect(
     raw: &mut RawMesh,
     notes: &mut Vec<MeshNote>,
 ) -> Vec<Place> {
-    let element_nodes = &contents.element_nodes;
     let wanted = contents.data.iter().any(|data| !data.nodal);
     let mut places = vec![Place::Other; if wanted { contents.element_tags.len() } else { 0 }];
     for kind in CellKind::ALL {
@@ -127,11 +130,11 @@ fn collect(
         cells.ids.reserve_exact(total);
         for run in runs {
             let targets: Vec<usize> = contents.physicals(run).iter().filter_map(|p| group_of.get(p)).copied().collect();
-            for (i, nodes) in nodes_of(run, element_nodes).enumerate() {
+            for (i, nodes) in contents.nodes_of(run).enumerate() {
                 let number = copies.find_or_insert(run, nodes, before + cells.ids.len());
                 if number == before + cells.ids.len() {
                     cells.nodes.extend(order(kind).iter().map(|&i| nodes[i]));
-                    cells.ids.push(contents.element_tags[run.first + i]);
+                    cells.ids.push(contents.element_tags.get(run.first + i));
                 }
                 targets.iter().for_each(|&g| raw.groups[g].cells.push(number as u32));
                 if wanted {
@@ -154,8 +157,8 @@ fn collect(
         }
         for g in targets {
             match run.kind.role {
-                Role::Face => raw.groups[g].faces.extend(nodes_of(run, element_nodes).map(corners)),
-                _ => nodes_of(run, element_nodes).for_each(|nodes| raw.groups[g].nodes.extend(nodes)),
+                Role::Face => raw.groups[g].faces.extend(contents.nodes_of(run).map(corners)),
+                _ => contents.nodes_of(run).for_each(|nodes| raw.groups[g].nodes.extend(nodes)),
             }
         }
     }
@@ -167,14 +170,9 @@ fn collect(
     places
 }
 
-/// The nodes of each element of a run.
-fn nodes_of<'a>(run: &Run, element_nodes: &'a [u32]) -> impl Iterator<Item = &'a [u32]> {
-    element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
-}
-
 /// Corners come first, of triangles three.
 fn corners(nodes: &[u32]) -> [u32; 4] {
-    [nodes[0], nodes[1], nodes[2], if nodes.len().is_multiple_of(3) { u32::MAX } else { nodes[3] }]
+    [nodes[0], nodes[1], nodes[2], if matches!(nodes.len(), 3 | 6) { u32::MAX } else { nodes[3] }]
 }
 
 /// MSH 2.2 repeats a cell under a new number for each further physical group of its volume.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::cursor::{Cursor, DAMAGED};
 use super::data::Data;
+use super::tags::Tags;
 use super::types::{ElementType, Role};
 use crate::Error;
 use crate::io::labels::Labels;
@@ -22,7 +23,7 @@ pub(super) struct Contents {
     /// Coordinates, not yet scaled.
     pub nodes: Vec<[f64; 3]>,
     pub runs: Vec<Run>,
-    pub element_tags: Vec<u64>,
+    pub element_tags: Tags,
     /// Nodes of elements: by their indices where `nodes_known`, otherwise by their tags.
     pub element_nodes: Vec<u32>,
     /// From tags to indices, once elements are read behind the nodes.
@@ -41,7 +42,7 @@ pub(super) struct Run {
     pub entity: i64,
     /// The physical group, 0 for none (2.2 only; in 4.1 the entity knows).
     pub physical: i64,
-    /// Elements: `element_tags[first..first + count]`.
+    /// Elements: those at the places `first..first + count` of `element_tags`.
     pub first: usize,
     pub count: usize,
     /// Where its nodes begin in `element_nodes`.
@@ -87,6 +88,11 @@ impl Contents {
             *self.refused.entry(kind.number).or_default() += count;
         }
         usable
+    }
+
+    /// The nodes of each element of a run.
+    pub fn nodes_of(&self, run: &Run) -> impl Iterator<Item = &[u32]> {
+        self.element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
     }
 
     /// The physical groups of a run.

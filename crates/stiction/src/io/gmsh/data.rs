@@ -10,6 +10,8 @@ use crate::mesh::{CellArray, MeshArrays, MeshNote, NodeArray};
 /// still has a number for each.
 const TIMES_INPUT: usize = 8;
 const BESIDES: usize = 64 << 20;
+/// Arrays of different names; a step of time has the name of the others.
+const MOST: usize = 1000;
 
 /// A section of numbers.
 pub(super) struct Data {
@@ -73,9 +75,9 @@ pub(super) fn read(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error
             }
         }
     }
-    contents.data.retain(|other| other.name != data.name || other.nodal != data.nodal); // the last time step counts
-    contents.data.push(data);
-    Ok(())
+    // The last time step counts.
+    contents.data.retain(|other| other.name != data.name || other.nodal != data.nodal);
+    add(at, contents, data)
 }
 
 /// A section `$ElementNodeData`, of which nothing but the name is read.
@@ -84,8 +86,16 @@ pub(super) fn refuse(at: &mut Cursor, contents: &mut Contents) -> Result<(), Err
     at.skip_space();
     let name = String::from_utf8_lossy(at.line()).trim().trim_matches('"').to_string();
     let unfit = Some("it has a number for each node of each element".into());
-    contents.data.push(Data { name, nodal: false, values: Vec::new(), unfit });
+    add(at, contents, Data { name, nodal: false, values: Vec::new(), unfit })?;
     at.skip_section()
+}
+
+fn add(at: &Cursor, contents: &mut Contents, data: Data) -> Result<(), Error> {
+    if contents.data.len() >= MOST {
+        return Err(at.fail(format!("there are more than {MOST} arrays"), "save only the arrays that the case names"));
+    }
+    contents.data.push(data);
+    Ok(())
 }
 
 /// What an element of the file has become.
@@ -113,9 +123,11 @@ pub(super) fn arrays(
     }
     let twice =
         |what: &'static str| move |tag: u64| Error::new(format!("{what} {tag}"), "it is given more than once", DAMAGED);
+    // Gmsh gives elements that MSH 2.2 leaves out the number of the last it saved: the first value is the right one.
+    let first = |slot: &mut f64, value: f64| *slot = if slot.is_nan() { value } else { *slot };
     let of_nodes = Labels::new(contents.node_tags.iter().copied()).map_err(twice("node"))?;
     let of_elements = match data.iter().any(|data| !data.nodal && data.unfit.is_none()) {
-        true => Some(Labels::new(contents.element_tags.iter().copied()).map_err(twice("element"))?),
+        true => Some(Labels::new(contents.element_tags.iter()).map_err(twice("element"))?),
         false => None,
     };
     for Data { name, nodal, values, unfit } in data {
@@ -129,7 +141,7 @@ pub(super) fn arrays(
             let mut all = vec![f64::NAN; contents.nodes.len()];
             for (tag, value) in values {
                 match of_nodes.find(tag) {
-                    Some(node) => all[node as usize] = value,
+                    Some(node) => first(&mut all[node as usize], value),
                     None => missing += 1,
                 }
             }
@@ -138,7 +150,7 @@ pub(super) fn arrays(
             let mut array = CellArray { name: name.clone(), values: vec![f64::NAN; cells], faces: Vec::new() };
             for (tag, value) in values {
                 match of_elements.as_ref().and_then(|labels| labels.find(tag)).map(|element| places[element as usize]) {
-                    Some(Place::Cell(cell)) => array.values[cell as usize] = value,
+                    Some(Place::Cell(cell)) => first(&mut array.values[cell as usize], value),
                     Some(Place::Face(face)) => array.faces.push((face, value)),
                     Some(Place::Other) => {}
                     None => missing += 1,

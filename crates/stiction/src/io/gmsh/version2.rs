@@ -34,7 +34,6 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
     // the shortest is a point: two integers in binary, four numbers as text
     let n = at.room(n, "elements", 8)?;
     contents.know_nodes()?;
-    contents.element_tags.reserve_exact(n);
     let mut read = 0;
     while read < n {
         if at.binary() {

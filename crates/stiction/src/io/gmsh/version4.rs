@@ -105,7 +105,6 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
         let usable = contents.usable(kind, n);
         if usable && n > 0 {
             contents.run(kind, entity, 0).count += n;
-            contents.element_tags.reserve(n);
             contents.element_nodes.reserve(n * kind.nodes);
         }
         for _ in 0..n {
