@@ -6,15 +6,16 @@
 //! runs; memory is the most that was allocated at a time, the bytes of the file included, over that of the mesh.
 
 use std::error::Error;
-use std::fmt::Write;
 
 use cpu_time::ProcessTime;
 use stiction::io::vtu;
-use stiction::mesh::{Block, BlockElement, CellKind, Mesh, block};
+use stiction::mesh::{Block, BlockElement, Mesh, block};
 use stiction::run::read_mesh;
 
 #[path = "../../../crates/stiction/tests/common/counting.rs"]
 mod counting;
+#[path = "../../../crates/stiction/tests/common/written.rs"]
+mod written;
 
 const RUNS: usize = 3;
 const MEGA: f64 = 1e6;
@@ -28,8 +29,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let size = [std::f64::consts::PI, std::f64::consts::E, std::f64::consts::SQRT_2];
         let cells = [nodes - 1; 3];
         let mesh = block(&Block { size, cells, origin: [-0.3; 3], grading: [1.0; 3], element })?;
-        row("msh", &msh(&mesh))?;
-        row("inp", &inp(&mesh))?;
+        row("msh", &written::msh(&mesh))?;
+        row("inp", &written::inp(&mesh))?;
         row("vtu", &grid(&mesh)?)?;
     }
     Ok(())
@@ -53,50 +54,6 @@ fn row(ending: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
     let (size, median) = (file.len() as f64 / MEGA, seconds[RUNS / 2]);
     println!("| {ending} | {cells} | {nodes} | {size:.0} | {median:.2} | {:.0} | {memory:.2} |", size / median);
     Ok(())
-}
-
-/// Gmsh's type of a cell and the name in Abaqus.
-fn names(kind: CellKind) -> (u8, &'static str) {
-    match kind {
-        CellKind::Tet4 => (4, "C3D4"),
-        CellKind::Hex8 => (5, "C3D8"),
-        CellKind::Tet10 => (11, "C3D10"),
-        CellKind::Hex20 => (17, "C3D20"),
-    }
-}
-
-fn msh(mesh: &Mesh) -> Vec<u8> {
-    let (n, m) = (mesh.nodes.len(), mesh.cell_count());
-    let (code, _) = names(mesh.cells[0].kind);
-    let mut text = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 {n} 1 {n}\n3 1 0 {n}\n");
-    (1..=n).for_each(|i| put(&mut text, format_args!("{i}\n")));
-    mesh.nodes.iter().for_each(|[x, y, z]| put(&mut text, format_args!("{x} {y} {z}\n")));
-    put(&mut text, format_args!("$EndNodes\n$Elements\n1 {m} 1 {m}\n3 1 {code} {m}\n"));
-    for (i, (_, cell)) in mesh.cell_iter().enumerate() {
-        put(&mut text, format_args!("{}", i + 1));
-        cell.iter().for_each(|node| put(&mut text, format_args!(" {}", node + 1)));
-        text.push('\n');
-    }
-    text.push_str("$EndElements\n");
-    text.into_bytes()
-}
-
-fn inp(mesh: &Mesh) -> Vec<u8> {
-    let mut text = String::from("*NODE\n");
-    for (i, [x, y, z]) in mesh.nodes.iter().enumerate() {
-        put(&mut text, format_args!("{}, {x}, {y}, {z}\n", i + 1));
-    }
-    put(&mut text, format_args!("*ELEMENT, TYPE={}, ELSET=body\n", names(mesh.cells[0].kind).1));
-    for (i, (_, cell)) in mesh.cell_iter().enumerate() {
-        put(&mut text, format_args!("{}", i + 1));
-        cell.iter().for_each(|node| put(&mut text, format_args!(", {}", node + 1)));
-        text.push('\n');
-    }
-    text.into_bytes()
-}
-
-fn put(text: &mut String, what: std::fmt::Arguments) {
-    text.write_fmt(what).unwrap_or(()); // a string takes everything
 }
 
 fn grid(mesh: &Mesh) -> Result<Vec<u8>, Box<dyn Error>> {

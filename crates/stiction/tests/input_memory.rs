@@ -2,11 +2,16 @@
 
 #[path = "common/counting.rs"]
 mod counting;
+#[path = "common/written.rs"]
+mod written;
 
 use std::fmt::Write;
+use std::path::Path;
 
 use stiction::contact::{Side, Triangles};
-use stiction::io::{abaqus, gmsh, surface, vtu_read};
+use stiction::io::{abaqus, gmsh, surface, vtu, vtu_read};
+use stiction::mesh::{Block, BlockElement, block};
+use stiction::run::read_mesh;
 
 /// Memory besides ten times the file: what the readers grant small files.
 const BESIDES: usize = 128 << 20;
@@ -118,7 +123,26 @@ fn memory_stays_in_proportion_to_the_file() {
     for text in &grids {
         check("grid", text, &|bytes| vtu_read::parse(bytes, "a.vtu", 1.0).is_ok());
     }
+    from_disk();
     for text in meshes {
         check("mesh", text, &|bytes| gmsh::parse(bytes, "a.msh", 1.0).is_ok());
+    }
+}
+
+/// Part of the test above, since the counter is the process's: meshes as other programs write them, the file included.
+fn from_disk() {
+    for element in [BlockElement::Hex8, BlockElement::Tet4Six] {
+        // sizes that do not end after a few digits
+        let size = [std::f64::consts::PI, std::f64::consts::E, std::f64::consts::SQRT_2];
+        let mesh = block(&Block { size, cells: [30; 3], origin: [-0.3; 3], grading: [1.0; 3], element }).unwrap();
+        let at = |ending: &str| Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("memory-{element:?}.{ending}"));
+        std::fs::write(at("msh"), written::msh(&mesh)).unwrap();
+        std::fs::write(at("inp"), written::inp(&mesh)).unwrap();
+        vtu::write(&at("vtu"), &vtu::Grid::from_mesh(&mesh), &[], &[], &[]).unwrap();
+        for ending in ["msh", "inp", "vtu"] {
+            let (read, used) = counting::measured(|| read_mesh(&at(ending), 1.0));
+            let (nodes, most) = (read.unwrap().0.nodes.len(), used.peak as f64 / used.kept as f64);
+            assert!(nodes == mesh.nodes.len() && most <= 3.0, "{element:?} {ending}: {most} times the mesh");
+        }
     }
 }

@@ -125,6 +125,27 @@ fn curved_cells_have_the_volume_and_the_area_gmsh_finds_whatever_the_order_of_th
     }
 }
 
+/// From disk the bytes are given back while they are read; messages count lines from the beginning all the same.
+#[test]
+fn errors_name_the_same_line_from_disk_and_from_memory() {
+    for (file, from) in
+        [("brick.msh", "$EndElements"), ("brick-gmsh.inp", "*ELSET"), ("fields-22-ascii.msh", "$EndElementData")]
+    {
+        let text = std::fs::read_to_string(path(file)).unwrap();
+        let damaged = text.replacen(from, &format!("7 x 7 8\n{from}"), 1);
+        let line = 1 + text[..text.find(from).unwrap()].lines().count();
+        let there = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("damaged-{file}"));
+        std::fs::write(&there, &damaged).unwrap();
+        let name = there.display().to_string();
+        let memory = match file.ends_with("inp") {
+            true => stiction::io::abaqus::parse(damaged.as_bytes(), &name, 1.0, &|_| Err(String::new())),
+            false => gmsh::parse(damaged.as_bytes(), &name, 1.0),
+        };
+        let messages = [read_mesh(&there, 1.0), memory].map(|read| read.map(|_| ()).unwrap_err().to_string());
+        assert!(messages[0] == messages[1] && messages[0].contains(&format!("line {line}")), "{line} {messages:?}");
+    }
+}
+
 /// Gmsh meshes one model with 20 and with 27 nodes: the cells are the same.
 #[test]
 fn hexahedra_of_27_nodes_become_those_of_20() {

@@ -81,12 +81,12 @@ fn sections(mut file: Cow<[u8]>) -> Result<Contents, Error> {
         let done = from + at.pos;
         before = [before[0] + done - from, before[1] + cursor::newlines(&file[from..done])];
         from = done;
-        if let Cow::Owned(bytes) = &mut file {
-            if from > bytes.len() / 8 {
-                bytes.drain(..from);
-                bytes.shrink_to_fit();
-                from = 0;
-            }
+        if let Cow::Owned(bytes) = &mut file
+            && from > bytes.len() / 8
+        {
+            bytes.drain(..from);
+            bytes.shrink_to_fit();
+            from = 0;
         }
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn check(contents: &Contents, notes: &mut Vec<MeshNote>) -> Result<()
             let longest = longest.fold(0.0, f64::max);
             let off = middles(&x).into_iter().zip(&x[KEPT..]).map(|(place, &x)| norm(sub(place, x)));
             let worst = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((k, off)) = worst.filter(|worst| !(worst.1 <= OFF * longest)) {
+            if let Some((k, off)) = worst.filter(|worst| worst.1 > OFF * longest) {
                 let tag = contents.node_tags[nodes[KEPT + k] as usize];
                 let what = format!("its node {tag} lies {off:.3e} from where a hexahedron of 20 nodes has that place");
                 return refuse(contents.element_tags.get(run.first + i), what);
