@@ -2,6 +2,7 @@
 
 use super::arrays::{Found, find};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::report::triple;
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -70,10 +71,10 @@ fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> 
             corners.iter().fold([0.0; 3], |sum, &c| add(sum, mesh.nodes[c as usize])),
         );
         let what = format!(
-            "{name} is not flat: its face at ({}) with the normal ({}) leans by {angle:.1} degrees from the mean normal ({})",
-            short(place),
-            short(n),
-            short(mean)
+            "{name} is not flat: its face at {} with the normal {} leans by {angle:.1} degrees from the mean normal {}",
+            triple(place),
+            triple(n),
+            triple(mean)
         );
         return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
     }
@@ -86,11 +87,6 @@ fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> 
         fix.across = Some(mean);
     }
     Ok(fix)
-}
-
-/// To four digits, without the sign of zero.
-fn short(v: V3) -> String {
-    v.map(|c| format!("{}", (c * 1e4).round() / 1e4 + 0.0)).join(", ")
 }
 
 /// Elastic foundations.
@@ -113,7 +109,7 @@ fn support_spot(case: &Case) -> &Spot {
 
 fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
     let components = match fix.across {
-        Some(normal) => format!("along ({})", short(normal)),
+        Some(normal) => format!("along {}", triple(normal)),
         None => (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect(),
     };
     let at = match (&spec.on, fix.nodes.first()) {

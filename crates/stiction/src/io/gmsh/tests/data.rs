@@ -56,10 +56,10 @@ fn data_that_are_damaged_are_refused_with_their_line() {
             parse((tet.clone() + &data.replacen(from, to, 1)).as_bytes(), "a.msh", 1.0).unwrap_err().to_string();
         words.iter().for_each(|word| assert!(message.contains(word), "\"{word}\" is not in: {message}"));
     };
-    refused("1\n2\n1 5", "1\n200\n1 5", ["200 values are announced", "line 22"]);
+    refused("1\n2\n1 5", "1\n200\n1 5", ["200 values are announced", "line 23"]);
     refused("0\n1\n2\n", "0\n0\n2\n", ["2 values of 0 components", "line 19"]);
-    refused("9 7e1", "9 x", ["\"x\" stands where a value was expected", "line 24"]);
-    refused("9 7e1\n", "", ["\"$EndNodeData\" stands where", "line 24"]);
+    refused("9 7e1", "9 x", ["\"x\" stands where a value was expected", "line 25"]);
+    refused("9 7e1\n", "", ["\"$EndNodeData\" stands where", "line 25"]);
     let twice = tet22(2, "1 4 2 7 3 1 2 3 9\n1 15 2 0 0 1\n") + &data.replace("Node", "Element");
     let message = parse(twice.as_bytes(), "a.msh", 1.0).unwrap_err().to_string();
     assert!(message.contains("element 1") && message.contains("given more than once"), "{message}");
