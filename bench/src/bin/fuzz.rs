@@ -13,9 +13,6 @@ use cpu_time::ProcessTime;
 #[path = "../../../crates/stiction/tests/common/fuzz.rs"]
 mod fuzz;
 
-#[global_allocator]
-static MEMORY: fuzz::Counting = fuzz::Counting;
-
 const LARGEST_SEED: u64 = 1 << 16;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {

@@ -1,40 +1,21 @@
 //! Reads meshes of each format: megabytes a second, and the most memory beside the mesh that comes out.
 //!
 //! Usage: `cargo run --release -p stiction-bench --bin readers -- [NODES-PER-EDGE]` (101: a million nodes). A cube of
-//! hexahedra and one of tetrahedra are written as text, as other programs do it, and as VTU, and read from memory.
+//! hexahedra and one of tetrahedra are written as text, as other programs do it, and as VTU, and read from disk.
 //! Seconds are CPU seconds of all threads for the whole way to a checked mesh with its boundary, the median of three
-//! runs; memory is the most that was allocated at a time, beyond the file itself, over that of the mesh.
+//! runs; memory is the most that was allocated at a time, the bytes of the file included, over that of the mesh.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
-use std::fmt::Write;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cpu_time::ProcessTime;
-use stiction::io::{abaqus, gmsh, vtu, vtu_read};
-use stiction::mesh::{Block, BlockElement, CellKind, Mesh, block};
+use stiction::io::vtu;
+use stiction::mesh::{Block, BlockElement, Mesh, block};
+use stiction::run::read_mesh;
 
-/// Counts the bytes in use and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+#[path = "../../../crates/stiction/tests/common/counting.rs"]
+mod counting;
+#[path = "../../../crates/stiction/tests/common/written.rs"]
+mod written;
 
 const RUNS: usize = 3;
 const MEGA: f64 = 1e6;
@@ -48,78 +29,31 @@ fn main() -> Result<(), Box<dyn Error>> {
         let size = [std::f64::consts::PI, std::f64::consts::E, std::f64::consts::SQRT_2];
         let cells = [nodes - 1; 3];
         let mesh = block(&Block { size, cells, origin: [-0.3; 3], grading: [1.0; 3], element })?;
-        row("msh", &msh(&mesh))?;
-        row("inp", &inp(&mesh))?;
+        row("msh", &written::msh(&mesh))?;
+        row("inp", &written::inp(&mesh))?;
         row("vtu", &grid(&mesh)?)?;
     }
     Ok(())
 }
 
-fn row(name: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
+fn row(ending: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
+    let path = std::env::temp_dir().join(format!("stiction-readers-{}.{ending}", std::process::id()));
+    std::fs::write(&path, file)?;
     let mut seconds = Vec::new();
     let (mut memory, mut cells, mut nodes) = (0.0, 0, 0);
     for _ in 0..RUNS {
-        let before = NOW.load(Ordering::Relaxed);
-        PEAK.store(before, Ordering::Relaxed);
         let start = ProcessTime::now();
-        let (mesh, _) = match name {
-            "msh" => gmsh::parse(file, "bench.msh", 1.0)?,
-            "inp" => abaqus::parse(file, "bench.inp", 1.0, &|_| Err(String::new()))?,
-            _ => vtu_read::parse(file, "bench.vtu", 1.0)?,
-        };
+        let (read, used) = counting::measured(|| read_mesh(&path, 1.0));
         seconds.push(start.elapsed().as_secs_f64());
-        let mesh_bytes = NOW.load(Ordering::Relaxed) - before;
-        memory = (PEAK.load(Ordering::Relaxed) - before) as f64 / mesh_bytes as f64;
+        let (mesh, _) = read?;
+        memory = used.peak as f64 / used.kept as f64;
         (cells, nodes) = (mesh.cell_count(), mesh.nodes.len());
     }
+    std::fs::remove_file(&path)?;
     seconds.sort_by(f64::total_cmp);
     let (size, median) = (file.len() as f64 / MEGA, seconds[RUNS / 2]);
-    println!("| {name} | {cells} | {nodes} | {size:.0} | {median:.2} | {:.0} | {memory:.1} |", size / median);
+    println!("| {ending} | {cells} | {nodes} | {size:.0} | {median:.2} | {:.0} | {memory:.2} |", size / median);
     Ok(())
-}
-
-/// Gmsh's type of a cell and the name in Abaqus.
-fn names(kind: CellKind) -> (u8, &'static str) {
-    match kind {
-        CellKind::Tet4 => (4, "C3D4"),
-        CellKind::Hex8 => (5, "C3D8"),
-        CellKind::Tet10 => (11, "C3D10"),
-        CellKind::Hex20 => (17, "C3D20"),
-    }
-}
-
-fn msh(mesh: &Mesh) -> Vec<u8> {
-    let (n, m) = (mesh.nodes.len(), mesh.cell_count());
-    let (code, _) = names(mesh.cells[0].kind);
-    let mut text = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 {n} 1 {n}\n3 1 0 {n}\n");
-    (1..=n).for_each(|i| put(&mut text, format_args!("{i}\n")));
-    mesh.nodes.iter().for_each(|[x, y, z]| put(&mut text, format_args!("{x} {y} {z}\n")));
-    put(&mut text, format_args!("$EndNodes\n$Elements\n1 {m} 1 {m}\n3 1 {code} {m}\n"));
-    for (i, (_, cell)) in mesh.cell_iter().enumerate() {
-        put(&mut text, format_args!("{}", i + 1));
-        cell.iter().for_each(|node| put(&mut text, format_args!(" {}", node + 1)));
-        text.push('\n');
-    }
-    text.push_str("$EndElements\n");
-    text.into_bytes()
-}
-
-fn inp(mesh: &Mesh) -> Vec<u8> {
-    let mut text = String::from("*NODE\n");
-    for (i, [x, y, z]) in mesh.nodes.iter().enumerate() {
-        put(&mut text, format_args!("{}, {x}, {y}, {z}\n", i + 1));
-    }
-    put(&mut text, format_args!("*ELEMENT, TYPE={}, ELSET=body\n", names(mesh.cells[0].kind).1));
-    for (i, (_, cell)) in mesh.cell_iter().enumerate() {
-        put(&mut text, format_args!("{}", i + 1));
-        cell.iter().for_each(|node| put(&mut text, format_args!(", {}", node + 1)));
-        text.push('\n');
-    }
-    text.into_bytes()
-}
-
-fn put(text: &mut String, what: std::fmt::Arguments) {
-    text.write_fmt(what).unwrap_or(()); // a string takes everything
 }
 
 fn grid(mesh: &Mesh) -> Result<Vec<u8>, Box<dyn Error>> {

@@ -4,37 +4,16 @@
 //! seconds of all threads, the median of three runs, from the bytes of a binary STL or an OBJ file to an obstacle that
 //! answers; memory is the most that was allocated at a time beyond the file itself, over the length of the file.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
 use std::fmt::Write;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cpu_time::ProcessTime;
 use stiction::contact::{Obstacle, Side, Triangles};
 use stiction::io::surface::{parse_obj, parse_stl};
 
-/// Counts the bytes in use and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+#[path = "../../../crates/stiction/tests/common/counting.rs"]
+mod counting;
 
 const RUNS: usize = 3;
 const QUERIES: usize = 100_000;
@@ -54,13 +33,14 @@ fn row(name: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
     let (mut seconds, mut memory, mut last) = (Vec::new(), 0, None::<Triangles>);
     for _ in 0..RUNS {
         drop(last.take()); // two at a time are not what is measured
-        let before = NOW.load(Ordering::Relaxed);
-        PEAK.store(before, Ordering::Relaxed);
         let start = ProcessTime::now();
-        let raw = if name == "stl" { parse_stl(file, "ball", 1.0)? } else { parse_obj(file, "ball", 1.0)? };
-        last = Some(Triangles::new(raw, "ball", Side::Outside, 30.0)?);
+        let (surface, used) = counting::measured(|| {
+            let raw = if name == "stl" { parse_stl(file, "ball", 1.0) } else { parse_obj(file, "ball", 1.0) };
+            Triangles::new(raw?, "ball", Side::Outside, 30.0)
+        });
+        last = Some(surface?);
         seconds.push(start.elapsed().as_secs_f64());
-        memory = PEAK.load(Ordering::Relaxed) - before;
+        memory = used.peak;
     }
     seconds.sort_by(f64::total_cmp);
     let Some(surface) = last else { return Ok(()) };

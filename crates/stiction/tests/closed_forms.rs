@@ -191,7 +191,11 @@ fn given_friction_with_a_huge_bound_is_a_floor_that_holds_the_tangents() {
     let mut held = brick(4, element, BrickLoad::Lift, SurfaceFriction::None);
     let end = held.nodes("x-min");
     let floor: Vec<u32> = held.nodes("z-min").into_iter().filter(|n| !end.contains(n)).collect();
-    held.fixes.push(Fix { nodes: floor, value: [Some(Field::Constant(0.0)), Some(Field::Constant(0.0)), None] });
+    held.fixes.push(Fix {
+        nodes: floor,
+        value: [Some(Field::Constant(0.0)), Some(Field::Constant(0.0)), None],
+        ..Fix::default()
+    });
     let held = held.pose();
     let second = solved(&held.problem, 1e-10);
     assert!(distance(rough.full(&s.u).as_flattened(), held.full(&second.u).as_flattened()) < 1e-8);

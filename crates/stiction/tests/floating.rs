@@ -43,7 +43,7 @@ fn rigid_motions_are_those_that_no_support_stops() {
             let nodes: Vec<u32> =
                 (0..case.mesh.nodes.len() as u32).filter(|&n| case.mesh.nodes[n as usize] == x).collect();
             let mut case = case;
-            case.fixes.push(Fix { nodes, value: [const { Some(Field::Constant(0.0)) }; 3] });
+            case.fixes.push(Fix { nodes, value: [const { Some(Field::Constant(0.0)) }; 3], ..Fix::default() });
             case
         };
         let cases = [
@@ -126,7 +126,7 @@ fn a_block_pressed_on_the_floor_is_held_by_friction_alone() {
                 let middle = |x: &[f64; 3]| x[0] == 0.5 && x[1] == 0.5;
                 let nodes = case.mesh.nodes.iter().enumerate().filter(|(_, x)| middle(x)).map(|(n, _)| n as u32);
                 let value = [Some(Field::Constant(0.0)), Some(Field::Constant(0.0)), None];
-                case.fixes.push(Fix { nodes: nodes.collect(), value });
+                case.fixes.push(Fix { nodes: nodes.collect(), value, ..Fix::default() });
             }
             case.pose()
         };

@@ -26,12 +26,16 @@ const SHORTENING: f64 = 2e-3;
 const PRESSURE: f64 = YOUNG * SHORTENING / 2.0;
 
 fn orthotropic(along: f64, across: f64, direction: [f64; 3]) -> SurfaceFriction {
-    let across = Some(Across { coefficient: Field::Constant(across), direction });
-    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along), across, limit: None })
+    let across = Some(Across { coefficient: Field::Constant(across).into(), direction });
+    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along).into(), across, limit: None })
 }
 
 fn limited(coefficient: f64, limit: f64) -> SurfaceFriction {
-    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(coefficient), across: None, limit: Some(limit) })
+    SurfaceFriction::Law(CoulombLaw {
+        coefficient: Field::Constant(coefficient).into(),
+        across: None,
+        limit: Some(limit),
+    })
 }
 
 /// A cube of side 2 without lateral contraction pressed by `PRESSURE`, its top shifted, with the shear tractions on its
@@ -129,8 +133,10 @@ fn brick_with(friction: SurfaceFriction, load: BrickLoad) -> ContactProblem {
 #[test]
 fn friction_that_varies_in_space_is_that_of_two_contacts_with_their_own() {
     let step = Field::Function { text: "step".into(), value: Arc::new(|x, _| if x[0] < 1.6 { 0.1 } else { 0.6 }) };
-    let varying =
-        brick_with(SurfaceFriction::Law(CoulombLaw { coefficient: step, across: None, limit: None }), BrickLoad::Press);
+    let varying = brick_with(
+        SurfaceFriction::Law(CoulombLaw { coefficient: step.into(), across: None, limit: None }),
+        BrickLoad::Press,
+    );
     let mut two = brick(4, BlockElement::Hex8, BrickLoad::Press, SurfaceFriction::Coulomb(0.1));
     // The nodes of the second contact are those of whole faces: those of the first keep them, as both contacts would.
     let (low, high): (Vec<u32>, Vec<u32>) = two.surfaces[0].faces.iter().partition(|&&face| {
@@ -209,8 +215,8 @@ fn clarabel_finds_the_same_energy_over_ellipses() {
     let coulomb = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
     let both = brick_with(
         SurfaceFriction::Law(CoulombLaw {
-            coefficient: Field::Constant(0.1),
-            across: Some(Across { coefficient: Field::Constant(0.5), direction: [1.0, 1.0, 0.0] }),
+            coefficient: Field::Constant(0.1).into(),
+            across: Some(Across { coefficient: Field::Constant(0.5).into(), direction: [1.0, 1.0, 0.0] }),
             limit: Some(2.5e5),
         }),
         BrickLoad::Press,

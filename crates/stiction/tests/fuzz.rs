@@ -3,9 +3,6 @@
 #[path = "common/fuzz.rs"]
 mod fuzz;
 
-#[global_allocator]
-static MEMORY: fuzz::Counting = fuzz::Counting;
-
 /// One test, since the counter of memory is the process's.
 #[test]
 fn mutated_files_neither_panic_nor_take_memory_beyond_their_size() {

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use common::*;
 use stiction::contact::SurfaceFriction;
+use stiction::io::gmsh;
 use stiction::mesh::{CellKind, Mesh};
 use stiction::run::read_mesh;
 
@@ -122,6 +123,61 @@ fn curved_cells_have_the_volume_and_the_area_gmsh_finds_whatever_the_order_of_th
             );
         }
     }
+}
+
+/// From disk the bytes are given back while they are read; messages count lines from the beginning all the same.
+#[test]
+fn errors_name_the_same_line_from_disk_and_from_memory() {
+    for (file, from) in
+        [("brick.msh", "$EndElements"), ("brick-gmsh.inp", "*ELSET"), ("fields-22-ascii.msh", "$EndElementData")]
+    {
+        let text = std::fs::read_to_string(path(file)).unwrap();
+        let damaged = text.replacen(from, &format!("7 x 7 8\n{from}"), 1);
+        let line = 1 + text[..text.find(from).unwrap()].lines().count();
+        let there = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("damaged-{file}"));
+        std::fs::write(&there, &damaged).unwrap();
+        let name = there.display().to_string();
+        let memory = match file.ends_with("inp") {
+            true => stiction::io::abaqus::parse(damaged.as_bytes(), &name, 1.0, &|_| Err(String::new())),
+            false => gmsh::parse(damaged.as_bytes(), &name, 1.0),
+        };
+        let messages = [read_mesh(&there, 1.0), memory].map(|read| read.map(|_| ()).unwrap_err().to_string());
+        assert!(messages[0] == messages[1] && messages[0].contains(&format!("line {line}")), "{line} {messages:?}");
+    }
+}
+
+/// Gmsh meshes one model with 20 and with 27 nodes: the cells are the same.
+#[test]
+fn hexahedra_of_27_nodes_become_those_of_20() {
+    let whole = mesh("curved-hex20-41.msh");
+    let cells = |mesh: &Mesh| places(mesh, mesh.cell_iter().map(|(_, cell)| cell));
+    let faces = |mesh: &Mesh, group: &str| {
+        let group = mesh.group(group).unwrap();
+        places(mesh, group.faces.iter().map(|&f| mesh.faces[f as usize].nodes()))
+    };
+    for file in ["curved-hex27-22.msh", "curved-hex27-41.msh"] {
+        let (found, notes) = read_mesh(&path(file), 1.0).unwrap();
+        assert_eq!((cells(&found), faces(&found, "curved")), (cells(&whole), faces(&whole, "curved")), "{file}");
+        assert!(notes.to_string().contains("within the 6 hexahedra of 27 nodes, which become those of 20"), "{notes}");
+    }
+    let text = std::fs::read_to_string(path("curved-hex27-22.msh")).unwrap();
+    let hexahedron = text.lines().find(|line| line.split(' ').nth(1) == Some("12")).unwrap();
+    let words: Vec<&str> = hexahedron.split_whitespace().collect();
+    let (element, [.., centre]) = (words[0], &words[..]) else { panic!() };
+    let refused = |text: &str| {
+        let message = gmsh::parse(text.as_bytes(), "a.msh", 1.0).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("Mesh.SecondOrderIncomplete = 1"), "{message}");
+        message
+    };
+    // A node that was moved, and a cell that hangs on one.
+    let line = text.lines().find(|line| line.starts_with(&format!("{centre} "))).unwrap();
+    let message = refused(&text.replace(&format!("\n{line}\n"), &format!("\n{centre} 0.1 0.1 0.1\n")));
+    assert!(message.contains(&format!("element {element}: its node {centre} lies")), "{message}");
+    let count: usize = text.lines().skip_while(|line| *line != "$Elements").nth(1).unwrap().parse().unwrap();
+    let tet = format!("999 4 2 1 1 {centre} {} {} {}\n$EndElements", words[5], words[6], words[7]);
+    let more = text.replace(&format!("$Elements\n{count}\n"), &format!("$Elements\n{}\n", count + 1));
+    let message = refused(&more.replace("$EndElements", &tet));
+    assert!(message.contains(&format!("element 999: its node {centre} is the middle")), "{message}");
 }
 
 #[test]

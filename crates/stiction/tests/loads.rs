@@ -168,13 +168,6 @@ fn a_plane_of_symmetry_is_told_by_its_faces() {
     assert_eq!(displacement(&by_name), displacement(&by_component));
     let message = refused(&text("[[fix]]\non = [\"x-min\", \"y-min\"]\ncondition = \"symmetry\"\n"));
     assert!(message.contains("x-min, y-min is not flat") && message.contains("[[fix]]"), "{message}");
-    let turned = text("[[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n").replacen(
-        "\n[materials",
-        "\nturn = { axis = [0, 0, 1], degrees = 30 }\n[materials",
-        1,
-    );
-    let message = refused(&turned);
-    assert!(message.contains("is not along x, y or z") && message.contains("`turn`"), "{message}");
 }
 
 fn bolt(run: &(Outcome, Prepared)) -> [f64; 2] {

@@ -170,7 +170,7 @@ fn temperatures_are_refused_where_they_mean_nothing() {
     let message = refused(&(body.clone() + STEEL + &load.replace("50", "\"sqrt(1 - x)\"")));
     assert!(message.contains("\"sqrt(1 - x)\" is NaN at (") && message.contains("finite"), "{message}");
     let message = refused(&(body + STEEL + &load.replace("50", "{ array = \"T\" }")));
-    assert!(message.contains("no point array \"T\"") && message.contains(".vtu"), "{message}");
+    assert!(message.contains("no array \"T\"") && message.contains(".vtu"), "{message}");
 }
 
 /// A block on springs alone: the springs give by p/k, the block by p h/E on top of it, and a shear on the foot by s/k_t.
@@ -247,7 +247,11 @@ fn temperatures_at_points_act_like_their_expression() {
         let mesh = stiction::mesh::block(&described).unwrap();
         let values: Vec<f64> = mesh.nodes.iter().map(|x| 20.0 + 30.0 * x[0] - 10.0 * x[1]).collect();
         let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("heated-{element:?}.vtu"));
-        write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", &values)], &[], &[]).unwrap();
+        // Linear cells take their mean, which is the value at their centre.
+        let centre = |nodes: &[u32]| nodes.iter().map(|&n| values[n as usize]).sum::<f64>() / nodes.len() as f64;
+        let of_cells: Vec<f64> = mesh.cell_iter().map(|(_, nodes)| centre(nodes)).collect();
+        let cells = [Array::scalar("centre", &of_cells)];
+        write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", &values)], &cells, &[]).unwrap();
         let text = |temperature: &str| {
             format!(
                 "[mesh]\nfile = {:?}\n{STEEL}[[fix]]\non = {{ box = [[0, 0, 0], [0, 2, 2]] }}\n[[load]]\ntemperature = {temperature}\n",
@@ -256,6 +260,7 @@ fn temperatures_at_points_act_like_their_expression() {
         };
         let pairs = [
             ("{ array = \"T\" }", "\"20 + 30*x - 10*y\""),
+            ("{ array = \"centre\" }", "\"20 + 30*x - 10*y\""),
             ("{ array = \"T\", ramp = \"t/2\" }", "\"20 + 15*x - 5*y\""),
         ];
         for (array, expression) in pairs {
@@ -266,6 +271,6 @@ fn temperatures_at_points_act_like_their_expression() {
             assert!(at(&a, [4.0, 0.0, 0.0])[0] > 1e-3);
         }
         let message = refused(&text("{ array = \"t\" }"));
-        assert!(message.contains("did you mean \"T\"?") || message.contains("its point arrays are T"), "{message}");
+        assert!(message.contains("did you mean \"T\"?") || message.contains("its point arrays are \"T\""), "{message}");
     }
 }

@@ -61,7 +61,7 @@ impl Linear {
             let value = std::sync::Arc::new(move |x: V3, _| self.at(x)[i]);
             Some(Field::Function { text: "in the test".into(), value })
         };
-        Fix { nodes: mesh.face_nodes(&faces(mesh, group)), value: [0, 1, 2].map(component) }
+        Fix { nodes: mesh.face_nodes(&faces(mesh, group)), value: [0, 1, 2].map(component), ..Fix::default() }
     }
 
     /// The stress of a body with these constants.

@@ -23,7 +23,7 @@ fn zero(mesh: &Mesh, groups: [&str; 2], component: usize) -> Fix {
     let faces: Vec<u32> = groups.iter().flat_map(|g| mesh.group(g).unwrap().faces.clone()).collect();
     let mut value = [None, None, None];
     value[component] = Some(Field::Constant(0.0));
-    Fix { nodes: mesh.face_nodes(&faces), value }
+    Fix { nodes: mesh.face_nodes(&faces), value, ..Fix::default() }
 }
 
 /// Lamé 1852: a ring pressed into another that is 0.06 too tight, radii 40, 60, 90, plane stress, one material. The

@@ -1,10 +1,22 @@
 //! Local axes of contact points.
 
 use super::obstacle::unit;
+use crate::fem::DofMap;
 use crate::mesh::v3::{cross, norm};
 
+/// [`frame`] at a node: `free` are its components, along its own axes where it is turned.
+pub(super) fn frame_at(dofs: &DofMap, node: u32, normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
+    let axes = frame(dofs.components(node, normal), free)?;
+    Some(axes.map(|v| dofs.vector(node, v)))
+}
+
+/// [`tied_frame`] at a node.
+pub(super) fn tied_frame_at(dofs: &DofMap, node: u32, free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
+    tied_frame(free).map(|axes| axes.map(|v| dofs.vector(node, v)))
+}
+
 /// Normal and tangents restricted to the free components, or `None` if no free component has a share of the normal.
-pub(super) fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
+fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
     let keep = |v: [f64; 3]| [0, 1, 2].map(|c| if free[c] { v[c] } else { 0.0 });
     let within = keep(normal);
     if norm(within) < 1e-8 {
@@ -34,7 +46,7 @@ pub(super) fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> 
 }
 
 /// A tied node that cannot move along the normal is still tied in its free directions.
-pub(super) fn tied_frame(free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
+fn tied_frame(free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
     let axis = |c: usize| [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
     let mut axes = (0..3).filter(|&c| free[c]).map(axis);
     Some([[0.0; 3], axes.next()?, axes.next().unwrap_or([0.0; 3])])

@@ -1,9 +1,8 @@
 //! What the friction of a surface is at one of its points.
 
 use super::obstacle::unit;
-use super::{Across, CoulombLaw, Friction, SurfaceFriction};
+use super::{Across, Coefficient, CoulombLaw, Friction, SurfaceFriction};
 use crate::Error;
-use crate::fem::Field;
 use crate::mesh::v3::{V3, cross, dot, norm, scale, sub};
 
 /// A direction of friction whose part along the surface is less than this says nothing there: it changes by as much as
@@ -77,21 +76,30 @@ fn by_direction(along: f64, other: &Across, at: &At, frame: &mut [V3; 3]) -> Res
     Ok((shadow, 1.0, shadow / largest))
 }
 
-fn coefficient(field: &Field, at: &At) -> Result<f64, Error> {
-    let value = field.finite_at(at.x, 0.0)?;
-    if value < 0.0 {
-        let what = format!("the coefficient of friction is {value} at node {} at {:?}", at.node + 1, at.x);
-        return Err(Error::new("", what, "give an expression that is at least zero, such as \"max(0, ...)\""));
+fn coefficient(coefficient: &Coefficient, at: &At) -> Result<f64, Error> {
+    let (value, remedy) = match coefficient {
+        Coefficient::Field(field) => {
+            (field.finite_at(at.x, 0.0)?, "give an expression that is at least zero, such as \"max(0, ...)\"")
+        }
+        Coefficient::Array { values, .. } => {
+            let value = values.get(at.node as usize).copied().unwrap_or(f64::NAN);
+            (value, "give the array a number of at least zero at every node of the surface")
+        }
+    };
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
     }
-    Ok(value)
+    let what = format!("the coefficient of friction is {value} at node {} at {:?}", at.node + 1, at.x);
+    Err(Error::new("", what, remedy))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fem::Field;
 
     fn law_at(coefficients: [f64; 2], direction: V3, frame: &mut [V3; 3]) -> Result<(Friction, f64), Error> {
-        let [along, across] = coefficients.map(Field::Constant);
+        let [along, across] = coefficients.map(|c| Field::Constant(c).into());
         let across = Some(Across { coefficient: across, direction });
         let friction = SurfaceFriction::Law(CoulombLaw { coefficient: along, across, limit: Some(5.0) });
         law(&friction, &At { node: 6, x: [0.0; 3], area: 2.0, normal: [0.0, 0.0, -1.0] }, frame)

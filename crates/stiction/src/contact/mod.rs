@@ -28,7 +28,7 @@ pub use pose::pose;
 pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
 pub use roles::{Reason, Role, choose_slave, reverse_where_held};
 pub use surface::{
-    Across, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
+    Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
     SurfaceFriction,
 };
 pub use triangles::{RawSurface, Triangles};

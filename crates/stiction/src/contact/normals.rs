@@ -3,7 +3,7 @@ use std::collections::HashMap;
 use super::obstacle::unit;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, norm, sub};
+use crate::mesh::v3::{V3, dot, norm, scale, sub};
 
 /// Nodes this part of a face's size off a plane lie in it.
 const IN_PLANE: f64 = 1e-6;
@@ -11,7 +11,10 @@ const IN_PLANE: f64 = 1e-6;
 /// to a factor.
 const SMOOTH: f64 = 3.0;
 
-/// What is known of a node that may lie on a plane of symmetry across an axis.
+/// Directions the square of whose cosine is nearer to one are the same.
+const SAME: f64 = 1e-6;
+
+/// What is known of a node that may lie on a plane of symmetry.
 #[derive(Default, Clone, Copy)]
 struct Edge {
     /// How far the faces reach to both sides, and how large they are; length.
@@ -30,37 +33,69 @@ struct Edge {
 pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3)> {
     let mut normals = nodal_normals(mesh, faces);
     let of: HashMap<u32, V3> = normals.iter().copied().collect();
-    let held = |node: u32, c: usize| {
-        let place = dofs.prescribed.binary_search(&(3 * node + c as u32));
-        place.is_ok_and(|i| dofs.value[i] == 0.0)
-    };
-    let mut edges: HashMap<(u32, usize), Edge> = HashMap::new();
+    let across = planes(mesh, faces, dofs);
+    let held = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
+    let mut edges: HashMap<u32, Vec<Edge>> = HashMap::new();
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
         for &node in nodes {
-            for c in (0..3).filter(|&c| held(node, c)) {
-                let entry = edges.entry((node, c)).or_default();
+            let Some(planes) = across.get(&node) else { continue };
+            let entries = edges.entry(node).or_insert_with(|| vec![Edge::default(); planes.len()]);
+            for (&plane, entry) in planes.iter().zip(entries) {
                 for &other in nodes.iter().filter(|&&other| other != node) {
                     let d = sub(mesh.nodes[other as usize], mesh.nodes[node as usize]);
-                    (entry.low, entry.high) = (entry.low.min(d[c]), entry.high.max(d[c]));
-                    entry.edge |= d[c].abs() <= IN_PLANE * norm(d) && held(other, c);
+                    let away = dot(d, plane);
+                    (entry.low, entry.high) = (entry.low.min(away), entry.high.max(away));
+                    entry.edge |= away.abs() <= IN_PLANE * norm(d) && held(other, plane);
                     entry.bend = entry.bend.max(norm(sub(of[&other], of[&node])));
                 }
             }
         }
     }
     for (node, normal) in &mut normals {
-        for c in 0..3 {
-            let Some(edge) = edges.get(&(*node, c)) else { continue };
+        let Some(edges) = edges.get(node) else { continue };
+        for (&plane, edge) in across[node].iter().zip(edges) {
             let one_sided = edge.low.abs().min(edge.high) <= IN_PLANE * (edge.high - edge.low);
-            if edge.edge && one_sided && normal[c].abs() <= SMOOTH * edge.bend {
-                let mut within = *normal;
-                within[c] = 0.0;
-                *normal = unit(within).unwrap_or(*normal);
+            let along = dot(*normal, plane);
+            if edge.edge && one_sided && along.abs() <= SMOOTH * edge.bend {
+                *normal = unit(sub(*normal, scale(along, plane))).unwrap_or(*normal);
             }
         }
     }
     normals
+}
+
+/// The directions in which the displacement of a node is prescribed to be zero.
+fn still(dofs: &DofMap, node: u32) -> impl Iterator<Item = V3> {
+    let zero = |dof: &u32| dofs.prescribed.binary_search(dof).is_ok_and(|i| dofs.value[i] == 0.0);
+    (3 * node..3 * node + 3).filter(zero).map(|dof| dofs.direction(dof))
+}
+
+/// The normals of the planes of symmetry each node may lie on. Of the axes of a turned node the first alone is sure to be
+/// one; where slanted planes meet the nodes around it know the others.
+fn planes(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> HashMap<u32, Vec<V3>> {
+    let mut planes: HashMap<u32, Vec<V3>> = HashMap::new();
+    for &face in faces {
+        let nodes = mesh.faces[face as usize].nodes();
+        for &node in nodes {
+            let own: Vec<V3> = still(dofs, node).collect();
+            if own.is_empty() || (planes.contains_key(&node) && dofs.axes(node).is_none()) {
+                continue;
+            }
+            let known = planes.entry(node).or_default();
+            if dofs.axes(node).is_none() {
+                *known = own;
+                continue;
+            }
+            for plane in std::iter::once(node).chain(nodes.iter().copied()).filter_map(|n| still(dofs, n).next()) {
+                let within = own.iter().map(|q| dot(*q, plane).powi(2)).sum::<f64>() > 1.0 - SAME;
+                if within && known.iter().all(|other| dot(*other, plane).powi(2) < 1.0 - SAME) {
+                    known.push(plane);
+                }
+            }
+        }
+    }
+    planes
 }
 
 #[cfg(test)]
@@ -76,7 +111,7 @@ mod tests {
             block(&Block { size: [1.0; 3], cells: [8, 2, 1], origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
         mesh.nodes.iter_mut().for_each(|x| x[2] *= height(x[0]));
         let wall = mesh.face_nodes(&mesh.group("x-min").unwrap().faces);
-        let fix = Fix { nodes: wall, value: [Some(Field::Constant(0.0)), None, None] };
+        let fix = Fix { nodes: wall, value: [Some(Field::Constant(0.0)), None, None], across: None };
         let dofs = dof_map(&mesh, &[fix], 1.0).unwrap();
         let normals = normals(&mesh, &mesh.group("z-max").unwrap().faces, &dofs);
         normals.into_iter().map(|(node, n)| (mesh.nodes[node as usize][0], n)).collect()

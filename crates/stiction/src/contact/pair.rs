@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::frame::{frame, tied_frame};
+use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
@@ -83,8 +83,9 @@ pub(super) fn points_of_pair(
         let (normal, mut frame) = frames[&row.node];
         let x = mesh.nodes[row.node as usize];
         let held = prescribed(model, row.node);
-        let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
-        refuse_dragging(&held, imposed, normal, row.node, x, &surface.friction)?;
+        let along = model.dofs.components(row.node, normal);
+        let imposed: f64 = (0..3).map(|c| along[c] * held[c].unwrap_or(0.0)).sum();
+        refuse_dragging(&held, imposed, along, row.node, x, &surface.friction)?;
         let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
         let visible = gap / row.share;
         found.guided += usize::from(frame[2] == [0.0; 3]);
@@ -146,7 +147,8 @@ fn frames(
         found.area += patch.share() * whole;
         let held = prescribed(model, node);
         let free = held.map(|value| value.is_none());
-        let axes = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
+        let axes = frame_at(&model.dofs, node, normal, free);
+        let axes = axes.or_else(|| if tied { tied_frame_at(&model.dofs, node, free) } else { None });
         match axes {
             _ if covered[&node] == 0.0 => facts.uncovered += 1,
             _ if others.contains(&node) => facts.shared += 1,

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::frame::{frame, tied_frame};
+use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::patches::{Patch, patches};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
@@ -94,9 +94,12 @@ pub(super) fn points_on_obstacle(
         if tied {
             refuse_moving_tied(&held, negligible, node, x)?;
         }
-        let frame = frame(normal, free).or_else(|| if tied { tied_frame(free) } else { None });
+        let dofs = &model.dofs;
+        let frame = frame_at(dofs, node, normal, free);
+        let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
-        let imposed: f64 = (0..3).map(|c| normal[c] * held[c].unwrap_or(0.0)).sum();
+        let along = dofs.components(node, normal);
+        let imposed: f64 = (0..3).map(|c| along[c] * held[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
         let Some(mut frame) = frame else {
             let clamped = held.iter().all(Option::is_some);
@@ -105,7 +108,7 @@ pub(super) fn points_on_obstacle(
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
-        refuse_dragging(&held, imposed, normal, node, x, &surface.friction)?;
+        refuse_dragging(&held, imposed, along, node, x, &surface.friction)?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
@@ -136,7 +139,7 @@ pub(super) fn points_on_obstacle(
     Ok(facts)
 }
 
-/// The prescribed components of a node.
+/// The prescribed components of a node, along its own axes where it is turned.
 pub(super) fn prescribed(model: &FeModel, node: u32) -> [Option<f64>; 3] {
     let value = |c: u32| model.dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| model.dofs.value[i]);
     [0, 1, 2].map(value)

@@ -6,7 +6,7 @@ use super::{Bodies, Body, ContactProblem, ContactSurface, Counterpart, Pair, Sup
 use crate::Error;
 use crate::fem::FeModel;
 use crate::linalg::Csr;
-use crate::mesh::v3::{norm, sub};
+use crate::mesh::v3::{cross, norm, sub};
 use crate::mesh::{self, Mesh};
 
 /// Poses contact of the surfaces on `model`, which was assembled on `mesh`. The stiffness matrix moves from the model
@@ -35,7 +35,8 @@ pub fn pose(
     let mut offset = held.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
     let center = centroid(mesh);
-    let rigid = |dofs: &[u32]| dofs.iter().map(|&d| rigid_row(mesh, center, d)).collect::<Vec<_>>();
+    let rigid =
+        |dofs: &[u32]| dofs.iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))).collect::<Vec<_>>();
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let problem = ContactProblem {
@@ -125,14 +126,17 @@ fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
         let [normal, first, second] = point.frame;
         // Where the node cannot move along the normal there is no normal row, not for the other nodes either.
         let whole = [if normal == [0.0; 3] { normal } else { point.normal }, first, second];
-        for c in 0..3 {
-            let own = 3 * point.node + c as u32;
-            let is_free = model.dofs.unknown[own as usize] != u32::MAX;
-            for (k, (row, full)) in point.frame.iter().zip(&whole).enumerate() {
-                add(k * m + j, own, if is_free { row[c] } else { full[c] });
-                for &(other, weight) in &point.others {
-                    add(k * m + j, 3 * other + c as u32, weight * full[c]);
-                }
+        for (k, (row, &full)) in point.frame.iter().zip(&whole).enumerate() {
+            let along = |node: u32, v: [f64; 3]| model.dofs.components(node, v);
+            let [row, own] = [along(point.node, *row), along(point.node, full)];
+            for c in 0..3 {
+                let dof = 3 * point.node + c as u32;
+                let is_free = model.dofs.unknown[dof as usize] != u32::MAX;
+                add(k * m + j, dof, if is_free { row[c] } else { own[c] });
+            }
+            for &(other, weight) in &point.others {
+                let full = along(other, full);
+                (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
             }
         }
     }
@@ -169,14 +173,9 @@ fn centroid(mesh: &Mesh) -> [f64; 3] {
     [0, 1, 2].map(|c| mesh.nodes.iter().map(|x| x[c]).sum::<f64>() / count)
 }
 
-/// The displacement of degree of freedom `dof` under unit translations along and rotations about the three axes.
-fn rigid_row(mesh: &Mesh, center: [f64; 3], dof: u32) -> [f64; 6] {
-    let c = (dof % 3) as usize;
-    let x = mesh.nodes[(dof / 3) as usize];
-    let [dx, dy, dz] = [x[0] - center[0], x[1] - center[1], x[2] - center[2]];
-    let mut row = [0.0; 6];
-    row[c] = 1.0;
-    let rotations = [[0.0, -dz, dy], [dz, 0.0, -dx], [-dy, dx, 0.0]]; // e_k x r, by axis k
-    (0..3).for_each(|k| row[3 + k] = rotations[k][c]);
-    row
+/// The displacement of degree of freedom `dof`, which moves its node along `d`, under unit translations along and rotations
+/// about the three axes.
+fn rigid_row(mesh: &Mesh, center: [f64; 3], dof: u32, d: [f64; 3]) -> [f64; 6] {
+    let turns = cross(sub(mesh.nodes[(dof / 3) as usize], center), d); // (e_k x r) . d = e_k . (r x d)
+    [d[0], d[1], d[2], turns[0], turns[1], turns[2]]
 }

@@ -15,6 +15,8 @@ pub enum Role {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     Asked,
+    /// Its friction is given by an array of the mesh on it.
+    Array,
     /// Most nodes of the other surface are prescribed.
     Free,
     /// Its faces are smaller.

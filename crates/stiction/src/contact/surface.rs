@@ -1,3 +1,5 @@
+use std::fmt;
+
 use super::{Obstacle, Reason, Role};
 use crate::fem::Field;
 
@@ -20,11 +22,40 @@ pub enum SurfaceFriction {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoulombLaw {
     /// The coefficient; where friction differs by direction that along it.
-    pub coefficient: Field,
+    pub coefficient: Coefficient,
     pub across: Option<Across>,
     /// The shear stress friction does not exceed. Where friction differs by direction, that of the direction in which it is
     /// the largest: the ellipse keeps its shape.
     pub limit: Option<f64>,
+}
+
+/// A coefficient of friction, >= 0.
+#[derive(Clone, PartialEq)]
+pub enum Coefficient {
+    Field(Field),
+    /// An array of the mesh: one value for each node, NaN away from the surface; none before the mesh is known.
+    Array {
+        name: String,
+        values: Vec<f64>,
+    },
+}
+
+impl From<Field> for Coefficient {
+    fn from(field: Field) -> Self {
+        Coefficient::Field(field)
+    }
+}
+
+impl fmt::Debug for Coefficient {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Coefficient::Field(field) => write!(f, "{field:?}"),
+            Coefficient::Array { name, values } => {
+                let [low, high] = [f64::min, f64::max].map(|of| values.iter().copied().fold(f64::NAN, of));
+                write!(f, "by the array \"{name}\" (from {low} to {high})")
+            }
+        }
+    }
 }
 
 impl SurfaceFriction {
@@ -32,13 +63,20 @@ impl SurfaceFriction {
     pub fn is_coulomb(&self) -> bool {
         matches!(self, SurfaceFriction::Coulomb(_) | SurfaceFriction::Law(_))
     }
+
+    /// Whether an array of the mesh gives a coefficient.
+    pub fn is_array(&self) -> bool {
+        let SurfaceFriction::Law(law) = self else { return false };
+        let array = |coefficient: &Coefficient| matches!(coefficient, Coefficient::Array { .. });
+        array(&law.coefficient) || law.across.as_ref().is_some_and(|across| array(&across.coefficient))
+    }
 }
 
 /// How friction across a direction differs from that along it: forces lie in an ellipse with these axes, slip along its
 /// normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Across {
-    pub coefficient: Field,
+    pub coefficient: Coefficient,
     /// Of any length; its part along the surface counts.
     pub direction: [f64; 3],
 }

@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
 use super::incidence::{Incidence, NodeRange};
 use super::solid::CellList;
+use super::turned::turn_block;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
 use crate::linalg::{Csr, in_huge_pages};
@@ -20,7 +21,8 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     let cells = solid.cells();
     let incidence = Incidence::new(solid.mesh)?;
     let dofs = dof_map(solid.mesh, fixes, t)?;
-    let force = external_forces(solid, loads, t)?;
+    let mut force = external_forces(solid, loads, t)?;
+    dofs.to_components(&mut force);
     let ranges = NodeRange::all(&incidence, &cells);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
@@ -30,6 +32,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
 
     let number = number_in_its_set(dofs);
+    let turned = turned_of_node(dofs);
     let free_rows = rows_of_ranges(&dofs.free, &ranges);
     let support_rows = rows_of_ranges(&dofs.prescribed, &ranges);
     let rows = split_rows(stiffness, &free_rows)
@@ -42,7 +45,8 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .zip(rows.collect::<Vec<_>>())
         .map(|(range, (((free_free, support_free), support_support), load))| {
             let blocks = assemble_range(solid, &laws, &incidence, &cells, range)?;
-            Rows { dofs, number: &number, free_free, support_free, support_support, load }.store(range, &blocks);
+            Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
+                .store(range, &blocks);
             Ok(())
         })
         .collect::<Vec<Result<(), Error>>>()
@@ -113,6 +117,8 @@ struct Rows<'a> {
     dofs: &'a DofMap,
     /// For each degree of freedom its number among the unknown or among the prescribed.
     number: &'a [u32],
+    /// For each node its place in `dofs.turned`, or `u32::MAX`; empty if none is turned.
+    turned: &'a [u32],
     free_free: Entries<'a>,
     support_free: Entries<'a>,
     support_support: Entries<'a>,
@@ -123,10 +129,11 @@ impl Rows<'_> {
     fn store(&mut self, range: &NodeRange, blocks: &[[V3; 3]]) {
         let mut free_row = 0;
         for i in range.nodes.clone() {
-            let row = || range.neighbours(i).iter().zip(&blocks[range.row(i)]);
+            let stored = || range.neighbours(i).iter().zip(&blocks[range.row(i)]);
+            let own: Vec<(u32, [V3; 3])> = stored().map(|(&j, block)| (j, self.turn(block, i as u32, j))).collect();
             for a in 0..3 {
                 let free = self.is_free(3 * i + a);
-                for (&j, block) in row() {
+                for &(j, block) in &own {
                     for (b, &value) in block[a].iter().enumerate() {
                         let dof = 3 * j as usize + b;
                         let column = self.number[dof];
@@ -141,6 +148,15 @@ impl Rows<'_> {
                 free_row += free as usize;
             }
         }
+    }
+
+    /// The block in the axes of its nodes.
+    fn turn(&self, block: &[V3; 3], i: u32, j: u32) -> [V3; 3] {
+        let axes = |node: u32| {
+            let place = *self.turned.get(node as usize)?;
+            self.dofs.turned.get(place as usize).map(|turned| &turned.axes)
+        };
+        turn_block(block, [i, j], axes(i), axes(j))
     }
 
     fn is_free(&self, dof: usize) -> bool {
@@ -207,6 +223,16 @@ fn number_in_its_set(dofs: &DofMap) -> Vec<u32> {
     let mut number = dofs.unknown.clone();
     dofs.prescribed.iter().enumerate().for_each(|(k, &dof)| number[dof as usize] = k as u32);
     number
+}
+
+/// For each node its place among the turned ones, or `u32::MAX`; empty if there are none.
+fn turned_of_node(dofs: &DofMap) -> Vec<u32> {
+    if dofs.turned.is_empty() {
+        return Vec::new();
+    }
+    let mut place = vec![u32::MAX; dofs.unknown.len() / 3];
+    dofs.turned.iter().enumerate().for_each(|(k, turned)| place[turned.node as usize] = k as u32);
+    place
 }
 
 /// For each range the first row after its rows, where `dofs` (ascending) are the rows.

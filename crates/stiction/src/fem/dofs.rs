@@ -1,5 +1,8 @@
+use std::collections::BTreeMap;
+
 use super::field::point;
-use super::{DofMap, Fix};
+use super::turned::Held;
+use super::{DofMap, Fix, Turned};
 use crate::Error;
 use crate::mesh::Mesh;
 
@@ -15,7 +18,8 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
     for (number, fix) in fixes.iter().enumerate() {
         prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
     }
-    let mut dofs = DofMap { unknown: Vec::new(), free: Vec::new(), prescribed: Vec::new(), value: Vec::new() };
+    let turned = turn(mesh, fixes, &mut prescribed)?;
+    let mut dofs = DofMap { unknown: Vec::new(), free: Vec::new(), prescribed: Vec::new(), value: Vec::new(), turned };
     for (dof, value) in prescribed.into_iter().enumerate() {
         if let Some(value) = value {
             dofs.unknown.push(u32::MAX);
@@ -27,6 +31,39 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
         }
     }
     Ok(dofs)
+}
+
+/// The nodes held along a direction that is no axis, with axes of which the first are `prescribed` then.
+fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [Option<f64>]) -> Result<Vec<Turned>, Error> {
+    let mut held: BTreeMap<u32, Held> = BTreeMap::new();
+    for (number, fix) in fixes.iter().enumerate() {
+        let Some(across) = fix.across else { continue };
+        for &node in &fix.nodes {
+            let held = held.entry(node).or_insert_with(|| along_axes(&prescribed[3 * node as usize..][..3]));
+            held.add(across, 0.0).map_err(|other| {
+                let place = format!("fix {}, node {node} at {}", number + 1, point(mesh.nodes[node as usize]));
+                let what = format!("its displacement along {} is prescribed twice: {other} and 0", point(across));
+                Error::new(place, what, "keep one of the two, or let them agree where they meet")
+            })?;
+        }
+    }
+    let turned = |(node, held): (u32, Held)| {
+        let (axes, values) = held.axes();
+        prescribed[3 * node as usize..][..3].copy_from_slice(&values);
+        Turned { node, axes }
+    };
+    Ok(held.into_iter().map(turned).collect())
+}
+
+/// What is prescribed along x, y, z.
+fn along_axes(components: &[Option<f64>]) -> Held {
+    let mut held = Held::default();
+    for (c, value) in components.iter().enumerate() {
+        let axis = [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
+        // Axes are across one another: the second cannot contradict the first.
+        value.map(|value| held.add(axis, value));
+    }
+    held
 }
 
 fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [Option<f64>]) -> Result<(), Error> {

@@ -32,13 +32,17 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
     let Load::Temperature { cells, value } = load else { return Ok(None) };
     let ramp = match value {
         Temperature::Field(_) => 1.0,
-        Temperature::Nodal { values, ramp } if values.len() == solid.mesh.nodes.len() => {
+        Temperature::Nodal { values, ramp } | Temperature::OfCells { values, ramp } => {
+            let (places, name) = match value {
+                Temperature::OfCells { .. } => (solid.mesh.cell_count(), "cells"),
+                _ => (solid.mesh.nodes.len(), "nodes"),
+            };
+            if values.len() != places {
+                let what = format!("there are {} temperatures for {places} {name}", values.len());
+                return Err(Error::new("", what, "give one for each of them"));
+            }
             // It has no place: an expression that reads one gives NaN and is refused.
             ramp.finite_at([f64::NAN; 3], t)?
-        }
-        Temperature::Nodal { values, .. } => {
-            let what = format!("there are {} temperatures for {} nodes", values.len(), solid.mesh.nodes.len());
-            return Err(Error::new("", what, "give one for each node"));
         }
     };
     let list = solid.cells();
@@ -52,7 +56,7 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
         })?;
         let (kind, nodes) = list.get(cell as usize);
         let refused = || folded(solid, cell as usize, kind, nodes);
-        let mut rise = rises(solid.mesh, kind, nodes, value, t)?.ok_or_else(refused)?;
+        let mut rise = rises(solid.mesh, cell, (kind, nodes), value, t)?.ok_or_else(refused)?;
         rise.iter_mut().for_each(|point| point.1 = ramp * (point.1 - material.reference_temperature));
         let (law, x) = (laws[number], &solid.mesh.nodes);
         let heated = match kind {
@@ -114,8 +118,8 @@ fn heated<const N: usize, const Q: usize>(
 /// Weights and temperatures at the points of a cell (of a quadratic one those of its stiffness); `None` if it is folded.
 fn rises(
     mesh: &Mesh,
-    kind: CellKind,
-    nodes: &[u32],
+    cell: u32,
+    (kind, nodes): (CellKind, &[u32]),
     value: &Temperature,
     t: f64,
 ) -> Result<Option<Vec<(f64, f64)>>, Error> {
@@ -127,10 +131,11 @@ fn rises(
             Temperature::Nodal { values, .. } => {
                 nodes.iter().zip(point.shape).map(|(&node, shape)| shape * values[node as usize]).sum()
             }
+            Temperature::OfCells { values, .. } => values[cell as usize],
         };
         if !at.is_finite() {
             let what = format!("the temperature at {} is {at}", super::field::point(point.position));
-            return Err(Error::new("", what, "give a finite temperature at every node of the heated cells"));
+            return Err(Error::new("", what, "give a finite temperature wherever cells are heated"));
         }
         rises.push((point.weight, at));
     }

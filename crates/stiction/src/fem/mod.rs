@@ -21,6 +21,7 @@ mod solid;
 mod springs;
 #[cfg(test)]
 mod tests;
+mod turned;
 
 pub use assembly::assemble;
 pub use cut::{Cut, cut};
@@ -36,3 +37,4 @@ pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
 pub use rigid::{Motion, Unheld, rigid_motions, unheld_motions};
 pub use solid::{Solid, notes};
 pub use springs::{Spring, add_springs};
+pub use turned::Turned;

@@ -1,4 +1,4 @@
-use super::Field;
+use super::{Field, Turned};
 use crate::linalg::Csr;
 
 /// A load on boundary faces (indices into `Mesh::faces`) or cells.
@@ -34,17 +34,22 @@ pub enum Temperature {
     /// Values at the nodes of the mesh, reached along the part `ramp` (0 to 1, of the time only) of the way from the
     /// reference temperature.
     Nodal { values: Vec<f64>, ramp: Field },
+    /// The same with one value for each cell of the mesh.
+    OfCells { values: Vec<f64>, ramp: Field },
 }
 
-/// Prescribed displacement components of nodes.
-#[derive(Debug, Clone)]
+/// Prescribed displacements of nodes.
+#[derive(Debug, Clone, Default)]
 pub struct Fix {
     pub nodes: Vec<u32>,
     /// `None` leaves the component free.
     pub value: [Option<Field>; 3],
+    /// A unit vector along which nothing moves, as the normal of a plane of symmetry that is across no axis.
+    pub across: Option<[f64; 3]>,
 }
 
-/// Which components of displacement are unknown. Component `c` of node `i` is degree of freedom `3 i + c`.
+/// Which components of displacement are unknown. Component `c` of node `i` is degree of freedom `3 i + c`; it is that along
+/// x, y, z except at the nodes that are turned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofMap {
     /// For each degree of freedom its number among the unknowns, or `u32::MAX` where it is prescribed.
@@ -55,6 +60,8 @@ pub struct DofMap {
     pub prescribed: Vec<u32>,
     /// Prescribed displacements, length `p`.
     pub value: Vec<f64>,
+    /// Nodes with axes of their own, ascending.
+    pub turned: Vec<Turned>,
 }
 
 /// The elastic body without contact: `K u = f` for the unknown displacements.

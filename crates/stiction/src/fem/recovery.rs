@@ -6,7 +6,7 @@ use super::{FeModel, Solid};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
 
-/// Displacements of all nodes, `3 i + c`, from those of the unknowns (length `n`).
+/// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
 ///
 /// # Panics
 /// If `u_free` has not one entry per unknown.
@@ -16,6 +16,7 @@ pub fn full_displacement(model: &FeModel, u_free: &[f64]) -> Vec<f64> {
     let mut u = vec![0.0; dofs.unknown.len()];
     dofs.free.iter().zip(u_free).for_each(|(&dof, &value)| u[dof as usize] = value);
     dofs.prescribed.iter().zip(&dofs.value).for_each(|(&dof, &value)| u[dof as usize] = value);
+    dofs.to_vectors(&mut u);
     u
 }
 

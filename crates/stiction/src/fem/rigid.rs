@@ -132,7 +132,7 @@ pub fn unheld_motions(mesh: &Mesh, dofs: &DofMap, body_of_node: &[u32]) -> Vec<U
         let prescribed = nodes.iter().flat_map(|&i| (3 * i..3 * i + 3).filter(|&dof| dofs.unknown[dof] == u32::MAX));
         let seen = prescribed.map(|dof| {
             let arm = scale(1.0 / size, sub(mesh.nodes[dof / 3], centre));
-            let axis = AXES[dof % 3];
+            let axis = dofs.direction(dof as u32);
             join(axis, cross(arm, axis)) // u_c = t·e_c + ω·(r x e_c)
         });
         let motions = free_motions(&Subspace::spanned(seen.collect()).complement(), centre, size);

@@ -2,6 +2,7 @@
 
 use super::FeModel;
 use super::faces::{face_coordinates, face_points};
+use super::turned::turn_block;
 use crate::Error;
 use crate::linalg::Csr;
 use crate::mesh::Mesh;
@@ -44,10 +45,12 @@ pub fn add_springs(mesh: &Mesh, springs: &[Spring], model: &mut FeModel) -> Resu
                 };
                 for (&i, ni) in nodes.iter().zip(&point.shape) {
                     for (&j, nj) in nodes.iter().zip(&point.shape) {
-                        for a in 0..3 {
-                            for b in 0..3 {
+                        let block = [0, 1, 2].map(|a| [0, 1, 2].map(|b| ni * nj * stiffness(a, b)));
+                        let block = turn_block(&block, [i, j], model.dofs.axes(i), model.dofs.axes(j));
+                        for (a, row) in block.iter().enumerate() {
+                            for (b, &value) in row.iter().enumerate() {
                                 let [row, column] = [3 * i as usize + a, 3 * j as usize + b].map(|dof| number[dof]);
-                                entries.push((row, column, ni * nj * stiffness(a, b)));
+                                entries.push((row, column, value));
                             }
                         }
                     }

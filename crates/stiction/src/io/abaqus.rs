@@ -20,6 +20,7 @@ mod place;
 mod read;
 mod sets;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::Error;
@@ -38,9 +39,7 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;
         let bytes = super::mesh_bytes(path)?;
-        let deck = read::deck(&bytes, &include)?;
-        drop(bytes); // the build needs memory of its own
-        assemble::assemble(deck, scale)
+        assemble::assemble(read::deck(Cow::Owned(bytes), &include)?, scale)
     };
     mesh().map_err(|e| if e.place == name { e } else { e.at(&name) })
 }
@@ -52,7 +51,7 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;
-        assemble::assemble(read::deck(bytes, include)?, scale)
+        assemble::assemble(read::deck(Cow::Borrowed(bytes), include)?, scale)
     };
     mesh().map_err(|e| e.at(source_name))
 }

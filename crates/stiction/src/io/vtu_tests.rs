@@ -57,7 +57,7 @@ fn cube_and_tip() -> Mesh {
         Cells { kind: CellKind::Hex8, nodes: (0..8).collect() },
         Cells { kind: CellKind::Tet4, nodes: vec![4, 5, 6, 8] },
     ];
-    Mesh { nodes, cells, faces: Vec::new(), groups: Vec::new(), arrays: Vec::new() }
+    Mesh { nodes, cells, faces: Vec::new(), groups: Vec::new(), arrays: Default::default() }
 }
 
 #[test]

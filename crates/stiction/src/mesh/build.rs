@@ -3,7 +3,7 @@
 use super::face_table::FaceTable;
 use super::notes::SHOWN;
 use super::v3::norm;
-use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, check, groups};
+use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, arrays, check, groups};
 use crate::Error;
 
 /// Boundary nodes closer than this fraction of the mesh's diagonal are reported as coincident.
@@ -21,6 +21,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     let raw_groups = std::mem::take(&mut raw.groups);
     let former = drop_orphans(&mut raw, &mut notes);
     check::shapes(&raw)?;
+    let (mut raw_arrays, array_faces) = (std::mem::take(&mut raw.arrays), std::mem::take(&mut raw.array_faces));
 
     let table = FaceTable::new(&raw);
     let seen = table.encounters();
@@ -29,11 +30,12 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     note_coincident(&raw, &faces, &mut notes);
     note_unjoined(&raw, &table, &faces, &mut notes);
 
+    arrays::match_faces(&mut raw_arrays, &array_faces, &former, &table, &seen.boundary);
     let match_group = |g| groups::group(g, &former, &table, &seen.boundary, &faces, &mut notes);
     let groups = raw_groups.into_iter().map(match_group).collect();
     drop(table);
     let cells = raw.cells.into_iter().map(|block| Cells { kind: block.kind, nodes: block.nodes }).collect();
-    Ok((Mesh { nodes: raw.nodes, cells, faces, groups, arrays: raw.arrays }, MeshNotes(notes)))
+    Ok((Mesh { nodes: raw.nodes, cells, faces, groups, arrays: raw_arrays }, MeshNotes(notes)))
 }
 
 /// The nodes as they were before those of no cell were dropped.
@@ -48,6 +50,13 @@ impl Former {
     /// The number in the file of former node `i`.
     pub fn id(&self, i: usize) -> u64 {
         self.ids.get(i).copied().unwrap_or(i as u64 + 1)
+    }
+
+    /// The new numbers of the corners of a face; none if one of them was dropped.
+    pub fn now(&self, corners: [u32; 4]) -> Option<[u32; 4]> {
+        let now = corners.map(|n| if n == u32::MAX { n } else { self.kept[n as usize] });
+        let whole = !now[..3].contains(&u32::MAX) && (now[3] == u32::MAX) == (corners[3] == u32::MAX);
+        whole.then_some(now)
     }
 }
 
@@ -72,7 +81,7 @@ fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
     let remain = || (0..former.kept.len()).filter(|&i| former.kept[i] != u32::MAX);
     raw.node_ids = remain().map(|i| former.id(i)).collect();
     raw.nodes = remain().map(|i| raw.nodes[i]).collect();
-    for array in &mut raw.arrays {
+    for array in &mut raw.arrays.nodes {
         array.values = remain().filter_map(|i| array.values.get(i).copied()).collect();
     }
     for node in raw.cells.iter_mut().flat_map(|block| &mut block.nodes) {

@@ -6,7 +6,7 @@ use super::face_table::{Encounters, MAX_CELLS};
 use super::notes::{SHOWN, list, many};
 use super::quality::validity;
 use super::v3::V3;
-use super::{CellKind, RawMesh};
+use super::{CellArray, CellKind, RawMesh};
 use crate::Error;
 
 /// A cell is flat if its quality, a ratio of volumes, is not above this: the round-off of coordinates
@@ -41,6 +41,7 @@ pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
             return Err(Error::new(place, "it refers to a node or cell that does not exist", "write the file again"));
         }
     }
+    arrays(raw, cells)?;
     let bad: Vec<usize> = (0..nodes).filter(|&i| !raw.nodes[i].iter().all(|c| c.is_finite())).collect();
     let Some(&first) = bad.first() else { return Ok(()) };
     let shown: Vec<u64> = bad.iter().take(SHOWN).map(|&i| raw.node_id(i)).collect();
@@ -50,6 +51,22 @@ pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
         list(&shown, bad.len())
     );
     Err(Error::new(format!("node {}", raw.node_id(first)), what, "write the file again"))
+}
+
+/// Each array has a number for every node or cell, and names faces that are there.
+fn arrays(raw: &RawMesh, cells: usize) -> Result<(), Error> {
+    let (arrays, nodes) = (&raw.arrays, raw.nodes.len());
+    let node = |n: &u32| (*n as usize) < nodes;
+    let faces = raw.array_faces.iter().all(|f| f[..3].iter().all(node) && (f[3] == u32::MAX || node(&f[3])));
+    let own = |own: &(u32, f64)| faces && (own.0 as usize) < raw.array_faces.len();
+    let unfit =
+        (arrays.nodes.iter().find(|array| array.values.len() != nodes).map(|array| &array.name)).or_else(|| {
+            let unfit = |array: &&CellArray| array.values.len() != cells || !array.faces.iter().all(own);
+            arrays.cells.iter().find(unfit).map(|array| &array.name)
+        });
+    let Some(name) = unfit else { return Ok(()) };
+    let what = "it has not one number for each node or cell, or names a face of other nodes";
+    Err(Error::new(format!("array \"{name}\""), what, "write the file again"))
 }
 
 /// Every cell has positive volume, at every point where a stiffness matrix may look.

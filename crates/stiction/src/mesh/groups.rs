@@ -19,12 +19,11 @@ pub(super) fn group(
     let mut between = 0;
     let mut loose = 0;
     for face in group.faces {
-        let corners = face.map(|n| if n == u32::MAX { n } else { kept[n as usize] });
         // a node of no cell: the face cannot be expressed in nodes of the mesh
-        if corners[..3].contains(&u32::MAX) || (corners[3] == u32::MAX) != (face[3] == u32::MAX) {
+        let Some(corners) = former.now(face) else {
             loose += 1;
             continue;
-        }
+        };
         match *table.find(corners) {
             [only] => out.faces.extend(boundary.binary_search(&only).ok().map(|i| i as u32)),
             ref owners => {

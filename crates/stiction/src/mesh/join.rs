@@ -1,7 +1,7 @@
 //! Meshes moved in space and put together.
 
 use super::v3::{V3, add, cross, dot, scale, sub};
-use super::{Group, Mesh, NodeArray};
+use super::{CellArray, Group, Mesh, MeshArrays, NodeArray};
 
 /// A turn about a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,8 +46,13 @@ pub fn place(mesh: &mut Mesh, turn: Option<&Turn>, by: [f64; 3]) {
 /// One mesh of several, whose nodes are not joined where they meet. The groups of the part `NAME` are called
 /// `NAME.group`; the new group `NAME` has all its cells.
 pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
-    let mut all =
-        Mesh { nodes: Vec::new(), cells: Vec::new(), faces: Vec::new(), groups: Vec::new(), arrays: Vec::new() };
+    let mut all = Mesh {
+        nodes: Vec::new(),
+        cells: Vec::new(),
+        faces: Vec::new(),
+        groups: Vec::new(),
+        arrays: MeshArrays::default(),
+    };
     for (name, mut part) in parts {
         let (nodes, faces) = (all.nodes.len() as u32, all.faces.len() as u32);
         let (cells, count) = (all.cell_count() as u32, part.cell_count() as u32);
@@ -63,21 +68,36 @@ pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
             group.nodes.iter_mut().for_each(|node| *node += nodes);
             group.interior_faces.iter_mut().for_each(|corners| shift(corners, nodes));
         }
-        for array in &mut part.arrays {
-            // Elsewhere it has no value; who asks for it there is told so.
-            let mut values = vec![f64::NAN; all.nodes.len()];
-            values.append(&mut array.values);
-            all.arrays.push(NodeArray { name: format!("{name}.{}", array.name), values });
-        }
+        append(&mut all.arrays, std::mem::take(&mut part.arrays), &name, [nodes, cells, faces]);
         all.groups.push(Group { name, cells: (cells..cells + count).collect(), ..Group::default() });
         all.groups.append(&mut part.groups);
         all.nodes.append(&mut part.nodes);
         all.cells.append(&mut part.cells);
         all.faces.append(&mut part.faces);
     }
-    let count = all.nodes.len();
-    all.arrays.iter_mut().for_each(|array| array.values.resize(count, f64::NAN));
+    let (nodes, cells) = (all.nodes.len(), all.cell_count());
+    all.arrays.nodes.iter_mut().for_each(|array| array.values.resize(nodes, f64::NAN));
+    all.arrays.cells.iter_mut().for_each(|array| array.values.resize(cells, f64::NAN));
     all
+}
+
+/// Appends the arrays of a part before which there are so many nodes, cells and faces. Elsewhere they have no value; who
+/// asks for it there is told so.
+fn append(all: &mut MeshArrays, part: MeshArrays, name: &str, [nodes, cells, faces]: [u32; 3]) {
+    let called = |array: &str| format!("{name}.{array}");
+    let padded = |before: u32, values: Vec<f64>| {
+        let mut padded = vec![f64::NAN; before as usize];
+        padded.extend(values);
+        padded
+    };
+    for NodeArray { name, values } in part.nodes {
+        all.nodes.push(NodeArray { name: called(&name), values: padded(nodes, values) });
+    }
+    for CellArray { name, values, faces: own } in part.cells {
+        let own = own.into_iter().map(|(face, value)| (face + faces, value)).collect();
+        all.cells.push(CellArray { name: called(&name), values: padded(cells, values), faces: own });
+    }
+    all.others.extend(part.others.into_iter().map(|(name, what)| (called(&name), what)));
 }
 
 /// Marks of places without a node stay.

@@ -3,6 +3,7 @@
 //! A [`Mesh`] is made by [`block()`], or from what a file says by [`build`], which finds the boundary and refuses
 //! cells that no computation could use. [`info`] tells what is in it.
 
+mod arrays;
 pub mod block;
 mod build;
 mod check;
@@ -22,6 +23,7 @@ pub(crate) mod shape;
 mod tree;
 pub(crate) mod v3;
 
+pub use arrays::{CellArray, MeshArrays, NodeArray};
 pub use block::{Block, BlockElement, block};
 pub use build::build;
 pub use components::bodies;
@@ -208,15 +210,8 @@ pub struct Mesh {
     /// All boundary faces.
     pub faces: Vec<Face>,
     pub groups: Vec<Group>,
-    /// Numbers at the nodes that the file gives, such as temperatures.
-    pub arrays: Vec<NodeArray>,
-}
-
-/// A number at each node.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NodeArray {
-    pub name: String,
-    pub values: Vec<f64>,
+    /// Numbers at nodes and cells that the file gives, such as temperatures.
+    pub arrays: MeshArrays,
 }
 
 impl Mesh {

@@ -1,6 +1,6 @@
 //! What a file says, before anybody believed it.
 
-use super::{CellKind, NodeArray};
+use super::{CellKind, MeshArrays};
 
 /// Nodes, cells and groups as a reader found them; [`super::build`] checks them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,8 +11,10 @@ pub struct RawMesh {
     pub node_ids: Vec<u64>,
     pub cells: Vec<RawCells>,
     pub groups: Vec<RawGroup>,
-    /// One value for each of `nodes`.
-    pub arrays: Vec<NodeArray>,
+    /// One value for each of `nodes` and for each cell.
+    pub arrays: MeshArrays,
+    /// Corners of the surface elements for which `arrays` have numbers, as in [`RawGroup::faces`].
+    pub array_faces: Vec<[u32; 4]>,
 }
 
 /// Cells of one kind. The number of a cell runs through the blocks in their order.

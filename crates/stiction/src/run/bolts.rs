@@ -227,7 +227,7 @@ pub(super) fn tightened(prepared: &Prepared, mut moment: Moment, shortening: &[f
     initial.shortening = shortening.to_vec();
     for ((bolt, &s), &thermal) in bolts.iter().zip(shortening).zip(&initial.thermal_force) {
         initial.energy += 0.5 * s * s * bolt.cut.stiffness + s * thermal;
-        for &(dof, unit) in &bolt.cut.force {
+        for (dof, unit) in dofs.entries(&bolt.cut.force) {
             let number = dofs.unknown[dof as usize];
             if number != u32::MAX {
                 initial.load[number as usize] += s * unit;

@@ -44,7 +44,7 @@ pub struct MaterialFacts {
 pub struct FixFacts {
     pub on: String,
     pub nodes: usize,
-    /// The components held, such as `xz`.
+    /// The components held, such as `xz`, or the direction, such as `along (0.6, 0.8, 0)`.
     pub components: String,
     /// Where the node is that was nearest to the point asked for.
     pub at: Option<[f64; 3]>,

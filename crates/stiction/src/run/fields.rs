@@ -4,6 +4,7 @@ use super::{Outcome, Prepared};
 use crate::contact::{Counterpart, Role};
 use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
 use crate::friction::PointState;
+use crate::mesh::v3::{add, scale};
 
 /// Where a contact point is and which way its rows of `B` point.
 #[derive(Debug, Clone, Copy, Default)]
@@ -46,7 +47,7 @@ pub(super) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
             let held = columns.iter().map(|&k| dofs.prescribed[k as usize]).zip(values);
             for (dof, &value) in free.chain(held).filter(|(dof, _)| dof / 3 == frame.node) {
                 let vector = if i == 0 { &mut frame.normal } else { &mut frame.tangents[i - 1] };
-                vector[dof as usize % 3] = value;
+                *vector = add(*vector, scale(value, dofs.direction(dof)));
             }
         }
     }
@@ -77,6 +78,10 @@ pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
 pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> {
     let Prepared { mesh, model, problem, .. } = prepared;
     let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
+    let put = |reaction: &mut [[f64; 3]], dof: u32, force: f64| {
+        let at = &mut reaction[dof as usize / 3];
+        *at = add(*at, scale(force, model.dofs.direction(dof)));
+    };
     let mut force = reactions(model, &outcome.solution.u);
     if let Some(supports) = &problem.supports {
         // What the obstacle takes at a node that is held in part does not come from the support.
@@ -84,11 +89,11 @@ pub(super) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
         force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
     }
     for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
-        reaction[dof as usize / 3][dof as usize % 3] = force;
+        put(&mut reaction, dof, force);
     }
     let springs = problem.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
     for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
-        reaction[dof as usize / 3][dof as usize % 3] += force;
+        put(&mut reaction, dof, force);
     }
     reaction
 }

@@ -1,13 +1,16 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
+use super::arrays::{Found, find};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::report::triple;
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec, nearest};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read without load steps: everything acts in full.
@@ -23,8 +26,11 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     let t = end(case);
     let (mut fixes, mut facts) = (Vec::new(), Vec::new());
     for spec in &case.fixes {
-        let value = if spec.symmetry { symmetry(mesh, spec)? } else { spec.value.clone() };
-        let fix = Fix { nodes: regions::nodes(mesh, &spec.on, &spec.spot)?, value };
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
+        let fix = match spec.symmetry {
+            true => symmetry(mesh, spec, nodes)?,
+            false => Fix { nodes, value: spec.value.clone(), across: None },
+        };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
     }
@@ -40,33 +46,47 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
     Ok((fixes, facts))
 }
 
-/// How far the normal of a face may lean (sine) from the axis it is a plane of symmetry across.
+/// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.
 const LEAN: f64 = 1e-6;
+/// Degrees by which the normals of the faces of a plane may differ from their mean: coordinates of six digits turn small
+/// faces by that much.
+const FLAT: f64 = 0.1;
 
-/// The component along the normal of the faces, which has to be the same axis for all of them.
-fn symmetry(mesh: &Mesh, spec: &FixSpec) -> Result<[Option<Field>; 3], Error> {
+/// Holds the component along the normal of the faces, which have to be flat.
+fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> {
     let faces = regions::faces(mesh, &spec.on, &spec.spot, "a plane of symmetry")?;
-    let mut first: Option<([f64; 3], usize)> = None;
-    let mut value = [None, None, None];
-    for &face in &faces {
-        let n = mesh.face_normal(face as usize);
-        let axis = (0..3).fold(0, |best, c| if n[c].abs() > n[best].abs() { c } else { best });
-        let across = (0..3).filter(|&c| c != axis).map(|c| n[c] * n[c]).sum::<f64>().sqrt();
+    let normals: Vec<V3> = faces.iter().map(|&face| mesh.face_normal(face as usize)).collect();
+    // Faces may look either way: a sector has two sides.
+    let same_way = |n: V3| if dot(n, normals[0]) < 0.0 { scale(-1.0, n) } else { n };
+    let areas = faces.iter().map(|&face| mesh.face_area(face as usize));
+    let sum = normals.iter().zip(areas).fold([0.0; 3], |sum, (&n, area)| add(sum, scale(area, same_way(n))));
+    let mean = scale(1.0 / norm(sum), sum);
+    let angle = |n: V3| norm(cross(mean, n)).atan2(dot(mean, n).abs()).to_degrees();
+    let angles = faces.iter().zip(&normals).map(|(&face, &n)| (angle(n), face, n));
+    if let Some((angle, face, n)) = angles.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|worst| worst.0 > FLAT) {
         let name = regions::name(&spec.on);
-        if let Some((n0, _)) = first.filter(|&(n0, _)| (0..3).map(|c| n0[c] * n[c]).sum::<f64>().abs() < 1.0 - LEAN) {
-            let what = format!("{name} is not flat: it has faces with the normals {n0:.4?} and {n:.4?}");
-            return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
-        }
-        if across > LEAN {
-            let what = format!("the normal {n:.4?} of {name} is not along x, y or z");
-            let remedy = "turn the mesh with `turn` under [mesh] until the plane is perpendicular to an axis; or let the \
-                          faces touch a frictionless plane in a [[contact]] if nothing pulls them off it";
-            return Err(spec.spot.error(what, remedy));
-        }
-        first = first.or(Some((n, axis)));
-        value[axis] = Some(Field::Constant(0.0));
+        let corners = mesh.faces[face as usize].corners();
+        let place = scale(
+            1.0 / corners.len() as f64,
+            corners.iter().fold([0.0; 3], |sum, &c| add(sum, mesh.nodes[c as usize])),
+        );
+        let what = format!(
+            "{name} is not flat: its face at {} with the normal {} leans by {angle:.1} degrees from the mean normal {}",
+            triple(place),
+            triple(n),
+            triple(mean)
+        );
+        return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
     }
-    Ok(value)
+    let axis = (0..3).fold(0, |best, c| if mean[c].abs() > mean[best].abs() { c } else { best });
+    let lean = (0..3).filter(|&c| c != axis).map(|c| mean[c] * mean[c]).sum::<f64>().sqrt();
+    let mut fix = Fix { nodes, ..Fix::default() };
+    if lean <= LEAN {
+        fix.value[axis] = Some(Field::Constant(0.0));
+    } else {
+        fix.across = Some(mean);
+    }
+    Ok(fix)
 }
 
 /// Elastic foundations.
@@ -88,7 +108,10 @@ fn support_spot(case: &Case) -> &Spot {
 }
 
 fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
-    let components = (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect();
+    let components = match fix.across {
+        Some(normal) => format!("along {}", triple(normal)),
+        None => (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect(),
+    };
     let at = match (&spec.on, fix.nodes.first()) {
         (Region::Point(_), Some(&node)) => Some(mesh.nodes[node as usize]),
         _ => None,
@@ -185,24 +208,14 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
         }
         LoadKind::Temperature(field) => Load::Temperature { cells: cells()?, value: Temperature::Field(field.clone()) },
         LoadKind::TemperatureArray { name, ramp, spot } => {
-            let values = node_array(mesh, name, spot)?;
-            Load::Temperature { cells: cells()?, value: Temperature::Nodal { values, ramp: ramp.clone() } }
+            let ramp = ramp.clone();
+            let value = match find(mesh, name, spot)? {
+                Found::Nodes(array) => Temperature::Nodal { values: array.values.clone(), ramp },
+                Found::Cells(array) => Temperature::OfCells { values: array.values.clone(), ramp },
+            };
+            Load::Temperature { cells: cells()?, value }
         }
     })
-}
-
-/// The point array called `name` of the mesh file.
-fn node_array(mesh: &Mesh, name: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
-    if let Some(array) = mesh.arrays.iter().find(|array| array.name == name) {
-        return Ok(array.values.clone());
-    }
-    let names = || mesh.arrays.iter().map(|array| array.name.as_str());
-    let what = format!("the mesh has no point array \"{name}\"");
-    if mesh.arrays.is_empty() {
-        return Err(spot.error(what, "give the mesh as a .vtu file with an array of numbers on its points"));
-    }
-    let guess = nearest(name, names()).map_or(String::new(), |guess| format!("did you mean \"{guess}\"? "));
-    Err(spot.error(what, format!("{guess}its point arrays are {}", names().collect::<Vec<_>>().join(", "))))
 }
 
 /// Each cell has one temperature at most.
@@ -226,11 +239,16 @@ fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
     let mut heated = vec![false; solid.mesh.cell_count()];
     cells.iter().for_each(|&cell| heated[cell as usize] = true);
     let all = solid.mesh.cell_iter().zip(heated).filter(|(_, heated)| *heated).flat_map(|((_, nodes), _)| nodes);
+    let range = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
     let at = |&node: &u32| match value {
+        Temperature::OfCells { .. } => f64::NAN,
         Temperature::Field(field) => field.at(solid.mesh.nodes[node as usize], t),
         Temperature::Nodal { values, .. } => values[node as usize],
     };
-    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]))
+    if let Temperature::OfCells { values, .. } = value {
+        return Some(cells.iter().map(|&cell| values[cell as usize]).fold([f64::INFINITY, f64::NEG_INFINITY], range));
+    }
+    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], range))
 }
 
 fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {

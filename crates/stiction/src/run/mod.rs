@@ -4,11 +4,13 @@
 //! [`write()`] fills the result folder; [`check`] judges a result folder anew from its files alone.
 
 pub mod algebraic;
+mod arrays;
 mod axis;
 mod balance;
 mod bolts;
 mod check;
 mod check_steps;
+mod coefficients;
 mod facts;
 mod facts_text;
 mod fields;

@@ -143,16 +143,17 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
     })?;
     let motion = motion(prepared, &dofs, t)?;
     refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
-    let at_both = |force: &[f64]| {
+    let at_both = |force: &mut [f64]| {
+        model.dofs.to_components(force);
         let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
         [at(&model.dofs.free), at(&model.dofs.prescribed)]
     };
-    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, force, energy }| {
-        let [load, support_load] = at_both(&force);
+    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, mut force, energy }| {
+        let [load, support_load] = at_both(&mut force);
         let thermal_force = thermal_forces(&solid, &acting.bolts, &strain);
         Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
     });
-    let [load, support_load] = at_both(&force);
+    let [load, support_load] = at_both(&mut force);
     Ok(Moment { load, support_load, displacement: dofs.value, motion, initial })
 }
 
@@ -213,6 +214,7 @@ fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> R
             if carries.contains(&node) || value.iter().all(Option::is_none) {
                 continue;
             }
+            let [away, d] = [away, d].map(|v| dofs.components(node, v));
             let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
             let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
             if distance + apart < 0.0 && apart < -rounding {
@@ -236,12 +238,13 @@ fn refuse_dragging(
     friction: Friction,
 ) -> Result<(), Error> {
     let held = |c: usize| dofs.prescribed.binary_search(&(3 * frame.node + c as u32)).ok();
+    let [normal, translation] = [frame.normal, translation].map(|v| dofs.components(frame.node, v));
     let relative = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i] - translation[c]));
     let along = match friction {
         Friction::None => return Ok(()),
         Friction::Bonded => relative,
         Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
-            sub(relative, scale(dot(relative, frame.normal), frame.normal))
+            sub(relative, scale(dot(relative, normal), normal))
         }
     };
     let value = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i]));

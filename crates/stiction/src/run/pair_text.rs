@@ -12,6 +12,7 @@ pub(super) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     let s = &contact.surface;
     let why = match pair.reason {
         Reason::Asked => "as asked",
+        Reason::Array => "its friction is an array",
         Reason::Free => "the other surface is prescribed",
         Reason::Finer => "its faces are the smaller ones",
         Reason::Softer => "its body is the softer one",

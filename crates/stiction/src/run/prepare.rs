@@ -9,7 +9,7 @@ use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs}
 use super::moment::{Acting, apply, moment};
 use super::nested::{Coarser, coarser};
 use super::solve::multigrid_first;
-use super::{materials, mesh, place, surfaces};
+use super::{coefficients, materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -67,6 +67,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
+    coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;

@@ -3,6 +3,7 @@
 use super::fields::{PointFrame, Side, SurfaceFields, empty, frames, surfaces};
 use super::{Outcome, Prepared};
 use crate::contact::{Counterpart, Master, Patch, patches};
+use crate::mesh::v3::{dot, scale, sub};
 
 /// The fields of each contact surface, a pair's master after its slave. Obstacles have none.
 ///
@@ -45,8 +46,8 @@ fn master(
         let (frame, area) = (frames[j], prepared.problem.area[j]);
         for row in prepared.problem.rows(j) {
             let lambda = outcome.solution.lambda[row];
-            for (at, c, value) in on_master(prepared, &fields.nodes, frame, row) {
-                fields.lambda[at][c] -= value * lambda;
+            for (at, entry) in on_master(prepared, &fields.nodes, frame, row) {
+                fields.lambda[at] = sub(fields.lambda[at], scale(lambda, entry));
             }
         }
         let [n, t1, t2] = prepared.problem.rows(j).map(|row| outcome.solution.lambda[row]);
@@ -83,9 +84,8 @@ fn shared(
     let square = |axis: &[f64; 3]| axis.iter().map(|a| a * a).sum::<f64>();
     let mut weights: Vec<(usize, f64)> = Vec::new();
     if let Some((row, axis)) = rows.into_iter().zip(axes).find(|(_, axis)| square(axis) > 0.0) {
-        for (at, c, value) in on_master(prepared, nodes, frame, row) {
-            weights.push((at, -value * axis[c] / square(&axis)));
-        }
+        let weight = |entry: [f64; 3]| -dot(entry, axis) / square(&axis);
+        weights.extend(on_master(prepared, nodes, frame, row).map(|(at, entry)| (at, weight(entry))));
     }
     let of_middles = |&(at, weight): &(usize, f64)| {
         let of_end =
@@ -99,15 +99,18 @@ fn shared(
     sums.filter(|(_, weight)| *weight > 0.0).collect::<Vec<_>>().into_iter()
 }
 
-/// The entries of a row of `B` at the nodes of the master: place in `nodes`, component, value.
+/// The entries of a row of `B` at the nodes of the master: place in `nodes`, and the part of the entry as a vector.
 fn on_master(
     prepared: &Prepared,
     nodes: &[i32],
     frame: PointFrame,
     row: usize,
-) -> impl Iterator<Item = (usize, usize, f64)> {
+) -> impl Iterator<Item = (usize, [f64; 3])> {
     let others = entries(prepared, row).filter(move |(dof, _)| dof / 3 != frame.node);
-    others.filter_map(|(dof, value)| Some((nodes.binary_search(&((dof / 3) as i32)).ok()?, dof as usize % 3, value)))
+    others.filter_map(|(dof, value)| {
+        let at = nodes.binary_search(&((dof / 3) as i32)).ok()?;
+        Some((at, scale(value, prepared.model.dofs.direction(dof))))
+    })
 }
 
 /// The entries of a row of `B` by degrees of freedom of the mesh, free ones and prescribed ones.

@@ -10,6 +10,7 @@ use crate::certificate::{BodyBalance, Certificate};
 use crate::contact::equilibrium::in_words;
 use crate::friction::Status;
 use crate::linalg::Csr;
+use crate::mesh::v3::{add, scale};
 
 /// The text of `summary.json` but for the names of the pictures, which are known once they are written; numbers are
 /// written with all their digits, what is not finite as `null`.
@@ -129,7 +130,7 @@ pub(super) fn load(prepared: &Prepared) -> [f64; 3] {
     if let Some(supports) = &prepared.problem.supports {
         let free = dofs.free.iter().zip(&supports.free_load);
         let held = dofs.prescribed.iter().zip(&supports.load);
-        free.chain(held).for_each(|(&dof, force)| sum[dof as usize % 3] += force);
+        free.chain(held).for_each(|(&dof, force)| sum = add(sum, scale(*force, dofs.direction(dof))));
     }
     sum
 }

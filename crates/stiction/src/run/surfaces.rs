@@ -26,7 +26,11 @@ pub(super) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
                 gap: *gap,
                 search: *search,
                 slave: slave.unwrap_or(Role::On),
-                reason: if slave.is_some() { Reason::Asked } else { Reason::First },
+                reason: match slave {
+                    Some(_) => Reason::Asked,
+                    None if spec.friction.is_array() => Reason::Array,
+                    None => Reason::First,
+                },
             }),
         };
         Ok(ContactSurface {
@@ -56,7 +60,7 @@ fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
 pub(super) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
     for surface in surfaces {
         let Counterpart::Surface(master) = &mut surface.against else { continue };
-        if master.reason != Reason::Asked {
+        if ![Reason::Asked, Reason::Array].contains(&master.reason) {
             let young = [young(solid, &surface.faces), young(solid, &master.faces)];
             (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
         }

@@ -2,10 +2,11 @@
 //! explain, and for time. Deterministic; shared by a short test and by the long run of the benchmark crate.
 #![allow(dead_code)] // either uses a part
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
+
+#[path = "counting.rs"]
+mod counting;
 
 use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};
@@ -39,38 +40,6 @@ pub const TARGETS: &[Target] = &[
     Target { name: "storage", ending: "-", seeds: storages, free: SLACK, read: read_storage },
 ];
 
-/// Heap in use, and the most since the last reset.
-static IN_USE: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-/// The system's allocator, counted.
-pub struct Counting;
-
-fn count(size: usize) {
-    PEAK.fetch_max(IN_USE.fetch_add(size, Relaxed) + size, Relaxed);
-}
-
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size());
-        // SAFETY: the caller's promise is the system's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count(layout.size());
-        // SAFETY: as above.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
 /// Memory beyond ten times the file is a finding; below the slack it is not worth a word.
 const FACTOR: usize = 10;
 const SLACK: usize = 1 << 18;
@@ -99,12 +68,9 @@ pub fn fuzz(target: &Target, seeds: &[Vec<u8>], number: u64, enough: &dyn Fn(usi
     while !enough(report.executions) {
         let file = mutated(seeds, &mut random);
         report.executions += 1;
-        let before = IN_USE.load(Relaxed);
-        PEAK.store(before, Relaxed);
         let start = Instant::now();
-        let ended = catch_unwind(AssertUnwindSafe(|| (target.read)(&file)));
-        let seconds = start.elapsed();
-        let memory = PEAK.load(Relaxed).saturating_sub(before);
+        let (ended, memory) = counting::measured(|| catch_unwind(AssertUnwindSafe(|| (target.read)(&file))));
+        let (seconds, memory) = (start.elapsed(), memory.peak);
         report.slowest = report.slowest.max(seconds);
         if memory > target.free {
             report.memory = report.memory.max(memory as f64 / file.len().max(1) as f64);
@@ -259,7 +225,8 @@ macro_rules! files {
 }
 
 fn gmsh_files() -> Vec<Vec<u8>> {
-    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh")
+    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh"
+        "../data/fields-22-ascii.msh" "../data/fields-22-binary.msh" "../data/fields-41-ascii.msh" "../data/fields-41-binary.msh")
 }
 
 fn abaqus_files() -> Vec<Vec<u8>> {

@@ -62,7 +62,11 @@ impl Case {
     }
 
     pub fn fix(mut self, group: &str, value: [Option<f64>; 3]) -> Case {
-        self.fixes.push(Fix { nodes: self.nodes(group), value: value.map(|v| v.map(Field::Constant)) });
+        self.fixes.push(Fix {
+            nodes: self.nodes(group),
+            value: value.map(|v| v.map(Field::Constant)),
+            ..Fix::default()
+        });
         self
     }
 

@@ -31,9 +31,9 @@ def build(kind):
         geo.mesh.setTransfiniteCurve(curve, 2)
     for face in faces:
         geo.mesh.setTransfiniteSurface(face)
-        if kind == "hex20":
+        if kind != "tet10":
             geo.mesh.setRecombine(2, face)
-    extruded = geo.extrude([(2, f) for f in faces], 0, 0, 1, numElements=[2], recombine=kind == "hex20")
+    extruded = geo.extrude([(2, f) for f in faces], 0, 0, 1, numElements=[2], recombine=kind != "tet10")
     geo.synchronize()
     volumes = [tag for dim, tag in extruded if dim == 3]
     curved = []
@@ -47,7 +47,7 @@ def build(kind):
     gmsh.model.addPhysicalGroup(2, curved, 2, name="curved")
     gmsh.model.addPhysicalGroup(2, faces, 3, name="bottom")
     gmsh.option.setNumber("Mesh.ElementOrder", 2)
-    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
+    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0 if kind == "hex27" else 1)
     gmsh.model.mesh.generate(3)
     return curved
 
@@ -84,4 +84,9 @@ for kind in ["tet10", "hex20"]:
     mesh.write(HERE / f"curved-{kind}-meshio.vtu")
     solid = {"tet10": "tetra10", "hex20": "hexahedron20"}[kind]
     meshio.Mesh(mesh.points, {solid: mesh.cells_dict[solid]}).write(HERE / f"curved-{kind}-meshio.inp")
+build("hex27")  # the same with nodes within faces and cells, only as MSH
+for name, version, binary in [("-22.msh", 2.2, 0), ("-41.msh", 4.1, 1)]:
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.write(f"curved-hex27{name}")
 (HERE / "curved.txt").write_text("\n".join(lines) + "\n")

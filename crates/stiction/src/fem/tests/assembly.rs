@@ -3,7 +3,7 @@
 use super::*;
 
 fn clamp(nodes: Vec<u32>, value: f64) -> Fix {
-    Fix { nodes, value: [Some(Field::Constant(value)), Some(Field::Constant(value)), None] }
+    Fix { nodes, value: [Some(Field::Constant(value)), Some(Field::Constant(value)), None], ..Fix::default() }
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn problems_that_cannot_be_posed_say_why() {
     let steel = material(1.0, 0.3);
     let error = |mesh: &Mesh, fixes: &[Fix]| model_of(mesh, &steel, &[], fixes).unwrap_err().to_string();
     let nan = Field::Function { text: "0/0".into(), value: Arc::new(|_, _| f64::NAN) };
-    let fix = Fix { nodes: vec![7], value: [None, None, Some(nan)] };
+    let fix = Fix { nodes: vec![7], value: [None, None, Some(nan)], ..Fix::default() };
     let found = error(&mesh, &[fix]);
     assert!(found.contains("\"0/0\" is NaN at (1, 1, 1)"), "{found}");
     assert!(error(&mesh, &[clamp(vec![8], 0.0)]).contains("node 8 does not exist"));

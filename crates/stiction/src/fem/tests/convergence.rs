@@ -88,7 +88,7 @@ fn the_displacement_converges_with_the_square_of_the_mesh_width_and_quadratic_el
                 &mesh,
                 &material,
                 &[Load::Gravity { cells: all, acceleration }],
-                &[Fix { nodes: boundary_nodes(&mesh), value }],
+                &[Fix { nodes: boundary_nodes(&mesh), value, ..Fix::default() }],
             );
             [error(&mesh, &u), if kind.edges().is_empty() { f64::NAN } else { slope_error(&mesh, &u) }]
         });

@@ -48,8 +48,13 @@ fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
             }
         }
     }
-    let mut mesh =
-        Mesh { nodes, cells: vec![Cells { kind, nodes: list }], faces: vec![], groups: vec![], arrays: vec![] };
+    let mut mesh = Mesh {
+        nodes,
+        cells: vec![Cells { kind, nodes: list }],
+        faces: vec![],
+        groups: vec![],
+        arrays: Default::default(),
+    };
     if kind == CellKind::Tet4 {
         for tet in mesh.cells[0].nodes.chunks_exact_mut(4) {
             let [a, b, c, d]: [[f64; 3]; 4] = std::array::from_fn(|i| mesh.nodes[tet[i] as usize]);

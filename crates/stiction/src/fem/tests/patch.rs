@@ -18,7 +18,7 @@ fn a_linear_displacement_and_its_stress_are_exact_on_distorted_cells() {
         distort(&mut mesh, 0.07);
         let material = Material { formulation, ..material(3.0, 0.3) };
         let value = [0, 1, 2].map(|c| Some(function(move |x| linear(x)[c])));
-        let u = solve(&mesh, &material, &[], &[Fix { nodes: boundary_nodes(&mesh), value }]);
+        let u = solve(&mesh, &material, &[], &[Fix { nodes: boundary_nodes(&mesh), value, ..Fix::default() }]);
         for (x, u) in mesh.nodes.iter().zip(u.chunks_exact(3)) {
             assert!(linear(*x).iter().zip(u).all(|(exact, u)| (exact - u).abs() < 1e-11), "{kind:?} {formulation:?}");
         }
@@ -45,7 +45,7 @@ fn a_pulled_bar_stretches_by_e_and_narrows_by_nu() {
         let roller = |c: usize| {
             let mut value = [None, None, None];
             value[c] = Some(Field::Constant(0.0));
-            Fix { nodes: nodes_where(&mesh, |x| x[c] == 0.0), value }
+            Fix { nodes: nodes_where(&mesh, |x| x[c] == 0.0), value, ..Fix::default() }
         };
         let faces = faces_where(&mesh, |x| x[0] == 4.0);
         let load = Load::Traction { faces, value: [pull, 0.0, 0.0].map(Field::Constant) };
@@ -81,14 +81,20 @@ fn a_nearly_incompressible_beam_bends_by_b_bar_and_locks_without() {
         let load = Load::Force { faces: faces_where(&mesh, |x| x[0] == length), total };
         // The root may contract freely, as the theory of beams supposes.
         let fixes = [
-            Fix { nodes: nodes_where(&mesh, |x| x[0] == 0.0), value: [Some(Field::Constant(0.0)), None, None] },
+            Fix {
+                nodes: nodes_where(&mesh, |x| x[0] == 0.0),
+                value: [Some(Field::Constant(0.0)), None, None],
+                ..Fix::default()
+            },
             Fix {
                 nodes: nodes_where(&mesh, |x| x[0] == 0.0 && x[1] == 0.5),
                 value: [None, Some(Field::Constant(0.0)), None],
+                ..Fix::default()
             },
             Fix {
                 nodes: nodes_where(&mesh, |x| x[0] == 0.0 && x[2] == 0.5),
                 value: [None, None, Some(Field::Constant(0.0))],
+                ..Fix::default()
             },
         ];
         let u = solve(&mesh, &material, &[load], &fixes);

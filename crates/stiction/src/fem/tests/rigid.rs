@@ -7,6 +7,7 @@ fn unheld(mesh: &Mesh, held: &[(Vec<u32>, [bool; 3])]) -> Vec<Unheld> {
     let fix = |(nodes, held): &(Vec<u32>, [bool; 3])| Fix {
         nodes: nodes.clone(),
         value: held.map(|held| held.then_some(Field::Constant(0.0))),
+        ..Fix::default()
     };
     let fixes: Vec<Fix> = held.iter().map(fix).collect();
     let dofs = dof_map(mesh, &fixes, 0.0).unwrap();
@@ -96,7 +97,11 @@ fn each_body_is_judged_alone() {
     let count = mesh.nodes.len() as u32;
     mesh.nodes.extend(second.nodes.iter().map(|x| v3::add(*x, [5.0, 0.0, 0.0])));
     mesh.cells[0].nodes.extend(second.cells[0].nodes.iter().map(|i| i + count));
-    let fix = Fix { nodes: nodes_where(&mesh, |x| x[0] == 0.0), value: [0.0; 3].map(|v| Some(Field::Constant(v))) };
+    let fix = Fix {
+        nodes: nodes_where(&mesh, |x| x[0] == 0.0),
+        value: [0.0; 3].map(|v| Some(Field::Constant(v))),
+        ..Fix::default()
+    };
     let dofs = dof_map(&mesh, &[fix], 0.0).unwrap();
     let body: Vec<u32> = (0..mesh.nodes.len() as u32).map(|i| (i >= count) as u32).collect();
     let found = unheld_motions(&mesh, &dofs, &body);

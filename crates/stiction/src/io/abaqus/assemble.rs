@@ -31,7 +31,7 @@ pub(super) fn assemble(mut deck: Deck, scale: f64) -> Result<(Mesh, MeshNotes), 
     let labels = std::mem::take(&mut model.node_labels);
     drop(model); // the build needs memory of its own
     let (mesh, built) =
-        build(RawMesh { nodes, node_ids: ids(labels), cells: cells.into(), groups, arrays: Vec::new() })?;
+        build(RawMesh { nodes, node_ids: ids(labels), cells: cells.into(), groups, ..RawMesh::default() })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }

@@ -89,6 +89,16 @@ impl<'a> Pieces<'a> {
         Pieces { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), line: 1 }
     }
 
+    /// From the beginning of a line of that number on.
+    pub fn from(bytes: &'a [u8], line: usize) -> Self {
+        Pieces { rest: bytes, line }
+    }
+
+    /// Bytes that are left, and the number of the line they begin.
+    pub fn left(&self) -> (usize, usize) {
+        (self.rest.len(), self.line)
+    }
+
     fn take_line(&mut self) -> &'a [u8] {
         let (line, rest) = first_line(self.rest);
         self.rest = rest;

@@ -1,5 +1,7 @@
 //! From lines to a deck.
 
+use std::borrow::Cow;
+
 use super::Include;
 use super::deck::{Deck, FaceLabel, Instance, Kind, Members, Motion, Name, Part, Sets};
 use super::elements::Role;
@@ -62,7 +64,8 @@ struct Reader<'a> {
 }
 
 /// Everything an input and its includes say.
-pub(super) fn deck(bytes: &[u8], include: Include) -> Result<Deck, Error> {
+pub(super) fn deck(file: Cow<[u8]>, include: Include) -> Result<Deck, Error> {
+    let bytes = &*file;
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if start.is_empty() {
         return Err(Error::new("", "the file is empty", "was writing it interrupted?"));
@@ -84,7 +87,10 @@ pub(super) fn deck(bytes: &[u8], include: Include) -> Result<Deck, Error> {
         keywords: 0,
         names: 0,
     };
-    reader.file(bytes)?;
+    match file {
+        Cow::Borrowed(bytes) => reader.file(bytes)?,
+        Cow::Owned(bytes) => reader.own_file(bytes)?,
+    }
     Ok(reader.deck)
 }
 
@@ -98,6 +104,26 @@ impl Reader<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The same with bytes that are given back as they are read: text takes twice the memory of what it says.
+    fn own_file(&mut self, mut bytes: Vec<u8>) -> Result<(), Error> {
+        self.deck.bytes += bytes.len();
+        let (mut left, mut line) = Pieces::new(&bytes).left();
+        loop {
+            let mut pieces = Pieces::from(&bytes[bytes.len() - left..], line);
+            match pieces.next() {
+                Some(Piece::Keyword(keyword)) => self.keyword(&keyword)?,
+                Some(Piece::Data(data)) => self.data(data)?,
+                None => return Ok(()),
+            }
+            (left, line) = pieces.left();
+            let read = bytes.len() - left;
+            if read > bytes.len() / 8 {
+                bytes.drain(..read);
+                bytes.shrink_to_fit();
+            }
+        }
     }
 
     fn keyword(&mut self, keyword: &Keyword) -> Result<(), Error> {

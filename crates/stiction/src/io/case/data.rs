@@ -150,7 +150,7 @@ pub enum LoadKind {
     Rotation { axis: [f64; 3], point: [f64; 3], speed: Field },
     /// Temperature.
     Temperature(Field),
-    /// Temperature at the nodes by the name of an array of the mesh file, and the part of the way to it, which depends on
+    /// Temperature at the nodes or of the cells by the name of an array of the mesh file, and the part of the way to it, which depends on
     /// time only.
     TemperatureArray { name: String, ramp: Field, spot: Spot },
 }
@@ -199,6 +199,8 @@ pub struct ContactSpec {
     /// Translation of the obstacle, length; depends on time only.
     pub motion: Option<[Field; 3]>,
     pub friction: SurfaceFriction,
+    /// Where friction is given.
+    pub friction_spot: Spot,
     pub spot: Spot,
 }
 

@@ -9,7 +9,7 @@ use super::read_region::{extended_region, groups};
 use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{Across, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
 
 /// All contacts; their names differ. Relative paths start at `folder`.
@@ -35,7 +35,8 @@ fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> 
         _ => format!("contact {}", i + 1),
     };
     let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
-    Ok(ContactSpec { name, on, against, motion, friction, spot: table.spot() })
+    let friction_spot = table.given("friction").map_or(table.spot(), |node| table.source.spot(&node.at));
+    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, spot: table.spot() })
 }
 
 fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
@@ -154,18 +155,8 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
         let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
         return Err(law.error("nodal", what, "take `nodal` out"));
     }
-    let coefficient = |node: &Node| match field(law, node, &["x", "y", "z"])? {
-        Field::Constant(c) if c < 0.0 => {
-            let what = format!("the coefficient of friction is {c}");
-            Err(law.error(
-                "coulomb",
-                what,
-                "the direction of friction follows from the slip, a coefficient is at least zero",
-            ))
-        }
-        field => Ok(field),
-    };
     let limit = law.given("limit").map(|_| law.number("limit"));
+    let coefficient = |node| coefficient(law, node);
     let (along, across) = match (node.items(), law.given("direction")) {
         ([], None) => (coefficient(node)?, None),
         ([], Some(_)) => {
@@ -183,7 +174,21 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
         ([only], Some(_)) => (coefficient(only)?, None),
     };
     Ok(match (along, across, limit) {
-        (Field::Constant(c), None, None) => SurfaceFriction::Coulomb(c),
+        (Coefficient::Field(Field::Constant(c)), None, None) => SurfaceFriction::Coulomb(c),
         (coefficient, across, limit) => SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }),
     })
+}
+
+fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
+    if let Some(name) = node.get("array").and_then(Node::text) {
+        return Ok(Coefficient::Array { name: name.into(), values: Vec::new() });
+    }
+    match field(law, node, &["x", "y", "z"])? {
+        Field::Constant(c) if c < 0.0 => {
+            let what = format!("the coefficient of friction is {c}");
+            let remedy = "the direction of friction follows from the slip, a coefficient is at least zero";
+            Err(law.error("coulomb", what, remedy))
+        }
+        field => Ok(Coefficient::Field(field)),
+    }
 }

@@ -4,7 +4,7 @@ mod mistakes;
 mod robustness;
 
 use super::*;
-use crate::contact::{Across, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation};
 use crate::mesh::{Block, BlockElement, Ring, Turn};
 
@@ -57,14 +57,20 @@ fn steps_and_the_motion_of_an_obstacle_are_read() {
 #[test]
 fn laws_of_friction_and_surfaces_are_read() {
     let friction = |law: &str| read_text(&edited("coulomb = 0.35", law)).contacts[0].friction.clone();
-    let constant = Field::Constant;
+    let constant = |c| Coefficient::Field(Field::Constant(c));
     let law = CoulombLaw { coefficient: constant(0.3), across: None, limit: Some(5e7) };
     assert_eq!(friction("coulomb = 0.3, limit = 5e7"), SurfaceFriction::Law(law));
     let across = Some(Across { coefficient: constant(0.3), direction: [0.6, 0.8, 0.0] });
     let law = CoulombLaw { coefficient: constant(0.1), across, limit: None };
     assert_eq!(friction("coulomb = [0.1, 0.3], direction = [3, 4, 0]"), SurfaceFriction::Law(law));
     let SurfaceFriction::Law(law) = friction("coulomb = \"0.2 + 0.1*x - y*z\"") else { panic!() };
-    assert!((law.coefficient.at([1.0, 2.0, 0.05], f64::NAN) - 0.2).abs() < 1e-15);
+    let Coefficient::Field(field) = law.coefficient else { panic!() };
+    assert!((field.at([1.0, 2.0, 0.05], f64::NAN) - 0.2).abs() < 1e-15);
+    let SurfaceFriction::Law(law) = friction("coulomb = [0.1, { array = \"mu\" }], direction = [3, 4, 0]") else {
+        panic!()
+    };
+    let array = Coefficient::Array { name: "mu".into(), values: Vec::new() };
+    assert_eq!((law.coefficient, law.across.unwrap().coefficient), (constant(0.1), array));
     assert_eq!(friction("coulomb = \"2*0.1\""), SurfaceFriction::Coulomb(0.2));
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
     let surface =

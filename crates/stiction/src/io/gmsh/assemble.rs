@@ -2,24 +2,33 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::contents::{Contents, Physical, Run};
+use super::complete;
+use super::contents::{Contents, Physical, Run, unknown};
+use super::data::{Place, arrays};
 use super::types::{Role, element_type, order};
 use crate::Error;
-use crate::io::labels::Labels;
 use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
 
 /// Resolves node tags, collects cells and groups and builds the mesh.
 pub(super) fn assemble(mut contents: Contents, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     refuse_unusable(&contents)?;
-    let element_nodes = resolve(&mut contents)?;
+    resolve(&mut contents)?;
+    let mut hexahedra = Vec::new();
+    complete::check(&contents, &mut hexahedra)?;
     let (groups, group_of) = groups(&contents);
     let mut raw = RawMesh { groups, ..RawMesh::default() };
     let mut notes = shared_names(&contents);
-    collect(&contents, &element_nodes, &group_of, &mut raw, &mut notes);
+    notes.append(&mut hexahedra);
+    let places = collect(&contents, &group_of, &mut raw, &mut notes);
+    if !contents.data.is_empty() {
+        raw.array_faces = faces(&contents);
+        let cells = raw.cells.iter().map(|block| block.ids.len()).sum();
+        raw.arrays = arrays(&mut contents, &places, cells, &mut notes)?;
+    }
     raw.nodes = std::mem::take(&mut contents.nodes);
     raw.nodes.iter_mut().flatten().for_each(|x| *x *= scale);
     raw.node_ids = std::mem::take(&mut contents.node_tags);
-    drop((contents, element_nodes)); // the build needs memory of its own
+    drop((contents, places)); // the build needs memory of its own
     let (mesh, built) = build(raw)?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
@@ -42,24 +51,28 @@ fn refuse_unusable(contents: &Contents) -> Result<(), Error> {
     Err(Error::new("", what, remedy))
 }
 
-/// The nodes of all elements as indices instead of tags.
-fn resolve(contents: &mut Contents) -> Result<Vec<u32>, Error> {
-    let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", super::cursor::DAMAGED);
-    let index = Labels::new(contents.node_tags.iter().copied()).map_err(twice)?;
-    let element_nodes = std::mem::take(&mut contents.element_nodes);
-    let mut resolved = Vec::with_capacity(element_nodes.len());
-    for run in &contents.runs {
+/// The nodes of all elements as indices, where they are still called by their tags.
+fn resolve(contents: &mut Contents) -> Result<(), Error> {
+    if contents.nodes_known.take().is_some() {
+        return Ok(());
+    }
+    contents.know_nodes()?;
+    let Contents { nodes_known, element_nodes, element_tags, runs, .. } = contents;
+    for run in runs {
         let k = run.kind.nodes;
-        for (i, &tag) in element_nodes[run.first_node..][..run.count * k].iter().enumerate() {
-            let Some(node) = index.find(tag) else {
-                let place = format!("element {}", contents.element_tags[run.first + i / k]);
-                let what = format!("it names node {tag}, which the file does not hold");
-                return Err(Error::new(place, what, super::cursor::DAMAGED));
-            };
-            resolved.push(node);
+        for (i, node) in element_nodes[run.first_node..][..run.count * k].iter_mut().enumerate() {
+            let tag = u64::from(*node);
+            let found = nodes_known.as_ref().and_then(|labels| labels.find(tag));
+            *node = found.ok_or_else(|| unknown(element_tags.get(run.first + i / k), tag))?;
         }
     }
-    Ok(resolved)
+    Ok(())
+}
+
+/// The surface elements in the order of the file.
+fn faces(contents: &Contents) -> Vec<[u32; 4]> {
+    let runs = contents.runs.iter().filter(|run| run.kind.role == Role::Face);
+    runs.flat_map(|run| contents.nodes_of(run).map(corners)).collect()
 }
 
 /// Empty groups, those with a name first, and which of them each physical group fills. Equal names share a group.
@@ -98,31 +111,43 @@ fn shared_names(contents: &Contents) -> Vec<MeshNote> {
     shared.map(|same| MeshNote::SharedName { group: same[0].0.clone() }).collect()
 }
 
-/// Distributes the elements to cells and groups.
+/// Distributes the elements to cells and groups; tells where each has gone if there are data on elements.
 fn collect(
     contents: &Contents,
-    element_nodes: &[u32],
     group_of: &HashMap<Physical, usize>,
     raw: &mut RawMesh,
     notes: &mut Vec<MeshNote>,
-) {
+) -> Vec<Place> {
+    let wanted = contents.data.iter().any(|data| !data.nodal);
+    let mut places = vec![Place::Other; if wanted { contents.element_tags.len() } else { 0 }];
     for kind in CellKind::ALL {
         let mut cells = RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
         let before: usize = raw.cells.iter().map(|block| block.ids.len()).sum();
         let runs: Vec<&Run> = contents.runs.iter().filter(|run| run.kind.role == Role::Cell(kind)).collect();
         let mut copies = Copies::new(&runs);
+        let total: usize = runs.iter().map(|run| run.count).sum();
+        cells.nodes.reserve_exact(total * kind.nodes());
+        cells.ids.reserve_exact(total);
         for run in runs {
             let targets: Vec<usize> = contents.physicals(run).iter().filter_map(|p| group_of.get(p)).copied().collect();
-            for (i, nodes) in nodes_of(run, element_nodes).enumerate() {
+            for (i, nodes) in contents.nodes_of(run).enumerate() {
                 let number = copies.find_or_insert(run, nodes, before + cells.ids.len());
                 if number == before + cells.ids.len() {
                     cells.nodes.extend(order(kind).iter().map(|&i| nodes[i]));
-                    cells.ids.push(contents.element_tags[run.first + i]);
+                    cells.ids.push(contents.element_tags.get(run.first + i));
                 }
                 targets.iter().for_each(|&g| raw.groups[g].cells.push(number as u32));
+                if wanted {
+                    places[run.first + i] = Place::Cell(number as u32);
+                }
             }
         }
         raw.cells.push(cells);
+    }
+    if wanted {
+        let faces = contents.runs.iter().filter(|run| run.kind.role == Role::Face);
+        let elements = faces.flat_map(|run| run.first..run.first + run.count);
+        elements.enumerate().for_each(|(face, element)| places[element] = Place::Face(face as u32));
     }
     let mut skipped = [0; 3];
     for run in contents.runs.iter().filter(|run| run.kind.dimension < 3) {
@@ -132,8 +157,8 @@ fn collect(
         }
         for g in targets {
             match run.kind.role {
-                Role::Face => raw.groups[g].faces.extend(nodes_of(run, element_nodes).map(corners)),
-                _ => nodes_of(run, element_nodes).for_each(|nodes| raw.groups[g].nodes.extend(nodes)),
+                Role::Face => raw.groups[g].faces.extend(contents.nodes_of(run).map(corners)),
+                _ => contents.nodes_of(run).for_each(|nodes| raw.groups[g].nodes.extend(nodes)),
             }
         }
     }
@@ -142,16 +167,12 @@ fn collect(
             notes.push(MeshNote::Skipped { what: what.into(), count });
         }
     }
-}
-
-/// The nodes of each element of a run.
-fn nodes_of<'a>(run: &Run, element_nodes: &'a [u32]) -> impl Iterator<Item = &'a [u32]> {
-    element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
+    places
 }
 
 /// Corners come first, of triangles three.
 fn corners(nodes: &[u32]) -> [u32; 4] {
-    [nodes[0], nodes[1], nodes[2], if nodes.len().is_multiple_of(3) { u32::MAX } else { nodes[3] }]
+    [nodes[0], nodes[1], nodes[2], if matches!(nodes.len(), 3 | 6) { u32::MAX } else { nodes[3] }]
 }
 
 /// MSH 2.2 repeats a cell under a new number for each further physical group of its volume.

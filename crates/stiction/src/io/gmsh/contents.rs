@@ -2,12 +2,17 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::cursor::{Cursor, DAMAGED};
+use super::data::Data;
+use super::tags::Tags;
 use super::types::{ElementType, Role};
+use crate::Error;
+use crate::io::labels::Labels;
 
 /// A physical group: dimension and number.
 pub(super) type Physical = (u8, i64);
 
-/// The contents of a file. Nodes are called by their tags until everything has been read.
+/// The contents of a file.
 #[derive(Default)]
 pub(super) struct Contents {
     /// Dimension, number and name of physical groups in the order of the file.
@@ -18,10 +23,16 @@ pub(super) struct Contents {
     /// Coordinates, not yet scaled.
     pub nodes: Vec<[f64; 3]>,
     pub runs: Vec<Run>,
-    pub element_tags: Vec<u64>,
-    pub element_nodes: Vec<u64>,
+    pub element_tags: Tags,
+    /// Nodes of elements: by their indices where `nodes_known`, otherwise by their tags.
+    pub element_nodes: Vec<u32>,
+    /// From tags to indices, once elements are read behind the nodes.
+    pub nodes_known: Option<Labels>,
     /// Numbers of elements that cannot be used, by type.
     pub refused: BTreeMap<i64, usize>,
+    pub data: Vec<Data>,
+    /// Length of the file.
+    pub bytes: usize,
 }
 
 /// Consecutive elements that have everything in common but their nodes.
@@ -31,7 +42,7 @@ pub(super) struct Run {
     pub entity: i64,
     /// The physical group, 0 for none (2.2 only; in 4.1 the entity knows).
     pub physical: i64,
-    /// Elements: `element_tags[first..first + count]`.
+    /// Elements: those at the places `first..first + count` of `element_tags`.
     pub first: usize,
     pub count: usize,
     /// Where its nodes begin in `element_nodes`.
@@ -50,6 +61,26 @@ impl Contents {
         &mut self.runs[last]
     }
 
+    /// Looks nodes up from now on, if there are any.
+    pub fn know_nodes(&mut self) -> Result<(), Error> {
+        if !self.node_tags.is_empty() {
+            let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", DAMAGED);
+            self.nodes_known = Some(Labels::new(self.node_tags.iter().copied()).map_err(twice)?);
+        }
+        Ok(())
+    }
+
+    /// Adds a node of the element `element`.
+    pub fn push_node(&mut self, at: &Cursor, element: u64, tag: u64) -> Result<(), Error> {
+        let node = match &self.nodes_known {
+            Some(labels) => labels.find(tag).ok_or_else(|| unknown(element, tag))?,
+            None => u32::try_from(tag)
+                .map_err(|_| at.fail(format!("node {tag} has too large a number"), "write $Nodes before $Elements"))?,
+        };
+        self.element_nodes.push(node);
+        Ok(())
+    }
+
     /// Notes elements that cannot be used; whether they can.
     pub fn usable(&mut self, kind: ElementType, count: usize) -> bool {
         let usable = !matches!(kind.role, Role::Refused(_));
@@ -57,6 +88,11 @@ impl Contents {
             *self.refused.entry(kind.number).or_default() += count;
         }
         usable
+    }
+
+    /// The nodes of each element of a run.
+    pub fn nodes_of(&self, run: &Run) -> impl Iterator<Item = &[u32]> {
+        self.element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
     }
 
     /// The physical groups of a run.
@@ -72,4 +108,10 @@ impl Contents {
         tags.dedup();
         tags.into_iter().map(|t| (dimension, t)).collect()
     }
+}
+
+/// Element `element` names a node that is not there.
+pub(super) fn unknown(element: u64, tag: u64) -> Error {
+    let what = format!("it names node {tag}, which the file does not hold");
+    Error::new(format!("element {element}"), what, DAMAGED)
 }

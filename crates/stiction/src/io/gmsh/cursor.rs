@@ -7,14 +7,12 @@ use crate::io::number::{float, integer};
 pub(super) const DAMAGED: &str = "the file is damaged or incomplete; write it again";
 
 /// How numbers outside text sections are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Encoding {
+    #[default]
     Text,
     /// Big-endian or not; bytes of a `size_t`, 4 or 8.
-    Binary {
-        big: bool,
-        size: usize,
-    },
+    Binary { big: bool, size: usize },
 }
 
 pub(super) struct Cursor<'a> {
@@ -23,12 +21,14 @@ pub(super) struct Cursor<'a> {
     pub encoding: Encoding,
     /// The section being read, `$Nodes`, for messages and for its end.
     pub section: &'a str,
+    /// Bytes and lines of the file before `bytes`, for messages.
+    pub before: [usize; 2],
 }
 
 impl<'a> Cursor<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         let pos = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 }; // a byte order mark of UTF-8
-        Cursor { bytes, pos, encoding: Encoding::Text, section: "" }
+        Cursor { bytes, pos, encoding: Encoding::Text, section: "", before: [0; 2] }
     }
 
     pub fn binary(&self) -> bool {
@@ -43,9 +43,10 @@ impl<'a> Cursor<'a> {
     /// An error at byte `pos`, named by its line unless the file is binary.
     pub fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
         let before = &self.bytes[..pos.min(self.bytes.len())];
+        let [bytes, lines] = self.before;
         let place = match self.encoding {
-            Encoding::Text => format!("line {}", 1 + before.iter().filter(|&&b| b == b'\n').count()),
-            Encoding::Binary { .. } => format!("byte {pos}"),
+            Encoding::Text => format!("line {}", 1 + lines + newlines(before)),
+            Encoding::Binary { .. } => format!("byte {}", bytes + pos),
         };
         Error::new(place, what, remedy)
     }
@@ -145,13 +146,16 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// A floating point number written as text.
+    pub fn text_float(&mut self, what: &str) -> Result<f64, Error> {
+        let word = self.word(what)?;
+        float(word).ok_or_else(|| self.not_a_number(word, what))
+    }
+
     /// A floating point number; may be infinite or NaN.
     pub fn float(&mut self, what: &str) -> Result<f64, Error> {
         match self.encoding {
-            Encoding::Text => {
-                let word = self.word(what)?;
-                float(word).ok_or_else(|| self.not_a_number(word, what))
-            }
+            Encoding::Text => self.text_float(what),
             Encoding::Binary { big, .. } => Ok(f64::from_le_bytes(self.little(big)?)),
         }
     }
@@ -194,4 +198,9 @@ impl<'a> Cursor<'a> {
             self.pos += 1;
         }
     }
+}
+
+/// Ends of lines.
+pub(super) fn newlines(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|&&b| b == b'\n').count()
 }

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::mesh::{MeshNote, info};
 
+mod data;
 mod encodings;
 mod files;
 mod messages;

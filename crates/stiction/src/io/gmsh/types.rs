@@ -24,7 +24,6 @@ pub(super) struct ElementType {
 }
 
 const ORDER: &str = "elements are of order 1 or 2: mesh with Mesh.ElementOrder = 1 or 2";
-const COMPLETE: &str = "quadratic hexahedra have 20 nodes here: mesh with Mesh.SecondOrderIncomplete = 1";
 const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
 
 /// The element type with that number in the format's table.
@@ -40,9 +39,9 @@ pub(super) fn element_type(number: i64) -> Option<ElementType> {
         7 => ("5-node pyramid", 3, 5, Role::Refused(SHAPE)),
         8 => ("3-node line", 1, 3, Role::Nodes),
         9 => ("6-node triangle", 2, 6, Role::Face),
-        10 => ("9-node quadrilateral", 2, 9, Role::Refused(COMPLETE)),
+        10 => ("9-node quadrilateral", 2, 9, Role::Face),
         11 => ("10-node tetrahedron", 3, 10, Role::Cell(CellKind::Tet10)),
-        12 => ("27-node hexahedron", 3, 27, Role::Refused(COMPLETE)),
+        12 => ("27-node hexahedron", 3, 27, Role::Cell(CellKind::Hex20)),
         13 => ("18-node prism", 3, 18, Role::Refused(SHAPE)),
         14 => ("14-node pyramid", 3, 14, Role::Refused(SHAPE)),
         15 => ("point", 0, 1, Role::Nodes),
@@ -71,7 +70,7 @@ pub(super) fn element_type(number: i64) -> Option<ElementType> {
     Some(ElementType { number, name, dimension, nodes, role })
 }
 
-/// Places in Gmsh's list of the nodes of a cell, in our order (Gmsh reference manual, "Node ordering"): the edges of
+/// Places in Gmsh's list of the nodes of a cell, in our order; of 27 nodes the first 20 are taken (Gmsh reference manual, "Node ordering"): the edges of
 /// quadratic cells are 01 12 20 03 23 13 there, and 01 03 04 12 15 23 26 37 45 47 56 67.
 pub(super) fn order(kind: CellKind) -> &'static [usize] {
     match kind {

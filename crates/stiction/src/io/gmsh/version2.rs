@@ -33,6 +33,7 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
     let n = count(at, "the number of elements")?;
     // the shortest is a point: two integers in binary, four numbers as text
     let n = at.room(n, "elements", 8)?;
+    contents.know_nodes()?;
     let mut read = 0;
     while read < n {
         if at.binary() {
@@ -88,7 +89,7 @@ fn element(at: &mut Cursor, contents: &mut Contents, kind: ElementType, tag: u64
     for _ in 0..kind.nodes {
         let node = at.natural("the number of a node")?;
         if usable {
-            contents.element_nodes.push(node);
+            contents.push_node(at, tag, node)?;
         }
     }
     Ok(())

@@ -89,6 +89,7 @@ pub(super) fn nodes(at: &mut Cursor, contents: &mut Contents) -> Result<(), Erro
 /// Blocks of elements: tag and nodes each.
 pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error> {
     let [blocks, total] = header(at)?;
+    contents.know_nodes()?;
     let mut read = 0;
     for _ in 0..blocks {
         let start = at.pos;
@@ -104,7 +105,6 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
         let usable = contents.usable(kind, n);
         if usable && n > 0 {
             contents.run(kind, entity, 0).count += n;
-            contents.element_tags.reserve(n);
             contents.element_nodes.reserve(n * kind.nodes);
         }
         for _ in 0..n {
@@ -115,7 +115,7 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
             for _ in 0..kind.nodes {
                 let node = at.size("the number of a node")?;
                 if usable {
-                    contents.element_nodes.push(node);
+                    contents.push_node(at, tag, node)?;
                 }
             }
         }

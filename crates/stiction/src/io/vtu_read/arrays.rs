@@ -1,6 +1,5 @@
 //! Numbers of arrays.
 
-use std::borrow::Cow;
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
@@ -13,6 +12,15 @@ use crate::io::number::{float, integer};
 
 /// Most bytes that zlib makes of one.
 const ZLIB_MOST: usize = 1032;
+/// Bytes decoded at a time: a multiple of the size of every number.
+const PART: usize = 1 << 16;
+
+/// Makes room for another of `count` things: no more than a half beyond those that have come, since the count may be wrong.
+pub(super) fn grow<T>(things: &mut Vec<T>, count: usize) {
+    if things.len() == things.capacity() {
+        things.reserve_exact((things.len() / 2).max(1024).min(count.saturating_sub(things.len()).max(1)));
+    }
+}
 
 impl<'a> Document<'a> {
     /// The array called `name` that every grid has.
@@ -26,25 +34,20 @@ impl<'a> Document<'a> {
         if let Format::Ascii(text) = array.format {
             return self.words(array, text, count, |word| integer(word).map(&mut push));
         }
-        let bytes = self.bytes(array, count)?;
-        let swap = |chunk: &[u8]| -> [u8; 8] {
-            let mut wide = [0; 8];
-            wide[..chunk.len()].copy_from_slice(chunk);
-            if self.big {
-                wide[..chunk.len()].reverse();
-            }
-            wide
-        };
         let unused = 64 - 8 * array.size as u32;
-        for chunk in bytes.chunks_exact(array.size) {
-            let wide = u64::from_le_bytes(swap(chunk));
+        self.numbers(array, count, &mut |chunk| {
+            let mut bytes = [0; 8];
+            bytes[..chunk.len()].copy_from_slice(chunk);
+            if self.big {
+                bytes[..chunk.len()].reverse();
+            }
+            let wide = u64::from_le_bytes(bytes);
             push(match array.number {
                 Number::Signed => (wide << unused) as i64 >> unused,
                 // beyond 63 bits it is no number of anything
                 _ => i64::try_from(wide).unwrap_or(i64::MAX),
             });
-        }
-        Ok(())
+        })
     }
 
     /// `count` floating point numbers.
@@ -60,23 +63,17 @@ impl<'a> Document<'a> {
             self.integers(array, count, |x| values.push(x as f64))?;
             return Ok(values);
         }
-        let bytes = self.bytes(array, count)?;
-        values.reserve_exact(count);
-        if array.size == 4 {
-            values.extend(
-                bytes.as_chunks::<4>().0.iter().map(|&chunk| {
-                    f64::from(if self.big { f32::from_be_bytes(chunk) } else { f32::from_le_bytes(chunk) })
-                }),
-            );
-        } else {
-            values.extend(
-                bytes
-                    .as_chunks::<8>()
-                    .0
-                    .iter()
-                    .map(|&chunk| if self.big { f64::from_be_bytes(chunk) } else { f64::from_le_bytes(chunk) }),
-            );
-        }
+        let (mut short, mut long) = ([0; 4], [0; 8]);
+        self.numbers(array, count, &mut |chunk| {
+            grow(&mut values, count);
+            values.push(if chunk.len() == 4 {
+                short.copy_from_slice(chunk);
+                f64::from(if self.big { f32::from_be_bytes(short) } else { f32::from_le_bytes(short) })
+            } else {
+                long.copy_from_slice(chunk);
+                if self.big { f64::from_be_bytes(long) } else { f64::from_le_bytes(long) }
+            });
+        })?;
         Ok(values)
     }
 
@@ -110,8 +107,8 @@ impl<'a> Document<'a> {
         Err(self.fail(array, format!("it holds {read} numbers where {count} are needed")))
     }
 
-    /// The bytes of `count` numbers.
-    fn bytes(&self, array: &Array<'a>, count: usize) -> Result<Cow<'a, [u8]>, Error> {
+    /// The bytes of each of `count` numbers, given to `visit` as they are decoded.
+    fn numbers(&self, array: &Array<'a>, count: usize, visit: &mut dyn FnMut(&[u8])) -> Result<(), Error> {
         let ends = || self.fail(array, "its data end too early or are no base64".to_string());
         let mut stream = match array.format {
             Format::Ascii(text) => Stream::Raw(text),
@@ -131,12 +128,20 @@ impl<'a> Document<'a> {
         };
         if !self.zlib {
             checked(self.head(&mut stream).ok_or_else(ends)?)?;
-            return stream.take(needed).ok_or_else(ends);
+            if needed > stream.remaining() {
+                return Err(ends());
+            }
+            let mut left = needed;
+            while left > 0 {
+                let part = left.min(PART);
+                stream.take(part).ok_or_else(ends)?.chunks_exact(array.size).for_each(&mut *visit);
+                left -= part;
+            }
+            return Ok(());
         }
         let blocks = self.head(&mut stream).ok_or_else(ends)?;
         if blocks == 0 {
-            checked(0)?;
-            return Ok(Cow::Borrowed(&[]));
+            return checked(0);
         }
         let block = self.head(&mut stream).ok_or_else(ends)?;
         let partial = self.head(&mut stream).ok_or_else(ends)?;
@@ -149,7 +154,7 @@ impl<'a> Document<'a> {
         if needed / ZLIB_MOST > stream.remaining() {
             return Err(ends());
         }
-        let mut out = Vec::with_capacity(needed);
+        let mut out: Vec<u8> = Vec::new();
         for (i, size) in sizes.into_iter().enumerate() {
             let packed = stream.take(size).ok_or_else(ends)?;
             let expected = if i + 1 == blocks { last } else { block };
@@ -159,8 +164,11 @@ impl<'a> Document<'a> {
             if read.is_err() || out.len() - before != expected {
                 return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
             }
+            let whole = out.len() - out.len() % array.size;
+            out[..whole].chunks_exact(array.size).for_each(&mut *visit);
+            out.drain(..whole); // a number may go on in the next block
         }
-        Ok(Cow::Owned(out))
+        Ok(())
     }
 
     /// A number that heads binary data.

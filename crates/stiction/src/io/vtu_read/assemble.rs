@@ -2,14 +2,19 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::arrays::grow;
 use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
 use crate::Error;
-use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build};
+use crate::mesh::{
+    CellArray, CellKind, Mesh, MeshArrays, MeshNote, MeshNotes, NodeArray, RawCells, RawGroup, RawMesh, build,
+};
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
+/// Nodes of the largest cell.
+const MOST_NODES: usize = 20;
 
 /// What became of a cell of the file: its number among those of its kind.
 #[derive(Clone, Copy)]
@@ -42,11 +47,13 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let mut groups = cell_groups(document, &cells, &mut notes)?;
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
-    let arrays = point_arrays(document);
+    let arrays = arrays(document, &cells);
     note_unused(document, &cells, &arrays, in_group, &mut notes);
-    let Sorted { blocks, places, .. } = cells;
+    let Sorted { blocks, places, faces, .. } = cells;
     drop(places); // the build needs memory of its own
-    let (mesh, built) = build(RawMesh { nodes, node_ids: Vec::new(), cells: blocks.into(), groups, arrays })?;
+    let array_faces = if arrays.cells.is_empty() { Vec::new() } else { faces };
+    let raw = RawMesh { nodes, cells: blocks.into(), groups, arrays, array_faces, ..RawMesh::default() };
+    let (mesh, built) = build(raw)?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -57,18 +64,26 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     let mut ends: Vec<u32> = Vec::new();
     let unknown = |n: i64| u32::try_from(n).unwrap_or(u32::MAX);
     let code = |n: i64| u8::try_from(n).unwrap_or(u8::MAX);
-    document.integers(document.needed(Section::Cells, "types")?, document.cells, |n| codes.push(code(n)))?;
-    document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(unknown(n)))?;
+    let cells = document.cells;
+    document.integers(document.needed(Section::Cells, "types")?, cells, |n| {
+        grow(&mut codes, cells);
+        codes.push(code(n));
+    })?;
+    document.integers(document.needed(Section::Cells, "offsets")?, cells, |n| {
+        grow(&mut ends, cells);
+        ends.push(unknown(n));
+    })?;
     let mut nodes: Vec<u32> = Vec::new();
     let count = ends.last().map_or(0, |&end| end as usize);
     document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| {
-        if nodes.is_empty() {
-            nodes.reserve_exact(count); // the file is long enough, or the first number would not come
-        }
+        grow(&mut nodes, count);
         nodes.push(unknown(n));
     })?;
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
+    // Nearly all cells of nearly every file are of one kind: they move to the front of the list they come in.
+    let major = major(&codes, &ends);
+    let mut front = 0;
     let mut sorted = Sorted {
         blocks: CellKind::ALL.map(block),
         places: Vec::with_capacity(codes.len()),
@@ -76,6 +91,9 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         line_nodes: Vec::new(),
         lines: Vec::new(),
     };
+    if let Some((major, count)) = major {
+        sorted.blocks[major].ids.reserve_exact(count);
+    }
     let mut refused: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
     let mut from = 0;
     for (i, (&code, &end)) in codes.iter().zip(&ends).enumerate() {
@@ -91,7 +109,14 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
             Role::Cell(kind, order) => {
                 let which = CellKind::ALL.iter().position(|&k| k == kind).unwrap_or(0);
                 let block = &mut sorted.blocks[which];
-                block.nodes.extend(order.iter().map(|&n| cell[n]));
+                if major.is_some_and(|major| major.0 == which) {
+                    let mut taken = [0; MOST_NODES];
+                    taken.iter_mut().zip(order).for_each(|(node, &n)| *node = cell[n]);
+                    nodes[front..front + order.len()].copy_from_slice(&taken[..order.len()]);
+                    front += order.len();
+                } else {
+                    block.nodes.extend(order.iter().map(|&n| cell[n]));
+                }
                 block.ids.push(i as u64);
                 Place::Cell(which as u8, block.ids.len() as u32 - 1)
             }
@@ -114,6 +139,10 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         };
         sorted.places.push(place);
     }
+    if let Some((major, _)) = major {
+        nodes.truncate(front);
+        sorted.blocks[major].nodes = nodes;
+    }
     if let Some((_, (_, remedy))) = refused.iter().next() {
         let list: Vec<String> = refused.iter().map(|(what, (count, _))| format!("{count} x {what}")).collect();
         return Err(Error::new("", format!("cells that cannot be used: {}", list.join(", ")), *remedy));
@@ -123,6 +152,19 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
         return Err(Error::new("", what, "write the solid with tetrahedra or hexahedra, not only its surface"));
     }
     Ok(sorted)
+}
+
+/// The place in `CellKind::ALL` of the kind that most cells are of, and how many are.
+fn major(codes: &[u8], ends: &[u32]) -> Option<(usize, usize)> {
+    let mut counts = [0; CellKind::ALL.len()];
+    let mut from = 0;
+    for (&code, &end) in codes.iter().zip(ends) {
+        if let Role::Cell(kind, _) = role(code, end.saturating_sub(from) as usize) {
+            counts.iter_mut().zip(CellKind::ALL).filter(|(_, k)| *k == kind).for_each(|(count, _)| *count += 1);
+        }
+        from = end;
+    }
+    counts.into_iter().enumerate().filter(|count| count.1 > 0).max_by_key(|count| count.1)
 }
 
 /// The values of an array that makes groups, and whether they are all 0 or 1.
@@ -198,22 +240,52 @@ fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec
     Ok(())
 }
 
-/// Arrays of one number a point that make no groups.
-fn point_arrays(document: &Document) -> Vec<NodeArray> {
-    let arrays = document.arrays.iter().filter(|a| is_point_array(a));
-    // One that cannot be read is no reason to refuse the mesh: who asks for it is told that it is not there.
-    let read = |array| {
-        let values = document.floats(array, document.points).ok()?;
-        Some(NodeArray { name: array.name.clone(), values })
-    };
-    arrays.filter_map(read).collect()
+/// Arrays of one number a point or a cell that make no groups.
+fn arrays(document: &Document, cells: &Sorted) -> MeshArrays {
+    let mut arrays = MeshArrays::default();
+    for array in document.arrays.iter().filter(|a| is_data(a)) {
+        let name = array.name.clone();
+        if let Some(what) = unfit(array) {
+            arrays.others.push((name, what));
+            continue;
+        }
+        // One that cannot be read is no reason to refuse the mesh: who asks for it is told.
+        let count = if array.section == Section::PointData { document.points } else { document.cells };
+        match document.floats(array, count) {
+            Ok(values) if array.section == Section::PointData => arrays.nodes.push(NodeArray { name, values }),
+            Ok(values) => arrays.cells.push(cell_array(name, &values, cells)),
+            Err(error) => arrays.others.push((name, error.what)),
+        }
+    }
+    arrays
 }
 
-fn is_point_array(array: &super::document::Array) -> bool {
-    array.section == Section::PointData
-        && array.number == Number::Float
-        && array.components == 1
-        && !array.name.is_empty()
+fn is_data(array: &super::document::Array) -> bool {
+    matches!(array.section, Section::PointData | Section::CellData) && !array.name.is_empty()
+}
+
+/// Why an array is not a number at each place.
+fn unfit(array: &super::document::Array) -> Option<String> {
+    match array.number {
+        _ if array.components != 1 => Some(format!("it has {} components", array.components)),
+        Number::Float => None,
+        Number::Signed | Number::Unsigned => Some("its whole numbers make groups".into()),
+    }
+}
+
+/// The values of cells and faces out of those of all cells of the file.
+fn cell_array(name: String, values: &[f64], cells: &Sorted) -> CellArray {
+    let blocks = cells.blocks.iter().map(|block| vec![f64::NAN; block.ids.len()]);
+    let mut of_blocks: Vec<Vec<f64>> = blocks.collect();
+    let mut faces = Vec::new();
+    for (place, &value) in cells.places.iter().zip(values) {
+        match *place {
+            Place::Cell(kind, i) => of_blocks[kind as usize][i as usize] = value,
+            Place::Face(i) => faces.push((i, value)),
+            Place::Line(_) => {}
+        }
+    }
+    CellArray { name, values: of_blocks.concat(), faces }
 }
 
 /// Groups of one name become one.
@@ -242,9 +314,9 @@ fn merge(groups: &mut Vec<RawGroup>) -> Vec<MeshNote> {
 }
 
 /// Notes arrays that are not read, and faces in no group.
-fn note_unused(document: &Document, cells: &Sorted, arrays: &[NodeArray], in_group: bool, notes: &mut Vec<MeshNote>) {
-    let read = |a: &super::document::Array| is_point_array(a) && arrays.iter().any(|array| array.name == a.name);
+fn note_unused(document: &Document, cells: &Sorted, arrays: &MeshArrays, in_group: bool, notes: &mut Vec<MeshNote>) {
     let data = |a: &&super::document::Array| matches!(a.section, Section::PointData | Section::CellData);
+    let read = |a: &super::document::Array| is_data(a) && !arrays.others.iter().any(|other| other.0 == a.name);
     let unused = document.arrays.iter().filter(data).filter(|a| !makes_groups(a) && !read(a));
     let what: Vec<String> = unused.map(|a| format!("array \"{}\"", a.name)).collect();
     if !what.is_empty() {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::mesh::CellArray;
 
 /// A tetrahedron with a triangle, as text; `from` replaced by `to`.
 fn edited(from: &str, to: &str) -> String {
@@ -17,7 +18,8 @@ fn edited(from: &str, to: &str) -> String {
 <PointData><DataArray type="Int32" Name="on &lt;top&gt;" format="ascii">0 1 0 0</DataArray></PointData>
 <CellData Scalars="part">
 <DataArray type="Int32" Name="part" format="ascii">-7 3</DataArray>
-<DataArray type="Float64" Name="stress" format="ascii">0 0</DataArray>
+<DataArray type="Float64" Name="stress" format="ascii">5 7</DataArray>
+<DataArray type="Float64" Name="v" NumberOfComponents="2" format="ascii">5 7 1 2</DataArray>
 </CellData></Piece></UnstructuredGrid></VTKFile>
 "#;
     assert!(text.contains(from));
@@ -39,7 +41,10 @@ fn a_grid_of_text_is_read_with_its_groups() {
     let [face] = mesh.group("part-3").unwrap().faces[..] else { panic!("one face") };
     assert_eq!(mesh.face_normal(face as usize), [0.0, 0.0, -1.0]);
     assert_eq!(mesh.group("on <top>").unwrap().nodes, [1]);
-    assert_eq!((mesh.groups.len(), notes.to_string().as_str()), (3, "not read: array \"stress\"\n"));
+    assert_eq!((mesh.groups.len(), notes.to_string().as_str()), (3, "not read: array \"v\"\n"));
+    let stress = CellArray { name: "stress".into(), values: vec![5.0], faces: vec![(face, 7.0)] };
+    assert_eq!((mesh.arrays.cells, mesh.arrays.nodes.len()), (vec![stress], 0));
+    assert_eq!(mesh.arrays.others[2], ("v".into(), "it has 2 components".into()));
 }
 
 #[test]

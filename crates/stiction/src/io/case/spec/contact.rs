@@ -41,9 +41,9 @@ static FRICTION: Rules = Rules {
     keys: &[
         key(
             "coulomb",
-            Kind::Either(&[Kind::Number(COEFFICIENT), Kind::Field, COEFFICIENTS]),
+            Kind::Either(&[Kind::Number(COEFFICIENT), Kind::Field, COEFFICIENTS, Kind::Table(&ARRAY)]),
             "coulomb = 0.3",
-            "Coefficient of friction; a number, an expression in x, y, z, or two of these: along `direction` and across it.",
+            "Coefficient of friction; a number, an expression in x, y, z, { array = \"mu\" }, or two of these: along `direction` and across it.",
         ),
         key(
             "direction",
@@ -75,7 +75,20 @@ static FRICTION: Rules = Rules {
     ],
 };
 
-const COEFFICIENTS: Kind = Kind::List { of: &Kind::Field, from: 2, to: 2 };
+const COEFFICIENTS: Kind = Kind::List { of: &Kind::Either(&[Kind::Field, Kind::Table(&ARRAY)]), from: 2, to: 2 };
+
+static ARRAY: Rules = Rules {
+    doc: "A coefficient of friction from the mesh file.",
+    one_of: &[],
+    keys: &[key(
+        "array",
+        Kind::Text,
+        "array = \"mu\"",
+        "Name of an array of numbers of the mesh file. On points it is read at the contact points; on cells it holds for their faces, or for surface elements of the file, and a point has the mean of the faces around it by area. Between two surfaces it is read on that of `on`, or on the one that `slave` names.",
+    )
+    .required()],
+};
+
 const COEFFICIENT: Limits = Limits {
     remedy: "the direction of friction follows from the slip, the coefficient only says how much",
     ..NOT_NEGATIVE

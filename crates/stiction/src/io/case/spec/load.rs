@@ -18,7 +18,7 @@ pub(super) static FIX: Rules = Rules {
 const CONDITION: Kind = Kind::Choice {
     names: &[(
         "symmetry",
-        "a plane of symmetry: no displacement along the normal of the faces, which are flat and perpendicular to x, y or z",
+        "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
     )],
     absent: &[],
 };
@@ -140,10 +140,16 @@ static ROTATION: Rules = Rules {
 };
 
 static TEMPERATURE: Rules = Rules {
-    doc: "A temperature given at the nodes.",
+    doc: "A temperature given by the mesh file.",
     one_of: &[],
     keys: &[
-        key("array", Kind::Text, "array = \"T\"", "Name of a point array of the mesh file (.vtu).").required(),
+        key(
+            "array",
+            Kind::Text,
+            "array = \"T\"",
+            "Name of an array of numbers of the mesh file, on its points or its cells (.vtu, .msh).",
+        )
+        .required(),
         key(
             "ramp",
             Kind::Field,

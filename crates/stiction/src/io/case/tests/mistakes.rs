@@ -316,6 +316,10 @@ fn laws_of_friction_that_say_too_much_or_too_little_are_refused() {
     law("coulomb = [0.1, 0.3, 0.4], direction = [1, 0, 0]", "16:24", &["a list of 3 entries", "2 entries"]);
     law("coulomb = [0.1, 0.3], direction = [0, 0, 0]", "16:48", &["has no direction"]);
     law("coulomb = \"0.1 + t\"", "16:31", &["t", "x, y, z"]);
+    law("coulomb = { aray = \"mu\" }", "16:26", &["`coulomb` has no key", "did you mean `array`?"]);
+    law("coulomb = { array = \"\" }", "16:34", &["empty text"]);
+    law("coulomb = { array = \"mu\" }, direction = [1, 0, 0]", "16:54", &["one is given"]);
+    law("coulomb = [0.1, { array = 3 }], direction = [1, 0, 0]", "16:40", &["the number 3", "array = \"mu\""]);
     law("coulomb = 0.1, limit = 0", "16:37", &["greater than 0", "limit = 5e7"]);
     law("tresca = 0.1, limit = 3", "16:36", &["`limit` is for coulomb"]);
     law("tresca = 0.1, direction = [1, 0, 0]", "16:40", &["`direction` is for coulomb"]);
