@@ -49,7 +49,8 @@ fn contact_on(summary: &Value, body: &str, component: usize) -> f64 {
 
 #[test]
 fn every_recipe_without_a_test_of_its_own_is_certified() {
-    const OWN: [&str; 8] = ["press-fit", "flange", "bearing-seat", "wedge", "punch", "foundation", "gasket", "pad"];
+    const OWN: [&str; 9] =
+        ["press-fit", "flange", "bearing-seat", "wedge", "punch", "foundation", "gasket", "pad", "die"];
     let names: Vec<&str> = templates().iter().map(|t| t.name).collect();
     assert!(OWN.iter().all(|name| names.contains(name)));
     for name in names.iter().filter(|name| !OWN.contains(name)) {
@@ -163,6 +164,34 @@ fn the_gasket_keeps_the_bolts_less_the_pressure() {
     let force = number(&pair(&summary, "lower face")["normal_force"]);
     near(force, 60e3 - 0.5 * PI / 4.0 * (55.0 * 55.0 - 10.0 * 10.0), 2e-3);
     near(force, -number(&summary["load"][2]), 1e-8);
+}
+
+/// The same with the cylinder that the triangles of the nose stand for; dragged on, all slips.
+#[test]
+fn a_die_from_a_file_presses_and_drags_like_the_cylinder_it_was_made_from() {
+    let cylinder = "contact.0.against={ cylinder = { point = [20, 0, 40], axis = [0, 1, 0], radius = 30 }, \
+                    motion = ['0.05*max(0, t - 1)', 0, '-0.1*min(t, 1)'] }";
+    let (file, round) = (certified("die", &[]), certified("die", &[cylinder.to_string()]));
+    for (file, round) in file["steps"].as_array().unwrap().iter().zip(round["steps"].as_array().unwrap()) {
+        let [file, round] = [file, round].map(|step| &step["contact"]);
+        near(number(&file["normal_force"]), number(&round["normal_force"]), 1e-4);
+        let along = |contact: &Value| number(&contact["tangential_force"][0]) / number(&contact["normal_force"]);
+        assert!((along(file) - along(round)).abs() < 1e-5);
+    }
+    let last = &file["contact"];
+    assert!(last["stick"] == 0 && file["steps"][0]["contact"]["stick"] != 0);
+    near(number(&last["tangential_force"][0]), 0.2 * number(&last["normal_force"]), 5e-3);
+}
+
+/// A recipe brings the files it names, and none of them is written over another.
+#[test]
+fn a_recipe_with_a_surface_leaves_files_of_others_alone() {
+    let folder = Folder::new("recipe-files", CASE);
+    std::fs::create_dir(folder.path.join("a")).unwrap();
+    folder.write("a/die.stl", "mine");
+    folder.run(&["new", "a", "--from", "die"]).ends(2, &["die.stl", "exists already", "another folder"]);
+    assert_eq!(std::fs::read_to_string(folder.path.join("a/die.stl")).unwrap(), "mine");
+    assert!(!folder.path.join("a/case.toml").exists());
 }
 
 /// Where all points slip, friction is the coefficient times the pressing force.
