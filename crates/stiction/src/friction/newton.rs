@@ -38,6 +38,8 @@ pub(super) struct Newton<'a> {
     /// `Rᵀ f` on the rigid motions the step may use, newton; empty where all bodies are held, or taken to be held by
     /// the springs of the dual operator.
     pub resultant: &'a [f64],
+    /// Smaller multipliers are taken to be so large, newton.
+    pub loose: f64,
     /// Stop when the residual's norm is at most this share of the multipliers'.
     pub tolerance: f64,
 }
@@ -81,7 +83,7 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         if observe(theta, scale, &now).is_break() {
             return End::Interrupted;
         }
-        let target = on.tolerance * scale;
+        let target = on.tolerance * scale.max(on.loose);
         if theta <= target {
             return End::Converged;
         }

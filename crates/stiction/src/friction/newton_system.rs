@@ -238,7 +238,8 @@ impl NewtonSystem {
         }
     }
 
-    fn border<'a>(&self, dual: &Dual, jumps: &'a [Vec<f64>]) -> Border<'a> {
+    /// A motion that nothing drives and no point in contact feels stays as it is.
+    fn border<'a>(&self, dual: &Dual, jumps: &'a [Vec<f64>], imbalance: &[f64]) -> Border<'a> {
         let answer = |jump: &Vec<f64>| {
             let rows = self.restrict(jump);
             let rows: Vec<f64> = rows.iter().zip(&self.share).map(|(g, share)| share * g).collect();
@@ -246,8 +247,13 @@ impl NewtonSystem {
         };
         let work: Vec<Vec<f64>> = jumps.iter().map(|jump| self.gather(jump)).collect();
         let answer: Vec<Vec<f64>> = jumps.iter().map(answer).collect();
-        let coarse = SmallLu::new(work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect());
-        Border { jumps, work, answer, coarse }
+        let mut coarse: Vec<Vec<f64>> = work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect();
+        for (k, g) in work.iter().enumerate() {
+            if imbalance[k] == 0.0 && g.iter().all(|&g| g == 0.0) {
+                coarse[k][k] = 1.0;
+            }
+        }
+        Border { jumps, work, answer, coarse: SmallLu::new(coarse) }
     }
 
     /// The step and what it does to `v`, at one product with `Q`.
@@ -264,7 +270,7 @@ impl NewtonSystem {
     /// where every body is held.
     pub fn solve(&self, dual: &Dual, jumps: &[Vec<f64>], imbalance: &[f64], tolerance: f64, limit: usize) -> Step {
         let (size, count) = (self.known.len(), self.unknowns.len());
-        let border = self.border(dual, jumps);
+        let border = self.border(dual, jumps, imbalance);
         // A first step restores the balance; those of the inner iteration keep it.
         let lacking: Vec<f64> = imbalance.iter().zip(jumps).map(|(b, g)| b - dot(g, &self.known)).collect();
         let first = border.complete(vec![0.0; count], &lacking);

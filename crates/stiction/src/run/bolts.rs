@@ -8,6 +8,7 @@ use super::moment::{Acting, Moment};
 use super::{Outcome, Prepared, place, regions};
 use crate::Error;
 use crate::fem::{Cut, Field, Solid, Voigt, cell_stress, cut, full_displacement};
+use crate::friction::Status;
 use crate::io::case::{BoltSpec, Case, Region, Spot, Tightening};
 use crate::linalg::SmallLu;
 use crate::mesh::Mesh;
@@ -260,6 +261,28 @@ pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
     };
     prepared.acting.bolts.iter().enumerate().map(state).collect()
 }
+
+/// What to say of bolts that a run which ended short could not tighten.
+pub(super) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+    let (Some(last), Status::Stalled | Status::MaxIterations) = (outcome.steps.last(), outcome.solution.status) else {
+        return Vec::new();
+    };
+    let step = prepared.acting.steps.iter().position(|step| last["name"] == step.name.as_str());
+    let (step, t) = (step.unwrap_or(0), last["t"].as_f64().unwrap_or(f64::NAN));
+    let targets = prepared.acting.targets(step, t).unwrap_or_default();
+    let short = |(bolt, target): (BoltState, Target)| match target {
+        Target::Force(force) if (bolt.force - force).abs() > MISSED * force.abs() => Some(format!(
+            "bolt \"{}\" has the force {:.4e} where {force:.4e} is asked for: if nothing that is held lies between its parts, \
+             see to the contacts under its head and its nut; otherwise tighten it by `shortening` first",
+            bolt.name, bolt.force
+        )),
+        _ => None,
+    };
+    bolt_states(prepared, outcome).into_iter().zip(targets).filter_map(short).collect()
+}
+
+/// Part of a force whose lack is worth a word: that of a search which was about to end is smaller.
+const MISSED: f64 = 1e-3;
 
 /// Broyden's method for the shortenings of the bolts whose force is given.
 #[derive(Debug)]
