@@ -19,6 +19,7 @@ mod recovery;
 mod rigid;
 mod solid;
 mod springs;
+mod wetted;
 #[cfg(test)]
 mod tests;
 
