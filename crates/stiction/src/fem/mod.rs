@@ -19,9 +19,9 @@ mod recovery;
 mod rigid;
 mod solid;
 mod springs;
-mod wetted;
 #[cfg(test)]
 mod tests;
+mod wetted;
 
 pub use assembly::assemble;
 pub use cut::{Cut, cut};
