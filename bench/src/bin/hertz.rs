@@ -1,6 +1,6 @@
 //! Linear against quadratic elements on Hertz's contact: unknowns for a given accuracy.
 //!
-//! Usage: `cargo run --release -p stiction-bench --bin hertz > docs/hertz-table.md`. The block of `cases/hertz` (a quarter,
+//! Usage: `cargo run --release -p stiction-bench --bin hertz`; `docs/hertz.md` has what it gave. The block of `cases/hertz` (a quarter,
 //! edges of ten contact radii, cells graded to the ball by the same map on every grid) at four depths. Errors are root mean
 //! squares over the depths against the limit of the same block: Hertz's half space is another problem. The limit of force
 //! and contact radius (from the second moment of the nodal forces) is the mean of the finest grids of hex8 and hex20; the
