@@ -1,17 +1,17 @@
 //! `stiction new`.
 
 use std::io::{ErrorKind, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::io::case::{nearest, templates};
 
 use crate::output;
 
-/// Make a folder with a commented case to start from
+/// Make a folder with a commented case to start from, and the files it needs
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The folder; it is created, and an existing case.toml in it is left alone
+    /// The folder; it is created, and an existing file in it is left alone
     #[arg(required_unless_present = "list")]
     folder: Option<PathBuf>,
     /// The case to start from; see --list
@@ -39,16 +39,30 @@ fn create(folder: &PathBuf, name: Option<&str>) -> Result<u8, Error> {
         let what = format!("there is no case {name:?} to start from");
         Error::new("--from", what, format!("{guess}the choices are {}", names.join(", ")))
     })?;
-    let path = folder.join("case.toml");
-    let place = path.display().to_string();
-    let failed = |error: std::io::Error| match error.kind() {
-        ErrorKind::AlreadyExists => Error::new(place.clone(), "this file exists already", "choose another folder"),
-        _ => Error::new(place.clone(), format!("this file cannot be written ({error})"), "choose another folder"),
-    };
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    // Never over a file that exists, even one made a moment ago.
-    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&path).map_err(failed)?;
-    file.write_all(template.text.as_bytes()).map_err(failed)?;
+    let exists =
+        |path: &Path| Error::new(path.display().to_string(), "this file exists already", "choose another folder");
+    let files: Vec<(PathBuf, &str)> = [("case.toml", template.text)]
+        .iter()
+        .chain(template.files)
+        .map(|(name, contents)| (folder.join(name), *contents))
+        .collect();
+    if let Some((path, _)) = files.iter().find(|(path, _)| path.exists()) {
+        return Err(exists(path));
+    }
+    for (path, contents) in &files {
+        let failed = |error: std::io::Error| match error.kind() {
+            ErrorKind::AlreadyExists => exists(path),
+            _ => {
+                let what = format!("this file cannot be written ({error})");
+                Error::new(path.display().to_string(), what, "choose another folder")
+            }
+        };
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        // Never over a file that exists, even one made a moment ago.
+        let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
+        file.write_all(contents.as_bytes()).map_err(failed)?;
+    }
+    let place = files[0].0.display();
     output::out(&format!("{place}: {}\nnext: stiction solve {place}\n", template.description));
     Ok(0)
 }

@@ -9,10 +9,11 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 13] = [
+const CASES: [&str; 14] = [
     "block",
     "brick",
     "cattaneo",
+    "cone",
     "cylinder",
     "greco",
     "hertz",
@@ -38,6 +39,11 @@ fn the_brick_agrees_with_two_independent_programs() {
 #[test]
 fn the_cylinder_agrees_with_hertz_and_nafems() {
     run_case("cylinder");
+}
+
+#[test]
+fn a_cone_from_a_file_presses_as_in_the_closed_form() {
+    run_case("cone");
 }
 
 #[test]
@@ -212,11 +218,15 @@ impl Solved {
         if let Some(name) = text("hertz") {
             return self.hertz(name);
         }
+        let step = || expect.get("step").map_or(0, |s| s.as_integer().unwrap() as usize);
         if let Some(name) = text("mindlin") {
-            return self.mindlin(name, expect.get("step").map_or(0, |s| s.as_integer().unwrap() as usize));
+            return self.mindlin(name, step());
+        }
+        if let Some(name) = text("cone") {
+            return self.cone(name, step());
         }
         if let Some(name) = text("cattaneo") {
-            return self.cattaneo(name, expect.get("step").map_or(0, |s| s.as_integer().unwrap() as usize));
+            return self.cattaneo(name, step());
         }
         if let Some(name) = text("line") {
             return self.line(name);
@@ -332,6 +342,28 @@ impl Solved {
                 let u = stiction::fem::full_displacement(model, &self.outcome.solution.u);
                 let stress = stiction::fem::cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &[]);
                 stress.iter().map(von_mises).fold(0.0, f64::max) / (2.0 * 0.31 * p0) - 1.0
+            }
+            other => panic!("no measure {other}"),
+        }
+    }
+
+    /// A quarter of a block on a shallow cone after step `step` (from 1), relative errors. The contact radius is that of
+    /// the pressure `p_m arcosh(a/r)` with the same second moment, `sum(l r²) = 1/3 a² sum(l)`.
+    fn cone(&self, name: &str, step: usize) -> f64 {
+        let (young, poisson, slope) = (210e3, 0.3f64, 0.02);
+        let mean = 0.5 * slope * young / (1.0 - poisson * poisson);
+        let (m, nodes, l) = (self.prepared.problem.points(), self.nodes(), &self.steps[step - 1]);
+        let r2 = |j: usize| self.prepared.mesh.nodes[nodes[j]][..2].iter().map(|x| x * x).sum::<f64>();
+        let force: f64 = l[..m].iter().sum();
+        let radius = (3.0 * (0..m).map(|j| l[j] * r2(j)).sum::<f64>() / force).sqrt();
+        let (area, shape) = (&self.prepared.problem.area, |j: usize| (radius / r2(j).sqrt()).max(1.0).acosh());
+        match name {
+            "mean_error" => 4.0 * force / (std::f64::consts::PI * radius * radius) / mean - 1.0,
+            // Beside the tip, where the pressure has no bound.
+            "pressure_error" => {
+                let beside = || (0..m).filter(|&j| r2(j) > 0.0);
+                let off: f64 = beside().map(|j| area[j] * (l[j] / area[j] / mean - shape(j)).powi(2)).sum();
+                (off / beside().map(|j| area[j] * shape(j).powi(2)).sum::<f64>()).sqrt()
             }
             other => panic!("no measure {other}"),
         }

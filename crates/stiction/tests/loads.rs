@@ -120,6 +120,79 @@ fn a_liquid_lifts_a_body_by_the_weight_of_what_it_displaces() {
     }
 }
 
+/// A corner of the block dips into the liquid: a tetrahedron with edges D/up_c from the corner at the depth D, whatever the
+/// cells. Archimedes again, to rounding; and on one side of it, a triangle: weight D area/3, at a quarter of its edges.
+#[test]
+fn a_level_across_the_faces_presses_on_what_is_below_it() {
+    let (up, depth, weight) = ([2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0], 0.8, 2.0);
+    let edges = up.map(|c: f64| depth / c);
+    for element in ["hex8", "tet4", "hex20", "tet10"] {
+        let mesh = block([4.0, 2.0, 3.0], [3, 2, 5], &format!("element = \"{element}\"")) + STEEL + SPRINGS;
+        let pressed = |on: &str, level: &str| {
+            let liquid = format!("hydrostatic = {{ weight = {weight}, level = {level}, up = [2, 3, 6] }}\n");
+            prepared(&(mesh.clone() + "[[load]]\n" + &format!("on = {on}\n") + &liquid))
+        };
+        let all = pressed("[\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\"]", "\"0.8*t\"");
+        let lift = weight * edges.iter().product::<f64>() / 6.0;
+        let [force, moment] = resultants(&all, edges.map(|edge| edge / 4.0));
+        (0..3).for_each(|c| is(force[c], lift * up[c], lift));
+        moment.iter().for_each(|&m| is(m, 0.0, lift));
+        let wanted = weight * depth / 3.0 * edges[1] * edges[2] / 2.0;
+        let [force, moment] = resultants(&pressed("\"x-min\"", "0.8"), [0.0, edges[1] / 4.0, edges[2] / 4.0]);
+        (0..3).for_each(|c| is(force[c], [wanted, 0.0, 0.0][c], wanted));
+        moment.iter().for_each(|&m| is(m, 0.0, wanted));
+        let [force, _] = resultants(&pressed("\"x-max\"", "0.8"), [0.0; 3]);
+        (0..3).for_each(|c| is(force[c], 0.0, wanted));
+    }
+}
+
+/// A quarter of a tank of radius R filled from outside to the height R sin a, within a cell: with `g` the weight,
+/// F_x = -g H R² sin² a / 2 and F_y = -g H R² (sin a (1 - cos a) - a/2 + sin 2a / 4), by integration over the arc.
+#[test]
+fn a_level_across_curved_faces_presses_as_on_the_arc() {
+    let (radius, height, weight, a) = (5.0f64, 4.0, 3.0, 50f64.to_radians());
+    let wanted = [0.5 * a.sin().powi(2), a.sin() * (1.0 - a.cos()) - 0.5 * a + 0.25 * (2.0 * a).sin()];
+    let size = -weight * height * radius * radius;
+    let errors = [3, 6].map(|around| {
+        let text = format!(
+            "[mesh]\nring = {{ radii = [4, 5], height = {height}, degrees = 90, cells = [1, {around}, 1], element = \"hex20\" }}\n\
+             {STEEL}[[fix]]\non = \"start\"\n[[load]]\non = \"outer\"\n\
+             hydrostatic = {{ weight = {weight}, level = {:?}, up = [0, 1, 0] }}\n",
+            radius * a.sin()
+        );
+        let p = prepared(&text);
+        let mut sum = [0.0; 3];
+        let supports = p.problem.supports.as_ref().unwrap();
+        for (force, dofs) in [(&supports.free_load, &p.model.dofs.free), (&supports.load, &p.model.dofs.prescribed)] {
+            force.iter().zip(dofs).for_each(|(f, dof)| sum[*dof as usize % 3] += f);
+        }
+        (0..2).map(|c| (sum[c] / size - wanted[c]).abs()).fold(0.0, f64::max)
+    });
+    println!("{errors:?}");
+    assert!(errors[0] < 2e-3 && errors[1] < errors[0] / 8.0, "{errors:?}");
+}
+
+/// Pure bending by a moment that grows with the square of time: M = 10 t², the beam stores M² L / (2 E I) in every step
+/// and its axis sinks by M x² / (2 E I), of second degree and therefore exact on quadratic cells.
+#[test]
+fn a_moment_that_grows_in_time_bends_a_beam_step_by_step() {
+    let (young, inertia, length) = (200e3, 2.0 * 27.0 / 12.0, 4.0);
+    for element in ["hex20", "tet10"] {
+        let text = block([length, 2.0, 3.0], [2, 1, 1], &format!("element = \"{element}\""))
+            + &STEEL.replace("0.3", "0")
+            + "[[fix]]\non = \"x-min\"\ncomponents = \"x\"\n[[fix]]\non = { point = [0, 0, 0] }\ncomponents = \"yz\"\n\
+               [[fix]]\non = { point = [0, 2, 0] }\ncomponents = \"z\"\n\
+               [[load]]\non = \"x-max\"\nmoment = [0, \"10*t^2\", 0]\n[[step]]\nuntil = 2\nincrements = 4\n";
+        let run = solved(&text);
+        for (step, t) in run.0.steps.iter().zip([0.5f64, 1.0, 1.5, 2.0]) {
+            let stored = (10.0 * t * t).powi(2) * length / (2.0 * young * inertia);
+            is(step["balance"]["elastic"].as_f64().unwrap(), stored, stored);
+        }
+        let sunk = 40.0 * length * length / (2.0 * young * inertia);
+        is(at(&run, [length, 0.0, 0.0])[2], -sunk, sunk);
+    }
+}
+
 /// On faces that are not even flat, force and moment come out to rounding; on a symmetric section the tractions are those
 /// of Navier's bending, M z/I.
 #[test]
@@ -190,6 +263,8 @@ fn a_bar_between_walls_is_tightened_by_its_shortening() {
         block([4.0, 2.0, 2.0], [4, 2, 2], "element = \"hex8\""),
         block([4.0, 2.0, 2.0], [3, 2, 2], "element = \"tet4\""),
         block([4.0, 2.0, 2.0], [3, 2, 2], "split = \"six\""),
+        block([4.0, 2.0, 2.0], [3, 1, 1], "element = \"hex20\""),
+        block([4.0, 2.0, 2.0], [3, 1, 1], "element = \"tet10\""),
     ];
     for mesh in &meshes {
         let by_plane = "on = \"body\"\naxis = [-2, 0, 0]\npoint = [2.1, 0, 0]\nshortening = 1e-3\n";
@@ -205,11 +280,77 @@ fn a_bar_between_walls_is_tightened_by_its_shortening() {
         assert!((bolt(&run)[1] / 1e-3 - 1.0).abs() < 1e-6 && (bolt(&run)[0] / 200.0 - 1.0).abs() < 1e-6);
     }
     // Faces between cells, the sides told by their own normal.
-    let mesh = grid("bolt.msh", [4, 2, 2], 3, |[x, y, z]| [4.0 * x, 2.0 * y, 2.0 * z]);
-    for element in ["on = \"cut\"\n", "on = \"cut\"\naxis = [-1, 0, 0]\n"] {
-        let run = solved(&bar(&mesh, 0.0, &format!("{element}shortening = 1e-3\n"), ""));
+    let meshes = [grid("bolt.msh", [4, 2, 2], 3, |[x, y, z]| [4.0 * x, 2.0 * y, 2.0 * z]), cut_hex20("bolt20.msh")];
+    for (mesh, element) in meshes
+        .iter()
+        .flat_map(|mesh| ["on = \"cut\"\n", "on = \"cut\"\naxis = [-1, 0, 0]\n"].map(|element| (mesh, element)))
+    {
+        let run = solved(&bar(mesh, 0.0, &format!("{element}shortening = 1e-3\n"), ""));
         is(bolt(&run)[0], stiffness * 1e-3, stiffness * 1e-3);
         stress(&run).iter().for_each(|s| is(s[0], 50.0, 50.0));
+    }
+}
+
+/// A bar of hex20 with its faces at x = 3 as the group "cut", as Gmsh writes it.
+fn cut_hex20(name: &str) -> String {
+    use stiction::mesh::{Block, BlockElement};
+    const EDGES: [usize; 12] = [8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14];
+    let (origin, grading, element) = ([0.0; 3], [1.0; 3], BlockElement::Hex20);
+    let mesh =
+        stiction::mesh::block(&Block { size: [4.0, 2.0, 2.0], cells: [4, 2, 2], origin, grading, element }).unwrap();
+    let mut elements: Vec<String> = Vec::new();
+    let list = |nodes: &[u32]| nodes.iter().map(|n| (n + 1).to_string()).collect::<Vec<_>>().join(" ");
+    for (tag, side) in ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"].iter().enumerate() {
+        for &face in &mesh.group(side).unwrap().faces {
+            elements.push(format!("16 2 {0} {0} {1}", tag + 1, list(mesh.faces[face as usize].nodes())));
+        }
+    }
+    for (_, cell) in mesh.cell_iter() {
+        let order: Vec<u32> = (0..8).chain(EDGES).map(|k| cell[k]).collect();
+        elements.push(format!("17 2 9 9 {}", list(&order)));
+        // The side x-max of a cell: corners 1, 2, 6, 5 and the middles between them.
+        let face = [1, 2, 6, 5, 9, 18, 13, 17].map(|k| cell[k]);
+        if face[..4].iter().all(|&n| (mesh.nodes[n as usize][0] - 3.0).abs() < 1e-9) {
+            elements.push(format!("16 2 7 7 {}", list(&face)));
+        }
+    }
+    let nodes: String =
+        (1..).zip(&mesh.nodes).map(|(n, x)| format!("{n} {:?} {:?} {:?}\n", x[0], x[1], x[2])).collect();
+    let names = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max", "cut"];
+    let names: String = names.iter().zip(1..).map(|(name, tag)| format!("2 {tag} \"{name}\"\n")).collect();
+    let lines: String = elements.iter().zip(1..).map(|(e, number)| format!("{number} {e}\n")).collect();
+    let (count, of) = (mesh.nodes.len(), elements.len());
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(
+        &path,
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n8\n{names}3 9 \"body\"\n$EndPhysicalNames\n\
+             $Nodes\n{count}\n{nodes}$EndNodes\n$Elements\n{of}\n{lines}$EndElements\n"
+        ),
+    )
+    .unwrap();
+    format!("[mesh]\nfile = {:?}\n", path.display().to_string())
+}
+
+/// Heated by T = 10 + 5 x along it alone, without contraction: N = E A (s/L - 12e-6 ∫T dx/L) = 200 - 192, wherever
+/// the cut and whatever the slope within its cells.
+#[test]
+fn a_bolt_in_a_slope_of_temperature_is_unloaded_by_its_mean() {
+    let along = "[materials.bar]\nyoung = [200e3, 200e3, 200e3]\npoisson = [0, 0, 0]\nshear = [100e3, 100e3, 100e3]\n\
+                 axes = [[1, 0, 0], [0, 1, 0]]\nexpansion = [12e-6, 0, 0]\n";
+    for element in ["hex20", "tet10", "hex8"] {
+        let mesh = block([4.0, 2.0, 2.0], [3, 2, 2], &format!("element = \"{element}\""));
+        for place in [1.1, 2.1, 2.9] {
+            let text = bar(
+                &mesh,
+                0.0,
+                &format!("on = \"body\"\naxis = [1, 0, 0]\npoint = [{place}, 0, 0]\nshortening = 1e-3\n"),
+                "[[load]]\ntemperature = \"10 + 5*x\"\n",
+            );
+            let run = solved(&text.replace(STEEL, along));
+            is(bolt(&run)[0], 200.0 - 192.0, 200.0);
+            stress(&run).iter().for_each(|s| is(s[0], 2.0, 50.0));
+        }
     }
 }
 
@@ -272,6 +413,14 @@ fn bolts_that_cannot_be_cut_are_refused() {
         "on = \"body\"\naxis = [1, 0, 0]\npoint = [7, 0, 0]\nshortening = 1\n",
         "does not cut bolt \"body\", which reaches from 0 to 4",
     );
+    // Tetrahedra of the last layer lie on both sides of this plane: the cut reaches the wall.
+    let message = refused(&bar(
+        &block([4.0, 2.0, 2.0], [3, 2, 2], "element = \"tet4\""),
+        0.0,
+        "on = \"body\"\naxis = [1, 0, 0]\npoint = [3.2, 0, 0]\nshortening = 1\n",
+        "",
+    ));
+    assert!(message.contains("which is held along it") && message.contains("another `point`"), "{message}");
     says("on = \"boby\"\naxis = [1, 0, 0]\nshortening = 1\n", "did you mean \"body\"?");
     says("on = \"body\"\naxis = [1, 0, 0]\nshortening = \"1/(1 - t)\"\n", "is inf at time t = 1");
     says(

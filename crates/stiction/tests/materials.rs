@@ -88,9 +88,9 @@ fn a_turned_block_of_a_turned_material_behaves_the_same() {
 /// Between two walls sigma = -E alpha dT along the bar; free it grows by alpha dT and carries nothing. B-bar as well.
 #[test]
 fn a_heated_bar_is_stressed_where_it_is_clamped_and_nowhere_else() {
-    for element in ["element = \"hex8\"", "element = \"tet4\""] {
+    for element in ["hex8", "tet4", "hex20", "tet10"].map(|element| format!("element = \"{element}\"")) {
         for poisson in ["0.3", "0.48"] {
-            let body = block([4.0, 2.0, 2.0], [3, 2, 2], element) + &STEEL.replace("0.3", poisson);
+            let body = block([4.0, 2.0, 2.0], [3, 2, 2], &element) + &STEEL.replace("0.3", poisson);
             let clamped = solved(
                 &(body.clone() + CORNER + "[[fix]]\non = \"x-max\"\ncomponents = \"x\"\n[[load]]\ntemperature = 120\n"),
             );
@@ -104,6 +104,64 @@ fn a_heated_bar_is_stressed_where_it_is_clamped_and_nowhere_else() {
             (0..3).for_each(|c| is(u[c], 12e-6 * 100.0 * [4.0, 2.0, 2.0][c], 5e-3));
         }
     }
+}
+
+/// In a linear temperature field T = 100 + 30 x - 10 y + 5 z a free body is not stressed and moves by
+/// `u = a (T_0 x + (g . x) x - |x|² g / 2)`, g the slope: of second degree, so that quadratic cells have it to rounding,
+/// by an expression and by temperatures at the nodes. Linear cells, which cannot bend so, near it by the square of their
+/// size at best.
+#[test]
+fn a_free_body_in_a_linear_temperature_field_bends_without_stress() {
+    use stiction::io::vtu::{Array, Grid, write};
+    use stiction::mesh::BlockElement;
+    let slope = [30.0, -10.0, 5.0];
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let wanted =
+        |x: [f64; 3]| [0, 1, 2].map(|c| 12e-6 * (100.0 * x[c] + dot(slope, x) * x[c] - 0.5 * dot(x, x) * slope[c]));
+    // The rigid motions are held at three points by the values of the closed form.
+    let held: String = [([0.0, 0.0, 0.0], "xyz"), ([4.0, 0.0, 0.0], "yz"), ([0.0, 2.0, 0.0], "z")]
+        .into_iter()
+        .map(|(x, components)| {
+            let u = wanted(x);
+            let values: Vec<f64> = components.bytes().map(|c| u[(c - b'x') as usize]).collect();
+            format!("[[fix]]\non = {{ point = {x:?} }}\ncomponents = \"{components}\"\nvalue = {values:?}\n")
+        })
+        .collect();
+    let heat = |value: &str| format!("{held}[[load]]\ntemperature = {value}\n");
+    let error = |run: &(Outcome, Prepared)| {
+        let off = run.1.mesh.nodes.iter().zip(displacement(run)).map(|(&x, u)| {
+            let w = wanted(x);
+            (0..3).map(|c| (u[c] - w[c]).powi(2)).sum::<f64>().sqrt()
+        });
+        off.fold(0.0, f64::max) / 6e-3
+    };
+    let expression = "\"120 + 30*x - 10*y + 5*z\"";
+    for element in [BlockElement::Hex20, BlockElement::Tet10Six, BlockElement::Tet10Five { parity: 0 }] {
+        let [size, origin, grading] = [[4.0, 2.0, 2.0], [0.0; 3], [1.0; 3]];
+        let described = stiction::mesh::Block { size, cells: [2, 2, 1], origin, grading, element };
+        let mesh = stiction::mesh::block(&described).unwrap();
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bent-{element:?}.vtu"));
+        let mut values: Vec<f64> = mesh.nodes.iter().map(|&x| 120.0 + dot(slope, x)).collect();
+        let written = |values: &[f64]| {
+            write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", values)], &[], &[]).unwrap();
+            format!("[mesh]\nfile = {:?}\n{STEEL}", path.display().to_string())
+        };
+        for value in [expression, "{ array = \"T\" }"] {
+            let run = solved(&(written(&values) + &heat(value)));
+            assert!(error(&run) < 1e-10, "{element:?} {value}: {}", error(&run));
+            stress(&run).iter().flatten().for_each(|&s| is(s, 0.0, 240.0));
+        }
+        // Programs for linear fields leave the middles of edges out: that is no temperature.
+        let middle = mesh.cell(0).1[10 - 1] as usize;
+        values[middle] = f64::NAN;
+        let message = refused(&(written(&values) + &heat("{ array = \"T\" }")));
+        assert!(message.contains("at every node of the heated cells, the middles of their edges"), "{message}");
+    }
+    let linear = |n: usize| {
+        error(&solved(&(block([4.0, 2.0, 2.0], [2 * n, n, n], "element = \"hex8\"") + STEEL + &heat(expression))))
+    };
+    let (coarse, fine) = (linear(2), linear(4));
+    assert!(coarse > 1e-3 && coarse / fine > 2.5, "{coarse} {fine}");
 }
 
 /// The turned axes expand by their own coefficients: e = sum a_k e_k e_k'.
@@ -241,7 +299,8 @@ fn a_heated_block_that_only_lies_there_expands_and_keeps_its_weight() {
 #[test]
 fn temperatures_at_points_act_like_their_expression() {
     use stiction::io::vtu::{Array, Grid, write};
-    for element in [stiction::mesh::BlockElement::Hex8, stiction::mesh::BlockElement::Tet4Six] {
+    use stiction::mesh::BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
+    for element in [Hex8, Tet4Six, Hex20, Tet10Six] {
         let [size, origin, grading] = [[4.0, 2.0, 2.0], [0.0; 3], [1.0; 3]];
         let described = stiction::mesh::Block { size, cells: [4, 2, 2], origin, grading, element };
         let mesh = stiction::mesh::block(&described).unwrap();

@@ -118,18 +118,19 @@ fn hertz(element: BlockElement, cells: [usize; 3], depth: f64) -> [f64; 3] {
 /// Where the edge of contact lies within a cell makes single errors jump.
 const DEPTHS: [f64; 4] = [0.7e-3, 0.85e-3, 1.0e-3, 1.15e-3];
 
-/// The force for a given approach to 2 %: quadratic tetrahedra need less than a third of the unknowns of linear ones. The
+/// The force for a given approach to 2 %: quadratic tetrahedra need less than a fifth of the unknowns of linear ones. The
 /// reference are hexahedra, whose own error is below 0.5 %; Hertz's half space is 7 % softer than the block.
 #[test]
-fn quadratic_tetrahedra_need_a_third_of_the_unknowns_for_hertz() {
+fn quadratic_tetrahedra_need_a_fifth_of_the_unknowns_for_hertz() {
     let run = |element, n: usize| DEPTHS.map(|depth| hertz(element, [n; 3], depth));
     let rms = |values: [f64; 4]| (values.iter().map(|v| v * v).sum::<f64>() / 4.0).sqrt();
     let exact = run(BlockElement::Hex8, 16).map(|run| run[1]);
     let error = |runs: &[[f64; 3]; 4]| rms(std::array::from_fn(|i| runs[i][1] / exact[i] - 1.0));
-    let (quadratic, linear) = (run(BlockElement::Tet10Six, 7), run(BlockElement::Tet4Six, 21));
-    assert!(3.0 * quadratic[0][0] < linear[0][0], "{} {} unknowns", quadratic[0][0], linear[0][0]);
+    let (quadratic, linear) = (run(BlockElement::Tet10Six, 6), run(BlockElement::Tet4Six, 21));
+    assert!(5.0 * quadratic[0][0] < linear[0][0], "{} {} unknowns", quadratic[0][0], linear[0][0]);
     let errors = [error(&quadratic), error(&linear)];
-    assert!(errors[0] < 0.02 && errors[0] < 0.95 * errors[1], "{errors:?}");
+    println!("{errors:?}");
+    assert!(errors[0] < 0.02 && errors[0] < 0.8 * errors[1], "{errors:?}");
     // The contact radius is Hertz's own.
     assert!(rms(quadratic.map(|run| run[2])) < 0.03, "{quadratic:?}");
 }

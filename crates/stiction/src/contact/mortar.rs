@@ -168,7 +168,7 @@ fn couple(mesh: &Mesh, slave: &Seen, masters: &[Seen], segments: &[Segment], n: 
     for (number, segment) in segments.iter().enumerate() {
         let other = &masters[segment.seen].flat;
         for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || other.bent) {
-            let phi = positive(&slave.flat.shape(x), n);
+            let phi = positive(&slave.flat.shape(x), n, &[END; 8]);
             for i in 0..n {
                 d[i] += weight * phi[i];
                 (0..n).for_each(|j| m[i][j] += weight * phi[i] * phi[j]);

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
-use super::patches::{Patch, patches};
+use super::patches::{Patch, patches_on_obstacle};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{FeModel, nodal_normals};
@@ -63,7 +63,7 @@ pub(super) fn points_on_obstacle(
         }
         Ok(found)
     };
-    'patches: for (patch, &(_, outward)) in patches(mesh, &surface.faces).into_iter().zip(&outward) {
+    'patches: for (patch, &(_, outward)) in patches_on_obstacle(mesh, &surface.faces).into_iter().zip(&outward) {
         let (share, Patch { node, area, others }) = (patch.share(), patch);
         let x = mesh.nodes[node as usize];
         if area <= 0.0 {

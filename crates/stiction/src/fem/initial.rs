@@ -135,7 +135,11 @@ fn rises(
         };
         if !at.is_finite() {
             let what = format!("the temperature at {} is {at}", super::field::point(point.position));
-            return Err(Error::new("", what, "give a finite temperature wherever cells are heated"));
+            return Err(Error::new(
+                "",
+                what,
+                "give a finite temperature at every node of the heated cells, the middles of their edges included",
+            ));
         }
         rises.push((point.weight, at));
     }

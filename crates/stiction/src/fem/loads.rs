@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::elements::{MOST_NODES, folded, volume_points};
 use super::faces::{FacePoint, face_coordinates, face_points};
+use super::wetted::wetted_points;
 use super::{Field, Load, Solid, initial_strain};
 use crate::Error;
 use crate::mesh::Mesh;
@@ -16,7 +17,8 @@ const CELLS_PER_TASK: usize = 4096;
 ///
 /// The quadrature is exact for tractions of degree 4 on triangles and plane parallelograms (degree 5 in their sum),
 /// and for accelerations of degree 1 on tetrahedra; on straight quadratic cells for tractions of degree 3 and
-/// accelerations of degree 3, on curved ones for a constant pressure.
+/// accelerations of degree 3, on curved ones for a constant pressure. The pressure of a liquid acts on the part of a face below
+/// its level.
 pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>, Error> {
     let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
     for (number, load) in loads.iter().enumerate() {
@@ -35,7 +37,8 @@ pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>
                 let level = of_time(level, t, "the level of a liquid");
                 level.and_then(|level| {
                     let pressure = |p: &FacePoint| weight * (level - dot(*up, p.position)).max(0.0);
-                    on_faces(solid.mesh, faces, &mut force, |p| Ok(scale(-pressure(p), p.area)))
+                    let points = |x: &[V3]| wetted_points(x, &|x| level - dot(*up, x));
+                    on_points(solid.mesh, faces, &points, &mut force, |p| Ok(scale(-pressure(p), p.area)))
                 })
             }
             Load::Gravity { cells, acceleration } => {
@@ -70,6 +73,17 @@ fn on_faces(
     nodal: &mut [f64],
     force: impl Fn(&FacePoint) -> Result<V3, Error>,
 ) -> Result<(), Error> {
+    on_points(mesh, faces, &face_points, nodal, force)
+}
+
+/// The same over the `points` of each face.
+fn on_points(
+    mesh: &Mesh,
+    faces: &[u32],
+    points: &dyn Fn(&[V3]) -> Vec<FacePoint>,
+    nodal: &mut [f64],
+    force: impl Fn(&FacePoint) -> Result<V3, Error>,
+) -> Result<(), Error> {
     if faces.is_empty() {
         return Err(Error::new("", "the load acts on no boundary face", "name a group that has boundary faces"));
     }
@@ -78,7 +92,7 @@ fn on_faces(
         return Err(Error::new("", what, "name boundary faces of the mesh"));
     }
     for &face in faces {
-        for point in face_points(&face_coordinates(mesh, face)) {
+        for point in points(&face_coordinates(mesh, face)) {
             let force = force(&point)?;
             for (&node, &shape) in mesh.faces[face as usize].nodes().iter().zip(&point.shape) {
                 add_to_node(nodal, node, scale(shape, force));

@@ -22,6 +22,7 @@ mod springs;
 #[cfg(test)]
 mod tests;
 mod turned;
+mod wetted;
 
 pub use assembly::assemble;
 pub use cut::{Cut, cut};

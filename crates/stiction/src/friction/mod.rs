@@ -35,6 +35,7 @@ pub use method::{
 };
 pub use primal::{Primal, descend_primal, solve_primal};
 pub use quadratic::Quadratic;
+pub use rigid_start::rigid_rest;
 pub use run_method::{fixed_point_defect, run_method};
 pub use solve::{Counts, Phase, Progress, Settings, Solution, Status, solve};
 pub use solve_with::{Answer, solve_with};

@@ -37,6 +37,8 @@ pub(super) struct Newton<'a> {
     pub r: &'a [f64],
     /// `Rᵀ f` on the rigid motions of bodies that float, newton.
     pub resultant: &'a [f64],
+    /// Smaller multipliers are taken to be so large, newton.
+    pub loose: f64,
     /// Stop when the residual's norm is at most this share of the multipliers'.
     pub tolerance: f64,
 }
@@ -80,7 +82,7 @@ pub(super) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         if observe(theta, scale, &now).is_break() {
             return End::Interrupted;
         }
-        let target = on.tolerance * scale;
+        let target = on.tolerance * scale.max(on.loose);
         if theta <= target {
             return End::Converged;
         }

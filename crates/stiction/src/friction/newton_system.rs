@@ -254,7 +254,8 @@ impl NewtonSystem {
         }
     }
 
-    fn border<'a>(&self, dual: &Dual, jumps: &'a [Vec<f64>]) -> Border<'a> {
+    /// A motion that nothing drives and no point in contact feels stays as it is.
+    fn border<'a>(&self, dual: &Dual, jumps: &'a [Vec<f64>], imbalance: &[f64]) -> Border<'a> {
         let answer = |jump: &Vec<f64>| {
             let rows = self.restrict(jump);
             let rows: Vec<f64> = rows.iter().zip(&self.share).map(|(g, share)| share * g).collect();
@@ -262,8 +263,14 @@ impl NewtonSystem {
         };
         let work: Vec<Vec<f64>> = jumps.iter().map(|jump| self.gather(jump)).collect();
         let answer: Vec<Vec<f64>> = jumps.iter().map(answer).collect();
-        let resistance: Vec<Vec<f64>> = work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect();
+        let mut resistance: Vec<Vec<f64>> = work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect();
         let largest = (0..jumps.len()).fold(0.0, |a: f64, k| a.max(resistance[k][k]));
+        for (k, g) in work.iter().enumerate() {
+            if imbalance[k] == 0.0 && g.iter().all(|&g| g == 0.0) {
+                resistance[k][k] = if largest > 0.0 { largest } else { 1.0 };
+            }
+        }
+        let resisted = largest > 0.0 || imbalance.iter().all(|&b| b == 0.0);
         let mut coarse = SmallLu::new(resistance.clone());
         if coarse.singular {
             // A body on too few points to be held, as a ball on one, can be at rest: then the motion is left alone.
@@ -273,7 +280,7 @@ impl NewtonSystem {
             };
             coarse = SmallLu::new(resistance.into_iter().enumerate().map(guided).collect());
         }
-        Border { jumps, work, answer, coarse, resisted: jumps.is_empty() || largest > 0.0 }
+        Border { jumps, work, answer, coarse, resisted }
     }
 
     /// The step and what it does to `v`, at one product with `Q`.
@@ -290,7 +297,7 @@ impl NewtonSystem {
     /// where every body is held.
     pub fn solve(&self, dual: &Dual, jumps: &[Vec<f64>], imbalance: &[f64], tolerance: f64, limit: usize) -> Step {
         let (size, count) = (self.known.len(), self.unknowns.len());
-        let border = self.border(dual, jumps);
+        let border = self.border(dual, jumps, imbalance);
         // A first step restores the balance; those of the inner iteration keep it.
         let lacking: Vec<f64> = imbalance.iter().zip(jumps).map(|(b, g)| b - dot(g, &self.known)).collect();
         let first = border.complete(vec![0.0; count], &lacking);

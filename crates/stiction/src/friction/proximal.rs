@@ -39,7 +39,7 @@ pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obs
         if observe(theta, scale, &states(on.friction, &at.lambda, &at.v, on.r)).is_break() {
             return End::Interrupted;
         }
-        if theta <= on.tolerance * scale {
+        if theta <= on.tolerance * scale.max(on.loose) {
             return End::Converged;
         }
         if *steps == 0 {

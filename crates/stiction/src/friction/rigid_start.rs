@@ -1,5 +1,8 @@
 use super::law::bound;
-use crate::contact::Friction;
+use super::solve::parameter;
+use crate::contact::rigid::RigidMotions;
+use crate::contact::{ContactProblem, Friction};
+use crate::dual::Dual;
 use crate::linalg::{SmallLu, axpy, dot, norm};
 
 /// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
@@ -22,6 +25,53 @@ pub(super) struct Rest {
     pub lambda: Vec<f64>,
 }
 
+/// The rest of bodies that float, all parts taken to be rigid, when they may also move along `slices` (length `n` each),
+/// along which forces `pull` (newton) act: displacements that begin at `u`, and how far each slice goes.
+///
+/// # Panics
+/// If `u` or a slice has another length than the unknowns.
+pub fn rigid_rest(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    slices: &[Vec<f64>],
+    pull: &[f64],
+    mut u: Vec<f64>,
+) -> (Vec<f64>, Vec<f64>) {
+    let isotropic = problem.isotropic();
+    let mut jumps = motions.jumps(&isotropic.B);
+    jumps.extend(slices.iter().map(|slice| isotropic.B.times(slice)));
+    let resultant = [balanced(motions, &problem.f), pull.to_vec()].concat();
+    let (mut opening, stiffness) =
+        (isotropic.opening(&u), parameter(&isotropic, &Dual::local_stiffness(&isotropic), 1.0));
+    keep_apart(&mut opening);
+    let (friction, jumps) = (&isotropic.friction[..], &jumps[..]);
+    let foundation = Foundation { friction, jumps, resultant: &resultant, opening: &opening, stiffness: &stiffness };
+    let alpha = foundation.rest().alpha;
+    let (rigid, way) = alpha.split_at(motions.len());
+    motions.add(rigid, &mut u);
+    slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
+    (u, way.to_vec())
+}
+
+/// `Rᵀ f` without what rounding leaves of loads in balance: bodies that nothing drives are to stay where they are.
+pub(super) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
+    let rounding = ROUNDING * motions.work_size(f);
+    motions.work(f).iter().map(|&e| if e.abs() <= rounding { 0.0 } else { e }).collect()
+}
+
+/// Narrows all gaps (of an opening, length `3m`) by the length it returns: what nothing presses then lies beside its
+/// neighbours and not on them, where rounding would be its only force.
+pub(super) fn keep_apart(opening: &mut [f64]) -> f64 {
+    let margin = BESIDE * opening.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    let m = opening.len() / 3;
+    opening[..m].iter_mut().for_each(|v| *v -= margin);
+    margin
+}
+
+/// How far a body is put beside others at the start, over the widest gap.
+const BESIDE: f64 = 1e-9;
+/// Of a sum of loads over the sum of their sizes.
+const ROUNDING: f64 = 1e-13;
 /// Steps of the fixed point on the bounds of friction; the first has none. A start needs no more.
 const ROUNDS: usize = 5;
 /// Steps of one energy; those that slip converge slowly, and need not arrive.

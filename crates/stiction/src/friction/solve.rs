@@ -5,12 +5,12 @@ use super::law::{bound, frozen, states};
 use super::newton::{End, Iterate, Newton, Observe, TAME_SLOPE, newton};
 use super::newton_system::{Linearized, NewtonSystem};
 use super::proximal::proximal;
-use super::rigid_start::{Foundation, Rest};
+use super::rigid_start::{Foundation, Rest, balanced, keep_apart};
 use crate::certificate::{Certificate, certify};
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
-use crate::linalg::axpy;
+use crate::linalg::{axpy, norm};
 use crate::qp::{PointSet, accelerated_gradient};
 
 /// Settings of a solve; the defaults need no tuning.
@@ -113,6 +113,8 @@ pub struct Solution {
 /// The parameter of the residual over the local stiffness. Near one, cases rich in sticking points cycle; far below,
 /// points leave and enter contact late.
 const PARAMETER: f64 = 0.1;
+/// Forces below this part of the load are measured against it: where nothing touches there are none to compare with.
+const LOOSE: f64 = 1e-3;
 /// Products the trial with unlimited bounds may take.
 const START_LIMIT: usize = 30;
 /// Gradient steps after a stall.
@@ -158,6 +160,17 @@ pub fn solve(
 /// A loop of Newton steps: [`newton`] or [`proximal`].
 type Method = fn(&Newton<'_>, &mut Iterate, &mut usize, &mut Observe<'_>) -> End;
 
+/// The parameter of the residual at each point from the local stiffness of each row.
+pub(super) fn parameter(problem: &ContactProblem, stiffness: &[f64], factor: f64) -> Vec<f64> {
+    let local = |j: usize| {
+        let rows = problem.rows(j).map(|i| stiffness[i]);
+        let live = rows.iter().filter(|&&k| k > 0.0).count().max(1);
+        rows.iter().sum::<f64>() / live as f64
+    };
+    let fallback = stiffness.iter().fold(0.0, |a: f64, &b| a.max(b)).max(f64::MIN_POSITIVE);
+    (0..problem.points()).map(|j| factor * PARAMETER * if local(j) > 0.0 { local(j) } else { fallback }).collect()
+}
+
 struct Solver<'a> {
     /// The problem as it was given, which the certificate judges.
     given: &'a ContactProblem,
@@ -193,7 +206,7 @@ impl<'a> Solver<'a> {
             }
             None => Iterate { lambda: vec![0.0; size], v: v0.clone(), alpha: vec![0.0; dual.floating.len()] },
         };
-        let resultant = dual.floating.motions.work(&problem.f);
+        let resultant = balanced(&dual.floating.motions, &problem.f);
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
         Solver { given, problem, dual, live, stiffness, v0, resultant, at, steps_left, max_steps, counts, history }
@@ -201,14 +214,7 @@ impl<'a> Solver<'a> {
 
     /// The parameter of the residual at each point.
     fn parameter(&self, factor: f64) -> Vec<f64> {
-        let m = self.problem.points();
-        let local = |j: usize| {
-            let rows = self.problem.rows(j).map(|i| self.stiffness[i]);
-            let live = rows.iter().filter(|&&k| k > 0.0).count().max(1);
-            rows.iter().sum::<f64>() / live as f64
-        };
-        let fallback = self.stiffness.iter().fold(0.0, |a: f64, &b| a.max(b)).max(f64::MIN_POSITIVE);
-        (0..m).map(|j| factor * PARAMETER * if local(j) > 0.0 { local(j) } else { fallback }).collect()
+        parameter(self.problem, &self.stiffness, factor)
     }
 
     fn ladder(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
@@ -262,9 +268,25 @@ impl<'a> Solver<'a> {
             return;
         }
         let mut u = self.dual.displacement(self.problem, &vec![0.0; self.v0.len()]);
-        floating.motions.bodies.iter().flat_map(|body| &body.unknowns).for_each(|&i| u[i as usize] = 0.0);
-        self.rest_on(&self.problem.opening(&u));
-        self.align();
+        // The springs bend a body whose loads they have to balance; one that is tightened or heated keeps its shape.
+        let mut first = 0;
+        for body in &floating.motions.bodies {
+            let own = first..first + body.motions.len();
+            first = own.end;
+            if self.resultant[own].iter().any(|&e| e != 0.0) {
+                body.unknowns.iter().for_each(|&i| u[i as usize] = 0.0);
+            }
+        }
+        let mut opening = self.problem.opening(&u);
+        let margin = keep_apart(&mut opening);
+        let least = margin * self.parameter(1.0).iter().fold(0.0, |a: f64, r| a.max(*r));
+        self.rest_on(&opening);
+        if self.at.lambda.iter().all(|x| x.abs() <= least) {
+            self.at.lambda.fill(0.0);
+            self.refresh();
+        } else {
+            self.align();
+        }
     }
 
     /// Moves floating bodies until the augmented multipliers of the present deformation balance their loads, and takes these
@@ -381,6 +403,7 @@ impl<'a> Solver<'a> {
             stiffness: &self.stiffness,
             r: &r,
             resultant: &self.resultant,
+            loose: LOOSE * norm(&self.problem.f),
             tolerance,
         };
         let (history, dual) = (&mut self.history, self.dual);

@@ -7,7 +7,8 @@ use super::facts::BoltFacts;
 use super::moment::{Acting, Moment};
 use super::{Outcome, Prepared, place, regions};
 use crate::Error;
-use crate::fem::{Cut, Field, Solid, Voigt, cell_stress, cut, full_displacement};
+use crate::fem::{Cut, DofMap, Field, Load, Solid, cut, full_displacement, initial_strain};
+use crate::friction::Status;
 use crate::io::case::{BoltSpec, Case, Region, Spot, Tightening};
 use crate::linalg::SmallLu;
 use crate::mesh::Mesh;
@@ -74,11 +75,12 @@ impl Acting {
 }
 
 /// The bolts of a case with their cuts; told for time `t`.
-pub(super) fn bolts(solid: &Solid, case: &Case, t: f64) -> Result<(Vec<Bolt>, Vec<BoltFacts>), Error> {
+pub(super) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result<(Vec<Bolt>, Vec<BoltFacts>), Error> {
     let (mut bolts, mut facts) = (Vec::new(), Vec::new());
     let mut taken: HashMap<u32, String> = HashMap::new();
     for spec in &case.bolts {
         let (cells, nodes, axis) = find(solid.mesh, spec)?;
+        refuse_held(solid.mesh, dofs, spec, &nodes, axis)?;
         for &cell in &cells {
             if let Some(other) = taken.insert(cell, spec.name.clone()) {
                 let what = format!("bolt \"{}\" is cut through a cell of bolt \"{other}\"", spec.name);
@@ -94,6 +96,17 @@ pub(super) fn bolts(solid: &Solid, case: &Case, t: f64) -> Result<(Vec<Bolt>, Ve
         bolts.push(bolt);
     }
     Ok((bolts, facts))
+}
+
+/// A support at the cut would act on one of its sides only.
+fn refuse_held(mesh: &Mesh, dofs: &DofMap, spec: &BoltSpec, nodes: &[u32], axis: V3) -> Result<(), Error> {
+    let held =
+        |node: &&u32| (0..3).any(|c| axis[c] != 0.0 && dofs.prescribed.binary_search(&(3 * **node + c as u32)).is_ok());
+    let Some(&node) = nodes.iter().find(held) else { return Ok(()) };
+    let at = mesh.nodes[node as usize];
+    let what =
+        format!("the cut of bolt \"{}\" runs through node {} at {at:?}, which is held along it", spec.name, node + 1);
+    Err(spec.spot.error(what, "cut it further from its supports: give another `point`"))
 }
 
 /// Cells beyond the cut, its nodes, and its axis.
@@ -192,22 +205,15 @@ fn centre(mesh: &Mesh, cell: u32) -> V3 {
     scale(1.0 / nodes.len() as f64, nodes.iter().fold([0.0; 3], |sum, &node| add(sum, mesh.nodes[node as usize])))
 }
 
-/// `axis . ∫ Bᵀ C e0` over the cells beyond each cut and at its nodes: with the mean strain `e0` of a cell it is the work
-/// of its stress on the strain of a unit of shortening.
-pub(super) fn thermal_forces(solid: &Solid, bolts: &[Bolt], strain: &[Voigt]) -> Vec<f64> {
-    if bolts.is_empty() {
-        return Vec::new();
-    }
-    let still = vec![0.0; 3 * solid.mesh.nodes.len()];
-    let negative: Vec<Voigt> = strain.iter().map(|e| e.map(|e| -e)).collect();
-    let stress = cell_stress(solid, &still, &negative);
+/// `axis . ∫ Bᵀ C e0` over the cells beyond each cut and at its nodes, `e0` the thermal strain of `load` at time `t`.
+pub(super) fn thermal_forces(solid: &Solid, bolts: &[Bolt], load: &Load, t: f64) -> Result<Vec<f64>, Error> {
+    let Load::Temperature { cells, value } = load else { return Ok(vec![0.0; bolts.len()]) };
     let of_bolt = |bolt: &Bolt| {
-        let cells = bolt.cut.cells.iter().zip(&bolt.cut.strain);
-        let work = |(&cell, unit): (&u32, &Voigt)| {
-            let product: f64 = stress[cell as usize].iter().zip(unit).map(|(s, e)| s * e).sum();
-            product * solid.mesh.cell_volume(cell as usize)
-        };
-        cells.map(work).sum()
+        let heated: Vec<u32> = cells.iter().copied().filter(|c| bolt.cut.cells.binary_search(c).is_ok()).collect();
+        let strain = initial_strain(solid, &Load::Temperature { cells: heated, value: value.clone() }, t)?;
+        let force = strain.unwrap_or_default().force;
+        let at = |&node: &u32| (0..3).map(|c| bolt.cut.axis[c] * force[3 * node as usize + c]).sum::<f64>();
+        Ok(bolt.cut.nodes.iter().map(at).sum())
     };
     bolts.iter().map(of_bolt).collect()
 }
@@ -260,6 +266,28 @@ pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
     };
     prepared.acting.bolts.iter().enumerate().map(state).collect()
 }
+
+/// What to say of bolts that a run which ended short could not tighten.
+pub(super) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
+    let (Some(last), Status::Stalled | Status::MaxIterations) = (outcome.steps.last(), outcome.solution.status) else {
+        return Vec::new();
+    };
+    let step = prepared.acting.steps.iter().position(|step| last["name"] == step.name.as_str());
+    let (step, t) = (step.unwrap_or(0), last["t"].as_f64().unwrap_or(f64::NAN));
+    let targets = prepared.acting.targets(step, t).unwrap_or_default();
+    let short = |(bolt, target): (BoltState, Target)| match target {
+        Target::Force(force) if (bolt.force - force).abs() > MISSED * force.abs() => Some(format!(
+            "bolt \"{}\" has the force {:.4e} where {force:.4e} is asked for: if nothing that is held lies between its parts, \
+             see to the contacts under its head and its nut; otherwise tighten it by `shortening` first",
+            bolt.name, bolt.force
+        )),
+        _ => None,
+    };
+    bolt_states(prepared, outcome).into_iter().zip(targets).filter_map(short).collect()
+}
+
+/// Part of a force whose lack is worth a word: that of a search which was about to end is smaller.
+const MISSED: f64 = 1e-3;
 
 /// Broyden's method for the shortenings of the bolts whose force is given.
 #[derive(Debug)]

@@ -28,6 +28,7 @@ mod place;
 mod prepare;
 mod regions;
 mod report;
+mod seat;
 mod sides;
 mod solve;
 mod step_file;

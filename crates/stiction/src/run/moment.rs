@@ -128,10 +128,13 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
     let solid = Solid { mesh, materials, material_of_cell };
     let mut force = vec![0.0; 3 * mesh.nodes.len()];
     let mut strained: Option<InitialStrain> = None;
+    let mut thermal_force = vec![0.0; acting.bolts.len()];
     for (load, spot) in acting.loads.iter().zip(&acting.load_spots) {
         if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
             force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
             strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
+            let through = thermal_forces(&solid, &acting.bolts, load, t).map_err(|e| place::instead(spot, e))?;
+            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
             continue;
         }
         let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
@@ -150,7 +153,6 @@ pub(super) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
     };
     let initial = strained.map_or(Initial::default(), |InitialStrain { strain, mut force, energy }| {
         let [load, support_load] = at_both(&mut force);
-        let thermal_force = thermal_forces(&solid, &acting.bolts, &strain);
         Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
     });
     let [load, support_load] = at_both(&mut force);

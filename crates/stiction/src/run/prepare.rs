@@ -71,7 +71,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
-    let (bolts, bolt_facts) = bolts(&solid, case, end(case))?;
+    let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
     let posed = start.elapsed().as_secs_f64();
 

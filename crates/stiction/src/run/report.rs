@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
+use super::bolts::shortfalls;
 use super::fields::surfaces;
 use super::summary::{largest_displacement, path};
 use super::{Outcome, Path, Prepared, Totals, bolt_states, method_text, pair_totals, totals};
@@ -48,6 +49,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
     if let Some(used_up) = used_up(prepared, outcome) {
         line("", used_up);
     }
+    shortfalls(prepared, outcome).into_iter().for_each(|what| line("", what));
     line("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);

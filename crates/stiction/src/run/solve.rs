@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::nested;
 use super::place;
 use super::prepare::Prepared;
+use super::seat;
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
@@ -353,6 +354,7 @@ fn by_multigrid(
     };
     let start = settings.solver.start_displacement.clone();
     let start = start.or_else(|| prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared)));
+    let start = start.or_else(|| seat::start(prepared));
     seconds.setup = lap();
     let _ = observer(&Event::Solving);
     let (begin, mut times) = (Instant::now(), Vec::new());

@@ -11,6 +11,7 @@ use super::axis::Position;
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states, tightened};
 use super::moment::{Moment, apply, moment, slid};
+use super::seat::close_clearance;
 use super::solve::{Kept, sliding, solve_again, uniqueness_facts};
 use super::{Event, Outcome, Path, Prepared, Seconds, Settings, StepLine, summary, totals};
 use crate::Error;
@@ -207,6 +208,9 @@ fn tighten(
     let targets = prepared.acting.targets(march.at.step, t)?;
     let before = &march.body.moment.initial.shortening;
     let mut search = BoltSearch::new(&prepared.acting.bolts, &targets, before, settings.solver.tolerance);
+    let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
+    apply(prepared, &base, &march.slid);
+    close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let mut from = None;
     let mut spent = Seconds::default();
     loop {

@@ -8,11 +8,18 @@ pub struct Template {
     pub description: &'static str,
     /// The text of the case file.
     pub text: &'static str,
+    /// Files beside it which it names: name and contents.
+    pub files: &'static [(&'static str, &'static str)],
 }
 
 macro_rules! template {
-    ($name:literal, $description:literal) => {
-        Template { name: $name, description: $description, text: include_str!(concat!("templates/", $name, ".toml")) }
+    ($name:literal, $description:literal $(, $file:literal)*) => {
+        Template {
+            name: $name,
+            description: $description,
+            text: include_str!(concat!("templates/", $name, ".toml")),
+            files: &[$(($file, include_str!(concat!("templates/", $file)))),*],
+        }
     };
 }
 
@@ -30,6 +37,7 @@ pub fn templates() -> &'static [Template] {
         template!("wedge", "a block on a slope, pushed up it by its weight times a factor"),
         template!("foundation", "a block that stands free on elastic ground, in the wind"),
         template!("gasket", "a lid with a gasket, bolted and then put under pressure, in load steps"),
+        template!("die", "the nose of a die from an STL file, pressed into a strip and dragged along it", "die.stl"),
         template!("pad", "a pad pressed onto a surface that then slides, in load steps"),
     ]
 }
