@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::PointState;
-use super::law::{bound, frozen, states};
+use super::law::{bound, frozen, residual, states};
 use super::newton::{End, Iterate, Newton, Observe, TAME_SLOPE, newton};
 use super::newton_system::{Linearized, NewtonSystem};
 use super::proximal::proximal;
@@ -149,6 +149,9 @@ pub fn solve(
     let mut tolerance = 0.03 * settings.tolerance;
     loop {
         let end = solver.ladder(tolerance, observer);
+        if matches!(end, End::Limit | End::Stalled) {
+            solver.return_to_best();
+        }
         let solution = solver.finish(end, settings.tolerance);
         tolerance *= 0.1;
         if end != End::Converged || solution.certificate.passed || tolerance < 1e-4 * settings.tolerance {
@@ -184,6 +187,8 @@ struct Solver<'a> {
     /// `Rᵀ f` on the rigid motions of floating bodies.
     resultant: Vec<f64>,
     at: Iterate,
+    /// Where a run of steps ended with the least [merit](Self::merit), and that.
+    best: Option<(f64, Iterate)>,
     steps_left: usize,
     max_steps: usize,
     counts: Counts,
@@ -209,7 +214,21 @@ impl<'a> Solver<'a> {
         let resultant = balanced(&dual.floating.motions, &problem.f);
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
-        Solver { given, problem, dual, live, stiffness, v0, resultant, at, steps_left, max_steps, counts, history }
+        Solver {
+            given,
+            problem,
+            dual,
+            live,
+            stiffness,
+            v0,
+            resultant,
+            at,
+            best: None,
+            steps_left,
+            max_steps,
+            counts,
+            history,
+        }
     }
 
     /// The parameter of the residual at each point.
@@ -424,7 +443,25 @@ impl<'a> Solver<'a> {
             history.push(progress);
             observer(&progress)
         };
-        method(&on, &mut self.at, &mut self.steps_left, &mut observe)
+        let end = method(&on, &mut self.at, &mut self.steps_left, &mut observe);
+        let merit = self.merit();
+        if self.best.as_ref().is_none_or(|(least, _)| merit < *least) {
+            self.best = Some((merit, self.at.clone()));
+        }
+        end
+    }
+
+    /// Norm of the residual of the law itself and of what forces on floating bodies lack of balance, newton.
+    fn merit(&self) -> f64 {
+        let lacking = self.dual.floating.imbalance(&self.resultant, &self.at.lambda);
+        norm(&residual(&self.problem.friction, &self.at.lambda, &self.at.v, &self.parameter(1.0))).hypot(norm(&lacking))
+    }
+
+    /// What ends unsolved is told where it was nearest to a solution: a body that nothing holds may have gone far since.
+    fn return_to_best(&mut self) {
+        if let Some((_, best)) = self.best.take() {
+            self.at = best;
+        }
     }
 
     /// Given friction with the bounds of the present normal forces.

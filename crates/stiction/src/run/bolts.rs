@@ -98,10 +98,14 @@ pub(super) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result
     Ok((bolts, facts))
 }
 
+/// Of the cosine between two directions.
+const ROUNDING: f64 = 1e-9;
+
 /// A support at the cut would act on one of its sides only.
 fn refuse_held(mesh: &Mesh, dofs: &DofMap, spec: &BoltSpec, nodes: &[u32], axis: V3) -> Result<(), Error> {
+    let along = |dof: u32| dot(axis, dofs.direction(dof)).abs() > ROUNDING;
     let held =
-        |node: &&u32| (0..3).any(|c| axis[c] != 0.0 && dofs.prescribed.binary_search(&(3 * **node + c as u32)).is_ok());
+        |node: &&u32| (3 * **node..3 * **node + 3).any(|dof| along(dof) && dofs.prescribed.binary_search(&dof).is_ok());
     let Some(&node) = nodes.iter().find(held) else { return Ok(()) };
     let at = mesh.nodes[node as usize];
     let what =
