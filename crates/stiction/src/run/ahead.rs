@@ -33,6 +33,7 @@ pub fn solve_writing(
 ) -> Result<(Outcome, Ahead), Error> {
     let is_new = !into.exists();
     let (iterating, begin) = mpsc::channel();
+    // Nothing in here may use the threads of rayon: the caller may be the only one of them, and it waits.
     let write = move || {
         begin.recv().ok()?;
         let tolerance = settings.solver.tolerance;

@@ -90,6 +90,8 @@ const HIGH: f64 = 0.05;
 /// Resets at most, and the cycles with frozen sets after one.
 const RESETS: usize = 4;
 const FROZEN: usize = 5;
+/// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
+const KEPT_FAR: usize = 2;
 /// After so many cycles without a halving friction follows a cycle later again.
 const SLOW: usize = 12;
 /// Cycles without a halving of the best residual that count as a failure.
@@ -102,7 +104,7 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> +
 ///
 /// Every cycle the sets are those of the present iterate; held components take their values and are truncated from
 /// the hierarchy, slipping points add the spring of their turning friction and what it grows by with the normal force, and
-/// the balance is met on the preconditioned residual and the last three steps (without friction that follows a normal
+/// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
 /// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
 /// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
 /// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
@@ -152,7 +154,8 @@ pub(super) fn run(
         if !eps.is_finite() || hopeless(&at.history) {
             return End::Failed;
         }
-        if eps > HIGH || slow(&at.history) {
+        let near = eps <= HIGH && !slow(&at.history);
+        if !near {
             at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
         }
         let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
@@ -174,7 +177,7 @@ pub(super) fn run(
             let kp = k.times(&p);
             at.kept.insert(0, Direction { p, kp });
             advance(&mut at.kept, &r, points, &at.sets, &mut at.u, &mut at.ku);
-            at.kept.truncate(MOST - 1);
+            at.kept.truncate(if near { MOST - 1 } else { KEPT_FAR });
             at.cycles += 1;
         }
     }
