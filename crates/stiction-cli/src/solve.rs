@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use stiction::Error;
 use stiction::friction::Status;
 use stiction::io::{case, folder};
-use stiction::run::{self, Event, Origin, Prepared, Restart, Settings, Step};
+use stiction::run::{self, Ahead, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
 use crate::{code, interrupt, output};
@@ -51,6 +51,11 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     threads(arguments.threads)?;
     interrupt::watch()?;
+    // On a thread of the pool: from any other one every loop would wake the pool and wait for it.
+    rayon::scope(|_| solve(arguments))
+}
+
+fn solve(arguments: &Arguments) -> Result<u8, Error> {
     let say = if arguments.json { output::note } else { output::out };
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
@@ -95,17 +100,18 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let solved = match steps {
-        None => run::solve(&prepared, &settings, &mut observe),
+        None => run::solve_writing(&prepared, &settings, &folder, &mut observe),
         Some((mut files, restart)) => {
             let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
-            run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe)
+            let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
+            outcome.map(|outcome| (outcome, Ahead::default()))
         }
     };
     progress.finish();
-    let mut outcome = solved?;
-    let mut files = run::write(&prepared, &mut outcome, &origin, &folder)?;
+    let (mut outcome, ahead) = solved?;
+    let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     if !arguments.no_report {
-        match run::write_report(&folder) {
+        match run::write_report_on(&folder, Some(&prepared.mesh)) {
             Ok(_) => files.push(run::REPORT.into()),
             // The results are whole without it.
             Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),

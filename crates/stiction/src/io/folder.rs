@@ -59,6 +59,11 @@ pub fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Removes a folder if there is nothing in it.
+pub fn remove_empty(folder: &Path) {
+    let _ = fs::remove_dir(folder); // fails where something is in it
+}
+
 /// The names of what lies in a folder, in no order; names that are not UTF-8 are left out.
 pub fn names(folder: &Path) -> Result<Vec<String>, Error> {
     let entries = fs::read_dir(folder).map_err(|error| refused(folder, &error))?;

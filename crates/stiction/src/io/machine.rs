@@ -7,6 +7,40 @@ pub fn peak_memory() -> Option<u64> {
     kilobytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
+/// Processor time of all threads of this process so far, seconds; zero where the system does not tell it.
+pub fn cpu_seconds() -> f64 {
+    clock(Clock::Process)
+}
+
+/// The same of this thread alone.
+pub fn thread_cpu_seconds() -> f64 {
+    clock(Clock::Thread)
+}
+
+enum Clock {
+    Process,
+    Thread,
+}
+
+#[cfg(target_os = "linux")]
+fn clock(clock: Clock) -> f64 {
+    let id = match clock {
+        Clock::Process => libc::CLOCK_PROCESS_CPUTIME_ID,
+        Clock::Thread => libc::CLOCK_THREAD_CPUTIME_ID,
+    };
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the clock writes one `timespec`, which is ours.
+    match unsafe { libc::clock_gettime(id, &mut time) } {
+        0 => time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64,
+        _ => 0.0,
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn clock(_: Clock) -> f64 {
+    0.0
+}
+
 /// Memory that could be taken now without swapping, bytes: what the system has left, or what the control group this
 /// process runs in has left, if that is less.
 pub fn available_memory() -> Option<u64> {

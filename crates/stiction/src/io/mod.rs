@@ -2,7 +2,7 @@
 
 mod labels;
 mod number;
-mod replace;
+pub(crate) mod replace;
 
 pub mod abaqus;
 pub mod arrays;

@@ -5,15 +5,15 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::Path;
 
-use npyz::WriterBuilder;
 use npyz::npz::{NpzArchive, NpzWriter};
 use npyz::zip::CompressionMethod;
 use npyz::zip::write::FileOptions;
 
-use super::replace::replace;
+use super::replace::Pending;
 use crate::Error;
 
 /// Numbers of one kind. What is written is borrowed where that can be: the matrix of a large problem is not copied.
@@ -23,6 +23,9 @@ pub enum Data<'a> {
     I64(Vec<i64>),
     U32(Cow<'a, [u32]>),
     U8(Vec<u8>),
+    /// The numbers at these places of a longer list, one part after the other; only written.
+    F64Parts(&'a [f64], &'a [Range<usize>]),
+    U32Parts(&'a [u32], &'a [Range<usize>]),
 }
 
 /// An array with its shape, the last axis running fastest; a scalar has the shape `[]`.
@@ -51,6 +54,16 @@ impl<'a> Array<'a> {
         Array { shape: vec![values.len()], data: Data::U32(values.into()) }
     }
 
+    /// What stands in `parts` of a list, which are within it.
+    pub fn f64_parts(values: &'a [f64], parts: &'a [Range<usize>]) -> Self {
+        Array { shape: vec![parts.iter().map(Range::len).sum()], data: Data::F64Parts(values, parts) }
+    }
+
+    /// What stands in `parts` of a list, which are within it.
+    pub fn u32_parts(values: &'a [u32], parts: &'a [Range<usize>]) -> Self {
+        Array { shape: vec![parts.iter().map(Range::len).sum()], data: Data::U32Parts(values, parts) }
+    }
+
     /// A list of counts or positions.
     pub fn usize(values: &[usize]) -> Self {
         Array { shape: vec![values.len()], data: Data::I64(values.iter().map(|&v| v as i64).collect()) }
@@ -77,14 +90,15 @@ impl<'a> Array<'a> {
             Data::I64(v) => v.len(),
             Data::U32(v) => v.len(),
             Data::U8(v) => v.len(),
+            Data::F64Parts(_, parts) | Data::U32Parts(_, parts) => parts.iter().map(Range::len).sum(),
         }
     }
 
     fn kind(&self) -> &'static str {
         match &self.data {
-            Data::F64(_) => "float64",
+            Data::F64(_) | Data::F64Parts(..) => "float64",
             Data::I64(_) => "int64",
-            Data::U32(_) => "uint32",
+            Data::U32(_) | Data::U32Parts(..) => "uint32",
             Data::U8(_) => "uint8",
         }
     }
@@ -92,6 +106,11 @@ impl<'a> Array<'a> {
 
 /// Writes the arrays, stored without compression. Equal arrays make equal files.
 pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
+    begin(path, arrays)?.commit()
+}
+
+/// The same up to giving the file its name.
+pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Error> {
     for (i, (name, array)) in arrays.iter().enumerate() {
         let place = || path.display().to_string();
         if array.shape.iter().try_fold(1usize, |n, &k| n.checked_mul(k)) != Some(array.len()) {
@@ -102,19 +121,22 @@ pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
             return Err(Error::new(place(), format!("two arrays are called \"{name}\""), "rename one of them"));
         }
     }
-    replace(path, |file| {
+    Pending::write(path, |file| {
         let mut archive = NpzWriter::new(file);
         for (name, array) in arrays {
             // Entries of 4 GiB and more need the wider fields of the format.
             let large = array.len() >= (1 << 32) / 8 - 64;
             let options = FileOptions::default().compression_method(CompressionMethod::Stored).large_file(large);
             let options = options.last_modified_time(npyz::zip::DateTime::default());
-            let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
+            let zip = archive.zip_writer();
+            zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
             match &array.data {
-                Data::F64(v) => put(&mut archive, name, options, &shape, v)?,
-                Data::I64(v) => put(&mut archive, name, options, &shape, v)?,
-                Data::U32(v) => put(&mut archive, name, options, &shape, v)?,
-                Data::U8(v) => put(&mut archive, name, options, &shape, v)?,
+                Data::F64(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
+                Data::I64(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
+                Data::U32(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
+                Data::U8(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
+                Data::F64Parts(v, parts) => put(zip, &array.shape, parts.iter().map(|part| &v[part.clone()]))?,
+                Data::U32Parts(v, parts) => put(zip, &array.shape, parts.iter().map(|part| &v[part.clone()]))?,
             }
         }
         archive.zip_writer().finish()?;
@@ -122,21 +144,66 @@ pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
     })
 }
 
-fn put<T: npyz::AutoSerialize + Copy>(
-    archive: &mut NpzWriter<&mut BufWriter<File>>,
-    name: &str,
-    options: FileOptions,
-    shape: &[u64],
-    values: &[T],
+/// Numbers as the file stores them, little endian.
+trait Number: Copy {
+    const KIND: &str;
+    /// Fills `bytes`, which is as long as `numbers` are.
+    fn store(numbers: &[Self], bytes: &mut [u8]);
+}
+
+macro_rules! number {
+    ($type:ty, $kind:literal) => {
+        impl Number for $type {
+            const KIND: &str = $kind;
+            fn store(numbers: &[Self], bytes: &mut [u8]) {
+                let places = bytes.as_chunks_mut().0;
+                places.iter_mut().zip(numbers).for_each(|(place, number)| *place = number.to_le_bytes());
+            }
+        }
+    };
+}
+number!(f64, "<f8");
+number!(i64, "<i8");
+number!(u32, "<u4");
+number!(u8, "|u1");
+
+/// Bytes handed on at a time: the archive takes its check sum over them, and they stay in the cache meanwhile.
+const PIECE: usize = 1 << 18;
+
+/// One array in the format of numpy, its numbers given in parts.
+fn put<'a, T: Number + 'a>(
+    file: &mut impl Write,
+    shape: &[usize],
+    parts: impl Iterator<Item = &'a [T]>,
 ) -> io::Result<()> {
-    // The archive takes its check sum over what it is given at a time: over single numbers that is slow.
-    let zip = archive.zip_writer();
-    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
-    let mut file = BufWriter::with_capacity(1 << 18, zip);
-    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut file).begin_nd()?;
-    writer.extend(values.iter().copied())?;
-    writer.finish()?;
-    file.flush()
+    file.write_all(&header(T::KIND, shape))?;
+    let (mut piece, mut filled) = (vec![0; PIECE], 0);
+    for mut part in parts {
+        while !part.is_empty() {
+            let (now, later) = part.split_at(part.len().min((PIECE - filled) / size_of::<T>()));
+            let bytes = size_of_val(now);
+            T::store(now, &mut piece[filled..filled + bytes]);
+            (part, filled) = (later, filled + bytes);
+            if filled == PIECE {
+                file.write_all(&piece)?;
+                filled = 0;
+            }
+        }
+    }
+    file.write_all(&piece[..filled])
+}
+
+/// What comes before the numbers: its length is a multiple of 64.
+fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
+    let lengths: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    let comma = if shape.len() == 1 { "," } else { "" };
+    let lengths = lengths.trim_end_matches(", ");
+    let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}{comma}), }}");
+    let length = (10 + text.len() + 1).next_multiple_of(64) - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(text.bytes().chain(std::iter::repeat_n(b' ', length - text.len() - 1)).chain([b'\n']));
+    bytes
 }
 
 /// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.

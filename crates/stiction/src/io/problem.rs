@@ -1,15 +1,22 @@
 //! Contact problems and their solutions as `.npz`: what is needed to judge a solution anew.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, text, u32s, usizes};
+use super::replace::Pending;
 use crate::Error;
 use crate::contact::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
-use crate::linalg::{Csr, in_huge_pages};
+use crate::linalg::Csr;
 
 /// Writes a problem and the tolerance its solution is held against. Sparse matrices are in compressed rows, `K` as its
 /// lower triangle `L` with the diagonal, `K = L + Lᵀ - diag L`, where it is symmetric to the bit.
 pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
+    begin_problem(path, problem, tolerance)?.commit()
+}
+
+/// The same up to giving the file its name.
+pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<Pending, Error> {
     let laws: Vec<(usize, f64)> = problem.friction.iter().map(|&law| code(law)).collect();
     let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
     let law_limits: Vec<f64> = problem.friction.iter().map(limit).collect();
@@ -31,7 +38,16 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
     ];
     let lower = lower(&problem.K);
     match &lower {
-        Some(lower) => matrix(&mut arrays, "K_lower", lower),
+        Some(rows) => {
+            let ends = rows.iter().scan(0, |sum, row| {
+                *sum += row.len();
+                Some(*sum)
+            });
+            let start: Vec<usize> = std::iter::once(0).chain(ends).collect();
+            arrays.push(("K_lower_start".into(), Array::usize(&start)));
+            arrays.push(("K_lower_column".into(), Array::u32_parts(&problem.K.column, rows)));
+            arrays.push(("K_lower_value".into(), Array::f64_parts(&problem.K.value, rows)));
+        }
         None => matrix(&mut arrays, "K", &problem.K),
     }
     matrix(&mut arrays, "B", &problem.B);
@@ -68,7 +84,7 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
     }
     let (names, arrays): (Vec<String>, Vec<Array>) = arrays.into_iter().unzip();
     let arrays: Vec<(&str, Array)> = names.iter().map(String::as_str).zip(arrays).collect();
-    npz::write(path, &arrays)
+    npz::begin(path, &arrays)
 }
 
 /// Reads what [`write_problem`] wrote: a problem whose lengths and values have been checked, and the tolerance.
@@ -225,31 +241,29 @@ fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Err
     Ok(matrix)
 }
 
-/// The lower triangle with the diagonal of a matrix that is symmetric to the bit: half of the largest file there is.
-fn lower(matrix: &Csr) -> Option<Csr> {
-    let (mut start, mut column) = (vec![0], in_huge_pages(Vec::with_capacity(matrix.column.len() / 2 + matrix.rows)));
-    let mut value = in_huge_pages(Vec::with_capacity(matrix.value.len() / 2 + matrix.rows));
+/// Where the entries of each row up to the diagonal stand, if the matrix is symmetric to the bit: half of the largest
+/// file there is.
+fn lower(matrix: &Csr) -> Option<Vec<Range<usize>>> {
+    let mut rows = Vec::with_capacity(matrix.rows);
     // Where the next entry of each row right of its diagonal stands: columns are met in the order of the rows.
     let after = |i: usize| matrix.start[i] + matrix.row(i).0.partition_point(|&j| j as usize <= i);
     let mut next: Vec<usize> = (0..matrix.rows).map(after).collect();
     for i in 0..matrix.rows {
         let (columns, values) = matrix.row(i);
-        for (&j, &v) in columns.iter().zip(values).take_while(|(j, _)| **j as usize <= i) {
+        // Only rows below move it on.
+        let end = next[i];
+        for (&j, &v) in columns.iter().zip(values).take_while(|(j, _)| (**j as usize) < i) {
             let j = j as usize;
-            if j < i {
-                let place = next[j];
-                if place >= matrix.start[j + 1] || matrix.column[place] as usize != i || matrix.value[place] != v {
-                    return None;
-                }
-                next[j] += 1;
+            let place = next[j];
+            if place >= matrix.start[j + 1] || matrix.column[place] as usize != i || matrix.value[place] != v {
+                return None;
             }
-            column.push(j as u32);
-            value.push(v);
+            next[j] += 1;
         }
-        start.push(column.len());
+        rows.push(matrix.start[i]..end);
     }
     let all_met = (0..matrix.rows).all(|i| next[i] == matrix.start[i + 1]);
-    all_met.then_some(Csr { rows: matrix.rows, cols: matrix.cols, start, column, value })
+    all_met.then_some(rows)
 }
 
 /// The matrix of a lower triangle.
@@ -315,8 +329,10 @@ mod tests {
         let symmetric = [(0, 0, 2.0), (0, 2, -0.1), (1, 1, 3.0), (1, 2, 0.5), (2, 0, -0.1), (2, 1, 0.5), (2, 2, 4.0)];
         let full = matrix(&symmetric);
         let half = lower(&full).unwrap();
-        assert_eq!(half.value.len(), 5);
-        assert_eq!(whole(half).unwrap(), full);
+        assert_eq!(half.iter().map(Range::len).sum::<usize>(), 5);
+        let entries = half.iter().enumerate().flat_map(|(i, row)| row.clone().map(move |k| (i, k)));
+        let entries: Vec<_> = entries.map(|(i, k)| (i, full.column[k] as usize, full.value[k])).collect();
+        assert_eq!(whole(matrix(&entries)).unwrap(), full);
         // Zeros that are stored on one side only, values apart by a bit, entries without a counterpart.
         assert!(lower(&matrix(&[(0, 0, 1.0), (2, 0, 1.0)])).is_none());
         assert!(lower(&matrix(&[(0, 0, 1.0), (0, 2, 1.0)])).is_none());

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::geometry::cell_volume;
 use super::v3::norm;
 use super::{CellKind, Mesh, bodies, quality};
 
@@ -57,17 +58,18 @@ pub struct GroupInfo {
 /// Counts, sizes, quality and groups of a mesh.
 pub fn info(mesh: &Mesh) -> MeshInfo {
     let [open_edges, non_manifold_edges] = edges(mesh);
+    let volumes: Vec<f64> = mesh.cell_iter().map(|(kind, nodes)| cell_volume(&mesh.nodes, kind, nodes)).collect();
     MeshInfo {
         nodes: mesh.nodes.len(),
         cells: cells(mesh),
         bounding_box: mesh.bounding_box(),
-        volume: mesh.volume(),
+        volume: volumes.iter().sum(),
         faces: mesh.faces.len(),
         area: (0..mesh.faces.len()).map(|f| mesh.face_area(f)).sum(),
         bodies: bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1),
         open_edges,
         non_manifold_edges,
-        groups: mesh.groups.iter().map(|g| group(mesh, g)).collect(),
+        groups: mesh.groups.iter().map(|g| group(mesh, g, &volumes)).collect(),
     }
 }
 
@@ -90,14 +92,14 @@ fn cells(mesh: &Mesh) -> Vec<CellInfo> {
     infos
 }
 
-fn group(mesh: &Mesh, group: &super::Group) -> GroupInfo {
+fn group(mesh: &Mesh, group: &super::Group, volumes: &[f64]) -> GroupInfo {
     GroupInfo {
         name: group.name.clone(),
         cells: group.cells.len(),
         faces: group.faces.len(),
         interior_faces: group.interior_faces.len(),
         nodes: mesh.group_nodes(group).len(),
-        volume: group.cells.iter().map(|&c| mesh.cell_volume(c as usize)).sum(),
+        volume: group.cells.iter().map(|&c| volumes[c as usize]).sum(),
         area: group.faces.iter().map(|&f| mesh.face_area(f as usize)).sum(),
     }
 }

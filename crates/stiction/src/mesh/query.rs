@@ -71,7 +71,9 @@ impl Mesh {
 
     /// Nodes of the cells numbered `cells`, ascending, each once.
     pub fn cell_nodes(&self, cells: &[u32]) -> Vec<u32> {
-        ascending(cells.iter().flat_map(|&c| self.cell(c as usize).1).copied())
+        let mut is_node = vec![false; if cells.is_empty() { 0 } else { self.nodes.len() }];
+        cells.iter().flat_map(|&c| self.cell(c as usize).1).for_each(|&node| is_node[node as usize] = true);
+        (0..).zip(is_node).filter(|(_, is)| *is).map(|(node, _)| node).collect()
     }
 
     /// Nodes of everything in a group: its cells, its faces on the boundary or not, and its nodes; ascending, each once.

@@ -8,6 +8,7 @@ use super::view::view;
 use crate::Error;
 use crate::io::report::{Page, Picture, html, pictures_smaller};
 use crate::io::{folder, plot};
+use crate::mesh::Mesh;
 
 /// The name of the file.
 pub const REPORT: &str = "report.html";
@@ -17,6 +18,14 @@ pub const REPORT: &str = "report.html";
 /// # Errors
 /// If a file is missing or damaged, or the report cannot be written.
 pub fn write_report(folder: &Path) -> Result<usize, Error> {
+    write_report_on(folder, None)
+}
+
+/// The same where `mesh` is at hand already, which then need not be read from the files of the result.
+///
+/// # Errors
+/// As [`write_report`].
+pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Error> {
     let path = folder.join("summary.json");
     if !path.exists() {
         let what = "there is no summary.json in it";
@@ -37,7 +46,7 @@ pub fn write_report(folder: &Path) -> Result<usize, Error> {
         .map(|name| Ok(Picture { name: name.to_string(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
     pictures_smaller(&mut pictures);
-    let view = view(folder, &summary, plot::units(summary["units"].as_str()))?;
+    let view = view(folder, mesh, &summary, plot::units(summary["units"].as_str()))?;
     let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });
     folder::write_text(&folder.join(REPORT), &text)?;
     Ok(text.len())

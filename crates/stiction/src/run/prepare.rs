@@ -1,13 +1,12 @@
 //! From a case to a posed problem.
 
-use std::time::Instant;
-
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::moment::{Acting, apply, moment};
 use super::nested::{Coarser, coarser};
+use super::seconds::{Span, stopwatch};
 use super::solve::multigrid_first;
 use super::{coefficients, materials, mesh, place, surfaces};
 use crate::Error;
@@ -39,8 +38,8 @@ pub struct Prepared {
     pub multigrid_first: bool,
     /// The same case on a coarser mesh, where there is one and its solution is worth having.
     pub coarser: Option<Coarser>,
-    /// Seconds taken by the mesh, by assembly and by posing the contact.
-    pub seconds: [f64; 3],
+    /// Time taken by the mesh, by assembly and by posing the contact.
+    pub seconds: [Span; 3],
 }
 
 /// Makes or reads the mesh, resolves every name of the case in it, assembles the body and poses the contact.
@@ -48,10 +47,10 @@ pub struct Prepared {
 /// # Errors
 /// Whatever makes the case impossible to pose, shown at its place in the case file where it has one.
 pub fn prepare(case: &Case) -> Result<Prepared, Error> {
-    let start = Instant::now();
+    let mut lap = stopwatch();
     let memory = case.solver.memory.map(|gigabytes| (gigabytes * 1e9) as u64);
     let (mesh, mesh_notes) = mesh::mesh(&case.mesh, memory)?;
-    let meshed = start.elapsed().as_secs_f64();
+    let meshed = lap();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
@@ -61,7 +60,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (springs, spring_facts) = springs(&mesh, &case.springs)?;
     let mut model = assemble(&solid, &loads, &fixes, end(case))?;
     add_springs(&mesh, &springs, &mut model)?;
-    let assembled = start.elapsed().as_secs_f64();
+    let assembled = lap();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let named =
@@ -69,11 +68,11 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
-    problem.validate()?;
+    problem.validate_assembled()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
-    let posed = start.elapsed().as_secs_f64();
+    let posed = lap();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
@@ -99,7 +98,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         points: problem.points(),
         notes,
     };
-    let seconds = [meshed, assembled - meshed, posed - assembled];
+    let seconds = [meshed, assembled, posed];
     let mesh_spot = case.mesh.spot.clone();
     let multigrid_first = multigrid_first(&case.solver, &problem);
     // A step starts from the one before it, which is nearer than any coarser problem.

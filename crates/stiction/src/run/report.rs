@@ -100,10 +100,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
             ),
         );
     }
-    let phases = outcome.seconds.phases().into_iter().filter(|(_, seconds)| *seconds >= 0.005);
-    let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
+    let phases = outcome.seconds.phases().into_iter().filter(|(_, span)| span.wall >= 0.005);
+    let phases: Vec<String> = phases.map(|(name, span)| format!("{name} {:.2}", span.wall)).collect();
     let phases = if phases.is_empty() { String::new() } else { format!(" ({})", phases.join(", ")) };
-    line("time", format!("{:.2} s{phases}", outcome.seconds.total()));
+    line("time", format!("{:.2} s{phases}", outcome.seconds.total().wall));
     if let Some(bytes) = outcome.peak_memory {
         line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }

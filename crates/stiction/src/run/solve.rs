@@ -9,6 +9,7 @@ use super::nested;
 use super::place;
 use super::prepare::Prepared;
 use super::seat;
+use super::seconds::{Seconds, stopwatch};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
@@ -105,56 +106,6 @@ pub struct StepLine {
     pub tangential_force: f64,
     /// Dissipated by friction since the start, energy.
     pub dissipation: f64,
-}
-
-/// Wall time by phase.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Seconds {
-    pub mesh: f64,
-    pub assembly: f64,
-    pub contact: f64,
-    /// The multigrid hierarchy.
-    pub setup: f64,
-    pub ordering: f64,
-    pub factorisation: f64,
-    pub iteration: f64,
-    pub coulomb: f64,
-    pub output: f64,
-}
-
-impl Seconds {
-    /// All phases with their names.
-    pub fn phases(&self) -> [(&'static str, f64); 9] {
-        [
-            ("mesh", self.mesh),
-            ("assembly", self.assembly),
-            ("contact", self.contact),
-            ("setup", self.setup),
-            ("ordering", self.ordering),
-            ("factorisation", self.factorisation),
-            ("iteration", self.iteration),
-            ("coulomb", self.coulomb),
-            ("output", self.output),
-        ]
-    }
-
-    /// Adds what a step has taken.
-    pub(super) fn add(&mut self, other: &Seconds) {
-        let Seconds { mesh, assembly, contact, setup, ordering, factorisation, iteration, coulomb, output } = other;
-        self.mesh += mesh;
-        self.assembly += assembly;
-        self.contact += contact;
-        self.setup += setup;
-        self.ordering += ordering;
-        self.factorisation += factorisation;
-        self.iteration += iteration;
-        self.coulomb += coulomb;
-        self.output += output;
-    }
-
-    pub fn total(&self) -> f64 {
-        self.phases().iter().map(|(_, seconds)| seconds).sum()
-    }
 }
 
 /// The way the solution was found.
@@ -331,12 +282,6 @@ pub(super) fn uniqueness_facts(
     let _ = observer(&Event::Coulomb);
     outcome.coulomb = coulomb_facts(&prepared.problem, dual, &outcome.solution);
     outcome.seconds.coulomb = lap();
-}
-
-/// Seconds since the last call.
-fn stopwatch() -> impl FnMut() -> f64 {
-    let mut clock = Instant::now();
-    move || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64()
 }
 
 fn by_multigrid(

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::balance::Balance;
 use super::report::{departure, report};
 use super::write::Origin;
-use super::{BoltState, Outcome, Path, Prepared, Totals, bolt_states, fields, method_text, pair_totals, totals};
+use super::{BoltState, Outcome, Path, Prepared, Span, Totals, bolt_states, fields, method_text, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate};
 use crate::contact::equilibrium::in_words;
 use crate::friction::Status;
@@ -74,9 +74,10 @@ pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Valu
             "unique": facts.proved_unique(),
         })
     });
-    let mut seconds: Map<String, Value> =
-        outcome.seconds.phases().iter().map(|(name, value)| (name.to_string(), json!(value))).collect();
-    seconds.insert("total".into(), json!(outcome.seconds.total()));
+    let seconds = |of: fn(&Span) -> f64| {
+        let all = outcome.seconds.phases().into_iter().chain([("total", outcome.seconds.total())]);
+        all.map(|(name, span)| (name.to_string(), json!(of(&span)))).collect::<Map<String, Value>>()
+    };
     let value = json!({
         "status": status(solution.status),
         "departure": departure(&prepared.problem, solution.status),
@@ -96,7 +97,8 @@ pub(super) fn answer(prepared: &Prepared, outcome: &Outcome) -> Map<String, Valu
         "method_details": method_text::details(&outcome.settings, outcome.method.as_ref()),
         "counts": all_counts(outcome),
         "path": path(outcome.path),
-        "seconds": seconds,
+        "seconds": seconds(|span| span.wall),
+        "cpu_seconds": seconds(|span| span.cpu),
         "peak_memory_bytes": outcome.peak_memory,
         "coulomb": coulomb,
     });

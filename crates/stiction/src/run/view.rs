@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::Error;
 use crate::io::report::{Field, FieldKind, Frame, View, thin};
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Mesh};
 
 /// Most faces of the view: what a browser on a small machine still turns smoothly, some 5 MB of the page.
 const MOST_FACES: usize = 150_000;
@@ -35,7 +35,7 @@ struct Vertices {
 }
 
 /// Reads the surface of the bodies, the contact surfaces and the fields of all steps of the folder.
-pub(super) fn view(folder: &Path, summary: &Value, units: [&str; 3]) -> Result<View, Error> {
+pub(super) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Value, units: [&str; 3]) -> Result<View, Error> {
     let steps = summary["steps"].as_array().map_or(&[][..], Vec::as_slice);
     let has_contact = summary["contact"]["points"].as_u64().unwrap_or(0) > 0;
     let name = |front: &str, number: usize| match number {
@@ -43,12 +43,20 @@ pub(super) fn view(folder: &Path, summary: &Value, units: [&str; 3]) -> Result<V
         _ => folder.join(format!("{front}-{number:04}.vtu")),
     };
     let last = steps.len();
-    let (mesh, last_body) = read_body(&name("result", last), &ON_BODY)?;
+    let read;
+    let (mesh, last_body) = match mesh.filter(|mesh| comes_back(mesh)) {
+        Some(mesh) => (mesh, read_fields(&name("result", last), &ON_BODY)?),
+        None => {
+            let body;
+            (read, body) = read_body(&name("result", last), &ON_BODY)?;
+            (&read, body)
+        }
+    };
     let (polygons, last_contact) = match has_contact {
         true => read_polygons(&name("contact", last), &ON_CONTACT)?,
         false => Default::default(),
     };
-    let (mut view, mut vertices) = geometry(&mesh, &polygons, &last_contact)?;
+    let (mut view, mut vertices) = geometry(mesh, &polygons, &last_contact)?;
     let before = view.faces.len();
     if let Some(kept) = thin(&mut view, MOST_FACES) {
         vertices.node = kept.iter().map(|&v| vertices.node[v as usize]).collect();
@@ -80,10 +88,16 @@ pub(super) fn view(folder: &Path, summary: &Value, units: [&str; 3]) -> Result<V
                 entry["name"].as_str().filter(|name| !name.is_empty()).map_or(String::new(), |n| format!("{n}, "));
             format!("step {number}: {name}t = {}", entry["t"].as_f64().unwrap_or(f64::NAN))
         });
-        let frame = frame(&mesh, &vertices, body, contact, stepped).map(|frame| Frame { name: called, ..frame });
+        let frame = frame(mesh, &vertices, body, contact, stepped).map(|frame| Frame { name: called, ..frame });
         view.frames.push(frame.map_err(|e| e.at(&name("result", number).display().to_string()))?);
     }
     Ok(view)
+}
+
+/// Whether reading the file of a mesh gives its cells in their order: kinds are sorted when it is read.
+fn comes_back(mesh: &Mesh) -> bool {
+    let place = |kind: CellKind| CellKind::ALL.iter().position(|&k| k == kind);
+    mesh.cells.windows(2).all(|pair| place(pair[0].kind) < place(pair[1].kind))
 }
 
 /// Numbers of the steps that fit, the last among them; 0 stands for a result without steps.

@@ -1,14 +1,14 @@
 //! The result folder.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde_json::json;
 
 use super::fields::{BodyFields, Side, SurfaceFields, body};
+use super::seconds::stopwatch;
 use super::sides::sides;
 use super::step_file::remove_steps;
-use super::{Outcome, Prepared, REPORT, pictures};
+use super::{Ahead, Outcome, Prepared, REPORT, pictures};
 use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
 use crate::friction::Phase;
@@ -37,7 +37,21 @@ pub struct Origin {
 /// # Errors
 /// If a file cannot be written.
 pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder: &Path) -> Result<Vec<String>, Error> {
-    let start = Instant::now();
+    write_with(prepared, outcome, origin, folder, Ahead::default())
+}
+
+/// The same after [`solve_writing`](super::solve_writing) into the same folder.
+///
+/// # Errors
+/// If a file cannot or could not be written.
+pub fn write_with(
+    prepared: &Prepared,
+    outcome: &mut Outcome,
+    origin: &Origin,
+    folder: &Path,
+    ahead: Ahead,
+) -> Result<Vec<String>, Error> {
+    let mut lap = stopwatch();
     folder::create(folder)?;
     folder::remove(&folder.join("summary.json"))?;
     // That of an earlier run would tell of other numbers.
@@ -63,7 +77,12 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
         files.push("obstacles.vtu".into());
     }
     let solution = &outcome.solution;
-    problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
+    match ahead.problem {
+        Some(written) => written?.commit()?,
+        None => {
+            problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
+        }
+    }
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
     if !stepped {
         folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
@@ -76,7 +95,7 @@ pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder
     }
     let pictures = pictures::write(folder, prepared, outcome, &body, &surfaces)?;
     files.extend(pictures.iter().cloned());
-    outcome.seconds.output += start.elapsed().as_secs_f64();
+    outcome.seconds.output = outcome.seconds.output + lap();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
     let mut told = super::summary::whole(prepared, outcome, origin);
     told.insert("pictures".into(), json!(pictures));

@@ -155,7 +155,7 @@ fn smooth_part(law: &Law, point: &Point, u: [f64; 3]) -> Set {
     let held = [at_bound, (kink || tied(law)) && point.live[1], (kink || tied(law)) && point.live[2]];
     let mut set = Set {
         state: if kink { PointState::Stick } else { PointState::Slip },
-        condition: Condition { held, spring: [[0.0; 3]; 3] },
+        condition: Condition { held, spring: [[0.0; 3]; 3], follows: [0.0; 2] },
         friction: [0.0; 2],
     };
     if limit > 0.0 && length > 0.0 {

@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::frames::Point;
 use super::sets::Set;
+use crate::linalg::multigrid::Condition;
 
 /// A vector of nodes with three components.
 pub(super) type Vector = Vec<[f64; 3]>;
@@ -28,8 +29,9 @@ pub(super) fn norm(x: &Vector) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// Moves `u` and `ku` along the combination of the directions that minimises the energy, `(Sᵀ M S) y = Sᵀ r` with `M`
-/// the matrix `K` and the springs of the slipping points, and makes that combination the first of them.
+/// Moves `u` and `ku` along the combination of the directions that leaves no residual on any of them, `(Sᵀ M S) y = Sᵀ r`
+/// with `M` the matrix `K`, the springs of the slipping points and what their friction grows by with the normal force, and
+/// makes that combination the first of them. Without the last the energy is least there.
 pub(super) fn advance(
     directions: &mut [Direction],
     r: &Vector,
@@ -39,17 +41,24 @@ pub(super) fn advance(
     ku: &mut Vector,
 ) {
     let (mut a, b) = gram(directions, r);
+    let mut following = [[0.0; MOST]; MOST];
     for (p, set) in points.iter().zip(sets) {
-        let spring = &set.condition.spring;
-        if *spring == [[0.0; 3]; 3] {
+        let Condition { spring, follows, .. } = &set.condition;
+        if *spring == [[0.0; 3]; 3] && *follows == [0.0; 2] {
             continue;
         }
-        for i in 0..directions.len() {
-            for j in 0..directions.len() {
-                let (x, y) = (directions[i].p[p.node], directions[j].p[p.node]);
+        for (i, x) in directions.iter().map(|d| d.p[p.node]).enumerate() {
+            for (j, d) in directions.iter().enumerate() {
+                let y = d.p[p.node];
                 a[i][j] += (1..3).map(|r| x[r] * (spring[r][1] * y[1] + spring[r][2] * y[2])).sum::<f64>();
+                // The force that holds the point changes by minus that of the direction.
+                following[i][j] -= (x[1] * follows[0] + x[2] * follows[1]) * d.kp[p.node][0];
             }
         }
+    }
+    // With high coefficients friction may grow by more than the body resists: then it follows a cycle later.
+    if (0..directions.len()).all(|i| following[i][i] > -FOLLOWED * a[i][i]) {
+        a.iter_mut().flatten().zip(following.iter().flatten()).for_each(|(a, f)| *a += f);
     }
     let y = solve_small(&a, &b, directions.len());
     let Some((first, rest)) = directions.split_first_mut() else { return };
@@ -71,8 +80,11 @@ fn combine(x: &mut Vector, a: f64, others: Vec<(f64, &Vector)>, sum: &mut Vector
     });
 }
 
+/// What friction that follows the normal force may take of the energy of a direction.
+const FOLLOWED: f64 = 0.5;
+
 /// Directions at most: the new one and those kept.
-pub(super) const MOST: usize = 3;
+pub(super) const MOST: usize = 4;
 
 /// `Sᵀ K S` and `Sᵀ r` in one pass.
 fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOST]) {
@@ -108,24 +120,22 @@ fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOS
 /// A direction of which this share or less is left beside the others adds nothing.
 const DEPENDENT: f64 = 1e-12;
 
-/// `A y = b` by Cholesky on the unit diagonal; directions that depend on earlier ones get nothing.
+/// `A y = b` by elimination on the unit diagonal; directions that depend on earlier ones get nothing.
 fn solve_small(a: &[[f64; MOST]; MOST], b: &[f64; MOST], n: usize) -> [f64; MOST] {
     let scale: [f64; MOST] = std::array::from_fn(|i| if a[i][i] > 0.0 { 1.0 / a[i][i].sqrt() } else { 0.0 });
-    let (mut l, mut reciprocal) = ([[0.0; MOST]; MOST], [0.0; MOST]);
-    for k in 0..n {
-        let entry = |i: usize, l: &[[f64; MOST]; MOST]| {
-            a[i][k] * scale[i] * scale[k] - (0..k).map(|j| l[i][j] * l[k][j]).sum::<f64>()
-        };
-        let pivot = entry(k, &l);
-        reciprocal[k] = if pivot > DEPENDENT { 1.0 / pivot.sqrt() } else { 0.0 };
-        (k..n).for_each(|i| l[i][k] = entry(i, &l) * reciprocal[k]);
-    }
+    let mut a: [[f64; MOST]; MOST] = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] * scale[i] * scale[j]));
     let mut y: [f64; MOST] = std::array::from_fn(|i| b[i] * scale[i]);
-    for i in 0..n {
-        y[i] = (y[i] - (0..i).map(|j| l[i][j] * y[j]).sum::<f64>()) * reciprocal[i];
+    for k in 0..n {
+        let reciprocal = if a[k][k] > DEPENDENT { 1.0 / a[k][k] } else { 0.0 };
+        for i in k + 1..n {
+            let factor = a[i][k] * reciprocal;
+            (k + 1..n).for_each(|j| a[i][j] -= factor * a[k][j]);
+            y[i] -= factor * y[k];
+        }
+        a[k][k] = reciprocal;
     }
-    for i in (0..n).rev() {
-        y[i] = (y[i] - (i + 1..n).map(|j| l[j][i] * y[j]).sum::<f64>()) * reciprocal[i];
+    for k in (0..n).rev() {
+        y[k] = a[k][k] * (y[k] - (k + 1..n).map(|j| a[k][j] * y[j]).sum::<f64>());
     }
     std::array::from_fn(|i| y[i] * scale[i])
 }

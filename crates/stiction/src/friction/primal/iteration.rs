@@ -81,13 +81,19 @@ impl State {
 
 /// The coarse levels follow once this share of the points has changed its condition.
 const LAG: f64 = 0.003;
-/// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles.
+/// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles. Down to there
+/// friction follows the normal force a cycle later: the sets are not those of the end, and a step that knows more of them
+/// goes round more easily.
 const PATIENCE: usize = 15;
 const GAIN: f64 = 0.7;
 const HIGH: f64 = 0.05;
 /// Resets at most, and the cycles with frozen sets after one.
 const RESETS: usize = 4;
 const FROZEN: usize = 5;
+/// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
+const KEPT_FAR: usize = 2;
+/// After so many cycles without a halving friction follows a cycle later again.
+const SLOW: usize = 12;
 /// Cycles without a halving of the best residual that count as a failure.
 const HOPELESS: usize = 60;
 
@@ -97,8 +103,9 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> +
 /// Cycles until the law and the balance hold to `tolerance` of the load.
 ///
 /// Every cycle the sets are those of the present iterate; held components take their values and are truncated from
-/// the hierarchy, slipping points add the spring of their turning friction, and the energy is minimised over the
-/// preconditioned residual and the last two steps. Keeping those steps across changes of the sets is what makes the
+/// the hierarchy, slipping points add the spring of their turning friction and what it grows by with the normal force, and
+/// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
+/// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
 /// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
 /// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
 /// 1991).
@@ -147,6 +154,10 @@ pub(super) fn run(
         if !eps.is_finite() || hopeless(&at.history) {
             return End::Failed;
         }
+        let near = eps <= HIGH && !slow(&at.history);
+        if !near {
+            at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
+        }
         let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
         if reset {
             for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
@@ -166,14 +177,22 @@ pub(super) fn run(
             let kp = k.times(&p);
             at.kept.insert(0, Direction { p, kp });
             advance(&mut at.kept, &r, points, &at.sets, &mut at.u, &mut at.ku);
-            at.kept.truncate(MOST - 1);
+            at.kept.truncate(if near { MOST - 1 } else { KEPT_FAR });
             at.cycles += 1;
         }
     }
 }
 
 fn hopeless(history: &[f64]) -> bool {
-    let Some(before) = history.len().checked_sub(HOPELESS) else { return false };
+    no_halving(history, HOPELESS)
+}
+
+fn slow(history: &[f64]) -> bool {
+    no_halving(history, SLOW)
+}
+
+fn no_halving(history: &[f64], cycles: usize) -> bool {
+    let Some(before) = history.len().checked_sub(cycles) else { return false };
     let best = |part: &[f64]| part.iter().fold(f64::INFINITY, |a, &b| a.min(b));
     best(&history[before..]) > 0.5 * best(&history[..before])
 }

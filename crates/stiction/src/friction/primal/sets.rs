@@ -1,7 +1,7 @@
 use super::frames::Point;
 use crate::contact::Friction;
 use crate::friction::PointState;
-use crate::friction::law::bound;
+use crate::friction::law::{bound, slope};
 use crate::linalg::multigrid::Condition;
 
 /// What the law asks of a contact point at the present iterate: which components are held, and the friction of a
@@ -51,12 +51,15 @@ pub(super) fn set(law: &Law, point: &Point, lambda: [f64; 3], u: [f64; 3]) -> Se
         condition: Condition {
             held: [active && point.live[0], sticks && point.live[1], sticks && point.live[2]],
             spring: [[0.0; 3]; 3],
+            follows: [0.0; 2],
         },
         friction: [0.0; 2],
     };
     if !sticks && limit > 0.0 {
         let d = a.map(|a| a / length);
         set.friction = d.map(|d| limit * d);
+        // With the coefficient along the slip friction grows with the force that holds the normal component.
+        set.condition.follows = d.map(|d| slope(law.friction, normal) * d);
         if point.live[1] && point.live[2] {
             let q = (limit / length).min(TURN);
             let across = [-d[1], d[0]];
@@ -75,5 +78,5 @@ pub(super) fn stuck(law: &Law, point: &Point) -> Set {
     let rough = bound(law.friction, f64::MAX) > 0.0;
     let held = [point.live[0], rough && point.live[1], rough && point.live[2]];
     let state = if rough { PointState::Stick } else { PointState::Slip };
-    Set { state, condition: Condition { held, spring: [[0.0; 3]; 3] }, friction: [0.0; 2] }
+    Set { state, condition: Condition { held, ..Condition::default() }, friction: [0.0; 2] }
 }

@@ -284,7 +284,9 @@ mod tests {
             assert!((energy - expected).abs() < 1e-12 * expected);
         }
         let holding = |held: &dyn Fn(usize) -> [bool; 3]| -> Vec<Condition> {
-            (0..coupling.nodes.len()).map(|i| Condition { held: held(i), spring: [[0.0; 3]; 3] }).collect()
+            (0..coupling.nodes.len())
+                .map(|i| Condition { held: held(i), spring: [[0.0; 3]; 3], follows: [0.0; 2] })
+                .collect()
         };
         let coupled = coupling.relative(step, &relative);
         for conditions in [holding(&|_| [true; 3]), holding(&|i| [i % 3 == 0, i % 4 == 1, false])] {

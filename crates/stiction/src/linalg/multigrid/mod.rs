@@ -42,6 +42,8 @@ pub struct Multigrid {
     bottom: Bottom,
     /// Nodes with held components.
     held: Vec<(u32, [bool; 3])>,
+    /// Nodes whose second and third rows lose so much of their first.
+    follows: Vec<(u32, [f32; 2])>,
     local: Local,
 }
 
@@ -94,7 +96,7 @@ impl Multigrid {
         }
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
-        Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), local })
+        Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), follows: Vec::new(), local })
     }
 
     /// Whether some motion costs no energy under the present conditions, as far as the coarsest level can tell: the
@@ -111,7 +113,9 @@ impl Multigrid {
         [fine].into_iter().chain(coarse).chain([(bottom, 36 * bottom * bottom)]).collect()
     }
 
-    /// One V-cycle for `A x = b` from zero.
+    /// One V-cycle for `A x = b` from zero; `b` is zero on held components. Where components follow the force that holds
+    /// another, the finest level knows of it and the coarse ones do not: truncated coarse functions overestimate that force
+    /// so much that their matrices lose definiteness.
     pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         // Single precision has a narrow range: the cycle is linear, so it works on a unit vector.
         let scale = b.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -120,6 +124,10 @@ impl Multigrid {
         }
         let b: Vec<[f32; 3]> = b.iter().map(|b| b.map(|v| (v / scale) as f32)).collect();
         let (mut x, mut residual) = self.fine.forward(&b);
+        for &(v, follows) in &self.follows {
+            let row = &mut residual[v as usize];
+            (1..3).for_each(|c| row[c] -= follows[c - 1] * row[0]);
+        }
         self.hold(&mut residual);
         let coarse = self.first.transpose_times(&residual, self.first_coarse());
         self.first.add_times(&self.cycle_from(0, &coarse), &mut x);

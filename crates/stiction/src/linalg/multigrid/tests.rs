@@ -169,7 +169,7 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     let conditions: Vec<Condition> = (0..nodes.len())
         .map(|k| match k % 4 {
             0 => Condition { held: [true; 3], ..Default::default() },
-            1 => Condition { held: [true, false, false], spring },
+            1 => Condition { held: [true, false, false], spring, ..Default::default() },
             2 => Condition::default(),
             _ => Condition { held: [true, false, false], ..Default::default() },
         })

@@ -12,6 +12,9 @@ use crate::linalg::multigrid::bottom::Bottom;
 pub struct Condition {
     pub held: [bool; 3],
     pub spring: Block<3, 3>,
+    /// What the rows of the second and third component lose of the row of the first, which is held: a force on them that
+    /// grows with what holds the first.
+    pub follows: [f64; 2],
 }
 
 /// What local changes of the hierarchy need: everything about the nodes that may be constrained, and the matrices of
@@ -98,8 +101,12 @@ impl Multigrid {
         for ((condition, &v), block) in conditions.iter().zip(&local.nodes).zip(&local.diagonal) {
             let mut diagonal = *block;
             diagonal.iter_mut().flatten().zip(condition.spring.iter().flatten()).for_each(|(d, s)| *d += s);
-            self.fine.inverse[v as usize] = single(&inverse_on(&diagonal, &condition.held.map(|h| !h)));
+            let symmetric = inverse_on(&diagonal, &condition.held.map(|h| !h));
+            self.fine.inverse[v as usize] = single(&following(&symmetric, &diagonal, condition.follows));
         }
+        self.follows.clear();
+        let rows = conditions.iter().zip(&local.nodes).filter(|(c, _)| c.follows != [0.0; 2]);
+        self.follows.extend(rows.map(|(c, &v)| (v, c.follows.map(|f| f as f32))));
         self.held.clear();
         self.held.extend(
             conditions.iter().zip(&local.nodes).filter(|(c, _)| c.held != [false; 3]).map(|(c, &v)| (v, c.held)),
@@ -158,6 +165,26 @@ impl Multigrid {
         }
         self.bottom = Bottom::new(&bottom);
     }
+}
+
+/// What following may take of the resistance of a node at most; beyond, its sweeps leave it to the next cycle.
+const FOLLOWED: f64 = 0.5;
+
+/// The inverse of the free block of `A - [0; follows] e1' A`, applied to rows less `follows` times the first: from that of
+/// the free block of `A` by the formula of Sherman & Morrison (1950).
+fn following(inverse: &Block<3, 3>, a: &Block<3, 3>, follows: [f64; 2]) -> Block<3, 3> {
+    let f = [0.0, follows[0], follows[1]];
+    let left: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| inverse[r][c] * f[c]).sum());
+    let right: [f64; 3] = std::array::from_fn(|c| (0..3).map(|r| a[0][r] * inverse[r][c]).sum());
+    let taken: f64 = (0..3).map(|r| a[0][r] * left[r]).sum();
+    if follows == [0.0; 2] || taken > FOLLOWED {
+        return *inverse;
+    }
+    let share = 1.0 / (1.0 - taken);
+    let mut result: Block<3, 3> =
+        std::array::from_fn(|r| std::array::from_fn(|c| inverse[r][c] + share * left[r] * right[c]));
+    (1..3).for_each(|r| result[r][0] = -share * left[r]);
+    result
 }
 
 impl Local {

@@ -1,0 +1,72 @@
+//! Files that do not depend on the solution, written while it is being found.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::mpsc;
+use std::thread;
+
+use super::seconds::{Span, stopwatch};
+use super::{Event, Outcome, Prepared, Settings, solve};
+use crate::Error;
+use crate::io::replace::Pending;
+use crate::io::{folder, machine, problem};
+
+/// What was written beside the solve and has no name yet; dropped, it leaves nothing behind.
+#[derive(Debug, Default)]
+pub struct Ahead {
+    /// `problem.npz`, if it was begun.
+    pub(super) problem: Option<Result<Pending, Error>>,
+}
+
+/// [`solve()`](super::solve()) for a run whose results go to `into`: the stiffness, most of what there is to write, is
+/// written by a thread of its own while the iteration runs. Results are the same to the bit.
+///
+/// Nothing is written before the first iteration, so that a run that is left before then leaves no trace.
+///
+/// # Errors
+/// As `solve`. What goes wrong with the file is told by [`write_with`](super::write_with).
+pub fn solve_writing(
+    prepared: &Prepared,
+    settings: &Settings,
+    into: &Path,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<(Outcome, Ahead), Error> {
+    let is_new = !into.exists();
+    let (iterating, begin) = mpsc::channel();
+    // Nothing in here may use the threads of rayon: the caller may be the only one of them, and it waits.
+    let write = move || {
+        begin.recv().ok()?;
+        let tolerance = settings.solver.tolerance;
+        let written = folder::create(into)
+            .and_then(|()| problem::begin_problem(&into.join("problem.npz"), &prepared.problem, tolerance));
+        Some((written, machine::thread_cpu_seconds()))
+    };
+    let (solved, written, waited) = thread::scope(|scope| {
+        let writer = scope.spawn(write);
+        let solved = solve(prepared, settings, &mut |event| {
+            if matches!(event, Event::Iteration(_)) {
+                // The first is the sign; a writer that has ended already does not mind.
+                let _ = iterating.send(());
+            }
+            observer(event)
+        });
+        drop(iterating);
+        let mut lap = stopwatch();
+        let written = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (solved, written, lap())
+    });
+    let mut outcome = solved.inspect_err(|_| {
+        if is_new {
+            folder::remove_empty(into);
+        }
+    })?;
+    let mut ahead = Ahead::default();
+    if let Some((written, cpu)) = written {
+        ahead.problem = Some(written);
+        // The clock of the process has counted it with the iteration.
+        let beside = Span { wall: 0.0, cpu: cpu - waited.cpu.min(cpu) };
+        outcome.seconds.iteration.cpu -= beside.cpu.min(outcome.seconds.iteration.cpu);
+        outcome.seconds.output = outcome.seconds.output + beside + waited;
+    }
+    Ok((outcome, ahead))
+}
