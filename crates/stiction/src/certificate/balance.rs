@@ -60,7 +60,10 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
     let contact_free = problem.B.transpose_times(lambda);
     for (i, motion) in free_rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
-        body.add(motion, supports.free_load[i], 0.0);
+        // The reactions add up to what is left at the free nodes, of which rounding is a part.
+        let (columns, values) = problem.K.row(i);
+        let internal = columns.iter().zip(values).map(|(&k, value)| (value * u[k as usize]).abs()).sum();
+        body.add(motion, supports.free_load[i], internal);
         body.add(motion, -contact_free[i], 0.0);
         along(&mut body.load, motion, supports.free_load[i]);
         along(&mut body.contact, motion, -contact_free[i]);
