@@ -254,6 +254,20 @@ fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_mes
     }
 }
 
+/// A body carried along by its supports away from the obstacle is free of forces: nothing but rounding is left of them.
+#[test]
+fn a_body_that_moves_away_as_a_whole_is_certified() {
+    let away = [Some(1.6e-4), Some(1.1e-5), Some(2.2e-4)];
+    let case = block_of([0.1, 0.03, 0.03], [7, 2, 5], BlockElement::Tet4Six, 5.5e7, 0.45).fix("z-max", away);
+    let floor = stiction::contact::Obstacle::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
+    let problem = case.contact("z-min", floor, SurfaceFriction::Coulomb(2.0)).pose().problem;
+    let s = by_multigrid(&problem, 1e-8);
+    assert_solved(&s);
+    assert!(s.lambda.iter().all(|&x| x == 0.0));
+    let largest = s.u.iter().fold(0.0, |a: f64, u| a.max(u.abs()));
+    assert!((largest - 2.2e-4).abs() < 1e-12, "{largest}");
+}
+
 #[test]
 fn large_coefficients_converge() {
     for load in [BrickLoad::Lift, BrickLoad::Press] {

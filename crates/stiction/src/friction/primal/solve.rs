@@ -136,7 +136,7 @@ fn iterate(
         }
         let solution = solution(problem, turned, &at, end, settings.tolerance);
         tolerance *= 0.1;
-        if end != End::Converged || solution.certificate.passed || tolerance < 1e-4 * settings.tolerance {
+        if end != End::Converged || solution.certificate.passed || tolerance < 1e-6 * settings.tolerance {
             return Solution { history, ..solution };
         }
     }
