@@ -1,6 +1,6 @@
 use super::law::{frozen, slope};
 use super::newton_system::{Linearized, NewtonSystem};
-use super::solve::Solution;
+use super::solution::Solution;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, Inverse};
 use crate::linalg::{largest_eigenvalue, norm};

@@ -106,7 +106,7 @@ pub fn text(seed: u64) -> String {
     case + &format!("[[contact]]\non = \"{body}z-min\"\nagainst = {against}\nfriction = {friction}\n")
 }
 
-/// The Newton steps it took to be certified, or why it is not.
+/// The Newton steps or cycles it took to be certified, or why it is not.
 pub fn outcome(text: &str) -> Result<usize, String> {
     let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let prepared = prepare(&case).map_err(|e| e.to_string())?;
@@ -115,7 +115,7 @@ pub fn outcome(text: &str) -> Result<usize, String> {
     let solution = outcome.solution;
     assert_eq!(solution.status == Status::Solved, solution.certificate.passed, "{text}");
     if solution.status == Status::Solved {
-        Ok(solution.counts.newton_steps)
+        Ok(solution.counts.newton_steps + solution.counts.cycles)
     } else {
         Err(format!("{:?}", solution.status))
     }

@@ -6,7 +6,9 @@ use super::iteration::{End, State, run};
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
+use crate::contact::rigid::rigid_motions;
 use crate::contact::{ContactProblem, Friction};
+use crate::friction::rigid_rest;
 use crate::friction::solve::make_admissible;
 use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, Status};
 use crate::linalg::multigrid::Multigrid;
@@ -95,8 +97,8 @@ fn iterate(
         Law { friction: problem.friction[j], rest, parameter }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
-    let mut at = match &settings.start_displacement {
-        Some(u) => State::at(turned.to_frames(u), &turned.k),
+    let mut at = match settings.start_displacement.clone().or_else(|| rest(problem, turned)) {
+        Some(u) => State::at(turned.to_frames(&u), &turned.k),
         None => State::zero(turned.f.len()),
     };
     let mut most = settings.max_iterations;
@@ -140,6 +142,13 @@ fn iterate(
             return Solution { history, ..solution };
         }
     }
+}
+
+/// Where floating bodies rest as rigid ones on elastic ground, which tells the points that hold them; `None` where no body
+/// floats.
+fn rest(problem: &ContactProblem, turned: &Turned) -> Option<Vec<f64>> {
+    let floats = turned.points.iter().any(|p| p.floats);
+    floats.then(|| rigid_rest(problem, &rigid_motions(problem), &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
 /// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
