@@ -27,7 +27,7 @@ pub(super) struct Point {
     pub live: [bool; 3],
     /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
     pub flexibility: f64,
-    /// Whether it may hold a body that floats.
+    /// Whether it may hold a body that floats: such a point is taken for closed at first, unless the body starts at rest.
     pub floats: bool,
 }
 

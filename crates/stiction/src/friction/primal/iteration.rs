@@ -122,12 +122,15 @@ pub(super) fn run(
     loop {
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
         let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
-        at.sets =
-            (points.iter().zip(laws))
-                .map(|(p, law)| {
-                    if first && law.rest[0] <= 0.0 { stuck(law, p) } else { set(law, p, lambda(p.node), at.u[p.node]) }
-                })
-                .collect();
+        at.sets = (points.iter().zip(laws))
+            .map(|(p, law)| {
+                if first && (p.floats || law.rest[0] <= 0.0) {
+                    stuck(law, p)
+                } else {
+                    set(law, p, lambda(p.node), at.u[p.node])
+                }
+            })
+            .collect();
         let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
         at.history.push(eps);
         if observe(at.cycles, eps, &at.sets).is_break() {

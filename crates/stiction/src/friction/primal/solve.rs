@@ -1,7 +1,8 @@
 use std::ops::ControlFlow;
 
 use super::descent::descend;
-use super::frames::Turned;
+use super::directions::norm;
+use super::frames::{Point, Turned};
 use super::iteration::{End, State, run};
 use super::sets::Law;
 use crate::Error;
@@ -144,11 +145,13 @@ fn iterate(
     }
 }
 
-/// Where floating bodies rest as rigid ones on elastic ground, which tells the points that hold them; `None` where no body
-/// floats.
+/// Where floating bodies rest as rigid ones on elastic ground, which tells the points that hold them. `None` where no body
+/// floats, or where the load would close all gaps: with all points closed a body at the limit of friction does not slide off.
 fn rest(problem: &ContactProblem, turned: &Turned) -> Option<Vec<f64>> {
-    let floats = turned.points.iter().any(|p| p.floats);
-    floats.then(|| rigid_rest(problem, &rigid_motions(problem), &[], &[], vec![0.0; problem.unknowns()]).0)
+    let load = norm(&turned.f);
+    let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.flexibility * load;
+    let wide = turned.points.iter().zip(&problem.gap).any(wide);
+    wide.then(|| rigid_rest(problem, &rigid_motions(problem), &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
 /// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
