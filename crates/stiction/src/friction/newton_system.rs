@@ -93,7 +93,7 @@ pub(super) struct Linearized<'a> {
     pub v: &'a [f64],
     pub r: &'a [f64],
     /// For a step of the proximal method of multipliers, whose `a` is `centre - r v`. Every equation of an unknown then
-    /// has `d / r` in addition on the left and `(centre - lambda) / r` on the right.
+    /// has `d / r` on the left (that of a turn in place of its own softness) and `(centre - lambda) / r` added on the right.
     pub centre: Option<&'a [f64]>,
 }
 

@@ -22,7 +22,8 @@ const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 const INNER_LIMIT: usize = 300;
 const BISECTIONS: usize = 60;
 
-/// The proximal method of multipliers (Rockafellar 1976) for given friction, a convex problem: from any start it arrives.
+/// The proximal method of multipliers (Rockafellar 1976) for given friction, a convex problem: but for rounding it arrives from
+/// any start. Coulomb friction takes it with bounds that are frozen.
 ///
 /// With the multipliers `c` held, `E(u) = 1/2 u'Ku - f'u + sup over mu in C of (-mu . v(u) - |mu - c|^2 / 2r)` is convex and
 /// once differentiable. Semismooth Newton steps with an exact line search minimise it (Li, Sun & Toh 2018), each from

@@ -307,7 +307,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// A run of Newton steps by `method` for the `laws`, with `factor` times the usual parameter.
     fn steps(
         &mut self,
         method: Method,
