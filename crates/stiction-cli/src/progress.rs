@@ -93,6 +93,7 @@ fn words(event: &Event) -> String {
                 Phase::Newton => "newton",
                 Phase::Gradient => "gradient",
                 Phase::FixedPoint => "fixed point",
+                Phase::Proximal => "proximal",
                 Phase::Uzawa => "uzawa",
                 Phase::Multigrid => "multigrid",
             };

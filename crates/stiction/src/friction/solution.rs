@@ -49,6 +49,8 @@ pub enum Phase {
     /// Newton's method with the bounds of friction frozen (one step of the fixed point), after repeated stalls; or a
     /// step of one of the methods that are fixed points.
     FixedPoint,
+    /// The proximal method of multipliers on a convex problem, after repeated stalls.
+    Proximal,
     /// Uzawa's method on the copies of the multipliers, one a square.
     Uzawa,
     /// Multigrid cycles on the displacements.

@@ -158,7 +158,7 @@ impl<'a> Solver<'a> {
             factor /= 3.0;
         }
         if convex {
-            let end = self.steps(proximal, &laws, Phase::FixedPoint, 1.0, tolerance, observer);
+            let end = self.steps(proximal, &laws, Phase::Proximal, 1.0, tolerance, observer);
             if end != End::Stalled {
                 return end;
             }

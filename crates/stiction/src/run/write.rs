@@ -188,6 +188,7 @@ pub(super) fn log(outcome: &Outcome, number: Option<usize>) -> String {
             Phase::Newton => "newton",
             Phase::Gradient => "gradient",
             Phase::FixedPoint => "fixed_point",
+            Phase::Proximal => "proximal",
             Phase::Uzawa => "uzawa",
             Phase::Multigrid => "multigrid",
         };
