@@ -1,5 +1,7 @@
 //! Faces in a plane: clipping, shape functions at a point, quadrature over polygons.
 
+use std::sync::LazyLock;
+
 use crate::mesh::shape::{FACE_NODES, FaceShape, face_corners, face_node, face_shape};
 
 /// A point of the plane.
@@ -15,15 +17,19 @@ pub(super) fn area(polygon: &[P2]) -> f64 {
     polygon.windows(2).map(|edge| 0.5 * cross(first, edge[0], edge[1])).sum()
 }
 
-/// The part of `subject` inside the convex, counter-clockwise `window` (Sutherland & Hodgman 1974).
-pub(super) fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
-    let mut polygon = subject.to_vec();
+/// The part of `subject` inside the convex, counter-clockwise `window` (Sutherland & Hodgman 1974), in `polygon`;
+/// `input` is room to work in.
+pub(super) fn clip(subject: &[P2], window: &[P2], polygon: &mut Vec<P2>, input: &mut Vec<P2>) {
+    polygon.clear();
+    polygon.extend_from_slice(subject);
     for (i, &a) in window.iter().enumerate() {
-        let b = window[(i + 1) % window.len()];
-        let input = std::mem::take(&mut polygon);
-        for (j, &to) in input.iter().enumerate() {
-            let from = input[(j + input.len() - 1) % input.len()];
-            let (before, here) = (cross(a, b, from), cross(a, b, to));
+        let b = window[if i + 1 == window.len() { 0 } else { i + 1 }];
+        std::mem::swap(polygon, input);
+        polygon.clear();
+        let Some(&last) = input.last() else { return };
+        let (mut from, mut before) = (last, cross(a, b, last));
+        for &to in input.iter() {
+            let here = cross(a, b, to);
             if (before < 0.0) != (here < 0.0) {
                 let t = before / (before - here);
                 polygon.push([from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]);
@@ -31,9 +37,17 @@ pub(super) fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
             if here >= 0.0 {
                 polygon.push(to);
             }
+            (from, before) = (to, here);
         }
     }
+}
+
+/// Lowest and highest coordinates of a polygon.
+pub(super) fn bounds(polygon: &[P2]) -> [P2; 2] {
+    let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     polygon
+        .iter()
+        .fold(start, |[low, high], p| [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]])
 }
 
 /// A triangle or quadrilateral, linear or quadratic, with its shape functions.
@@ -41,8 +55,9 @@ pub(super) fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
 pub(super) struct Flat {
     nodes: [P2; FACE_NODES],
     count: usize,
-    /// A linear quadrilateral whose map from the reference square is not affine.
-    pub bent: bool,
+    /// What it takes to integrate products of its functions: a linear quadrilateral whose map from the reference square
+    /// is not affine has functions that are no polynomials.
+    pub degree: Degree,
 }
 
 /// Newton steps for a point of a quadrilateral or a quadratic face; four are enough unless it is hardly convex.
@@ -60,11 +75,20 @@ impl Flat {
         let twist = [0, 1].map(|c| all[0][c] - all[1][c] + all[2][c] - all[3][c]);
         let size = [0, 1].map(|c| all[2][c] - all[0][c]);
         let bent = nodes.len() == 4 && twist[0].hypot(twist[1]) > 1e-10 * size[0].hypot(size[1]);
-        Flat { nodes: all, count: nodes.len(), bent }
+        let degree = match nodes.len() {
+            3 => Degree::Linear,
+            _ if bent => Degree::Bent,
+            _ => Degree::Polynomial,
+        };
+        Flat { nodes: all, count: nodes.len(), degree }
     }
 
     pub fn corners(&self) -> &[P2] {
         &self.nodes[..face_corners(self.count)]
+    }
+
+    pub fn nodes(&self) -> &[P2] {
+        &self.nodes[..self.count]
     }
 
     /// Polygons that cover it: itself, or those between the nodes of a quadratic face.
@@ -138,26 +162,43 @@ fn newton_step(r: P2, first: P2, second: P2) -> P2 {
     [(r[0] * second[1] - r[1] * second[0]) / det, (first[0] * r[1] - first[1] * r[0]) / det]
 }
 
-/// Points and weights over a counter-clockwise convex polygon, cut into triangles around its middle. Exact to degree 5;
-/// where shape functions are no polynomials (`bent`) with 64 points a triangle instead of 7.
-pub(super) fn quadrature(polygon: &[P2], bent: bool) -> Vec<(P2, f64)> {
-    let count = polygon.len() as f64;
-    let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / count);
-    let rule = if bent { collapsed() } else { radon() };
-    let mut points = Vec::with_capacity(polygon.len() * rule.len());
-    for (i, &b) in polygon.iter().enumerate() {
-        let c = polygon[(i + 1) % polygon.len()];
-        let area = 0.5 * cross(middle, b, c);
-        if area > 0.0 {
-            let at = |w: [f64; 3]| [0, 1].map(|k| w[0] * middle[k] + w[1] * b[k] + w[2] * c[k]);
-            points.extend(rule.iter().map(|&(w, weight)| (at(w), weight * area)));
-        }
-    }
-    points
+/// How exactly products of shape functions are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Degree {
+    /// Linear functions times linear ones: degree 2.
+    Linear,
+    /// Polynomials up to degree 5.
+    Polynomial,
+    /// Functions that are no polynomials.
+    Bent,
 }
 
+/// Calls `take` with points and weights over a counter-clockwise convex polygon, cut into triangles around its middle.
+pub(super) fn quadrature(polygon: &[P2], degree: Degree, mut take: impl FnMut(P2, f64)) {
+    let count = polygon.len() as f64;
+    let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / count);
+    let rule: &[([f64; 3], f64)] = match degree {
+        Degree::Linear => &MIDDLES,
+        Degree::Polynomial => &RADON,
+        Degree::Bent => &COLLAPSED,
+    };
+    for (i, &b) in polygon.iter().enumerate() {
+        let c = polygon[if i + 1 == polygon.len() { 0 } else { i + 1 }];
+        let area = 0.5 * cross(middle, b, c);
+        if area > 0.0 {
+            for (w, weight) in rule {
+                take([0, 1].map(|k| w[0] * middle[k] + w[1] * b[k] + w[2] * c[k]), weight * area);
+            }
+        }
+    }
+}
+
+/// The middles of the edges of a triangle: exact to degree 2.
+const MIDDLES: [([f64; 3], f64); 3] =
+    [([0.0, 0.5, 0.5], 1.0 / 3.0), ([0.5, 0.0, 0.5], 1.0 / 3.0), ([0.5, 0.5, 0.0], 1.0 / 3.0)];
+
 /// Radon's rule of seven points, exact to degree 5.
-fn radon() -> Vec<([f64; 3], f64)> {
+static RADON: LazyLock<Vec<([f64; 3], f64)>> = LazyLock::new(|| {
     let root = 15f64.sqrt();
     let mut rule = vec![([1.0 / 3.0; 3], 9.0 / 40.0)];
     for s in [-root, root] {
@@ -165,7 +206,7 @@ fn radon() -> Vec<([f64; 3], f64)> {
         rule.extend((0..3).map(|i| (std::array::from_fn(|k| if k == i { 1.0 - 2.0 * near } else { near }), weight)));
     }
     rule
-}
+});
 
 /// Gauss's eight points on the unit interval, those of its upper half: distances from the middle, and weights.
 const GAUSS: [[f64; 2]; 4] = [
@@ -176,15 +217,21 @@ const GAUSS: [[f64; 2]; 4] = [
 ];
 
 /// A square of Gauss points collapsed onto the triangle: exact to degree 14.
-fn collapsed() -> Vec<([f64; 3], f64)> {
+static COLLAPSED: LazyLock<Vec<([f64; 3], f64)>> = LazyLock::new(|| {
     let line: Vec<[f64; 2]> = GAUSS.iter().flat_map(|&[x, w]| [[0.5 - x, w], [0.5 + x, w]]).collect();
     let at = |[r, a]: [f64; 2], [s, b]: [f64; 2]| ([r, (1.0 - r) * (1.0 - s), (1.0 - r) * s], 2.0 * a * b * (1.0 - r));
     line.iter().flat_map(|&r| line.iter().map(move |&s| at(r, s))).collect()
-}
+});
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn clip(subject: &[P2], window: &[P2]) -> Vec<P2> {
+        let mut polygon = Vec::new();
+        super::clip(subject, window, &mut polygon, &mut Vec::new());
+        polygon
+    }
 
     const SQUARE: [P2; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
@@ -206,12 +253,13 @@ mod tests {
     }
 
     #[test]
-    fn both_rules_integrate_polynomials_exactly() {
+    fn all_rules_integrate_polynomials_exactly() {
         let triangle = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let factorial = |n: i32| (1..=n).product::<i32>() as f64;
-        for (bent, degree) in [(false, 5), (true, 10)] {
+        for (rule, degree) in [(Degree::Linear, 2), (Degree::Polynomial, 5), (Degree::Bent, 10)] {
             for (p, q) in (0..=degree).flat_map(|p| (0..=degree - p).map(move |q| (p, q))) {
-                let sum: f64 = quadrature(&triangle, bent).iter().map(|(x, w)| w * x[0].powi(p) * x[1].powi(q)).sum();
+                let mut sum = 0.0;
+                quadrature(&triangle, rule, |x, w| sum += w * x[0].powi(p) * x[1].powi(q));
                 let exact = if p + q <= 10 {
                     factorial(p) * factorial(q)
                         / ((p + q + 1)..=(p + q + 2)).fold(factorial(p + q), |a, k| a * f64::from(k))
@@ -227,7 +275,8 @@ mod tests {
     fn shape_functions_reproduce_every_point() {
         let quad = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]]);
         let triangle = Flat::new(&[[0.0, 0.0], [2.0, 0.3], [-0.2, 1.0]]);
-        assert!(quad.bent && !triangle.bent && !Flat::new(&SQUARE).bent);
+        let degrees = [quad, triangle, Flat::new(&SQUARE)].map(|flat| flat.degree);
+        assert_eq!(degrees, [Degree::Bent, Degree::Linear, Degree::Polynomial]);
         let corners = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.5], [-0.2, 1.0]];
         let curved: Vec<P2> =
             (corners.into_iter())

@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::flat::{Flat, P2, area, clip, quadrature};
+use super::flat::{Flat, P2, area, bounds, clip, quadrature};
 use super::obstacle::unit;
 use super::patches::{END, ends, positive};
 use crate::fem::face_coordinates;
@@ -113,15 +113,22 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
     let slave = plane.see(&own);
     let pieces = slave.flat.pieces();
     let whole: f64 = pieces.iter().map(|piece| area(piece)).sum();
+    let [low, high] = bounds(slave.flat.nodes());
     let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
     let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
     let (mut segments, mut masters, mut averted) = (Vec::new(), Vec::new(), false);
+    let (mut polygon, mut room) = (Vec::new(), Vec::new());
     for other in candidates.into_iter().map(|i| master[i as usize]) {
         let seen = plane.see(&face_coordinates(mesh, other));
+        let [from, to] = bounds(seen.flat.nodes());
+        if (0..2).any(|c| to[c] < low[c] || high[c] < from[c]) {
+            continue;
+        }
         let facing = dot(mesh.face_normal(other as usize), plane.axes[2]) < FACING;
         let parts = seen.flat.pieces();
+        let before = segments.len();
         for (mine, theirs) in pieces.iter().flat_map(|mine| parts.iter().map(move |theirs| (mine, theirs))) {
-            let mut polygon = clip(theirs, mine);
+            clip(theirs, mine, &mut polygon, &mut room);
             if area(&polygon).abs() <= SLIVER * whole {
                 continue;
             }
@@ -131,10 +138,12 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
             if facing && distance.abs() <= search {
                 // Seen from the slave face the master face turns the other way.
                 polygon.reverse();
-                segments.push(Segment { face: other, seen: masters.len(), polygon, distance });
+                segments.push(Segment { face: other, seen: masters.len(), polygon: polygon.clone(), distance });
             }
         }
-        masters.push(seen);
+        if segments.len() > before {
+            masters.push(seen);
+        }
     }
     keep_nearest(&mut segments, whole);
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
@@ -162,38 +171,36 @@ fn keep_nearest(segments: &mut Vec<Segment>, whole: f64) {
 /// For the nodes of other faces `k` an integral with each node of a face.
 type PerMaster = Vec<(u32, PerNode)>;
 
-/// Integrals of `phi_i` and of `psi_i phi_k` over the segments.
+/// Integrals of `phi_i` and of `psi_i phi_k` over the segments, the latter as `D M⁻¹ int phi_i phi_k`.
 fn couple(mesh: &Mesh, slave: &Seen, masters: &[Seen], segments: &[Segment], n: usize) -> Option<(PerNode, PerMaster)> {
-    let (mut d, mut m, mut points) = ([0.0; FACE_NODES], [[0.0; FACE_NODES]; FACE_NODES], Vec::new());
-    for (number, segment) in segments.iter().enumerate() {
-        let other = &masters[segment.seen].flat;
-        for (x, weight) in quadrature(&segment.polygon, slave.flat.bent || other.bent) {
-            let phi = positive(&slave.flat.shape(x), n, &[END; 8]);
-            for i in 0..n {
-                d[i] += weight * phi[i];
-                (0..n).for_each(|j| m[i][j] += weight * phi[i] * phi[j]);
-            }
-            points.push((number, phi, other.shape(x), weight));
-        }
-    }
-    let inverse = inverse(m, n)?;
+    let (mut d, mut m) = ([0.0; FACE_NODES], [[0.0; FACE_NODES]; FACE_NODES]);
     let mut coupled = PerMaster::new();
     for segment in segments {
-        coupled.extend(mesh.faces[segment.face as usize].nodes().iter().map(|&node| (node, [0.0; FACE_NODES])));
+        let (other, nodes) = (&masters[segment.seen].flat, mesh.faces[segment.face as usize].nodes());
+        let mut g = [[0.0; FACE_NODES]; FACE_NODES];
+        quadrature(&segment.polygon, slave.flat.degree.max(other.degree), |x, weight| {
+            let (phi, shape) = (positive(&slave.flat.shape(x), n, &[END; 8]), other.shape(x));
+            for i in 0..n {
+                let own = weight * phi[i];
+                d[i] += own;
+                (0..n).for_each(|j| m[i][j] += own * phi[j]);
+                (0..nodes.len()).for_each(|k| g[k][i] += own * shape[k]);
+            }
+        });
+        coupled.extend(nodes.iter().zip(g).map(|(&node, g)| (node, g)));
     }
-    coupled.sort_unstable_by_key(|entry| entry.0);
-    coupled.dedup_by_key(|entry| entry.0);
-    for (number, phi, other, weight) in points {
-        let psi: PerNode =
-            std::array::from_fn(
-                |i| if i < n { d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>() } else { 0.0 },
-            );
-        let nodes = mesh.faces[segments[number].face as usize].nodes();
-        for (&node, shape) in nodes.iter().zip(other) {
-            let place = coupled.partition_point(|e| e.0 < node);
-            let entry = &mut coupled[place].1;
-            (0..n).for_each(|i| entry[i] += weight * psi[i] * shape);
+    coupled.sort_by_key(|entry| entry.0);
+    coupled.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1.iter_mut().zip(next.1).for_each(|(sum, g)| *sum += g);
         }
+        same
+    });
+    let inverse = inverse(m, n)?;
+    for (_, g) in &mut coupled {
+        let phi = *g;
+        (0..n).for_each(|i| g[i] = d[i] * (0..n).map(|j| inverse[i][j] * phi[j]).sum::<f64>());
     }
     Some((d, coupled))
 }
@@ -275,7 +282,7 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool
 /// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
 pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
     let carriers = carriers(mesh, slave, met, &keep);
-    let mut sums: BTreeMap<u32, Sums> = BTreeMap::new();
+    let mut sums: HashMap<u32, Sums> = HashMap::new();
     let edges = edges(mesh, slave);
     let stands_for = |node: &u32, area: f64| if edges.contains_key(node) { (1.0 - 2.0 * END) * area } else { area };
     let mut lost = 0.0;
@@ -299,6 +306,8 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -
         }
     }
     let mut rows = Vec::with_capacity(sums.len());
+    let mut sums: Vec<(u32, Sums)> = sums.into_iter().collect();
+    sums.sort_unstable_by_key(|entry| entry.0);
     for (node, sums) in sums {
         let area = sums.area;
         match sums.row(node, &edges) {
@@ -323,19 +332,19 @@ fn edges(mesh: &Mesh, faces: &[u32]) -> HashMap<u32, [u32; 2]> {
 struct Sums {
     /// `int phi_j`.
     area: f64,
-    /// `int psi_j phi_k` of master nodes `k`.
-    masters: BTreeMap<u32, f64>,
+    /// Terms of `int psi_j phi_k` of master nodes `k`, in the order of the faces.
+    masters: Vec<(u32, f64)>,
     /// `int psi_j phi_q` of dropped slave nodes `q`.
     dropped: BTreeMap<u32, f64>,
 }
 
 impl Sums {
     fn add(&mut self, met: &Met, i: usize, part: f64) {
-        met.masters.iter().for_each(|(k, values)| *self.masters.entry(*k).or_default() += part * values[i]);
+        self.masters.extend(met.masters.iter().map(|(k, values)| (*k, part * values[i])));
     }
 
     /// The row, scaled so that its own node counts once; none if hardly anything of that node is left.
-    fn row(self, node: u32, edges: &HashMap<u32, [u32; 2]>) -> Option<Row> {
+    fn row(mut self, node: u32, edges: &HashMap<u32, [u32; 2]>) -> Option<Row> {
         let mut slave: BTreeMap<u32, f64> = BTreeMap::new();
         let mut count = |node: u32, weight: f64| {
             *slave.entry(node).or_default() += weight;
@@ -347,7 +356,10 @@ impl Sums {
         self.dropped.iter().for_each(|(&q, value)| count(q, value / self.area));
         let own = slave.remove(&node).filter(|own| *own >= LEAST_OWN)?;
         let (area, share) = (self.area * own, 1.0 + slave.values().sum::<f64>() / own);
-        let mut others: Vec<(u32, f64)> = self.masters.into_iter().map(|(k, value)| (k, -value / area)).collect();
+        self.masters.sort_by_key(|term| term.0);
+        let same_node = self.masters.chunk_by(|a, b| a.0 == b.0);
+        let mut others: Vec<(u32, f64)> =
+            same_node.map(|terms| (terms[0].0, -terms.iter().map(|term| term.1).sum::<f64>() / area)).collect();
         others.retain(|(_, weight)| weight.abs() > ROUNDING);
         // A translation of everything must not be a jump, to the last digit.
         let sum = share + others.iter().map(|other| other.1).sum::<f64>();

@@ -75,8 +75,9 @@ pub(super) fn points_of_pair(
         gap_max: f64::NEG_INFINITY,
         ..SurfaceFacts::default()
     };
-    let frames = frames(mesh, model, surface, master, &met, taken, &mut facts, &mut found);
-    let outward: HashMap<u32, V3> = normals(mesh, &surface.faces, &model.dofs).into_iter().collect();
+    let outward = normals(mesh, &surface.faces, &model.dofs);
+    let frames = frames(mesh, model, surface, master, &met, &outward, taken, &mut facts, &mut found);
+    let outward: HashMap<u32, V3> = outward.into_iter().collect();
     let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
     found.dropped_area = lost;
     for row in rows {
@@ -128,6 +129,7 @@ fn frames(
     surface: &ContactSurface,
     master: &Master,
     met: &[Met],
+    outward: &[(u32, V3)],
     taken: &HashSet<u32>,
     facts: &mut PairFacts,
     found: &mut SurfaceFacts,
@@ -141,8 +143,7 @@ fn frames(
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
     let mut frames = HashMap::new();
-    let normals = normals(mesh, &surface.faces, &model.dofs);
-    for ((node, normal), patch) in normals.into_iter().zip(patches(mesh, &surface.faces)) {
+    for (&(node, normal), patch) in outward.iter().zip(patches(mesh, &surface.faces)) {
         let whole = patch.area;
         found.area += patch.share() * whole;
         let held = prescribed(model, node);

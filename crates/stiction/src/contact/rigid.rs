@@ -194,13 +194,21 @@ fn basis(near_kernel: &[[f64; 6]], unknowns: &[u32]) -> (Vec<Vec<f64>>, Vec<[f64
 #[allow(clippy::needless_range_loop)] // a symmetric matrix is told by its indices
 fn energies(k: &Csr, unknowns: &[u32], place: &[u32], motions: &[Vec<f64>], rounding: f64) -> Vec<Vec<f64>> {
     let count = motions.len();
+    // All motions of an unknown side by side: the matrix is read once.
+    let mut moved = vec![[0.0; 6]; unknowns.len()];
+    for (b, motion) in motions.iter().enumerate() {
+        moved.iter_mut().zip(motion).for_each(|(moved, &v)| moved[b] = v);
+    }
     let mut energies = vec![vec![0.0; count]; count];
-    for (row, &i) in unknowns.iter().enumerate() {
+    for (own, &i) in moved.iter().zip(unknowns) {
+        let mut force = [0.0; 6];
         let (columns, values) = k.row(i as usize);
-        let entries = || columns.iter().zip(values).filter(|(_, v)| **v != 0.0);
+        for (&j, &v) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
+            let moved = &moved[place[j as usize] as usize];
+            (0..6).for_each(|b| force[b] += v * moved[b]);
+        }
         for b in 0..count {
-            let force: f64 = entries().map(|(&j, v)| v * motions[b][place[j as usize] as usize]).sum();
-            (0..=b).for_each(|a| energies[a][b] += motions[a][row] * force);
+            (0..=b).for_each(|a| energies[a][b] += own[a] * force[b]);
         }
     }
     for b in 0..count {

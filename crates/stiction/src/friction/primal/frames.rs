@@ -55,28 +55,25 @@ impl Turned {
         let mut others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
         let kernel = kernel(problem, &nodes, &points);
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        let coupled = |others: &[Others]| {
-            others.iter().any(|o| !o.is_empty()).then(|| Coupling::new(own.clone(), others, nodes.count))
+        // What is counted from other nodes gives way through them as well. This is about the body, not about its friction.
+        let give = |v: usize, scale: [f64; 3], stiffness: f64, k: &Blocks<3, 3>| {
+            let d = k.diagonal(v);
+            stiffness / (0..3).map(|c| d[c][c] * scale[c] * scale[c]).sum::<f64>().max(f64::MIN_POSITIVE)
         };
-        let mut coupling = coupled(&others);
-        let mut relative = coupling.as_ref().map(|c| c.matrix(&k));
-        // What others count from is stiffer or softer once they do: the function of the corner of a quadratic face grows.
-        let own_matrix = relative.as_ref().unwrap_or(&k);
+        let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
         for (p, others) in points.iter_mut().zip(&others) {
-            let give = |a: &Blocks<3, 3>, v: usize, c: f64| c / trace(&a.diagonal(v)).max(f64::MIN_POSITIVE);
-            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            let through = |(v, b): &(u32, Block<3, 3>)| give(&k, *v as usize, square(b));
-            p.flexibility = give(own_matrix, p.node, 3.0) + others.iter().map(through).sum::<f64>();
+            p.flexibility = others.iter().map(|(v, b)| give(*v as usize, [1.0; 3], square(b), &k)).sum();
         }
-        // After the flexibility, which is about the body and not about its friction.
         if points.iter().any(|p| p.scale != [1.0; 3]) {
             scale_matrix(&mut k, &frame_of, &points);
             scale_others(&mut others, &frame_of, &points);
-            coupling = coupled(&others);
-            relative = coupling.as_ref().map(|c| c.matrix(&k));
         }
-        let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
+        let coupled = others.iter().any(|o| !o.is_empty());
+        let coupling = coupled.then(|| Coupling::new(own.clone(), &others, nodes.count));
+        let multigrid = Multigrid::new(&mut k, &kernel, &own, coupling.as_ref())
             .ok_or("the stiffness matrix does not get coarser by aggregation")?;
+        // What others count from is stiffer or softer now: the function of the corner of a quadratic face grows.
+        points.iter_mut().for_each(|p| p.flexibility += give(p.node, p.scale, 3.0, &k));
         if multigrid.is_singular() {
             let motions = rigid_motions(problem);
             let mut floating = vec![false; problem.unknowns()];
@@ -86,7 +83,6 @@ impl Turned {
                 p.floats = problem.rows(j).into_iter().any(reached);
             }
         }
-        let k = relative.unwrap_or(k);
         let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling };
         turned.set_load(&problem.f);
         Ok((turned, multigrid))
@@ -129,10 +125,6 @@ impl Turned {
         }
         self.nodes.scatter(&x)
     }
-}
-
-fn trace(a: &Block<3, 3>) -> f64 {
-    a[0][0] + a[1][1] + a[2][2]
 }
 
 /// The near-kernel by nodes, in the frames.

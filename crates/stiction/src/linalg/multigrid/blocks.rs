@@ -22,6 +22,23 @@ pub struct Blocks<const R: usize, const C: usize> {
 /// Rows handed to a thread at a time; results do not depend on it.
 pub(super) const ROWS_PER_TASK: usize = 1024;
 
+/// Room for a few longer rows ([`Blocks::replace_rows`]) behind so many entries: memory that is not written costs nothing,
+/// and an array that outgrows its own is copied.
+fn with_room(entries: usize) -> usize {
+    entries + entries / 2
+}
+
+/// Appends `more` values `x`.
+fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
+    let length = array.len() + more;
+    if array.capacity() < length {
+        let mut larger = in_huge_pages(Vec::with_capacity(length));
+        larger.extend_from_slice(array);
+        *array = larger;
+    }
+    array.resize(length, x);
+}
+
 /// Where the blocks of a matrix stand.
 #[derive(Debug, Clone)]
 pub(super) struct Pattern {
@@ -56,12 +73,19 @@ impl Pattern {
             )
             .collect();
         let mut start = vec![0];
-        let mut column = in_huge_pages(Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum()));
+        let mut column = in_huge_pages(Vec::with_capacity(with_room(parts.iter().map(|p| p.1.len()).sum())));
         for (ends, part) in &parts {
             start.extend(ends.iter().map(|end| column.len() + end));
             column.extend_from_slice(part);
         }
         Pattern { start, column }
+    }
+
+    /// A zero block for each place.
+    pub fn zeros<const R: usize, const C: usize>(&self) -> Vec<Block<R, C>> {
+        let mut value = in_huge_pages(vec![[[0.0; C]; R]; with_room(self.column.len())]);
+        value.truncate(self.column.len());
+        value
     }
 
     pub fn row(&self, i: usize) -> &[u32] {
@@ -143,10 +167,33 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
     ) -> Blocks<R, C> {
         let pattern = Pattern::new(rows, cols, columns);
-        let mut value = in_huge_pages(vec![[[0.0; C]; R]; pattern.column.len()]);
+        let mut value = pattern.zeros();
         pattern.fill(0..rows, cols, &mut value, fill);
         let Pattern { start, column } = pattern;
         Blocks { rows, cols, start, column, value }
+    }
+
+    /// Puts the rows of `new` in the place of `rows`, which ascend and none of which gets shorter. Everything else moves up
+    /// within the same memory: another matrix as large would cost more than all arithmetic on a few rows.
+    pub(super) fn replace_rows(&mut self, rows: &[u32], new: &Blocks<R, C>) {
+        let mut end = self.column.len();
+        let grown = |t: usize, i: usize| new.row(t).0.len() - self.row(i).0.len();
+        let mut shift: usize = rows.iter().enumerate().map(|(t, &i)| grown(t, i as usize)).sum();
+        grow(&mut self.column, shift, 0);
+        grow(&mut self.value, shift, [[0.0; C]; R]);
+        let mut after = self.rows;
+        for (t, &i) in rows.iter().enumerate().rev() {
+            let i = i as usize;
+            let (from, to) = (self.start[i], self.start[i + 1]);
+            self.column.copy_within(to..end, to + shift);
+            self.value.copy_within(to..end, to + shift);
+            self.start[i + 1..=after].iter_mut().for_each(|start| *start += shift);
+            let (columns, blocks) = new.row(t);
+            shift -= columns.len() - (to - from);
+            self.column[from + shift..][..columns.len()].copy_from_slice(columns);
+            self.value[from + shift..][..columns.len()].copy_from_slice(blocks);
+            (end, after) = (from, i);
+        }
     }
 
     /// The transpose's pattern: for each column the rows that hold it, with the places of the blocks.

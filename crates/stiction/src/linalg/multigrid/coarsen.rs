@@ -226,7 +226,7 @@ fn galerkin<const R: usize>(
     if 36 * coarse.column.len() > MOST_FILL * R * R * a.value.len() {
         return None;
     }
-    let mut value = in_huge_pages(vec![[[0.0; 6]; 6]; coarse.column.len()]);
+    let mut value: Vec<Block<6, 6>> = coarse.zeros();
     let slabs = || (0..a.rows).step_by(SLAB).map(|first| first..a.rows.min(first + SLAB));
     let largest = slabs().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
     let mut slab: Vec<Block<R, 6>> = in_huge_pages(Vec::with_capacity(largest));

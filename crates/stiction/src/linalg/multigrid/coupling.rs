@@ -66,59 +66,66 @@ impl Coupling {
         place
     }
 
-    /// `Tᵀ A T` with `x = T x'`: the matrix of the relative displacements.
-    pub fn matrix(&self, a: &Blocks<3, 3>) -> Blocks<3, 3> {
+    /// Makes `A` the matrix of the relative displacements, `Tᵀ A T` with `x = T x'`. Only rows near the changed nodes and
+    /// those of the nodes they are coupled to are made anew.
+    pub fn make_relative(&self, a: &mut Blocks<3, 3>) {
         let place = self.places();
+        let coupled = |j: u32| {
+            let i = place[j as usize];
+            (i != u32::MAX && !self.c.row(i as usize).0.is_empty()).then_some(i as usize)
+        };
         // A T: a column of a changed node goes to the nodes it is coupled to as well.
-        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
-            for &j in a.row(i).0 {
+        let changed: Vec<u32> =
+            (0..a.rows as u32).filter(|&i| a.row(i as usize).0.iter().any(|&j| coupled(j).is_some())).collect();
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            for &j in a.row(changed[t] as usize).0 {
                 name(j);
-                if place[j as usize] != u32::MAX {
-                    self.c.row(place[j as usize] as usize).0.iter().for_each(|&k| name(k));
-                }
+                coupled(j).into_iter().for_each(|i| self.c.row(i).0.iter().for_each(|&k| name(k)));
             }
         };
-        let right: Blocks<3, 3> = Blocks::from_rows(a.rows, a.cols, reached, |i, row| {
-            let (columns, blocks) = a.row(i);
+        let right: Blocks<3, 3> = Blocks::from_rows(changed.len(), a.cols, reached, |t, row| {
+            let (columns, blocks) = a.row(changed[t] as usize);
             for (&j, block) in columns.iter().zip(blocks) {
                 let own = row.at(j);
                 own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(x, v)| *x += v);
-                if place[j as usize] != u32::MAX {
+                if let Some(i) = coupled(j) {
                     let minus = block.map(|r| r.map(|v| -v));
-                    self.terms(place[j as usize] as usize).for_each(|(k, c)| add_product(&minus, c, row.at(k as u32)));
+                    self.terms(i).for_each(|(k, c)| add_product(&minus, c, row.at(k as u32)));
                 }
             }
         });
-        self.transpose(right)
-    }
-
-    /// `Tᵀ X`: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
-    fn transpose(&self, x: Blocks<3, 3>) -> Blocks<3, 3> {
-        let (start, entry) = self.c.by_columns();
-        let reached = |k: usize, name: &mut dyn FnMut(u32)| {
-            x.row(k).0.iter().for_each(|&j| name(j));
-            for &(i, _) in &entry[start[k]..start[k + 1]] {
-                x.row(self.nodes[i as usize] as usize).0.iter().for_each(|&j| name(j));
-            }
+        let mut at = vec![u32::MAX; a.rows];
+        changed.iter().enumerate().for_each(|(t, &i)| at[i as usize] = t as u32);
+        let a_times_t = |i: u32| match at[i as usize] {
+            u32::MAX => a.row(i as usize),
+            t => right.row(t as usize),
         };
-        Blocks::from_rows(x.rows, x.cols, reached, |k, row| {
-            let (columns, blocks) = x.row(k);
-            for (&j, block) in columns.iter().zip(blocks) {
-                *row.at(j) = *block;
-            }
-            for &(i, place) in &entry[start[k]..start[k + 1]] {
+        // Tᵀ of that: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
+        let (start, entry) = self.c.by_columns();
+        let touched: Vec<u32> =
+            (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
+        let from = |k: u32| entry[start[k as usize]..start[k as usize + 1]].iter();
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            a_times_t(touched[t]).0.iter().for_each(|&j| name(j));
+            from(touched[t]).for_each(|&(i, _)| a_times_t(self.nodes[i as usize]).0.iter().for_each(|&j| name(j)));
+        };
+        let rows: Blocks<3, 3> = Blocks::from_rows(touched.len(), a.cols, reached, |t, row| {
+            let (columns, blocks) = a_times_t(touched[t]);
+            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            for &(i, place) in from(touched[t]) {
                 let c = self.c.value[place as usize].map(|r| r.map(|v| -v));
-                let (columns, blocks) = x.row(self.nodes[i as usize] as usize);
+                let (columns, blocks) = a_times_t(self.nodes[i as usize]);
                 columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&c, block, row.at(j)));
             }
-        })
+        });
+        a.replace_rows(&touched, &rows);
     }
 
     /// A step of coarsening for the displacements made one for relative displacements, whose matrix is `matrix`.
-    pub(super) fn relative(&self, step: Coarser<3>, matrix: &Blocks<3, 3>) -> Coarser<3> {
-        let (prolongation, a_times_p) = (self.prolongation(&step.prolongation), self.transpose_own(&step.a_times_p));
-        let mut step = Coarser { prolongation, a_times_p, ..step };
-        step.matrix = self.widen(matrix, &step);
+    pub(super) fn relative(&self, mut step: Coarser<3>, matrix: &Blocks<3, 3>) -> Coarser<3> {
+        self.make_relative_prolongation(&mut step.prolongation);
+        step.a_times_p = self.transpose_own(&step.a_times_p);
+        self.widen(matrix, &mut step);
         step
     }
 
@@ -146,32 +153,29 @@ impl Coupling {
         })
     }
 
-    /// The prolongation to relative displacements, `T⁻¹ P`.
-    fn prolongation(&self, p: &Blocks<3, 6>) -> Blocks<3, 6> {
-        let place = self.places();
-        let coupled = |i: usize| (place[i] != u32::MAX).then(|| place[i] as usize);
-        let reached = |i: usize, name: &mut dyn FnMut(u32)| {
-            p.row(i).0.iter().for_each(|&j| name(j));
-            if let Some(i) = coupled(i) {
-                self.terms(i).for_each(|(k, _)| p.row(k).0.iter().for_each(|&j| name(j)));
-            }
+    /// Makes a prolongation one to relative displacements, `T⁻¹ P`.
+    fn make_relative_prolongation(&self, p: &mut Blocks<3, 6>) {
+        let mut coupled: Vec<usize> = (0..self.nodes.len()).filter(|&i| !self.c.row(i).0.is_empty()).collect();
+        coupled.sort_unstable_by_key(|&i| self.nodes[i]);
+        let nodes: Vec<u32> = coupled.iter().map(|&i| self.nodes[i]).collect();
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            p.row(nodes[t] as usize).0.iter().for_each(|&j| name(j));
+            self.terms(coupled[t]).for_each(|(k, _)| p.row(k).0.iter().for_each(|&j| name(j)));
         };
-        Blocks::from_rows(p.rows, p.cols, reached, |i, row| {
-            let (columns, blocks) = p.row(i);
-            for (&j, block) in columns.iter().zip(blocks) {
-                *row.at(j) = *block;
-            }
-            let Some(i) = coupled(i) else { return };
-            for (k, c) in self.terms(i) {
+        let rows = Blocks::from_rows(nodes.len(), p.cols, reached, |t, row| {
+            let (columns, blocks) = p.row(nodes[t] as usize);
+            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            for (k, c) in self.terms(coupled[t]) {
                 let (columns, blocks) = p.row(k);
                 columns.iter().zip(blocks).for_each(|(&j, block)| add_product(c, block, row.at(j)));
             }
-        })
+        });
+        p.replace_rows(&nodes, &rows);
     }
 
-    /// The coarse matrix of a step whose prolongation is one to relative displacements, with room for what conditions at the changed nodes will add: aggregates of both sides become
-    /// neighbours.
-    fn widen(&self, a: &Blocks<3, 3>, step: &Coarser<3>) -> Blocks<6, 6> {
+    /// Gives the coarse matrix of a step whose prolongation is one to relative displacements room for what conditions at
+    /// the changed nodes will add: aggregates of both sides become neighbours.
+    fn widen(&self, a: &Blocks<3, 3>, step: &mut Coarser<3>) {
         let Coarser { prolongation: p, a_times_p, matrix: m, .. } = step;
         let place = self.places();
         let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
@@ -193,11 +197,16 @@ impl Coupling {
             row.sort_unstable();
             row.dedup();
         });
-        let named = |i: usize, name: &mut dyn FnMut(u32)| m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
-        Blocks::from_rows(m.rows, m.cols, named, |i, row| {
-            let (columns, blocks) = m.row(i);
+        let wider: Vec<u32> = (0..m.rows as u32).filter(|&i| !more[i as usize].is_empty()).collect();
+        let named = |t: usize, name: &mut dyn FnMut(u32)| {
+            let i = wider[t] as usize;
+            m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
+        };
+        let rows = Blocks::from_rows(wider.len(), m.cols, named, |t, row| {
+            let (columns, blocks) = m.row(wider[t] as usize);
             columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
-        })
+        });
+        m.replace_rows(&wider, &rows);
     }
 }
 
@@ -236,6 +245,12 @@ mod tests {
         (a, kernel, coupling)
     }
 
+    fn relative(a: &Blocks<3, 3>, coupling: &Coupling) -> Blocks<3, 3> {
+        let mut relative = a.clone();
+        coupling.make_relative(&mut relative);
+        relative
+    }
+
     fn vector(n: usize, seed: f64) -> Vec<[f64; 3]> {
         (0..n).map(|i| std::array::from_fn(|c| ((i * 3 + c) as f64 * seed).fract() - 0.5)).collect()
     }
@@ -247,7 +262,7 @@ mod tests {
     #[test]
     fn relative_displacements_have_the_energy_and_the_work_of_the_absolute_ones() {
         let (a, _, coupling) = two_bodies();
-        let relative = coupling.matrix(&a);
+        let relative = relative(&a, &coupling);
         for seed in [0.618, 0.414] {
             let (x, f) = (vector(a.rows, seed), vector(a.rows, 0.7321));
             let mut y = x.clone();
@@ -271,9 +286,10 @@ mod tests {
     }
 
     fn solved_fast(a: &Blocks<3, 3>, kernel: &[[[f64; 6]; 3]], coupling: &Coupling) {
-        let relative = coupling.matrix(a);
+        let relative = relative(a, coupling);
         let step = coarsen(a, kernel, 0.05, &coupling.nodes).unwrap();
-        let p = coupling.prolongation(&step.prolongation);
+        let mut p = step.prolongation.clone();
+        coupling.make_relative_prolongation(&mut p);
         // P'T'ATP is P'AP: the coarse spaces are the same displacements.
         for q in [0, 3, 7] {
             let mut coarse = vec![[0.0; 6]; p.cols];
@@ -292,7 +308,7 @@ mod tests {
         for conditions in [holding(&|_| [true; 3]), holding(&|i| [i % 3 == 0, i % 4 == 1, false])] {
             assert_local_changes(&relative, &relative, &coupled, &coupling.nodes, &conditions);
         }
-        let mut multigrid = Multigrid::new(a, kernel, &coupling.nodes, Some((coupling, &relative))).unwrap();
+        let mut multigrid = Multigrid::new(&mut a.clone(), kernel, &coupling.nodes, Some(coupling)).unwrap();
         multigrid.constrain(&holding(&|_| [true; 3]), true);
         let hold = |x: &mut Vec<[f64; 3]>| coupling.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; held nodes stay where they are.

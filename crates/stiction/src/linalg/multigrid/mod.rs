@@ -64,23 +64,25 @@ impl Multigrid {
     /// rigid motions for elasticity). Only `constrained` nodes can be constrained later. `None` if the matrix does
     /// not get coarse by aggregation.
     ///
-    /// With a coupling the hierarchy is that of the matrix of relative displacements, [`Coupling::matrix`], given
-    /// beside it; its coarse spaces are those of `a`, so that bodies which only contact holds together stay apart.
+    /// With a coupling the hierarchy is that of the matrix of relative displacements, which `a` is made
+    /// ([`Coupling::make_relative`]); its coarse spaces are those of `a` as it was given, so that bodies which only contact
+    /// holds together stay apart.
     pub fn new(
-        a: &Blocks<3, 3>,
+        a: &mut Blocks<3, 3>,
         kernel: &[Kernel<3>],
         constrained: &[u32],
-        coupled: Option<(&Coupling, &Blocks<3, 3>)>,
+        coupling: Option<&Coupling>,
     ) -> Option<Multigrid> {
         let mut step = coarsen(a, kernel, STRONG, constrained)?;
-        if let Some((coupling, matrix)) = coupled {
-            step = coupling.relative(step, matrix);
+        if let Some(coupling) = coupling {
+            coupling.make_relative(a);
+            step = coupling.relative(step, a);
         }
-        let mut local = Local::new(coupled.map_or(a, |(_, matrix)| matrix), &step, constrained);
+        let mut local = Local::new(a, &step, constrained);
         let first = Packed::new(&step.prolongation);
         // What is used up makes room for the next: memory touched for the first time is a good part of a set-up.
         drop(step.prolongation);
-        let fine = Level::new(coupled.map_or(a, |(_, matrix)| matrix));
+        let fine = Level::new(a);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
