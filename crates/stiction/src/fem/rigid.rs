@@ -12,6 +12,10 @@ const UNSEEN: f64 = 1e-6;
 /// Parts of a motion below this are left out where it is told to a person.
 const READABLE: f64 = 1e-4;
 
+/// A motion that turns a body by less than this part of what it moves it by is told as a translation: an axis a hundred
+/// radii away says less than the direction.
+const TURNING: f64 = 1e-2;
+
 /// What rounding leaves of a zero, with lengths measured in body sizes.
 const ROUNDING: f64 = 1e-12;
 
@@ -51,11 +55,11 @@ pub enum Motion {
 
 impl Motion {
     /// The motion `u(x) = t + omega x (x - origin)` of a body of the given centre and radius, to its direction. What
-    /// turns the body by less than `1e-4` of its displacement is a translation: the motion is for a person to read.
+    /// turns the body by less than a hundredth of its displacement is a translation: the motion is for a person to read.
     pub fn of(t: V3, omega: V3, origin: V3, centre: V3, radius: f64) -> Motion {
         let t = add(t, cross(omega, sub(centre, origin)));
         let (turn, shift) = (norm(omega), norm(t));
-        if turn * radius <= READABLE * shift {
+        if turn * radius <= TURNING * shift {
             return Motion::Translation { along: direction_of(t) };
         }
         let along = scale(1.0 / turn, omega);
