@@ -1,4 +1,5 @@
 use super::directions::{Vector, dot};
+use super::floating::Floating;
 use super::frames::{Point, Turned};
 use super::iteration::{End, Observe, State, constrain, residual, violation};
 use super::sets::{Law, Set, set};
@@ -19,6 +20,7 @@ pub(super) fn descend(
     at: &mut State,
     tolerance: f64,
     max_cycles: usize,
+    floating: Option<&Floating>,
     observe: &mut Observe<'_>,
 ) -> End {
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
@@ -41,18 +43,28 @@ pub(super) fn descend(
             _ if at.cycles >= max_cycles => return End::Limit,
             _ => {}
         }
+        if let Some(floating) = floating {
+            let mut v = floating.motion(turned, laws, at);
+            go_along(turned, laws, at, &mut v);
+        }
         sweep(turned, laws, &point_of, &inverses, &mut at.u);
         at.ku = k.times(&at.u);
         at.sets = points.iter().zip(laws).map(|(p, law)| smooth_part(law, p, at.u[p.node])).collect();
         constrain(multigrid, at);
         let mut v = multigrid.cycle(&residual(turned, laws, at));
-        project(points, laws, &at.u, &mut v);
-        let step = line_search(turned, laws, at, &v);
-        at.u.iter_mut().flatten().zip(v.iter().flatten()).for_each(|(u, v)| *u += step * v);
-        // Rounding of u + step v must not leave a bound or a kink that v does not leave.
-        make_feasible(points, laws, &mut at.u);
+        go_along(turned, laws, at, &mut v);
         at.cycles += 1;
     }
+}
+
+/// Moves to the least energy along `v`, cut where it would leave the admissible displacements.
+fn go_along(turned: &Turned, laws: &[Law], at: &mut State, v: &mut Vector) {
+    let points = &turned.points;
+    project(points, laws, &at.u, v);
+    let step = line_search(turned, laws, at, v);
+    at.u.iter_mut().flatten().zip(v.iter().flatten()).for_each(|(u, v)| *u += step * v);
+    // Rounding of u + step v must not leave a bound or a kink that v does not leave.
+    make_feasible(points, laws, &mut at.u);
 }
 
 fn tied(law: &Law) -> bool {

@@ -1,6 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::directions::{Direction, MOST, Vector, advance, norm};
+use super::floating::Floating;
 use super::frames::Turned;
 use super::sets::{Law, Set, set, stuck};
 use crate::friction::PointState;
@@ -75,6 +76,9 @@ impl State {
         self.kept.clear();
         self.history.clear();
         self.coarse.clear();
+        self.best = None;
+        self.resets = 0;
+        self.last_reset = self.cycles;
         self.warm = true;
     }
 }
@@ -88,7 +92,7 @@ const PATIENCE: usize = 15;
 const GAIN: f64 = 0.7;
 const HIGH: f64 = 0.05;
 /// Resets at most, and the cycles with frozen sets after one.
-const RESETS: usize = 4;
+pub(super) const RESETS: usize = 4;
 const FROZEN: usize = 5;
 /// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
 const KEPT_FAR: usize = 2;
@@ -96,6 +100,15 @@ const KEPT_FAR: usize = 2;
 const SLOW: usize = 12;
 /// Cycles without a halving of the best residual that count as a failure.
 const HOPELESS: usize = 60;
+
+/// What [`run`] does about trouble.
+#[derive(Clone, Copy)]
+pub(super) struct Manner<'a> {
+    /// Bodies that are moved as a whole before each cycle while the residual is above [`HIGH`].
+    pub settle: Option<&'a Floating>,
+    /// Resets where the sets go round in circles; with none that is a failure at once.
+    pub resets: usize,
+}
 
 /// Told the residual and the sets after each cycle; may stop the run.
 pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> + 'a;
@@ -116,10 +129,16 @@ pub(super) fn run(
     at: &mut State,
     tolerance: f64,
     max_cycles: usize,
+    manner: Manner<'_>,
     observe: &mut Observe<'_>,
 ) -> End {
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     loop {
+        if let Some(floating) = manner.settle
+            && at.history.last().is_some_and(|eps| *eps > HIGH)
+        {
+            floating.settle(turned, laws, at);
+        }
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
         let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
         at.sets = (points.iter().zip(laws))
@@ -158,7 +177,11 @@ pub(super) fn run(
         if !near {
             at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
         }
-        let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
+        let round = goes_round(&at.history, at.cycles - at.last_reset);
+        if round && manner.resets == 0 {
+            return End::Failed;
+        }
+        let reset = round && at.resets < manner.resets;
         if reset {
             for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
                 if s.condition.held[0] {

@@ -1,9 +1,11 @@
 use std::ops::ControlFlow;
 
 use super::descent::descend;
+use super::bounds::follow_bounds;
 use super::directions::norm;
+use super::floating::Floating;
 use super::frames::{Point, Turned};
-use super::iteration::{End, State, run};
+use super::iteration::{End, Manner, RESETS, State, run};
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
@@ -74,12 +76,25 @@ pub fn descend_primal(
     convex(&problem.friction).then(|| iterate(problem, primal, settings, true, observer))
 }
 
+/// How a problem is solved; what comes later is taken where what comes earlier fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    /// The sets' own iteration.
+    Sets,
+    /// The same, floating bodies moved as a whole before each cycle.
+    Settled,
+    /// Given friction, with bounds that follow the normal forces.
+    Bounds,
+    /// The energy is minimised.
+    Descent,
+}
+
 /// By the sets' own iteration, from where that fails by descent if there is an energy; or by descent alone.
 fn iterate(
     problem: &ContactProblem,
     primal: &mut Primal,
     settings: &Settings,
-    mut descending: bool,
+    descending: bool,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
     let Primal { turned, multigrid } = primal;
@@ -98,11 +113,18 @@ fn iterate(
         Law { friction: problem.friction[j], rest, parameter }
     };
     let laws: Vec<Law> = (0..m).map(law).collect();
-    let mut at = match settings.start_displacement.clone().or_else(|| rest(problem, turned)) {
-        Some(u) => State::at(turned.to_frames(&u), &turned.k),
-        None => State::zero(turned.f.len()),
+    let start = settings.start_displacement.clone().or_else(|| rest(problem, turned));
+    let begin = |cycles: usize| {
+        let mut at = match &start {
+            Some(u) => State::at(turned.to_frames(u), &turned.k),
+            None => State::zero(turned.f.len()),
+        };
+        at.cycles = cycles;
+        at
     };
-    let mut most = settings.max_iterations;
+    let floating = Floating::new(problem, &turned.points);
+    let mut way = if descending { Way::Descent } else { Way::Sets };
+    let (mut at, mut most) = (begin(0), settings.max_iterations);
     let mut history = Vec::new();
     // The certificate measures with other scales than the residual: the first target is a guess, then it is lowered.
     let mut tolerance = 0.03 * settings.tolerance;
@@ -121,20 +143,38 @@ fn iterate(
             history.push(progress);
             observer(&progress)
         };
-        let go = if descending { descend } else { run };
-        let end = go(turned, &laws, multigrid, &mut at, tolerance, most, &mut observe);
-        if !descending && convex(&problem.friction) && matches!(end, End::Failed | End::Limit) {
-            descending = true;
-            most = at.cycles + settings.max_iterations;
-            if !at.u.iter().flatten().all(|u| u.is_finite()) {
-                let cycles = at.cycles;
-                at = State::zero(turned.f.len());
-                at.cycles = cycles;
+        let end = match way {
+            Way::Sets => {
+                let manner = Manner { settle: None, resets: if floating.is_some() { if std::env::var("R0").is_ok() { 0 } else {RESETS} } else { RESETS } };
+                run(turned, &laws, multigrid, &mut at, tolerance, most, manner, &mut observe)
             }
-            continue;
+            Way::Settled => {
+                let manner = Manner { settle: floating.as_ref(), resets: RESETS };
+                run(turned, &laws, multigrid, &mut at, tolerance, most, manner, &mut observe)
+            }
+            Way::Bounds => {
+                follow_bounds(turned, &laws, multigrid, &mut at, tolerance, most, floating.as_ref(), &mut observe)
+            }
+            Way::Descent => {
+                descend(turned, &laws, multigrid, &mut at, tolerance, most, floating.as_ref(), &mut observe)
+            }
+        };
+        if matches!(end, End::Failed | End::Limit) {
+            let next = match way {
+                Way::Sets if floating.is_some() => Some(Way::Settled),
+                Way::Sets | Way::Settled if convex(&problem.friction) => Some(Way::Descent),
+                Way::Sets | Way::Settled => Some(Way::Bounds),
+                Way::Bounds | Way::Descent => None,
+            };
+            if let Some(next) = next {
+                way = next;
+                most = at.cycles + settings.max_iterations;
+                at = begin(at.cycles);
+                continue;
+            }
         }
         // A descent ends lower than wherever it began.
-        if end == End::Failed && !descending {
+        if end == End::Failed && way != Way::Descent {
             at.go_back();
         }
         let solution = solution(problem, turned, &at, end, settings.tolerance);

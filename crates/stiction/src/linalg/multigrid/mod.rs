@@ -24,7 +24,7 @@ pub use dense::inverse;
 pub use truncate::Condition;
 
 use bottom::Bottom;
-use coarsen::coarsen;
+use coarsen::{coarsen, copied};
 use packed::Packed;
 use smoother::Level;
 use truncate::Local;
@@ -72,7 +72,8 @@ impl Multigrid {
         constrained: &[u32],
         coupled: Option<(&Coupling, &Blocks<3, 3>)>,
     ) -> Option<Multigrid> {
-        let mut step = coarsen(a, kernel, STRONG, constrained)?;
+        let small = || (a.rows <= BOTTOM_MOST).then(|| copied(a, kernel, constrained)).flatten();
+        let mut step = coarsen(a, kernel, STRONG, constrained).or_else(small)?;
         if let Some((coupling, matrix)) = coupled {
             step = coupling.relative(step, matrix);
         }
