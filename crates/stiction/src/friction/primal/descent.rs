@@ -1,7 +1,6 @@
 use super::directions::{Vector, dot};
-use super::floating::Floating;
 use super::frames::{Point, Turned};
-use super::iteration::{End, Observe, State, constrain, residual, violation};
+use super::iteration::{Cycles, End, Observe, State, constrain, residual, violation};
 use super::sets::{Law, Set, set};
 use crate::contact::Friction;
 use crate::friction::PointState;
@@ -12,17 +11,16 @@ use crate::linalg::multigrid::{Block, Condition, Multigrid, inverse};
 /// truncated nonsmooth Newton multigrid method (Graeser & Kornhuber 2009; Graeser & Sander 2019): a nonlinear
 /// Gauss-Seidel sweep, one cycle for the components that are neither at their bound nor at a kink, projection, and an
 /// exact line search. The energy falls in every step and the sweep alone converges, so the iteration cannot go round
-/// in circles; it gives up the Krylov directions and takes more cycles than the sets' own iteration.
+/// in circles; it gives up the Krylov directions and takes more cycles than the sets' own iteration. Bodies that float are
+/// moved as a whole first, which is one more direction with an exact line search.
 pub(super) fn descend(
-    turned: &Turned,
+    on: &Cycles<'_>,
     laws: &[Law],
     multigrid: &mut Multigrid,
     at: &mut State,
-    tolerance: f64,
-    max_cycles: usize,
-    floating: Option<&Floating>,
     observe: &mut Observe<'_>,
 ) -> End {
+    let Cycles { turned, tolerance, most, floating } = *on;
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     let mut point_of = vec![u32::MAX; f.len()];
     points.iter().enumerate().for_each(|(j, p)| point_of[p.node] = j as u32);
@@ -40,7 +38,7 @@ pub(super) fn descend(
         match eps {
             eps if eps <= tolerance => return End::Converged,
             eps if !eps.is_finite() => return End::Failed,
-            _ if at.cycles >= max_cycles => return End::Limit,
+            _ if at.cycles >= most => return End::Limit,
             _ => {}
         }
         if let Some(floating) = floating {

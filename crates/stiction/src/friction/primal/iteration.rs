@@ -56,6 +56,11 @@ impl State {
         State { ku: k.times(&u), u, warm: true, ..State::default() }
     }
 
+    /// The same once so many cycles have been run.
+    pub fn after(self, cycles: usize) -> State {
+        State { cycles, ..self }
+    }
+
     /// Goes back to where the residual was least. Bodies that nothing holds any more are carried off ever faster, and where
     /// they are then says nothing.
     pub fn go_back(&mut self) {
@@ -91,7 +96,7 @@ const LAG: f64 = 0.003;
 const PATIENCE: usize = 15;
 const GAIN: f64 = 0.7;
 const HIGH: f64 = 0.05;
-/// Resets at most, and the cycles with frozen sets after one.
+/// Resets of the first way at most, and the cycles with frozen sets after one.
 pub(super) const RESETS: usize = 4;
 const FROZEN: usize = 5;
 /// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
@@ -101,13 +106,16 @@ const SLOW: usize = 12;
 /// Cycles without a halving of the best residual that count as a failure.
 const HOPELESS: usize = 60;
 
-/// What [`run`] does about trouble.
+/// What cycles are run on, and how far.
 #[derive(Clone, Copy)]
-pub(super) struct Manner<'a> {
-    /// Bodies that are moved as a whole before each cycle while the residual is above [`HIGH`].
-    pub settle: Option<&'a Floating>,
-    /// Resets where the sets go round in circles; with none that is a failure at once.
-    pub resets: usize,
+pub(super) struct Cycles<'a> {
+    pub turned: &'a Turned,
+    /// Violation to reach, over the load.
+    pub tolerance: f64,
+    /// Cycles in all, those of earlier runs counted.
+    pub most: usize,
+    /// Bodies that are moved as a whole before each cycle, by [`run`] while the residual is above [`HIGH`].
+    pub floating: Option<&'a Floating>,
 }
 
 /// Told the residual and the sets after each cycle; may stop the run.
@@ -120,21 +128,20 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> +
 /// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
 /// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
 /// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
-/// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
+/// Sets that go round in circles are reset so many times and then a failure. Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
 /// 1991).
 pub(super) fn run(
-    turned: &Turned,
+    on: &Cycles<'_>,
     laws: &[Law],
     multigrid: &mut Multigrid,
     at: &mut State,
-    tolerance: f64,
-    max_cycles: usize,
-    manner: Manner<'_>,
+    resets: usize,
     observe: &mut Observe<'_>,
 ) -> End {
+    let Cycles { turned, tolerance, most, floating } = *on;
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     loop {
-        if let Some(floating) = manner.settle
+        if let Some(floating) = floating
             && at.history.last().is_some_and(|eps| *eps > HIGH)
         {
             floating.settle(turned, laws, at);
@@ -166,7 +173,7 @@ pub(super) fn run(
             at.history.pop();
             continue;
         }
-        if at.cycles >= max_cycles {
+        if at.cycles >= most {
             return End::Limit;
         }
         at.keep_best(eps);
@@ -178,11 +185,10 @@ pub(super) fn run(
             at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
         }
         let round = goes_round(&at.history, at.cycles - at.last_reset);
-        if round && manner.resets == 0 {
+        if round && at.resets >= resets {
             return End::Failed;
         }
-        let reset = round && at.resets < manner.resets;
-        if reset {
+        if round {
             for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
                 if s.condition.held[0] {
                     *s = stuck(law, p);
@@ -194,7 +200,7 @@ pub(super) fn run(
         }
         constrain(multigrid, at);
         hold(k, points, laws, at);
-        for _ in 0..if reset { FROZEN } else { 1 } {
+        for _ in 0..if round { FROZEN } else { 1 } {
             let r = residual(turned, laws, at);
             let p = multigrid.cycle(&r);
             let kp = k.times(&p);
