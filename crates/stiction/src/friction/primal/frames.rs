@@ -31,6 +31,40 @@ pub(super) struct Point {
     pub floats: bool,
 }
 
+/// Why the primal path is not for a problem.
+pub(super) struct Refusal {
+    pub what: &'static str,
+    pub remedy: &'static str,
+}
+
+const OTHER_PATH: &str = "set path = \"auto\" under [solver]";
+const STIFF: Refusal = Refusal {
+    what: "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves slowly or not",
+    remedy: "leave out `slave` under [[contact]], which puts the points on the softer body, or set path = \"auto\" under [solver]",
+};
+
+/// Nodes so many times stiffer than those their displacements are counted from. A soft node then carries stiff ones along
+/// wherever they may slide, and no sweep by nodes smooths its motion: cycles double from a ratio of ten to a hundred, and
+/// several hundred are needed beyond.
+const MUCH_STIFFER: f64 = 100.0;
+/// Share of the points between bodies of which that may be so: single nodes at an edge say nothing.
+const FEW: f64 = 0.25;
+
+/// Whether many points are counted from much softer nodes than their own.
+fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[Others]) -> bool {
+    let coupled = others.iter().filter(|o| !o.is_empty()).count();
+    let stiff = |(p, others): &(&Point, &Others)| {
+        let (mut soft, mut all) = (0.0, 0.0);
+        for (v, block) in others.iter() {
+            let weight: f64 = block.iter().flatten().map(|c| c * c).sum();
+            soft += weight * trace(&k.diagonal(*v as usize));
+            all += weight;
+        }
+        all > 0.0 && trace(&k.diagonal(p.node)) * all > MUCH_STIFFER * soft
+    };
+    points.iter().zip(others).filter(stiff).count() as f64 > FEW * coupled as f64
+}
+
 /// Rows of a point are orthonormal to this accuracy.
 const ORTHONORMAL: f64 = 1e-9;
 
@@ -42,15 +76,20 @@ impl Turned {
     ///
     /// # Errors
     /// What the primal path is not for: a point without a node of its own on which its rows are an orthonormal frame
-    /// (own: no other point's rows reach it), nodes with more than three unknowns, a matrix that does not get coarser.
-    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
+    /// (own: no other point's rows reach it) or on a much stiffer body than the one it touches, nodes with more than three
+    /// unknowns, a matrix that does not get coarser.
+    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Refusal> {
+        let refuse = |what| Refusal { what, remedy: OTHER_PATH };
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
-        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
+        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or(refuse("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes)
-            .ok_or("the multigrid path is for contact points that each have a node of their own")?;
+            .ok_or(refuse("the multigrid path is for contact points that each have a node of their own"))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
+        if on_stiff_bodies(&k, &points, &others) {
+            return Err(STIFF);
+        }
         turn_matrix(&mut k, &frame_of, &points);
         let mut others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
         let kernel = kernel(problem, &nodes, &points);
@@ -76,7 +115,7 @@ impl Turned {
             relative = coupling.as_ref().map(|c| c.matrix(&k));
         }
         let multigrid = Multigrid::new(&k, &kernel, &own, coupling.as_ref().zip(relative.as_ref()))
-            .ok_or("the stiffness matrix does not get coarser by aggregation")?;
+            .ok_or(refuse("the stiffness matrix does not get coarser by aggregation"))?;
         if multigrid.is_singular() {
             let motions = rigid_motions(problem);
             let mut floating = vec![false; problem.unknowns()];

@@ -29,10 +29,11 @@ impl Primal {
     ///
     /// # Errors
     /// If the problem is not one for this path: a contact point without a node of its own on which its rows of `B` are
-    /// an orthonormal frame, nodes with more than three unknowns, or a matrix that does not get coarser by aggregation.
+    /// an orthonormal frame, points between bodies on one some hundred times stiffer than the other, nodes with more than
+    /// three unknowns, or a matrix that does not get coarser by aggregation.
     pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
         let (turned, multigrid) =
-            Turned::new(problem).map_err(|what| Error::new("", what, "set path = \"auto\" under [solver]"))?;
+            Turned::new(problem).map_err(|refusal| Error::new("", refusal.what, refusal.remedy))?;
         Ok(Primal { turned, multigrid })
     }
 }
@@ -95,8 +96,8 @@ impl Way {
     fn next(self, end: End, floats: bool, convex: bool) -> Option<Way> {
         match (self, end) {
             (Way::Sets, End::Failed) if floats => Some(Way::Settled),
-            (Way::Sets | Way::Settled, End::Failed | End::Limit) if convex => Some(Way::Descent),
             (Way::Sets | Way::Settled, End::Failed) => Some(Way::Bounds),
+            (Way::Sets | Way::Settled, End::Limit) if convex => Some(Way::Bounds),
             _ => None,
         }
     }
@@ -170,9 +171,9 @@ fn iterate(
             keep_best(&mut best, turned, &laws, &at);
             way = next;
             most = match way {
-                Way::Bounds => settings.max_iterations.min(at.cycles + BOUNDS_CYCLES),
-                Way::Descent => at.cycles + settings.max_iterations,
-                Way::Sets | Way::Settled => most,
+                Way::Bounds if convex => at.cycles + settings.max_iterations,
+                Way::Bounds => most.min(at.cycles + BOUNDS_CYCLES),
+                _ => most,
             };
             at = begin(at.cycles);
             floating = floating.or_else(|| Floating::new(problem, &turned.points));
