@@ -48,6 +48,21 @@ fn coulomb_friction_whose_sets_go_round_is_solved_by_its_bounds() {
     }
 }
 
+/// A tangent without friction belongs to no law and still to the frame of its point, on an obstacle and between bodies.
+#[test]
+fn friction_along_one_tangent_alone_has_the_forces_of_the_direct_path() {
+    let law = "friction = { coulomb = [0.3, 0], direction = [1, 0.3, 0] }\n";
+    let loads = "[[fix]]\non = \"a.x-min\"\nvalue = [0, 0, 0]\n[[load]]\non = \"a.z-max\"\npressure = 1\n\
+        [[load]]\non = \"a.x-max\"\ntraction = [1, 0.5, 0]\n[[contact]]\non = \"a.z-min\"\n";
+    let part = "[mesh.parts.a]\nblock = { size = [3, 1, 1], cells = [9, 3, 3], element = \"hex8\" }\n\
+        [materials.m]\nyoung = 1e4\npoisson = 0.3\n";
+    let plane = "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
+    assert_same_forces(&format!("{part}{loads}{plane}{law}"), 40);
+    let below = "[mesh.parts.b]\nblock = { size = [3.3, 1.2, 1], cells = [8, 4, 3], element = \"hex8\" }\n\
+        move = [0, -0.1, -1]\n[[fix]]\non = \"b.z-min\"\nvalue = [0, 0, 0]\n";
+    assert_same_forces(&format!("{part}{below}{loads}against = \"b.z-max\"\n{law}"), 40);
+}
+
 /// A bar of one cell under pressure: hexahedra have its uniform stress exactly, `u = -p L / E` at the top.
 #[test]
 fn a_mesh_of_one_cell_is_solved_by_multigrid_exactly() {

@@ -212,12 +212,14 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
     let mut others = Vec::with_capacity(blocks.len());
     for (j, mut blocks) in blocks.into_iter().enumerate() {
         let live = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
+        // A tangent without friction is no row of the law but one of the frame, which others are counted along.
+        let there = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
         let alone = blocks.len() == 1;
         let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
-        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &live))?;
+        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &there))?;
         let (node, mut frame) = blocks.swap_remove(own);
         taken[node as usize] = true;
-        complete(&mut frame, &live);
+        complete(&mut frame, &there);
         let scale = [1.0, 1.0, if live[2] { problem.across(j) } else { 1.0 }];
         points.push(Point { node: node as usize, frame, scale, live, flexibility: 0.0, floats: false });
         others.push(blocks);
@@ -259,18 +261,18 @@ fn turned(others: Others, frame_of: &[u32], points: &[Point]) -> Others {
 }
 
 /// Whether the rows that are there are orthonormal.
-fn is_frame(block: &Block<3, 3>, live: &[bool; 3]) -> bool {
+fn is_frame(block: &Block<3, 3>, there: &[bool; 3]) -> bool {
     (0..3).all(|r| {
         (0..=r).all(|s| {
             let expected = f64::from(u8::from(r == s));
-            !(live[r] && live[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
+            !(there[r] && there[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
         })
     })
 }
 
 /// Fills rows that are not there with what completes the frame.
-fn complete(frame: &mut Block<3, 3>, live: &[bool; 3]) {
-    for r in (0..3).filter(|&r| !live[r]) {
+fn complete(frame: &mut Block<3, 3>, there: &[bool; 3]) {
+    for r in (0..3).filter(|&r| !there[r]) {
         let mut best = ([0.0; 3], 0.0);
         for c in 0..3 {
             let mut e = [0.0; 3];
