@@ -1,6 +1,6 @@
 use super::directions::{Vector, dot};
 use super::frames::{Point, Turned};
-use super::iteration::{End, Observe, State, constrain, residual, violation};
+use super::iteration::{Cycles, End, Observe, State, constrain, residual, violation};
 use super::sets::{Law, Set, set};
 use crate::contact::Friction;
 use crate::friction::PointState;
@@ -11,16 +11,16 @@ use crate::linalg::multigrid::{Block, Condition, Multigrid, inverse};
 /// truncated nonsmooth Newton multigrid method (Graeser & Kornhuber 2009; Graeser & Sander 2019): a nonlinear
 /// Gauss-Seidel sweep, one cycle for the components that are neither at their bound nor at a kink, projection, and an
 /// exact line search. The energy falls in every step and the sweep alone converges, so the iteration cannot go round
-/// in circles; it gives up the Krylov directions and takes more cycles than the sets' own iteration.
+/// in circles; it gives up the Krylov directions and takes more cycles than the sets' own iteration. Bodies that float are
+/// moved as a whole first, which is one more direction with an exact line search.
 pub(super) fn descend(
-    turned: &Turned,
+    on: &Cycles<'_>,
     laws: &[Law],
     multigrid: &mut Multigrid,
     at: &mut State,
-    tolerance: f64,
-    max_cycles: usize,
     observe: &mut Observe<'_>,
 ) -> End {
+    let Cycles { turned, tolerance, most, floating } = *on;
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     let mut point_of = vec![u32::MAX; f.len()];
     points.iter().enumerate().for_each(|(j, p)| point_of[p.node] = j as u32);
@@ -38,21 +38,31 @@ pub(super) fn descend(
         match eps {
             eps if eps <= tolerance => return End::Converged,
             eps if !eps.is_finite() => return End::Failed,
-            _ if at.cycles >= max_cycles => return End::Limit,
+            _ if at.cycles >= most => return End::Limit,
             _ => {}
+        }
+        if let Some(floating) = floating {
+            let mut v = floating.motion(turned, laws, at);
+            go_along(turned, laws, at, &mut v);
         }
         sweep(turned, laws, &point_of, &inverses, &mut at.u);
         at.ku = k.times(&at.u);
         at.sets = points.iter().zip(laws).map(|(p, law)| smooth_part(law, p, at.u[p.node])).collect();
         constrain(multigrid, at);
         let mut v = multigrid.cycle(&residual(turned, laws, at));
-        project(points, laws, &at.u, &mut v);
-        let step = line_search(turned, laws, at, &v);
-        at.u.iter_mut().flatten().zip(v.iter().flatten()).for_each(|(u, v)| *u += step * v);
-        // Rounding of u + step v must not leave a bound or a kink that v does not leave.
-        make_feasible(points, laws, &mut at.u);
+        go_along(turned, laws, at, &mut v);
         at.cycles += 1;
     }
+}
+
+/// Moves to the least energy along `v`, cut where it would leave the admissible displacements.
+fn go_along(turned: &Turned, laws: &[Law], at: &mut State, v: &mut Vector) {
+    let points = &turned.points;
+    project(points, laws, &at.u, v);
+    let step = line_search(turned, laws, at, v);
+    at.u.iter_mut().flatten().zip(v.iter().flatten()).for_each(|(u, v)| *u += step * v);
+    // Rounding of u + step v must not leave a bound or a kink that v does not leave.
+    make_feasible(points, laws, &mut at.u);
 }
 
 fn tied(law: &Law) -> bool {

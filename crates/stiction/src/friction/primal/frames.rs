@@ -31,6 +31,40 @@ pub(super) struct Point {
     pub floats: bool,
 }
 
+/// Why the primal path is not for a problem.
+pub(super) struct Refusal {
+    pub what: &'static str,
+    pub remedy: &'static str,
+}
+
+const OTHER_PATH: &str = "set path = \"auto\" under [solver]";
+const STIFF: Refusal = Refusal {
+    what: "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves slowly or not",
+    remedy: "leave out `slave` under [[contact]], which puts the points on the softer body, or set path = \"auto\" under [solver]",
+};
+
+/// Nodes so many times stiffer than those their displacements are counted from. A soft node then carries stiff ones along
+/// wherever they may slide, and no sweep by nodes smooths its motion: cycles double from a ratio of ten to a hundred, and
+/// several hundred are needed beyond.
+const MUCH_STIFFER: f64 = 100.0;
+/// Share of the points between bodies of which that may be so: single nodes at an edge say nothing.
+const FEW: f64 = 0.25;
+
+/// Whether many points are counted from much softer nodes than their own.
+fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[Others]) -> bool {
+    let coupled = others.iter().filter(|o| !o.is_empty()).count();
+    let stiff = |(p, others): &(&Point, &Others)| {
+        let (mut soft, mut all) = (0.0, 0.0);
+        for (v, block) in others.iter() {
+            let weight: f64 = block.iter().flatten().map(|c| c * c).sum();
+            soft += weight * trace(&k.diagonal(*v as usize));
+            all += weight;
+        }
+        all > 0.0 && trace(&k.diagonal(p.node)) * all > MUCH_STIFFER * soft
+    };
+    points.iter().zip(others).filter(stiff).count() as f64 > FEW * coupled as f64
+}
+
 /// Rows of a point are orthonormal to this accuracy.
 const ORTHONORMAL: f64 = 1e-9;
 
@@ -42,15 +76,20 @@ impl Turned {
     ///
     /// # Errors
     /// What the primal path is not for: a point without a node of its own on which its rows are an orthonormal frame
-    /// (own: no other point's rows reach it), nodes with more than three unknowns, a matrix that does not get coarser.
-    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), &'static str> {
+    /// (own: no other point's rows reach it) or on a much stiffer body than the one it touches, nodes with more than three
+    /// unknowns, a matrix that does not get coarser.
+    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Refusal> {
+        let refuse = |what| Refusal { what, remedy: OTHER_PATH };
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
-        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or("a node has more than three unknowns")?;
+        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or(refuse("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes)
-            .ok_or("the multigrid path is for contact points that each have a node of their own")?;
+            .ok_or(refuse("the multigrid path is for contact points that each have a node of their own"))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
+        if on_stiff_bodies(&k, &points, &others) {
+            return Err(STIFF);
+        }
         turn_matrix(&mut k, &frame_of, &points);
         let mut others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
         let kernel = kernel(problem, &nodes, &points);
@@ -71,7 +110,7 @@ impl Turned {
         let coupled = others.iter().any(|o| !o.is_empty());
         let coupling = coupled.then(|| Coupling::new(own.clone(), &others, nodes.count));
         let multigrid = Multigrid::new(&mut k, &kernel, &own, coupling.as_ref())
-            .ok_or("the stiffness matrix does not get coarser by aggregation")?;
+            .ok_or(refuse("the stiffness matrix does not get coarser by aggregation"))?;
         // What others count from is stiffer or softer now: the function of the corner of a quadratic face grows.
         points.iter_mut().for_each(|p| p.flexibility += give(p.node, p.scale, 3.0, &k));
         if multigrid.is_singular() {
@@ -127,6 +166,10 @@ impl Turned {
     }
 }
 
+fn trace(a: &Block<3, 3>) -> f64 {
+    a[0][0] + a[1][1] + a[2][2]
+}
+
 /// The near-kernel by nodes, in the frames.
 fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kernel<3>> {
     let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
@@ -165,12 +208,14 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
     let mut others = Vec::with_capacity(blocks.len());
     for (j, mut blocks) in blocks.into_iter().enumerate() {
         let live = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
+        // A tangent without friction is no row of the law but one of the frame, which others are counted along.
+        let there = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
         let alone = blocks.len() == 1;
         let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
-        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &live))?;
+        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &there))?;
         let (node, mut frame) = blocks.swap_remove(own);
         taken[node as usize] = true;
-        complete(&mut frame, &live);
+        complete(&mut frame, &there);
         let scale = [1.0, 1.0, if live[2] { problem.across(j) } else { 1.0 }];
         points.push(Point { node: node as usize, frame, scale, live, flexibility: 0.0, floats: false });
         others.push(blocks);
@@ -212,18 +257,18 @@ fn turned(others: Others, frame_of: &[u32], points: &[Point]) -> Others {
 }
 
 /// Whether the rows that are there are orthonormal.
-fn is_frame(block: &Block<3, 3>, live: &[bool; 3]) -> bool {
+fn is_frame(block: &Block<3, 3>, there: &[bool; 3]) -> bool {
     (0..3).all(|r| {
         (0..=r).all(|s| {
             let expected = f64::from(u8::from(r == s));
-            !(live[r] && live[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
+            !(there[r] && there[s]) || (dot(&block[r], &block[s]) - expected).abs() <= ORTHONORMAL
         })
     })
 }
 
 /// Fills rows that are not there with what completes the frame.
-fn complete(frame: &mut Block<3, 3>, live: &[bool; 3]) {
-    for r in (0..3).filter(|&r| !live[r]) {
+fn complete(frame: &mut Block<3, 3>, there: &[bool; 3]) {
+    for r in (0..3).filter(|&r| !there[r]) {
         let mut best = ([0.0; 3], 0.0);
         for c in 0..3 {
             let mut e = [0.0; 3];

@@ -1,6 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::directions::{Direction, MOST, Vector, advance, norm};
+use super::floating::Floating;
 use super::frames::Turned;
 use super::sets::{Law, Set, set, stuck};
 use crate::friction::PointState;
@@ -55,6 +56,11 @@ impl State {
         State { ku: k.times(&u), u, warm: true, ..State::default() }
     }
 
+    /// The same once so many cycles have been run.
+    pub fn after(self, cycles: usize) -> State {
+        State { cycles, ..self }
+    }
+
     /// Goes back to where the residual was least. Bodies that nothing holds any more are carried off ever faster, and where
     /// they are then says nothing.
     pub fn go_back(&mut self) {
@@ -75,6 +81,9 @@ impl State {
         self.kept.clear();
         self.history.clear();
         self.coarse.clear();
+        self.best = None;
+        self.resets = 0;
+        self.last_reset = self.cycles;
         self.warm = true;
     }
 }
@@ -87,8 +96,8 @@ const LAG: f64 = 0.003;
 const PATIENCE: usize = 15;
 const GAIN: f64 = 0.7;
 const HIGH: f64 = 0.05;
-/// Resets at most, and the cycles with frozen sets after one.
-const RESETS: usize = 4;
+/// Resets of the first way at most, and the cycles with frozen sets after one.
+pub(super) const RESETS: usize = 4;
 const FROZEN: usize = 5;
 /// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
 const KEPT_FAR: usize = 2;
@@ -96,6 +105,18 @@ const KEPT_FAR: usize = 2;
 const SLOW: usize = 12;
 /// Cycles without a halving of the best residual that count as a failure.
 const HOPELESS: usize = 60;
+
+/// What cycles are run on, and how far.
+#[derive(Clone, Copy)]
+pub(super) struct Cycles<'a> {
+    pub turned: &'a Turned,
+    /// Violation to reach, over the load.
+    pub tolerance: f64,
+    /// Cycles in all, those of earlier runs counted.
+    pub most: usize,
+    /// Bodies that are moved as a whole before each cycle, by [`run`] while the residual is above [`HIGH`].
+    pub floating: Option<&'a Floating>,
+}
 
 /// Told the residual and the sets after each cycle; may stop the run.
 pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> + 'a;
@@ -107,19 +128,24 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> +
 /// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
 /// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
 /// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
-/// Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
+/// Sets that go round in circles are reset so many times and then a failure. Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
 /// 1991).
 pub(super) fn run(
-    turned: &Turned,
+    on: &Cycles<'_>,
     laws: &[Law],
     multigrid: &mut Multigrid,
     at: &mut State,
-    tolerance: f64,
-    max_cycles: usize,
+    resets: usize,
     observe: &mut Observe<'_>,
 ) -> End {
+    let Cycles { turned, tolerance, most, floating } = *on;
     let (k, f, points) = (&turned.k, &turned.f, &turned.points);
     loop {
+        if let Some(floating) = floating
+            && at.history.last().is_some_and(|eps| *eps > HIGH)
+        {
+            floating.settle(turned, laws, at);
+        }
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
         let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
         at.sets = (points.iter().zip(laws))
@@ -147,7 +173,7 @@ pub(super) fn run(
             at.history.pop();
             continue;
         }
-        if at.cycles >= max_cycles {
+        if at.cycles >= most {
             return End::Limit;
         }
         at.keep_best(eps);
@@ -158,8 +184,11 @@ pub(super) fn run(
         if !near {
             at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
         }
-        let reset = goes_round(&at.history, at.cycles - at.last_reset) && at.resets < RESETS;
-        if reset {
+        let round = goes_round(&at.history, at.cycles - at.last_reset);
+        if round && at.resets >= resets {
+            return End::Failed;
+        }
+        if round {
             for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
                 if s.condition.held[0] {
                     *s = stuck(law, p);
@@ -171,7 +200,7 @@ pub(super) fn run(
         }
         constrain(multigrid, at);
         hold(k, points, laws, at);
-        for _ in 0..if reset { FROZEN } else { 1 } {
+        for _ in 0..if round { FROZEN } else { 1 } {
             let r = residual(turned, laws, at);
             let p = multigrid.cycle(&r);
             let kp = k.times(&p);

@@ -4,8 +4,10 @@
 // Three components and three directions are told by their indices.
 #![allow(clippy::needless_range_loop)]
 
+mod bounds;
 mod descent;
 mod directions;
+mod floating;
 mod frames;
 mod iteration;
 mod sets;

@@ -52,6 +52,17 @@ pub fn coarsen<const R: usize>(
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
+/// A coarser level with the displacements of the fine one, of use for a matrix that is no larger than a coarsest one
+/// needs to be: each node is an aggregate of its own, with as many idle unknowns as it has fewer than six.
+pub fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[u32]) -> Option<Coarser<R>> {
+    let of: Vec<u32> = (0..a.rows as u32).collect();
+    let (tentative, kernel) = tentative(&of, a.rows, kernel);
+    let named = |i: usize, name: &mut dyn FnMut(u32)| name(i as u32);
+    let prolongation = Blocks::from_rows(a.rows, a.rows, named, |i, row| *row.at(i as u32) = tentative[i]);
+    let (matrix, a_times_p) = galerkin(a, &prolongation, wanted)?;
+    Some(Coarser { prolongation, a_times_p, matrix, kernel })
+}
+
 /// A coarse matrix with so many times the numbers of its finer one costs more than it saves. Flat cells, which
 /// coarsen along lines of three nodes only, have up to 2.6 times as many.
 const MOST_FILL: usize = 4;

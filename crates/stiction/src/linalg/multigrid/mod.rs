@@ -24,7 +24,7 @@ pub use dense::inverse;
 pub use truncate::Condition;
 
 use bottom::Bottom;
-use coarsen::coarsen;
+use coarsen::{coarsen, copied};
 use packed::Packed;
 use smoother::Level;
 use truncate::Local;
@@ -73,7 +73,8 @@ impl Multigrid {
         constrained: &[u32],
         coupling: Option<&Coupling>,
     ) -> Option<Multigrid> {
-        let mut step = coarsen(a, kernel, STRONG, constrained)?;
+        let small = || (a.rows <= BOTTOM_MOST).then(|| copied(a, kernel, constrained)).flatten();
+        let mut step = coarsen(a, kernel, STRONG, constrained).or_else(small)?;
         if let Some(coupling) = coupling {
             coupling.make_relative(a);
             step = coupling.relative(step, a);
