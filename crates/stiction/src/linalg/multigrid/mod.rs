@@ -63,7 +63,7 @@ const LEVELS: usize = 12;
 
 /// Cycles on a coarse level for one on the level before it, where they cost little. Functions truncated at held components
 /// leave matrices that the further levels, made without them, know badly: with one cycle on each level the second alone
-/// slows the rate on a face in contact from 0.19 to 0.28, and where friction follows the normal force from 0.29 to 0.42.
+/// slows the rate on a face in contact from 0.19 to 0.28, and where friction follows the normal force from 0.30 to 0.41.
 const REPEATS: usize = 3;
 /// What the numbers read on all visits of a coarse level may be of those of the finest matrix: cells flat along one side
 /// coarsen along lines, and three visits of each level would cost more on every coarser one.
