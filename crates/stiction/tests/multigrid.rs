@@ -239,10 +239,10 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
 #[test]
 fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
     for (load, coefficient, most) in [
-        (BrickLoad::Press, 0.35, 1.5),
-        (BrickLoad::Press, 1.0, 1.7),
-        (BrickLoad::Lift, 0.35, 1.7),
-        (BrickLoad::Lift, 0.0, 1.7),
+        (BrickLoad::Press, 0.35, 1.35),
+        (BrickLoad::Press, 1.0, 1.5),
+        (BrickLoad::Lift, 0.35, 1.6),
+        (BrickLoad::Lift, 0.0, 1.5),
     ] {
         let counts = [8, 16].map(|n| {
             let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
@@ -250,8 +250,19 @@ fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_mes
             let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");
             assert_cycles(&p, (most * linear as f64) as usize, &what)
         });
-        assert!(counts[1] as f64 <= 1.4 * counts[0] as f64, "{counts:?}");
+        assert!(counts[1] as f64 <= 1.1 * counts[0] as f64, "{counts:?}");
     }
+}
+
+/// From here on there are levels below the first coarse one, which know nothing of held components by themselves. A body
+/// held at more points is stiffer, so that alone is no reason for more cycles.
+#[test]
+fn a_face_in_contact_does_not_slow_the_coarse_levels() {
+    let on_floor = |law| brick(28, BlockElement::Tet4Six, BrickLoad::Press, law).pose().problem;
+    let linear = by_multigrid(&elastic(28, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
+    assert_cycles(&on_floor(SurfaceFriction::Bonded), linear, &format!("bonded, linear {linear}"));
+    let most = (1.35 * linear as f64) as usize;
+    assert_cycles(&on_floor(SurfaceFriction::Coulomb(0.35)), most, &format!("Coulomb, linear {linear}"));
 }
 
 /// A body carried along by its supports away from the obstacle is free of forces: nothing but rounding is left of them.

@@ -37,6 +37,8 @@ pub struct Multigrid {
     /// From the first coarse level to the fine one.
     first: Packed<3, 6>,
     coarse: Vec<Level<6>>,
+    /// Cycles on each coarse level for one on the level before it.
+    repeats: Vec<usize>,
     /// From each further level to the one before it.
     further: Vec<Packed<6, 6>>,
     bottom: Bottom,
@@ -58,6 +60,14 @@ const BOTTOM: usize = 50;
 const BOTTOM_MOST: usize = 300;
 /// Coarsening ends here at the latest.
 const LEVELS: usize = 12;
+
+/// Cycles on a coarse level for one on the level before it, where they cost little. Functions truncated at held components
+/// leave matrices that the further levels, made without them, know badly: with one cycle on each level the second alone
+/// slows the rate on a face in contact from 0.19 to 0.28, and where friction follows the normal force from 0.30 to 0.41.
+const REPEATS: usize = 3;
+/// What the numbers read on all visits of a coarse level may be of those of the finest matrix: cells flat along one side
+/// coarsen along lines, and three visits of each level would cost more on every coarser one.
+const SHARE: f64 = 0.25;
 
 impl Multigrid {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
@@ -99,7 +109,10 @@ impl Multigrid {
         }
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
-        Some(Multigrid { fine, first, coarse, further, bottom, held: Vec::new(), follows: Vec::new(), local })
+        let (repeats, held, follows) = Default::default();
+        let mut all = Multigrid { fine, first, coarse, repeats, further, bottom, held, follows, local };
+        all.repeats = repeats_within_share(&all.numbers());
+        Some(all)
     }
 
     /// Whether some motion costs no energy under the present conditions, as far as the coarsest level can tell: the
@@ -133,7 +146,7 @@ impl Multigrid {
         }
         self.hold(&mut residual);
         let coarse = self.first.transpose_times(&residual, self.first_coarse());
-        self.first.add_times(&self.cycle_from(0, &coarse), &mut x);
+        self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
         self.hold(&mut x);
         self.fine.backward(&b, &mut x);
         x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
@@ -155,8 +168,37 @@ impl Multigrid {
         let (mut x, residual) = here.forward(b);
         let coarser = self.coarse.get(level + 1).map_or(self.bottom.nodes(), |l| l.matrix.rows);
         let coarse = self.further[level].transpose_times(&residual, coarser);
-        self.further[level].add_times(&self.cycle_from(level + 1, &coarse), &mut x);
+        self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x);
         here.backward(b, &mut x);
         x
     }
+
+    /// So many cycles from this level as it is worth, each on the residual of those before: as symmetric and definite as one.
+    fn cycles_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
+        let mut x = self.cycle_from(level, b);
+        let Some(here) = self.coarse.get(level) else { return x };
+        for _ in 1..self.repeats[level] {
+            let mut rest = vec![[0.0; 6]; b.len()];
+            here.matrix.add_times(&x, &mut rest);
+            rest.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
+            let more = self.cycle_from(level, &rest);
+            x.iter_mut().flatten().zip(more.iter().flatten()).for_each(|(x, m)| *x += m);
+        }
+        x
+    }
+}
+
+/// Cycles on the coarse levels, [`REPEATS`] where all visits of a level together stay within [`SHARE`]; `numbers` are those
+/// of [`Multigrid::numbers`].
+fn repeats_within_share(numbers: &[(usize, usize)]) -> Vec<usize> {
+    let within = SHARE * numbers[0].1 as f64;
+    let mut visits = 1;
+    let coarse = numbers.windows(2).enumerate().skip(1).map(|(level, pair)| {
+        let bottom = if level + 2 == numbers.len() { pair[1].1 } else { 0 };
+        let most = within / (visits * (pair[0].1 + bottom).max(1)) as f64;
+        let repeats = (most as usize).clamp(1, REPEATS);
+        visits *= repeats;
+        repeats
+    });
+    coarse.collect()
 }
