@@ -1,3 +1,5 @@
+use std::sync::{Mutex, PoisonError};
+
 use super::Csr;
 
 /// The graph of nodes behind a matrix: unknowns of one node are coupled to the same neighbours and are
@@ -82,8 +84,11 @@ fn compact_labels(n: usize, node_of: Option<&[u32]>) -> (Vec<u32>, usize) {
     (node.collect(), count as usize)
 }
 
+static ALONE: Mutex<()> = Mutex::new(());
+
 /// Nested dissection by METIS (Karypis & Kumar 1998): `order[k]` is the node eliminated as the `k`-th.
-/// The seed is fixed, so the same graph always gets the same order.
+/// The seed is fixed, so the same graph always gets the same order: METIS draws from the generator of the C library, which
+/// all threads share, so that only one of them orders at a time.
 pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
     let n = graph.len();
     if n < 2 || graph.neighbours.is_empty() || graph.neighbours.len() > i32::MAX as usize {
@@ -100,6 +105,7 @@ pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
     options[metis_sys::moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
     // Two separators are tried at every level: a few per cent less fill for a tenth of the factor time.
     options[metis_sys::moptions_et_METIS_OPTION_NSEPS as usize] = 2;
+    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     // SAFETY: the arrays have the lengths METIS documents (n + 1, edges, n, 40 options, n, n), hold valid
     // zero-based adjacency without loops, and METIS only writes `order` and `position`.
     let code = unsafe {
@@ -113,6 +119,7 @@ pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
             position.as_mut_ptr(),
         )
     };
+    drop(alone);
     if code != metis_sys::rstatus_et_METIS_OK {
         return (0..n as u32).collect(); // out of memory inside METIS: any order is valid, only slower
     }
@@ -156,5 +163,16 @@ mod tests {
         assert_eq!(graph.len(), 200);
         assert_eq!(graph.unknowns_of(3), [6, 7]);
         assert!(graph.neighbours_of(0).contains(&1) && graph.neighbours_of(0).contains(&10));
+    }
+
+    #[test]
+    fn the_order_is_the_same_whatever_other_threads_order() {
+        let graph = NodeGraph::new(&grid(40), None);
+        let order = nested_dissection(&graph);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| (0..20).for_each(|_| assert!(nested_dissection(&graph) == order)));
+            }
+        });
     }
 }
