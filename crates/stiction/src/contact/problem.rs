@@ -264,9 +264,9 @@ impl ContactProblem {
                 return Err(Error::new("contact problem", what, remedy));
             }
         }
-        let diagonal = |i: usize| self.K.entry(i, i);
-        if let Some(i) = (0..n).find(|&i| diagonal(i).is_nan() || diagonal(i) <= 0.0) {
-            let what = format!("K has the diagonal entry {} at unknown {i}", diagonal(i));
+        let mut diagonal = (0..n).map(|i| self.K.entry(i, i)).enumerate();
+        if let Some((i, entry)) = diagonal.find(|(_, entry)| entry.is_nan() || *entry <= 0.0) {
+            let what = format!("K has the diagonal entry {entry} at unknown {i}");
             return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
         }
         Ok(())

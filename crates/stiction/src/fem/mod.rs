@@ -12,6 +12,7 @@ mod faces;
 mod field;
 mod incidence;
 mod initial;
+mod integrated;
 mod loads;
 mod material;
 mod model;
