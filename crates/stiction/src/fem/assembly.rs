@@ -42,7 +42,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .par_iter()
         .zip(rows.collect::<Vec<_>>())
         .map_init(
-            || (Integrated::new(&solid, &laws, &cells), vec![0; solid.mesh.nodes.len()]),
+            || (Integrated::new(solid, &laws, &cells), vec![0; solid.mesh.nodes.len()]),
             |(integrated, place), (range, (((free_free, support_free), support_support), load))| {
                 Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
                     .fill(range, &incidence, integrated, place)

@@ -63,10 +63,13 @@ impl<'a> Integrated<'a> {
     fn shape(&mut self, cell: usize, kind: CellKind, nodes: &[u32]) -> Result<usize, Error> {
         if self.blocks.len() > MOST_BLOCKS {
             self.forgotten += self.shapes.len() as u32;
-            (self.blocks.clear(), self.edges.clear(), self.shapes.clear());
+            self.blocks.clear();
+            self.edges.clear();
+            self.shapes.clear();
             if self.forgotten > u32::MAX / 2 {
                 self.forgotten = 0;
-                (self.of_cell.fill(0), self.at.fill(0));
+                self.of_cell.fill(0);
+                self.at.fill(0);
             }
         }
         let material = self.solid.material_of_cell[cell];
