@@ -5,7 +5,7 @@ use super::solid::CellList;
 use super::{Solid, turned::transposed};
 use crate::Error;
 use crate::mesh::CellKind;
-use crate::mesh::geometry::{HexEdges, corners, tet_jacobian};
+use crate::mesh::geometry::{HexEdges, corners};
 use crate::mesh::v3::V3;
 
 /// Most 3 x 3 blocks that are kept, 17 MB: the cells around a range of nodes where no two are equal.
@@ -16,7 +16,7 @@ const PLACES: usize = 1 << 14;
 
 /// The blocks of the cells met lately, for one thread.
 ///
-/// Linear cells whose edges and material are equal to the bit have the same stiffness, so that it depends on nothing
+/// Linear hexahedra whose edges and material are equal to the bit have the same stiffness, so that it depends on nothing
 /// but the cell what is handed out: meshes of equal cells, as blocks and extruded ones, are integrated a few times only.
 pub(super) struct Integrated<'a> {
     solid: &'a Solid<'a>,
@@ -24,6 +24,8 @@ pub(super) struct Integrated<'a> {
     cells: &'a CellList<'a>,
     /// Rows of blocks `K_00 K_01 .. K_10 ..` of one shape after the other.
     blocks: Vec<[V3; 3]>,
+    /// Row of the last linear tetrahedron.
+    tet: [[V3; 3]; 4],
     /// Edges of all linear shapes.
     edges: Vec<f64>,
     shapes: Vec<Shape>,
@@ -46,17 +48,25 @@ impl<'a> Integrated<'a> {
     pub fn new(solid: &'a Solid<'a>, laws: &'a [Law<'a>], cells: &'a CellList<'a>) -> Self {
         let of_cell = vec![0; solid.mesh.cell_count()];
         let (blocks, edges, shapes, at) = (Vec::new(), Vec::new(), Vec::new(), vec![0; PLACES]);
-        Integrated { solid, laws, cells, blocks, edges, shapes, forgotten: 0, of_cell, at }
+        let tet = [[[0.0; 3]; 3]; 4];
+        Integrated { solid, laws, cells, blocks, tet, edges, shapes, forgotten: 0, of_cell, at }
     }
 
     /// Nodes of the cell, and the blocks of the row of `node`, which is one of them, in the order of the nodes.
     pub fn row(&mut self, cell: u32, node: u32) -> Result<(&'a [u32], &[[V3; 3]]), Error> {
         let (kind, nodes) = self.cells.get(cell as usize);
+        let i = nodes.iter().position(|&j| j == node).expect("a cell at a node has it");
+        if kind == CellKind::Tet4 {
+            // A row of these is had sooner than found among cells that are all different.
+            let law = self.laws[self.solid.material_of_cell[cell as usize] as usize];
+            let element = Tet4::new(&corners(&self.solid.mesh.nodes, nodes));
+            self.tet = element.ok_or_else(|| folded(self.solid, cell as usize, kind, nodes))?.row(i, law);
+            return Ok((nodes, &self.tet));
+        }
         let shape = match self.of_cell[cell as usize].checked_sub(self.forgotten + 1) {
             Some(known) => known as usize,
             None => self.shape(cell as usize, kind, nodes)?,
         };
-        let i = nodes.iter().position(|&j| j == node).expect("a cell at a node has it");
         Ok((nodes, &self.blocks[self.shapes[shape].blocks + i * nodes.len()..][..nodes.len()]))
     }
 
@@ -95,15 +105,14 @@ impl<'a> Integrated<'a> {
         Ok(shape)
     }
 
-    /// All that the mapping of a linear cell depends on; of a quadratic one nothing, as its sums see where it lies.
+    /// All that the mapping of a linear hexahedron depends on; of a quadratic cell nothing, as its sums see where it lies.
     fn add_edges(&mut self, kind: CellKind, nodes: &[u32]) {
         let at = &self.solid.mesh.nodes;
         match kind {
-            CellKind::Tet4 => self.edges.extend(tet_jacobian(&corners(at, nodes)).as_flattened()),
             CellKind::Hex8 => {
                 self.edges.extend(HexEdges::new(&corners(at, nodes)).0.as_flattened().as_flattened());
             }
-            CellKind::Tet10 | CellKind::Hex20 => {}
+            CellKind::Tet4 | CellKind::Tet10 | CellKind::Hex20 => {}
         }
     }
 
