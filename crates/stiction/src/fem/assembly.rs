@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::elements::Law;
 use super::incidence::{Incidence, NodeRange};
-use super::integrated::Integrated;
+use super::sums::Sums;
 use super::turned::turn_block;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
@@ -42,39 +42,16 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .par_iter()
         .zip(rows.collect::<Vec<_>>())
         .map_init(
-            || (Integrated::new(solid, &laws, &cells), vec![0; solid.mesh.nodes.len()]),
-            |(integrated, place), (range, (((free_free, support_free), support_support), load))| {
+            || Sums::new(solid, &laws, &cells, &incidence),
+            |sums, (range, (((free_free, support_free), support_support), load))| {
                 Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
-                    .fill(range, &incidence, integrated, place)
+                    .fill(range, sums)
             },
         )
         .collect::<Vec<Result<(), Error>>>()
         .into_iter()
         .collect::<Result<(), Error>>()?;
     Ok(model)
-}
-
-/// Sums the blocks of the row of `node` in the order of its neighbours; `place` is for the numbers of these, which it
-/// has at their nodes afterwards.
-fn sum_row(
-    node: u32,
-    incidence: &Incidence,
-    neighbours: &[u32],
-    integrated: &mut Integrated,
-    place: &mut [u32],
-    row: &mut Vec<[V3; 3]>,
-) -> Result<(), Error> {
-    (0..).zip(neighbours).for_each(|(k, &j)| place[j as usize] = k);
-    row.clear();
-    row.resize(neighbours.len(), [[0.0; 3]; 3]);
-    for &cell in incidence.at(node as usize) {
-        let (nodes, blocks) = integrated.row(cell, node)?;
-        for (&j, from) in nodes.iter().zip(blocks) {
-            let to = row[place[j as usize] as usize].as_flattened_mut();
-            to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
-        }
-    }
-    Ok(())
 }
 
 /// The rows of a range of nodes in the matrices of the model; filled from the first row on.
@@ -91,22 +68,17 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn fill(
-        mut self,
-        range: &NodeRange,
-        incidence: &Incidence,
-        integrated: &mut Integrated,
-        place: &mut [u32],
-    ) -> Result<(), Error> {
-        let (mut free_row, mut row) = (0, Vec::new());
+    fn fill(mut self, range: &NodeRange, sums: &mut Sums) -> Result<(), Error> {
+        sums.start(range)?;
+        let mut free_row = 0;
         for i in range.nodes.clone() {
             let neighbours = range.neighbours(i);
-            sum_row(i as u32, incidence, neighbours, integrated, place, &mut row)?;
+            let row = sums.row(i, range)?;
             if !self.turned.is_empty() {
                 let turn = |(block, &j): (&mut [V3; 3], &u32)| *block = self.turn(block, i as u32, j);
                 row.iter_mut().zip(neighbours).for_each(turn);
             }
-            self.store(i, neighbours, &row, &mut free_row);
+            self.store(i, neighbours, row, &mut free_row);
         }
         Ok(())
     }

@@ -165,16 +165,11 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
     /// selective integration procedures") keeps the deviatoric part, `-2μ/3` in the place of `λ`, and adds the
     /// bulk modulus times the mean dilatation.
     pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
-        self.row_from(i, 0, law)
-    }
-
-    /// The same with zeros in the place of the blocks left of `K_ij` with `j = first`.
-    pub(super) fn row_from(&self, i: usize, first: usize, law: Law) -> [[V3; 3]; N] {
         // One point is its own mean, and quadratic cells would lose an order by a constant one.
         let bbar = law.mean_dilatation && N == 8;
         let lambda = if bbar { -2.0 / 3.0 * law.mu } else { law.lambda };
         let mut row = [[[0.0; 3]; 3]; N];
-        for (j, block) in row.iter_mut().enumerate().skip(first) {
+        for (j, block) in row.iter_mut().enumerate() {
             let mut gram = [[0.0; 3]; 3];
             for (w, gradient) in self.weight.iter().zip(&self.gradient) {
                 // The weight multiplies the product, so that K_ij and K_jiᵀ are equal to the bit.
@@ -199,7 +194,7 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
         if bbar {
             let mean = self.integrated_gradient();
             let bulk = (law.lambda + 2.0 / 3.0 * law.mu) / self.volume();
-            for (block, g) in row.iter_mut().zip(&mean).skip(first) {
+            for (block, g) in row.iter_mut().zip(&mean) {
                 for a in 0..3 {
                     for b in 0..3 {
                         block[a][b] += bulk * (mean[i][a] * g[b]);

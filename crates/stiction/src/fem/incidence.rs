@@ -94,8 +94,13 @@ impl NodeRange {
         NodeRange { nodes, start, neighbour }
     }
 
+    /// Number of blocks in all its rows.
+    pub fn blocks(&self) -> usize {
+        self.neighbour.len()
+    }
+
     /// Positions of the blocks of node `i`.
-    fn row(&self, i: usize) -> Range<usize> {
+    pub fn row(&self, i: usize) -> Range<usize> {
         let k = i - self.nodes.start;
         self.start[k]..self.start[k + 1]
     }
@@ -103,5 +108,20 @@ impl NodeRange {
     /// Neighbours of node `i`, itself included, ascending.
     pub fn neighbours(&self, i: usize) -> &[u32] {
         &self.neighbour[self.row(i)]
+    }
+
+    /// Cells that touch the range, each once, ascending.
+    pub fn cells(&self, incidence: &Incidence, cells: &CellList) -> Vec<u32> {
+        let mut touching = Vec::new();
+        for i in self.nodes.clone() {
+            // A cell is listed by the first of its corners that lies in the range.
+            let first = |cell: &&u32| {
+                let corners = cells.get(**cell as usize).1;
+                corners.iter().find(|&&j| self.nodes.contains(&(j as usize))) == Some(&(i as u32))
+            };
+            touching.extend(incidence.at(i).iter().filter(first));
+        }
+        touching.sort_unstable();
+        touching
     }
 }

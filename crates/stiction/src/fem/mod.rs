@@ -20,6 +20,7 @@ mod recovery;
 mod rigid;
 mod solid;
 mod springs;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod turned;

@@ -119,7 +119,7 @@ pub(super) fn turn_block(
     if i == j { [0, 1, 2].map(|a| [0, 1, 2].map(|b| symmetric(a, b))) } else { whole }
 }
 
-pub(super) fn transposed(block: &[V3; 3]) -> [V3; 3] {
+fn transposed(block: &[V3; 3]) -> [V3; 3] {
     [0, 1, 2].map(|a| [0, 1, 2].map(|b| block[b][a]))
 }
 

@@ -26,6 +26,7 @@ pub(crate) fn tet_jacobian(x: &[V3; 4]) -> [V3; 3] {
 
 /// The edges of a hexahedron along each reference axis. Along x they lie at `(y, z)` = (-, -), (+, -), (-, +),
 /// (+, +), along y at `(x, z)`, along z at `(x, y)` in the same order.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct HexEdges(pub [[V3; 4]; 3]);
 
 impl HexEdges {

@@ -93,11 +93,18 @@ fn problems_that_cannot_be_posed_say_why() {
     assert!(assemble(&solid, &[], &[], 0.0).is_err());
 }
 
-/// More cells than are remembered, most of them equal and of two materials, some like no other.
+/// Cells of which some are equal, of two materials, and some like no other; of one kind and of both.
 #[test]
 fn the_stiffness_is_the_sum_over_the_cells_to_the_bit() {
-    for kind in [CellKind::Tet4, CellKind::Hex8] {
-        let mut mesh = brick(kind, [32, 15, 10], [32.0, 15.0, 10.0]);
+    for kinds in [&[CellKind::Tet4][..], &[CellKind::Hex8], &[CellKind::Hex8, CellKind::Tet4]] {
+        let mut mesh = brick(kinds[0], [32, 15, 10], [32.0, 15.0, 10.0]);
+        for &kind in &kinds[1..] {
+            let mut other = brick(kind, [5, 4, 3], [5.0, 4.0, 3.0]);
+            let first = mesh.nodes.len() as u32;
+            other.cells[0].nodes.iter_mut().for_each(|i| *i += first);
+            mesh.nodes.append(&mut other.nodes);
+            mesh.cells.append(&mut other.cells);
+        }
         for x in mesh.nodes.iter_mut().filter(|x| x[0] > 6.0) {
             x[2] += 0.1 * (x[0] + 1.7 * x[1]).sin();
         }
@@ -105,7 +112,7 @@ fn the_stiffness_is_the_sum_over_the_cells_to_the_bit() {
         let material_of_cell: Vec<u32> = (0..mesh.cell_count() as u32).map(|cell| cell / 7 % 2).collect();
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let mut entries = Vec::new();
-        for ((_, nodes), &m) in mesh.cell_iter().zip(&material_of_cell) {
+        for ((kind, nodes), &m) in mesh.cell_iter().zip(&material_of_cell) {
             let law = Law::new(&materials[m as usize]);
             let corners = |i: usize| mesh.nodes[nodes[i] as usize];
             let (tet, hex) = match kind {
@@ -121,6 +128,6 @@ fn the_stiffness_is_the_sum_over_the_cells_to_the_bit() {
             }
         }
         let n = 3 * mesh.nodes.len();
-        assert!(assemble(&solid, &[], &[], 0.0).unwrap().stiffness == Csr::from_triplets(n, n, &entries), "{kind:?}");
+        assert!(assemble(&solid, &[], &[], 0.0).unwrap().stiffness == Csr::from_triplets(n, n, &entries), "{kinds:?}");
     }
 }
