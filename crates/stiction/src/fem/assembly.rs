@@ -69,11 +69,11 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     fn fill(mut self, range: &NodeRange, sums: &mut Sums) -> Result<(), Error> {
-        sums.start(range)?;
+        let blocks = sums.of(range)?;
         let mut free_row = 0;
         for i in range.nodes.clone() {
             let neighbours = range.neighbours(i);
-            let row = sums.row(i, range)?;
+            let row = &mut blocks[range.row(i)];
             if !self.turned.is_empty() {
                 let turn = |(block, &j): (&mut [V3; 3], &u32)| *block = self.turn(block, i as u32, j);
                 row.iter_mut().zip(neighbours).for_each(turn);

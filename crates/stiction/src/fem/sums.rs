@@ -19,62 +19,22 @@ pub(super) struct Sums<'a> {
     laws: &'a [Law<'a>],
     cells: &'a CellList<'a>,
     incidence: &'a Incidence,
-    /// Rows of linear tetrahedra are integrated faster than added to those of a range: each is summed when it is asked for.
-    only_tets: bool,
     shapes: Shapes,
-    /// Rows of the range in the order of its neighbours, or the row asked for.
     blocks: Vec<[V3; 3]>,
-    /// For each node its place among the neighbours of the node asked for.
-    place: Vec<u32>,
 }
 
 impl<'a> Sums<'a> {
     pub fn new(solid: &'a Solid<'a>, laws: &'a [Law<'a>], cells: &'a CellList<'a>, incidence: &'a Incidence) -> Self {
-        let only_tets = solid.mesh.cells.iter().all(|block| block.kind == CellKind::Tet4);
-        let place = vec![0; if only_tets { solid.mesh.nodes.len() } else { 0 }];
-        Sums { solid, laws, cells, incidence, only_tets, shapes: Shapes::new(), blocks: Vec::new(), place }
+        Sums { solid, laws, cells, incidence, shapes: Shapes::new(), blocks: Vec::new() }
     }
 
-    /// Makes the rows of `range` ready. An error for a folded cell.
-    pub fn start(&mut self, range: &NodeRange) -> Result<(), Error> {
-        if !self.only_tets {
-            self.clear(range.blocks());
-            range
-                .cells(self.incidence, self.cells)
-                .into_iter()
-                .try_for_each(|cell| self.add_cell(cell as usize, range))?;
-        }
-        Ok(())
-    }
-
-    /// The blocks of the row of node `i` of the range that was started, in the order of its neighbours.
-    pub fn row(&mut self, i: usize, range: &NodeRange) -> Result<&mut [[V3; 3]], Error> {
-        if self.only_tets {
-            self.sum_tets(i as u32, range.neighbours(i))?;
-            return Ok(&mut self.blocks);
-        }
-        Ok(&mut self.blocks[range.row(i)])
-    }
-
-    fn clear(&mut self, blocks: usize) {
+    /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
+    pub fn of(&mut self, range: &NodeRange) -> Result<&mut [[V3; 3]], Error> {
         self.blocks.clear();
-        self.blocks.resize(blocks, [[0.0; 3]; 3]);
-    }
-
-    fn sum_tets(&mut self, node: u32, neighbours: &[u32]) -> Result<(), Error> {
-        self.clear(neighbours.len());
-        (0..).zip(neighbours).for_each(|(k, &j)| self.place[j as usize] = k);
-        for &cell in self.incidence.at(node as usize) {
-            let (kind, nodes) = self.cells.get(cell as usize);
-            let law = self.laws[self.solid.material_of_cell[cell as usize] as usize];
-            let element = Tet4::new(&corners(&self.solid.mesh.nodes, nodes))
-                .ok_or_else(|| folded(self.solid, cell as usize, kind, nodes))?;
-            let i = nodes.iter().position(|&j| j == node).expect("a cell at a node has it");
-            for (&j, from) in nodes.iter().zip(&element.row(i, law)) {
-                add_block(&mut self.blocks[self.place[j as usize] as usize], from);
-            }
-        }
-        Ok(())
+        self.blocks.resize(range.blocks(), [[0.0; 3]; 3]);
+        let mut cells = range.cells(self.incidence, self.cells).into_iter();
+        cells.try_for_each(|cell| self.add_cell(cell as usize, range))?;
+        Ok(&mut self.blocks)
     }
 
     fn add_cell(&mut self, cell: usize, range: &NodeRange) -> Result<(), Error> {
@@ -127,11 +87,8 @@ fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
         let neighbours = range.neighbours(node as usize);
         let to = &mut sums[range.row(node as usize)];
         for (&other, from) in nodes.iter().zip(row(i).borrow()) {
-            add_block(&mut to[neighbours.partition_point(|&j| j < other)], from);
+            let to = to[neighbours.partition_point(|&j| j < other)].as_flattened_mut();
+            to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
         }
     }
-}
-
-fn add_block(to: &mut [V3; 3], from: &[V3; 3]) {
-    to.as_flattened_mut().iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
 }
