@@ -5,7 +5,7 @@ use super::points::{Point, points_on_obstacle};
 use super::{Bodies, Body, ContactProblem, ContactSurface, Counterpart, Pair, Supports, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::FeModel;
-use crate::linalg::Csr;
+use crate::linalg::{Csr, in_huge_pages};
 use crate::mesh::v3::{cross, norm, sub};
 use crate::mesh::{self, Mesh};
 
@@ -35,8 +35,11 @@ pub fn pose(
     let mut offset = held.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
     let center = centroid(mesh);
-    let rigid =
-        |dofs: &[u32]| dofs.iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))).collect::<Vec<_>>();
+    let rigid = |dofs: &[u32]| {
+        let mut rows = in_huge_pages(Vec::with_capacity(dofs.len()));
+        rows.extend(dofs.iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))));
+        rows
+    };
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let problem = ContactProblem {

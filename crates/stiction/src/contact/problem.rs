@@ -227,7 +227,14 @@ impl ContactProblem {
             let what = format!("pairs: their ranges do not cover the {m} points one after the other");
             return Err(Error::new("contact problem", what, "give consecutive ranges from 0 to m"));
         }
-        self.K.validate("K")?;
+        self.K.validate_with("K", |i| {
+            let entry = self.K.entry(i, i);
+            if entry > 0.0 {
+                return Ok(());
+            }
+            let what = format!("K has the diagonal entry {entry} at unknown {i}");
+            Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"))
+        })?;
         self.B.validate("B")?;
         self.springs().map_or(Ok(()), |springs| springs.validate("springs"))?;
         if let Some(bodies) = &self.bodies {
@@ -263,11 +270,6 @@ impl ContactProblem {
                 let remedy = "give a number from 0 to 1: the first tangent points where friction is the larger";
                 return Err(Error::new("contact problem", what, remedy));
             }
-        }
-        let diagonal = |i: usize| self.K.entry(i, i);
-        if let Some(i) = (0..n).find(|&i| diagonal(i).is_nan() || diagonal(i) <= 0.0) {
-            let what = format!("K has the diagonal entry {} at unknown {i}", diagonal(i));
-            return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
         }
         Ok(())
     }

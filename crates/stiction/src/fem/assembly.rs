@@ -1,14 +1,12 @@
 use rayon::prelude::*;
 
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
+use super::elements::Law;
 use super::incidence::{Incidence, NodeRange};
-use super::solid::CellList;
+use super::sums::Sums;
 use super::turned::turn_block;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
 use crate::linalg::{Csr, in_huge_pages};
-use crate::mesh::CellKind;
-use crate::mesh::geometry::corners;
 use crate::mesh::v3::V3;
 
 /// Poses `K u = f` at time `t`: stiffness, loads and prescribed displacements, split into unknown and prescribed.
@@ -43,73 +41,17 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     ranges
         .par_iter()
         .zip(rows.collect::<Vec<_>>())
-        .map(|(range, (((free_free, support_free), support_support), load))| {
-            let blocks = assemble_range(solid, &laws, &incidence, &cells, range)?;
-            Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
-                .store(range, &blocks);
-            Ok(())
-        })
+        .map_init(
+            || Sums::new(solid, &laws, &cells, &incidence),
+            |sums, (range, (((free_free, support_free), support_support), load))| {
+                Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
+                    .fill(range, sums)
+            },
+        )
         .collect::<Vec<Result<(), Error>>>()
         .into_iter()
         .collect::<Result<(), Error>>()?;
     Ok(model)
-}
-
-/// The blocks of the rows of `range`, in the order of its neighbours.
-fn assemble_range(
-    solid: &Solid,
-    laws: &[Law],
-    incidence: &Incidence,
-    cells: &CellList,
-    range: &NodeRange,
-) -> Result<Vec<[V3; 3]>, Error> {
-    let mut blocks = vec![[[0.0; 3]; 3]; range.blocks()];
-    for cell in range.cells(incidence, cells) {
-        let cell = cell as usize;
-        let (kind, nodes) = cells.get(cell);
-        let law = laws[solid.material_of_cell[cell] as usize];
-        let added = match kind {
-            CellKind::Tet4 => {
-                Tet4::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
-            }
-            CellKind::Hex8 => {
-                Hex8::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
-            }
-            CellKind::Tet10 => {
-                Tet10::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
-            }
-            CellKind::Hex20 => {
-                Hex20::new(&corners(&solid.mesh.nodes, nodes)).map(|e| add(&e, law, nodes, range, &mut blocks))
-            }
-        };
-        added.ok_or_else(|| folded(solid, cell, kind, nodes))?;
-    }
-    Ok(blocks)
-}
-
-/// Adds the rows of one cell that belong to the range.
-fn add<const N: usize, const Q: usize>(
-    element: &Element<N, Q>,
-    law: Law,
-    nodes: &[u32],
-    range: &NodeRange,
-    blocks: &mut [[V3; 3]],
-) {
-    for (i, &node) in nodes.iter().enumerate() {
-        if !range.nodes.contains(&(node as usize)) {
-            continue;
-        }
-        let neighbours = range.neighbours(node as usize);
-        let row = &mut blocks[range.row(node as usize)];
-        for (&other, from) in nodes.iter().zip(&element.row(i, law)) {
-            let to = &mut row[neighbours.partition_point(|&j| j < other)];
-            for a in 0..3 {
-                for b in 0..3 {
-                    to[a][b] += from[a][b];
-                }
-            }
-        }
-    }
 }
 
 /// The rows of a range of nodes in the matrices of the model; filled from the first row on.
@@ -126,27 +68,44 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn store(&mut self, range: &NodeRange, blocks: &[[V3; 3]]) {
+    fn fill(mut self, range: &NodeRange, sums: &mut Sums) -> Result<(), Error> {
+        let blocks = sums.of(range)?;
         let mut free_row = 0;
         for i in range.nodes.clone() {
-            let stored = || range.neighbours(i).iter().zip(&blocks[range.row(i)]);
-            let own: Vec<(u32, [V3; 3])> = stored().map(|(&j, block)| (j, self.turn(block, i as u32, j))).collect();
-            for a in 0..3 {
-                let free = self.is_free(3 * i + a);
-                for &(j, block) in &own {
-                    for (b, &value) in block[a].iter().enumerate() {
-                        let dof = 3 * j as usize + b;
-                        let column = self.number[dof];
-                        match (free, self.is_free(dof)) {
-                            (true, true) => self.free_free.push(column, value),
-                            (true, false) => self.load[free_row] -= value * self.dofs.value[column as usize],
-                            (false, true) => self.support_free.push(column, value),
-                            (false, false) => self.support_support.push(column, value),
-                        }
+            let neighbours = range.neighbours(i);
+            let row = &mut blocks[range.row(i)];
+            if !self.turned.is_empty() {
+                let turn = |(block, &j): (&mut [V3; 3], &u32)| *block = self.turn(block, i as u32, j);
+                row.iter_mut().zip(neighbours).for_each(turn);
+            }
+            self.store(i, neighbours, row, &mut free_row);
+        }
+        Ok(())
+    }
+
+    /// Stores the row of node `i`, whose first free component has the row `free_row` of the range.
+    fn store(&mut self, i: usize, neighbours: &[u32], row: &[[V3; 3]], free_row: &mut usize) {
+        for a in 0..3 {
+            let free = self.is_free(3 * i + a);
+            for (&j, block) in neighbours.iter().zip(row) {
+                let first = 3 * j as usize;
+                let column = self.number[first];
+                // Nearly everywhere: all three components of both nodes are unknown and follow one another.
+                if free && (0..3).all(|b| self.dofs.unknown[first + b] == column + b as u32) {
+                    self.free_free.push_three(column, block[a]);
+                    continue;
+                }
+                for (b, &value) in block[a].iter().enumerate() {
+                    let column = self.number[first + b];
+                    match (free, self.is_free(first + b)) {
+                        (true, true) => self.free_free.push(column, value),
+                        (true, false) => self.load[*free_row] -= value * self.dofs.value[column as usize],
+                        (false, true) => self.support_free.push(column, value),
+                        (false, false) => self.support_support.push(column, value),
                     }
                 }
-                free_row += free as usize;
             }
+            *free_row += free as usize;
         }
     }
 
@@ -176,6 +135,14 @@ impl Entries<'_> {
         self.column[self.filled] = column;
         self.value[self.filled] = value;
         self.filled += 1;
+    }
+
+    /// Three values in columns that follow one another.
+    fn push_three(&mut self, first: u32, values: V3) {
+        let to = self.filled..self.filled + 3;
+        self.column[to.clone()].copy_from_slice(&[first, first + 1, first + 2]);
+        self.value[to].copy_from_slice(&values);
+        self.filled += 3;
     }
 }
 

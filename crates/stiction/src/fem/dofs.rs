@@ -19,7 +19,14 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
         prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
     }
     let turned = turn(mesh, fixes, &mut prescribed)?;
-    let mut dofs = DofMap { unknown: Vec::new(), free: Vec::new(), prescribed: Vec::new(), value: Vec::new(), turned };
+    let count = prescribed.iter().flatten().count();
+    let mut dofs = DofMap {
+        unknown: Vec::with_capacity(prescribed.len()),
+        free: Vec::with_capacity(prescribed.len() - count),
+        prescribed: Vec::with_capacity(count),
+        value: Vec::with_capacity(count),
+        turned,
+    };
     for (dof, value) in prescribed.into_iter().enumerate() {
         if let Some(value) = value {
             dofs.unknown.push(u32::MAX);

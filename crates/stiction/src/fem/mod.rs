@@ -12,6 +12,7 @@ mod faces;
 mod field;
 mod incidence;
 mod initial;
+mod integrated;
 mod loads;
 mod material;
 mod model;
@@ -19,6 +20,7 @@ mod recovery;
 mod rigid;
 mod solid;
 mod springs;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod turned;

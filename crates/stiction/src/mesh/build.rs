@@ -23,8 +23,7 @@ pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     check::shapes(&raw)?;
     let (mut raw_arrays, array_faces) = (std::mem::take(&mut raw.arrays), std::mem::take(&mut raw.array_faces));
 
-    let table = FaceTable::new(&raw);
-    let seen = table.encounters();
+    let (table, seen) = FaceTable::new(&raw);
     check::neighbours(&raw, &seen)?;
     let faces: Vec<Face> = seen.boundary.iter().map(|&face| table.face(face)).collect();
     note_coincident(&raw, &faces, &mut notes);

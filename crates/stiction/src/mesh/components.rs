@@ -7,6 +7,11 @@ pub fn bodies(mesh: &Mesh) -> Vec<u32> {
     // parents never have a higher number than their children, so one ascending sweep resolves all roots
     let mut parent: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     for (_, nodes) in mesh.cell_iter() {
+        // Nearly all cells come after others that have joined their nodes.
+        let first = parent[nodes[0] as usize];
+        if nodes[1..].iter().all(|&node| parent[node as usize] == first) {
+            continue;
+        }
         for &node in &nodes[1..] {
             let [a, b] = [root(&mut parent, nodes[0]), root(&mut parent, node)];
             parent[a.max(b) as usize] = a.min(b);

@@ -12,9 +12,16 @@ pub(super) const MAX_CELLS: usize = (u32::MAX / STRIDE) as usize;
 ///
 /// Keys are read from the cells whenever they are needed, which costs less memory than keeping them.
 pub(super) struct FaceTable<'a> {
-    blocks: Vec<(CellKind, &'a [u32])>,
+    blocks: Vec<Block<'a>>,
     starts: Vec<u32>,
     faces: Vec<u32>,
+}
+
+/// Cells of one kind with their nodes.
+struct Block<'a> {
+    kind: CellKind,
+    nodes: &'a [u32],
+    cells: usize,
 }
 
 /// How the cells meet.
@@ -33,9 +40,13 @@ pub(super) struct Encounters {
 }
 
 impl<'a> FaceTable<'a> {
-    /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range.
-    pub fn new(raw: &'a RawMesh) -> Self {
-        let blocks = raw.cells.iter().map(|b| (b.kind, b.nodes.as_slice())).collect();
+    /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range, and how its cells meet.
+    pub fn new(raw: &'a RawMesh) -> (Self, Encounters) {
+        let block = |b: &'a super::RawCells| {
+            let (kind, nodes) = (b.kind, b.nodes.as_slice());
+            Block { kind, nodes, cells: nodes.len() / kind.nodes() }
+        };
+        let blocks = raw.cells.iter().map(block).collect();
         let mut table = FaceTable { blocks, starts: vec![0; raw.nodes.len() + 1], faces: Vec::new() };
         let mut starts = std::mem::take(&mut table.starts);
         table.each_face(|_, lowest| starts[lowest as usize + 1] += 1);
@@ -48,23 +59,32 @@ impl<'a> FaceTable<'a> {
             faces[next[lowest as usize] as usize] = face;
             next[lowest as usize] += 1;
         });
-        let mut keyed = Vec::new();
+        let (mut keyed, mut seen) = (Vec::new(), Encounters::default());
         for range in starts.windows(2) {
             let bucket = &mut faces[range[0] as usize..range[1] as usize];
             keyed.clear();
-            keyed.extend(bucket.iter().map(|&face| (table.key(face), face)));
+            // All have the same lowest corner: the others and the number make one number to sort by.
+            keyed.extend(bucket.iter().map(|&face| {
+                let [_, b, c, d] = table.key(face).map(u128::from);
+                b << 96 | c << 64 | d << 32 | u128::from(face)
+            }));
             keyed.sort_unstable();
-            for (slot, (_, face)) in bucket.iter_mut().zip(&keyed) {
-                *slot = *face;
+            bucket.iter_mut().zip(&keyed).for_each(|(slot, &key)| *slot = key as u32);
+            let mut rest = &*bucket;
+            for run in keyed.chunk_by(|a, b| a >> 32 == b >> 32) {
+                let (together, others) = rest.split_at(run.len());
+                table.encounter(together, &mut seen);
+                rest = others;
             }
         }
-        FaceTable { starts, faces, ..table }
+        seen.put_in_order();
+        (FaceTable { starts, faces, ..table }, seen)
     }
 
     /// Calls `visit(face, lowest node)` for all faces, ascending.
     fn each_face(&self, mut visit: impl FnMut(u32, u32)) {
         let mut cell = 0;
-        for (kind, nodes) in &self.blocks {
+        for Block { kind, nodes, .. } in &self.blocks {
             for corners in nodes.chunks_exact(kind.nodes()) {
                 for (local, face) in kind.linear().faces().iter().enumerate() {
                     let lowest = face.iter().map(|&i| corners[i]).min().unwrap_or(0);
@@ -78,12 +98,11 @@ impl<'a> FaceTable<'a> {
     /// Kind and nodes of a cell.
     fn cell(&self, cell: u32) -> (CellKind, &'a [u32]) {
         let mut local = cell as usize;
-        for (kind, nodes) in &self.blocks {
-            let count = nodes.len() / kind.nodes();
-            if local < count {
-                return (*kind, &nodes[local * kind.nodes()..][..kind.nodes()]);
+        for &Block { kind, nodes, cells } in &self.blocks {
+            if local < cells {
+                return (kind, &nodes[local * kind.nodes()..][..kind.nodes()]);
             }
-            local -= count;
+            local -= cells;
         }
         unreachable!("the table numbers only faces of its own cells")
     }
@@ -94,8 +113,18 @@ impl<'a> FaceTable<'a> {
         Face::of_cell(kind, nodes, face / STRIDE, (face % STRIDE) as u8)
     }
 
+    /// Its corners, counter-clockwise seen from outside; triangles end in `u32::MAX`.
+    fn corners(&self, face: u32) -> [u32; 4] {
+        let (kind, nodes) = self.cell(face / STRIDE);
+        match *kind.linear().faces()[(face % STRIDE) as usize] {
+            [a, b, c, d] => [nodes[a], nodes[b], nodes[c], nodes[d]],
+            [a, b, c, ..] => [nodes[a], nodes[b], nodes[c], u32::MAX],
+            _ => unreachable!("a face has three corners or four"),
+        }
+    }
+
     fn key(&self, face: u32) -> [u32; 4] {
-        sorted(self.face(face).key())
+        sorted(self.corners(face))
     }
 
     /// Numbers of the faces with these corners in any order, ascending; triangles end in `u32::MAX`.
@@ -108,32 +137,24 @@ impl<'a> FaceTable<'a> {
         &bucket[from..from + count]
     }
 
-    /// Walks once over all faces and sees which cells they belong to.
-    pub fn encounters(&self) -> Encounters {
-        let mut seen = Encounters::default();
-        let mut rest = self.faces.as_slice();
-        while let [first, tail @ ..] = rest {
-            let key = self.key(*first);
-            let count = 1 + tail.iter().take_while(|&&face| self.key(face) == key).count();
-            match rest[..count] {
-                [face] => seen.boundary.push(face),
-                [a, b] => self.meet(a, b, &mut seen),
-                ref more => self.crowd(more, &mut seen),
-            }
-            rest = &rest[count..];
+    /// Sees which cells the faces with the same corners belong to.
+    fn encounter(&self, faces: &[u32], seen: &mut Encounters) {
+        match *faces {
+            [face] => seen.boundary.push(face),
+            [a, b] => self.meet(a, b, seen),
+            _ => self.crowd(faces, seen),
         }
-        seen.boundary.sort_unstable();
-        for list in [&mut seen.crowded, &mut seen.twins] {
-            list.sort_unstable();
-            list.dedup();
-        }
-        seen.folded.sort_unstable();
-        seen.unlike.sort_unstable();
-        seen
     }
 
     /// Two cells share a face: seen from outside, each must see the nodes turn the other way.
     fn meet(&self, a: u32, b: u32, seen: &mut Encounters) {
+        if [a, b].into_iter().all(|face| self.cell(face / STRIDE).0 == CellKind::Tet4) {
+            // Nearly always, and sooner said: one of two orders of the same three corners is even, the other odd.
+            let odd = |[a, b, c, _]: [u32; 4]| (a > b) ^ (a > c) ^ (b > c);
+            if odd(self.corners(a)) != odd(self.corners(b)) {
+                return;
+            }
+        }
         let (front, back) = (self.face(a), self.face(b));
         let (x, y) = (front.corners(), back.corners());
         let n = x.len();
@@ -171,6 +192,18 @@ impl<'a> FaceTable<'a> {
         let mut nodes = self.cell(cell).1.to_vec();
         nodes.sort_unstable();
         nodes
+    }
+}
+
+impl Encounters {
+    fn put_in_order(&mut self) {
+        self.boundary.sort_unstable();
+        for list in [&mut self.crowded, &mut self.twins] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        self.folded.sort_unstable();
+        self.unlike.sort_unstable();
     }
 }
 

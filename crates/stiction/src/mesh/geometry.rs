@@ -26,7 +26,8 @@ pub(crate) fn tet_jacobian(x: &[V3; 4]) -> [V3; 3] {
 
 /// The edges of a hexahedron along each reference axis. Along x they lie at `(y, z)` = (-, -), (+, -), (-, +),
 /// (+, +), along y at `(x, z)`, along z at `(x, y)` in the same order.
-pub(crate) struct HexEdges([[V3; 4]; 3]);
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct HexEdges(pub [[V3; 4]; 3]);
 
 impl HexEdges {
     pub fn new(x: &[V3; 8]) -> Self {

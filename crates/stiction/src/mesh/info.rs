@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use super::geometry::cell_volume;
 use super::v3::norm;
 use super::{CellKind, Mesh, bodies, quality};
 
@@ -57,8 +56,12 @@ pub struct GroupInfo {
 
 /// Counts, sizes, quality and groups of a mesh.
 pub fn info(mesh: &Mesh) -> MeshInfo {
+    info_with(mesh, &mesh.cell_volumes())
+}
+
+/// The same where the volumes of the cells are known, one a cell.
+pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64]) -> MeshInfo {
     let [open_edges, non_manifold_edges] = edges(mesh);
-    let volumes: Vec<f64> = mesh.cell_iter().map(|(kind, nodes)| cell_volume(&mesh.nodes, kind, nodes)).collect();
     MeshInfo {
         nodes: mesh.nodes.len(),
         cells: cells(mesh),
@@ -69,7 +72,7 @@ pub fn info(mesh: &Mesh) -> MeshInfo {
         bodies: bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1),
         open_edges,
         non_manifold_edges,
-        groups: mesh.groups.iter().map(|g| group(mesh, g, &volumes)).collect(),
+        groups: mesh.groups.iter().map(|g| group(mesh, g, volumes)).collect(),
     }
 }
 

@@ -27,6 +27,7 @@ pub use arrays::{CellArray, MeshArrays, NodeArray};
 pub use block::{Block, BlockElement, block};
 pub use build::build;
 pub use components::bodies;
+pub(crate) use info::info_with;
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
@@ -176,13 +177,6 @@ impl Face {
             return corners.to_vec();
         }
         corners.iter().zip(middles).flat_map(|(&corner, &middle)| [corner, middle]).collect()
-    }
-
-    /// The corners as groups of a file name them: triangles end in `u32::MAX`.
-    pub(crate) fn key(&self) -> [u32; 4] {
-        let mut key = [u32::MAX; 4];
-        key.iter_mut().zip(self.corners()).for_each(|(k, &node)| *k = node);
-        key
     }
 }
 

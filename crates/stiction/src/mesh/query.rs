@@ -47,6 +47,11 @@ impl Mesh {
         cell_volume(&self.nodes, kind, nodes)
     }
 
+    /// Volumes of all cells.
+    pub(crate) fn cell_volumes(&self) -> Vec<f64> {
+        self.cell_iter().map(|(kind, nodes)| cell_volume(&self.nodes, kind, nodes)).collect()
+    }
+
     /// Volume of all cells.
     pub fn volume(&self) -> f64 {
         self.cell_iter().map(|(kind, nodes)| cell_volume(&self.nodes, kind, nodes)).sum()

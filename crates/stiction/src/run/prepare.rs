@@ -14,7 +14,7 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, Spot};
-use crate::mesh::{Mesh, MeshNotes, info};
+use crate::mesh::{Mesh, MeshNotes, info_with};
 
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
@@ -83,11 +83,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     notes.extend(
         moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
     );
+    let volumes = mesh.cell_volumes();
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
-        mesh: info(&mesh),
-        materials: material_facts(&solid),
+        mesh: info_with(&mesh, &volumes),
+        materials: material_facts(&solid, &volumes),
         fixes: fix_facts,
         springs: spring_facts,
         loads: load_facts,
@@ -164,10 +165,10 @@ fn all_notes(
     all
 }
 
-fn material_facts(solid: &Solid) -> Vec<MaterialFacts> {
+fn material_facts(solid: &Solid, volumes: &[f64]) -> Vec<MaterialFacts> {
     let fact = |(number, m): (usize, &Material)| {
-        let cells = (0..solid.mesh.cell_count()).filter(|&cell| solid.material_of_cell[cell] as usize == number);
-        let (count, volume) = cells.fold((0, 0.0), |(n, v), cell| (n + 1, v + solid.mesh.cell_volume(cell)));
+        let cells = volumes.iter().zip(solid.material_of_cell).filter(|(_, of)| **of as usize == number);
+        let (count, volume) = cells.fold((0, 0.0), |(n, sum), (volume, _)| (n + 1, sum + volume));
         let Material { name, young, poisson, density, .. } = m.clone();
         let orthotropic = m.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
         MaterialFacts { name, young, poisson, orthotropic, density, cells: count, volume }

@@ -1,6 +1,7 @@
 //! The result folder.
 
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use serde_json::json;
 
@@ -61,15 +62,44 @@ pub fn write_with(
         remove_steps(folder)?;
     }
     let (body, surfaces) = (body(prepared, outcome), sides(prepared, outcome));
+    // Pictures and numbers take about as long, and neither needs the other.
+    let (drawn, written) = thread::scope(|scope| {
+        let drawing = scope.spawn(|| pictures::write(folder, prepared, outcome, &body, &surfaces));
+        let written = write_numbers(prepared, outcome, origin, folder, ahead, &body, &surfaces);
+        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), written)
+    });
+    let mut files = written?;
+    let pictures = drawn?;
+    files.extend(pictures.iter().cloned());
+    outcome.seconds.output = outcome.seconds.output + lap();
+    outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
+    let mut told = super::summary::whole(prepared, outcome, origin);
+    told.insert("pictures".into(), json!(pictures));
+    folder::write_text(&folder.join("summary.json"), &format!("{:#}\n", serde_json::Value::Object(told)))?;
+    files.push("summary.json".into());
+    Ok(files)
+}
+
+/// All but the pictures and the summary.
+fn write_numbers(
+    prepared: &Prepared,
+    outcome: &Outcome,
+    origin: &Origin,
+    folder: &Path,
+    ahead: Ahead,
+    body: &BodyFields,
+    surfaces: &[SurfaceFields],
+) -> Result<Vec<String>, Error> {
+    let stepped = !outcome.steps.is_empty();
     let mut files = Vec::new();
     let names: &[&str] = if surfaces.is_empty() { &["result"] } else { &["result", "contact"] };
     if stepped {
         // The files of the steps are there already.
         files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
     } else {
-        write_body(&folder.join("result.vtu"), prepared, &body)?;
+        write_body(&folder.join("result.vtu"), prepared, body)?;
         if !surfaces.is_empty() {
-            write_contact(&folder.join("contact.vtu"), &surfaces, false)?;
+            write_contact(&folder.join("contact.vtu"), surfaces, false)?;
         }
         files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }
@@ -93,14 +123,6 @@ pub fn write_with(
         folder::write_text(&copy, &case(origin))?;
         files.push("case.toml".into());
     }
-    let pictures = pictures::write(folder, prepared, outcome, &body, &surfaces)?;
-    files.extend(pictures.iter().cloned());
-    outcome.seconds.output = outcome.seconds.output + lap();
-    outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
-    let mut told = super::summary::whole(prepared, outcome, origin);
-    told.insert("pictures".into(), json!(pictures));
-    folder::write_text(&folder.join("summary.json"), &format!("{:#}\n", serde_json::Value::Object(told)))?;
-    files.push("summary.json".into());
     Ok(files)
 }
 

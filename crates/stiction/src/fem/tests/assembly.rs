@@ -1,5 +1,6 @@
 //! The split into unknown and prescribed, threads, and the messages for prescriptions that cannot be used.
 
+use super::super::elements::{Hex8, Law, Tet4};
 use super::*;
 
 fn clamp(nodes: Vec<u32>, value: f64) -> Fix {
@@ -90,4 +91,43 @@ fn problems_that_cannot_be_posed_say_why() {
     assert!(assemble(&solid, &[], &[], 0.0).unwrap_err().to_string().contains("no material"));
     let solid = Solid { mesh: &mesh, materials: &[], material_of_cell: &[] };
     assert!(assemble(&solid, &[], &[], 0.0).is_err());
+}
+
+/// Cells of which some are equal, of two materials, and some like no other; of one kind and of both.
+#[test]
+fn the_stiffness_is_the_sum_over_the_cells_to_the_bit() {
+    for kinds in [&[CellKind::Tet4][..], &[CellKind::Hex8], &[CellKind::Hex8, CellKind::Tet4]] {
+        let mut mesh = brick(kinds[0], [32, 15, 10], [32.0, 15.0, 10.0]);
+        for &kind in &kinds[1..] {
+            let mut other = brick(kind, [5, 4, 3], [5.0, 4.0, 3.0]);
+            let first = mesh.nodes.len() as u32;
+            other.cells[0].nodes.iter_mut().for_each(|i| *i += first);
+            mesh.nodes.append(&mut other.nodes);
+            mesh.cells.append(&mut other.cells);
+        }
+        for x in mesh.nodes.iter_mut().filter(|x| x[0] > 6.0) {
+            x[2] += 0.1 * (x[0] + 1.7 * x[1]).sin();
+        }
+        let materials = [material(2.0, 0.3), material(3.0, 0.47)];
+        let material_of_cell: Vec<u32> = (0..mesh.cell_count() as u32).map(|cell| cell / 7 % 2).collect();
+        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let mut entries = Vec::new();
+        for ((kind, nodes), &m) in mesh.cell_iter().zip(&material_of_cell) {
+            let law = Law::new(&materials[m as usize]);
+            let corners = |i: usize| mesh.nodes[nodes[i] as usize];
+            let (tet, hex) = match kind {
+                CellKind::Tet4 => (Tet4::new(&std::array::from_fn(corners)), None),
+                _ => (None, Hex8::new(&std::array::from_fn(corners))),
+            };
+            for (i, &row) in nodes.iter().enumerate() {
+                let tet = tet.iter().flat_map(|e| e.row(i, law));
+                for (&j, block) in nodes.iter().zip(tet.chain(hex.iter().flat_map(|e| e.row(i, law)))) {
+                    let places = (0..9).map(|k| (k / 3, k % 3));
+                    entries.extend(places.map(|(a, b)| (3 * row as usize + a, 3 * j as usize + b, block[a][b])));
+                }
+            }
+        }
+        let n = 3 * mesh.nodes.len();
+        assert!(assemble(&solid, &[], &[], 0.0).unwrap().stiffness == Csr::from_triplets(n, n, &entries), "{kinds:?}");
+    }
 }

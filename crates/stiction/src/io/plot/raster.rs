@@ -62,13 +62,14 @@ impl<'a> Raster<'a> {
         let columns = span(0);
         // The weights of b and c are linear: their slopes along a row are the same for all rows.
         let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
+        let roots = Roots::new(slopes);
         for y in span(1) {
             let down = y as f64 - a[1];
             let starts = [
                 (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) / area,
                 (a[0] * (b[1] - a[1]) + down * (b[0] - a[0])) / area,
             ];
-            for x in within(columns.clone(), starts, slopes) {
+            for x in roots.within(columns.clone(), starts) {
                 let [wb, wc] = [0, 1].map(|k| starts[k] + slopes[k] * x as f64);
                 let wa = 1.0 - wb - wc;
                 if wa.min(wb).min(wc) < -SLACK {
@@ -116,19 +117,31 @@ impl<'a> Raster<'a> {
     }
 }
 
-/// The part of a row in which no weight is negative, and a sub-pixel more at both ends: it only spares work.
-fn within(columns: Range<usize>, starts: [f64; 2], slopes: [f64; 2]) -> Range<usize> {
-    let third = (1.0 - starts[0] - starts[1], -slopes[0] - slopes[1]);
-    let (mut low, mut high) = (columns.start as f64, columns.end as f64);
-    for (start, slope) in [(starts[0], slopes[0]), (starts[1], slopes[1]), third] {
-        let root = -start / slope;
-        if slope > 0.0 {
-            low = low.max(root - 1.0);
-        } else if slope < 0.0 {
-            high = high.min(root + 2.0);
-        }
+/// How far along a row the three weights vanish for one at its start, with the opposite sign: one over their slopes.
+struct Roots([f64; 3]);
+
+impl Roots {
+    /// `slopes` are those of two of them, all three sum up to one.
+    fn new(slopes: [f64; 2]) -> Self {
+        Roots([slopes[0], slopes[1], -slopes[0] - slopes[1]].map(|slope| 1.0 / slope))
     }
-    if low < high { low as usize..high as usize } else { 0..0 }
+
+    /// The part of a row in which no weight is negative, and a sub-pixel more at both ends: it only spares work.
+    fn within(&self, columns: Range<usize>, starts: [f64; 2]) -> Range<usize> {
+        let starts = [starts[0], starts[1], 1.0 - starts[0] - starts[1]];
+        let (mut low, mut high) = (columns.start as f64, columns.end as f64);
+        for (start, inverse) in starts.iter().zip(self.0) {
+            // Along rows on which a weight does not change the root lies nowhere: it is infinite or no number.
+            let root = -start * inverse;
+            if inverse.is_infinite() {
+            } else if inverse > 0.0 {
+                low = low.max(root - 1.0);
+            } else {
+                high = high.min(root + 2.0);
+            }
+        }
+        if low < high { low as usize..high as usize } else { 0..0 }
+    }
 }
 
 #[cfg(test)]

@@ -108,18 +108,26 @@ fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light
     }
     let mean: f64 = face.iter().enumerate().map(|(i, &n)| weights[i % 2] * paint.place(n as usize)).sum();
     let map = &*MAP;
-    for k in 0..face.len() {
-        let (a, b) = (corner(k), corner(k + 1));
+    let mut part = |corners: [Vec3; 3], places: [f64; 3]| {
         if mean.is_nan() {
-            raster.triangle([at[a], at[b], center], |_| shade(MISSING));
-            continue;
+            raster.triangle(corners, |_| shade(MISSING));
+            return;
         }
         // Half a step more, as the conversion cuts off; it also takes what rounding puts below zero to zero.
-        let places = [paint.place(a), paint.place(b), mean].map(|t| MAP_STEPS as f64 * t + 0.5);
-        raster.triangle([at[a], at[b], center], |w| {
+        let places = places.map(|t| MAP_STEPS as f64 * t + 0.5);
+        raster.triangle(corners, |w| {
             let place = w[0] * places[0] + w[1] * places[1] + w[2] * places[2];
             shade(map[(place as usize).min(MAP_STEPS)])
         });
+    };
+    if let &[a, b, c] = face {
+        // On a plane the parts around the centre show what the whole does.
+        let corners = [a, b, c].map(|n| n as usize);
+        return part(corners.map(|n| at[n]), corners.map(|n| paint.place(n)));
+    }
+    for k in 0..face.len() {
+        let (a, b) = (corner(k), corner(k + 1));
+        part([at[a], at[b], center], [paint.place(a), paint.place(b), mean]);
     }
 }
 

@@ -1,8 +1,11 @@
 //! Fields of a file of results: what `io::vtu` wrote, read again.
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
-use super::document::{Document, Section, document};
+use super::document::{Array, Document, Format, Section, document};
 use crate::Error;
 use crate::mesh::Mesh;
 
@@ -51,9 +54,50 @@ pub fn read_body(path: &Path, wanted: &[(Over, &str)]) -> Result<(Mesh, Fields),
 /// # Errors
 /// If the file cannot be read.
 pub fn read_fields(path: &Path, wanted: &[(Over, &str)]) -> Result<Fields, Error> {
-    let bytes = crate::io::mesh_bytes(path)?;
+    let bytes = match with_holes(path, wanted) {
+        Ok(Some(bytes)) => bytes,
+        Ok(None) | Err(_) => crate::io::mesh_bytes(path)?,
+    };
     let read = document(&bytes).and_then(|document| fields(&document, wanted));
     read.map_err(|e| e.at(&path.display().to_string()))
+}
+
+/// The bytes of the file with zeros in the place of arrays that nobody asked for: they are most of a result, and memory
+/// that is not written costs nothing. `None` where the arrays do not stand behind the description, as those of `io::vtu` do.
+fn with_holes(path: &Path, wanted: &[(Over, &str)]) -> std::io::Result<Option<Vec<u8>>> {
+    /// Far more than the description of any result takes.
+    const HEAD: usize = 1 << 16;
+    let mut file = File::open(path)?;
+    let mut bytes = vec![0; usize::try_from(file.metadata()?.len()).unwrap_or(0)];
+    let head = bytes.len().min(HEAD);
+    file.read_exact(&mut bytes[..head])?;
+    let Some(parts) = document(&bytes).ok().and_then(|document| parts(&document, bytes.len(), wanted)) else {
+        return Ok(None);
+    };
+    for part in parts {
+        let part = part.start.max(head)..part.end.max(head);
+        file.seek(SeekFrom::Start(part.start as u64))?;
+        file.read_exact(&mut bytes[part])?;
+    }
+    Ok(Some(bytes))
+}
+
+/// Where in a file of that many bytes the arrays stand.
+fn parts(document: &Document, bytes: usize, wanted: &[(Over, &str)]) -> Option<Vec<Range<usize>>> {
+    let (appended, _) = document.appended?;
+    let place = |array: &Array| match array.format {
+        Format::Appended(offset) => Some((bytes - appended.len()).saturating_add(offset as usize).min(bytes)),
+        Format::Ascii(_) | Format::Binary(_) => None,
+    };
+    let starts = document.arrays.iter().map(place).collect::<Option<Vec<_>>>()?;
+    let end = |start: usize| starts.iter().copied().filter(|&other| other > start).min().unwrap_or(bytes);
+    let found = wanted.iter().filter_map(|&(over, name)| document.arrays.iter().position(|a| is(a, over, name)));
+    Some(found.map(|i| starts[i]..end(starts[i])).collect())
+}
+
+fn is(array: &Array, over: Over, name: &str) -> bool {
+    let section = if over == Over::Points { Section::PointData } else { Section::CellData };
+    array.section == section && array.name == name
 }
 
 /// The cells of the file, whatever they are, as polygons of their points, and the arrays asked for.
@@ -68,11 +112,8 @@ pub fn read_polygons(path: &Path, wanted: &[(Over, &str)]) -> Result<(Polygons, 
 
 fn fields(document: &Document, wanted: &[(Over, &str)]) -> Result<Fields, Error> {
     let array = |&(over, name): &(Over, &str)| {
-        let (section, count) = match over {
-            Over::Points => (Section::PointData, document.points),
-            Over::Cells => (Section::CellData, document.cells),
-        };
-        let found = document.arrays.iter().find(|a| a.section == section && a.name == name);
+        let count = if over == Over::Points { document.points } else { document.cells };
+        let found = document.arrays.iter().find(|a| is(a, over, name));
         found.map(|a| document.floats(a, count.saturating_mul(a.components))).transpose()
     };
     let arrays = wanted.iter().map(array).collect::<Result<_, Error>>()?;

@@ -1,0 +1,94 @@
+//! The rows of the stiffness matrix, summed over the cells.
+
+use std::borrow::Borrow;
+
+use super::Solid;
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
+use super::incidence::{Incidence, NodeRange};
+use super::integrated::Shapes;
+use super::solid::CellList;
+use crate::Error;
+use crate::mesh::CellKind;
+use crate::mesh::geometry::corners;
+use crate::mesh::v3::V3;
+
+/// The 3 x 3 blocks of one range of nodes after the other, for one thread. Cells are added in ascending order.
+pub(super) struct Sums<'a> {
+    solid: &'a Solid<'a>,
+    /// Of each material.
+    laws: &'a [Law<'a>],
+    cells: &'a CellList<'a>,
+    incidence: &'a Incidence,
+    shapes: Shapes,
+    blocks: Vec<[V3; 3]>,
+}
+
+impl<'a> Sums<'a> {
+    pub fn new(solid: &'a Solid<'a>, laws: &'a [Law<'a>], cells: &'a CellList<'a>, incidence: &'a Incidence) -> Self {
+        Sums { solid, laws, cells, incidence, shapes: Shapes::new(), blocks: Vec::new() }
+    }
+
+    /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
+    pub fn of(&mut self, range: &NodeRange) -> Result<&mut [[V3; 3]], Error> {
+        self.blocks.clear();
+        self.blocks.resize(range.blocks(), [[0.0; 3]; 3]);
+        let mut cells = range.cells(self.incidence, self.cells).into_iter();
+        cells.try_for_each(|cell| self.add_cell(cell as usize, range))?;
+        Ok(&mut self.blocks)
+    }
+
+    fn add_cell(&mut self, cell: usize, range: &NodeRange) -> Result<(), Error> {
+        let (kind, nodes) = self.cells.get(cell);
+        let at = &self.solid.mesh.nodes;
+        let material = self.solid.material_of_cell[cell];
+        let law = self.laws[material as usize];
+        let sums = &mut self.blocks;
+        let added = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
+            CellKind::Hex8 => {
+                let x = corners(at, nodes);
+                match self.shapes.rows(cell, &x, material, law) {
+                    Some(rows) => {
+                        add_rows(|i| &rows[i], nodes, range, sums);
+                        Some(())
+                    }
+                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, sums)),
+                }
+            }
+            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
+            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
+        };
+        added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
+    }
+}
+
+/// Adds the rows of the nodes of one cell that belong to the range.
+fn add<const N: usize, const Q: usize>(
+    element: &Element<N, Q>,
+    law: Law,
+    nodes: &[u32],
+    range: &NodeRange,
+    sums: &mut [[V3; 3]],
+) {
+    add_rows(|i| element.row(i, law), nodes, range, sums);
+}
+
+/// The same of a cell whose node `i` has the row `row(i)`.
+fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
+    row: impl Fn(usize) -> R,
+    nodes: &[u32],
+    range: &NodeRange,
+    sums: &mut [[V3; 3]],
+) {
+    for (i, &node) in nodes.iter().enumerate() {
+        if !range.nodes.contains(&(node as usize)) {
+            continue;
+        }
+        let neighbours = range.neighbours(node as usize);
+        let to = &mut sums[range.row(node as usize)];
+        for (&other, from) in nodes.iter().zip(row(i).borrow()) {
+            let to = to[neighbours.partition_point(|&j| j < other)].as_flattened_mut();
+            to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
+        }
+    }
+}
