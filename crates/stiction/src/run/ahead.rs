@@ -55,11 +55,17 @@ pub fn solve_writing(
         let written = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         (solved, written, lap())
     });
-    let mut outcome = solved.inspect_err(|_| {
-        if is_new {
-            folder::remove_empty(into);
+    let mut outcome = match solved {
+        Ok(outcome) => outcome,
+        Err(error) => {
+            // The file goes first: only then is the folder empty.
+            drop(written);
+            if is_new {
+                folder::remove_empty(into);
+            }
+            return Err(error);
         }
-    })?;
+    };
     let mut ahead = Ahead::default();
     if let Some((written, cpu)) = written {
         ahead.problem = Some(written);
