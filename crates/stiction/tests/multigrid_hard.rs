@@ -26,7 +26,6 @@ fn on_path(text: &str, path: &str) -> Result<Solution, String> {
 /// The forces of the direct path are the second road; `most` bounds the cycles.
 fn assert_same_forces(text: &str, most: usize) {
     let (found, direct) = (on_path(text, "multigrid").unwrap(), on_path(text, "dense").unwrap());
-    println!("{:?}", found.counts);
     assert_eq!((found.status, direct.status), (Status::Solved, Status::Solved), "{text}");
     let size = direct.lambda.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let off = found.lambda.iter().zip(&direct.lambda).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));

@@ -1,7 +1,7 @@
 use super::descent::descend;
 use super::frames::Turned;
-use super::iteration::{Cycles, End, Observe, State, run, violation};
-use super::sets::{Law, set};
+use super::iteration::{Cycles, End, Observe, State, judge, run};
+use super::sets::Law;
 use crate::friction::law::frozen;
 use crate::linalg::multigrid::Multigrid;
 
@@ -82,11 +82,4 @@ fn normal_forces(turned: &Turned, laws: &[Law], at: &State) -> Vec<f64> {
             (force + law.parameter * (at.u[p.node][0] - law.rest[0])).max(0.0)
         })
         .collect()
-}
-
-/// Takes the sets of the law at the present displacements, and says how much it is violated, over the load.
-pub(super) fn judge(turned: &Turned, laws: &[Law], at: &mut State) -> f64 {
-    let lambda = |v: usize| std::array::from_fn(|c| turned.f[v][c] - at.ku[v][c]);
-    at.sets = turned.points.iter().zip(laws).map(|(p, law)| set(law, p, lambda(p.node), at.u[p.node])).collect();
-    violation(turned, laws, &at.sets, &at.u, &at.ku)
 }

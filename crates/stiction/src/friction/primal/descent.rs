@@ -1,7 +1,7 @@
 use super::directions::{Vector, dot};
 use super::frames::{Point, Turned};
-use super::iteration::{Cycles, End, Observe, State, constrain, residual, violation};
-use super::sets::{Law, Set, set};
+use super::iteration::{Cycles, End, Observe, State, constrain, judge, residual};
+use super::sets::{Law, Set};
 use crate::contact::Friction;
 use crate::friction::PointState;
 use crate::friction::law::bound;
@@ -29,9 +29,7 @@ pub(super) fn descend(
     at.begin_anew();
     loop {
         at.ku = k.times(&at.u);
-        let lambda = |v: usize| std::array::from_fn(|c| f[v][c] - at.ku[v][c]);
-        at.sets = points.iter().zip(laws).map(|(p, law)| set(law, p, lambda(p.node), at.u[p.node])).collect();
-        let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
+        let eps = judge(turned, laws, at);
         if observe(at.cycles, eps, &at.sets).is_break() {
             return End::Interrupted;
         }

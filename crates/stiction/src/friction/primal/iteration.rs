@@ -287,9 +287,16 @@ pub(super) fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
     r
 }
 
+/// Takes the sets of the law at the present displacements, and says how much it is violated, over the load.
+pub(super) fn judge(turned: &Turned, laws: &[Law], at: &mut State) -> f64 {
+    let lambda = |v: usize| std::array::from_fn(|c| turned.f[v][c] - at.ku[v][c]);
+    at.sets = turned.points.iter().zip(laws).map(|(p, law)| set(law, p, lambda(p.node), at.u[p.node])).collect();
+    violation(turned, laws, &at.sets, &at.u, &at.ku)
+}
+
 /// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
 /// not held.
-pub(super) fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
+fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
     let mut r = balance(turned, ku);
     for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
         let (r, u) = (&mut r[p.node], u[p.node]);

@@ -1,11 +1,11 @@
 use std::ops::ControlFlow;
 
-use super::bounds::{follow_bounds, judge};
+use super::bounds::follow_bounds;
 use super::descent::descend;
 use super::directions::norm;
 use super::floating::Floating;
 use super::frames::{Point, Turned};
-use super::iteration::{Cycles, End, RESETS, State, run};
+use super::iteration::{Cycles, End, RESETS, State, judge, run};
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
