@@ -68,7 +68,10 @@ fn with_holes(path: &Path, wanted: &[(Over, &str)]) -> std::io::Result<Option<Ve
     /// Far more than the description of any result takes.
     const HEAD: usize = 1 << 16;
     let mut file = File::open(path)?;
-    let mut bytes = vec![0; usize::try_from(file.metadata()?.len()).unwrap_or(0)];
+    let length = usize::try_from(file.metadata()?.len()).unwrap_or(0);
+    // A file longer than memory can be is an error and no end of the program.
+    Vec::<u8>::new().try_reserve_exact(length)?;
+    let mut bytes = vec![0; length];
     let head = bytes.len().min(HEAD);
     file.read_exact(&mut bytes[..head])?;
     let Some(parts) = document(&bytes).ok().and_then(|document| parts(&document, bytes.len(), wanted)) else {
