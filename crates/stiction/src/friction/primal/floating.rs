@@ -1,28 +1,27 @@
 use super::directions::Vector;
-use super::frames::{Point, Turned};
+use super::frames::Turned;
 use super::iteration::State;
 use super::sets::Law;
 use crate::contact::ContactProblem;
-use crate::contact::rigid::{RigidMotions, rigid_motions};
+use crate::contact::rigid::RigidMotions;
 use crate::friction::rigid_start::{Foundation, balanced};
 
 /// Bodies that contact alone holds: what it takes to move each of them as a whole.
-pub(super) struct Floating {
-    motions: RigidMotions,
+pub(super) struct Floating<'a> {
+    motions: &'a RigidMotions,
     /// Jumps of the motions at the points, length `3m` each.
     jumps: Vec<Vec<f64>>,
     /// Work of the loads on the motions, newton.
     resultant: Vec<f64>,
 }
 
-impl Floating {
+impl<'a> Floating<'a> {
     /// `None` where no body floats.
-    pub fn new(problem: &ContactProblem, points: &[Point]) -> Option<Floating> {
-        points.iter().any(|p| p.floats).then(|| {
-            let motions = rigid_motions(problem);
+    pub fn new(problem: &ContactProblem, turned: &'a Turned) -> Option<Floating<'a>> {
+        turned.points.iter().any(|p| p.floats).then(|| {
+            let motions = &turned.motions;
             let jumps = motions.jumps(&problem.isotropic_rows());
-            let resultant = balanced(&motions, &problem.f);
-            Floating { motions, jumps, resultant }
+            Floating { motions, jumps, resultant: balanced(motions, &problem.f) }
         })
     }
 

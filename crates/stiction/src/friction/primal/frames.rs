@@ -1,5 +1,6 @@
+use crate::Error;
 use crate::contact::ContactProblem;
-use crate::contact::rigid::rigid_motions;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::linalg::NodeGraph;
 use crate::linalg::multigrid::{Block, Blocks, Coupling, Kernel, Multigrid, Nodes};
 
@@ -13,6 +14,8 @@ pub(super) struct Turned {
     pub points: Vec<Point>,
     /// Where rows of `B` reach other nodes than the point's own.
     coupling: Option<Coupling>,
+    /// Of the bodies that contact alone holds.
+    pub motions: RigidMotions,
 }
 
 /// A contact point: its node, its frame, and which of its rows of `B` are there at all.
@@ -32,16 +35,17 @@ pub(super) struct Point {
 }
 
 /// Why the primal path is not for a problem.
-pub(super) struct Refusal {
-    pub what: &'static str,
-    pub remedy: &'static str,
+fn refused(what: &str) -> Error {
+    Error::new("", what, "set path = \"auto\" under [solver]")
 }
 
-const OTHER_PATH: &str = "set path = \"auto\" under [solver]";
-const STIFF: Refusal = Refusal {
-    what: "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves slowly or not",
-    remedy: "leave out `slave` under [[contact]], which puts the points on the softer body, or set path = \"auto\" under [solver]",
-};
+fn on_stiff_body() -> Error {
+    let what = "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves \
+                slowly or not";
+    let remedy = "leave out `slave` under [[contact]], which puts the points on the softer body, or set path = \"auto\" \
+                  under [solver]";
+    Error::new("", what, remedy)
+}
 
 /// Nodes so many times stiffer than those their displacements are counted from. A soft node then carries stiff ones along
 /// wherever they may slide, and no sweep by nodes smooths its motion: cycles double from a ratio of ten to a hundred, and
@@ -78,17 +82,17 @@ impl Turned {
     /// What the primal path is not for: a point without a node of its own on which its rows are an orthonormal frame
     /// (own: no other point's rows reach it) or on a much stiffer body than the one it touches, nodes with more than three
     /// unknowns, a matrix that does not get coarser.
-    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Refusal> {
-        let refuse = |what| Refusal { what, remedy: OTHER_PATH };
+    pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Error> {
         let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
-        let nodes = Nodes::new(&graph, problem.unknowns()).ok_or(refuse("a node has more than three unknowns"))?;
+        let nodes =
+            Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes)
-            .ok_or(refuse("the multigrid path is for contact points that each have a node of their own"))?;
+            .ok_or_else(|| refused("the multigrid path is for contact points that each have a node of their own"))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         let mut k = nodes.blocks(&problem.K, &graph);
         if on_stiff_bodies(&k, &points, &others) {
-            return Err(STIFF);
+            return Err(on_stiff_body());
         }
         turn_matrix(&mut k, &frame_of, &points);
         let mut others: Vec<Others> = others.into_iter().map(|o| turned(o, &frame_of, &points)).collect();
@@ -110,11 +114,11 @@ impl Turned {
         let coupled = others.iter().any(|o| !o.is_empty());
         let coupling = coupled.then(|| Coupling::new(own.clone(), &others, nodes.count));
         let multigrid = Multigrid::new(&mut k, &kernel, &own, coupling.as_ref())
-            .ok_or(refuse("the stiffness matrix does not get coarser by aggregation"))?;
+            .ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // What others count from is stiffer or softer now: the function of the corner of a quadratic face grows.
         points.iter_mut().for_each(|p| p.flexibility += give(p.node, p.scale, 3.0, &k));
-        if multigrid.is_singular() {
-            let motions = rigid_motions(problem);
+        let motions = if multigrid.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
+        if !motions.is_empty() {
             let mut floating = vec![false; problem.unknowns()];
             motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
             for (j, p) in points.iter_mut().enumerate() {
@@ -122,7 +126,7 @@ impl Turned {
                 p.floats = problem.rows(j).into_iter().any(reached);
             }
         }
-        let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling };
+        let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling, motions };
         turned.set_load(&problem.f);
         Ok((turned, multigrid))
     }

@@ -115,7 +115,7 @@ pub(super) struct Cycles<'a> {
     /// Cycles in all, those of earlier runs counted.
     pub most: usize,
     /// Bodies that are moved as a whole before each cycle, by [`run`] while the residual is above [`HIGH`].
-    pub floating: Option<&'a Floating>,
+    pub floating: Option<&'a Floating<'a>>,
 }
 
 /// Told the residual and the sets after each cycle; may stop the run.
@@ -128,8 +128,8 @@ pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> +
 /// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
 /// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
 /// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
-/// Sets that go round in circles are reset so many times and then a failure. Truncation follows Graeser & Kornhuber (2009), the radius of friction the augmented normal force (Alart & Curnier
-/// 1991).
+/// Sets that go round in circles are reset so many times and then a failure. Truncation follows Graeser & Kornhuber (2009),
+/// the radius of friction the augmented normal force (Alart & Curnier 1991).
 pub(super) fn run(
     on: &Cycles<'_>,
     laws: &[Law],

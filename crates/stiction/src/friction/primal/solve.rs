@@ -9,7 +9,6 @@ use super::iteration::{Cycles, End, RESETS, State, judge, run};
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
-use crate::contact::rigid::rigid_motions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::rigid_rest;
 use crate::friction::solve::make_admissible;
@@ -32,8 +31,7 @@ impl Primal {
     /// an orthonormal frame, points between bodies on one some hundred times stiffer than the other, nodes with more than
     /// three unknowns, or a matrix that does not get coarser by aggregation.
     pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
-        let (turned, multigrid) =
-            Turned::new(problem).map_err(|refusal| Error::new("", refusal.what, refusal.remedy))?;
+        let (turned, multigrid) = Turned::new(problem)?;
         Ok(Primal { turned, multigrid })
     }
 }
@@ -135,7 +133,7 @@ fn iterate(
     };
     let (floats, convex) = (turned.points.iter().any(|p| p.floats), convex(&problem.friction));
     let mut way = if descending { Way::Descent } else { Way::Sets };
-    let mut floating = descending.then(|| Floating::new(problem, &turned.points)).flatten();
+    let mut floating = descending.then(|| Floating::new(problem, turned)).flatten();
     let (mut at, mut most, mut resets) = (begin(0), settings.max_iterations, 0);
     let mut history = Vec::new();
     // What failed is told where it was nearest to a solution.
@@ -176,7 +174,7 @@ fn iterate(
                 _ => most,
             };
             at = begin(at.cycles);
-            floating = floating.or_else(|| Floating::new(problem, &turned.points));
+            floating = floating.or_else(|| Floating::new(problem, turned));
             continue;
         }
         // A descent ends lower than wherever it began.
@@ -229,7 +227,7 @@ fn rest(problem: &ContactProblem, turned: &Turned) -> Option<Vec<f64>> {
     let load = norm(&turned.f);
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.flexibility * load;
     let wide = turned.points.iter().zip(&problem.gap).any(wide);
-    wide.then(|| rigid_rest(problem, &rigid_motions(problem), &[], &[], vec![0.0; problem.unknowns()]).0)
+    wide.then(|| rigid_rest(problem, &turned.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
 /// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
