@@ -46,7 +46,7 @@ pub(super) fn descend(
         sweep(turned, laws, &point_of, &inverses, &mut at.u);
         at.ku = k.times(&at.u);
         at.sets = points.iter().zip(laws).map(|(p, law)| smooth_part(law, p, at.u[p.node])).collect();
-        constrain(multigrid, at);
+        constrain(multigrid, laws, at);
         let mut v = multigrid.cycle(&residual(turned, laws, at));
         go_along(turned, laws, at, &mut v);
         at.cycles += 1;

@@ -28,7 +28,7 @@ pub(super) struct Point {
     /// tangent over that along it turns its ellipse into a disc.
     pub scale: [f64; 3],
     pub live: [bool; 3],
-    /// Displacement over force of the point's own node and those it is coupled to, each held at its neighbours.
+    /// Displacement over force of the point's own node and those it is coupled to, as the levels of the hierarchy tell it.
     pub flexibility: f64,
     /// Whether it may hold a body that floats: such a point is taken for closed at first, unless the body starts at rest.
     pub floats: bool,
@@ -116,7 +116,10 @@ impl Turned {
         let multigrid = Multigrid::new(&mut k, &kernel, &own, coupling.as_ref())
             .ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // What others count from is stiffer or softer now: the function of the corner of a quadratic face grows.
-        points.iter_mut().for_each(|p| p.flexibility += give(p.node, p.scale, 3.0, &k));
+        for (p, coarse) in points.iter_mut().zip(multigrid.coarse_flexibilities()) {
+            let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();
+            p.flexibility += give(p.node, p.scale, 3.0, &k) + coarse;
+        }
         let motions = if multigrid.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
         if !motions.is_empty() {
             let mut floating = vec![false; problem.unknowns()];

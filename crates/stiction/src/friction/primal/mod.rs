@@ -10,6 +10,7 @@ mod directions;
 mod floating;
 mod frames;
 mod iteration;
+mod nested;
 mod sets;
 mod solve;
 

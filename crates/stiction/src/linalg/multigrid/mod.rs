@@ -11,6 +11,7 @@ mod coarsen;
 mod coupling;
 mod dense;
 mod distance;
+mod nested;
 mod packed;
 mod smoother;
 #[cfg(test)]
@@ -21,6 +22,7 @@ pub use blocks::{Block, Blocks, Nodes};
 pub use coarsen::Kernel;
 pub use coupling::Coupling;
 pub use dense::inverse;
+pub use nested::Nested;
 pub use truncate::Condition;
 
 use bottom::Bottom;

@@ -19,6 +19,11 @@ pub fn single<const R: usize, const C: usize>(a: &[[f64; C]; R]) -> Single<R, C>
     std::array::from_fn(|c| std::array::from_fn(|r| a[r][c] as f32))
 }
 
+/// The inverse of [`single`].
+pub fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64; C]; R] {
+    std::array::from_fn(|r| std::array::from_fn(|c| f64::from(a[c][r])))
+}
+
 /// `y += a x`.
 #[inline(always)]
 pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {

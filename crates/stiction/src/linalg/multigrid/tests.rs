@@ -178,6 +178,68 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     assert_local_changes(&a, &a, &step, &nodes, &conditions);
 }
 
+#[test]
+fn the_nested_problem_is_the_one_on_the_finest_level_in_a_smaller_space() {
+    let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
+    let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
+    let mut multigrid = Multigrid::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+    // What the levels were last constrained to does not matter.
+    multigrid.constrain(&vec![Condition { held: [true; 3], ..Default::default() }; nodes.len()], true);
+    let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
+    let mut nested = Nested::new(&mut multigrid).unwrap();
+    let f: Vec<[f64; 3]> = (0..a.rows).map(|i| [1.0, (i % 3) as f64, (i % 7) as f64 - 3.0]).collect();
+    let f_nested = nested.restrict(&f);
+    let pulls = |u: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        u.iter().map(|u| spring.map(|row| row.iter().zip(u).map(|(s, u)| s * u).sum())).collect()
+    };
+    nested.set_springs(&vec![spring; nodes.len()]);
+    let mut x = vec![[0.0; 6]; f_nested.len()];
+    let size = |r: &[[f64; 6]]| r.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+    for _ in 0..40 {
+        let r = nested.residual(&f_nested, &x, &pulls(&nested.at_nodes(&x)));
+        // The same residual by way of the finest level.
+        let u = nested.prolong(&x);
+        let mut fine = a.times(&u);
+        fine.iter_mut().flatten().zip(f.iter().flatten()).for_each(|(r, f)| *r = f - *r);
+        let at_nodes: Vec<[f64; 3]> = nodes.iter().map(|&v| u[v as usize]).collect();
+        for (&v, pull) in nodes.iter().zip(pulls(&at_nodes)) {
+            (0..3).for_each(|c| fine[v as usize][c] -= pull[c]);
+        }
+        for (r, s) in r.iter().flatten().zip(nested.restrict(&fine).iter().flatten()) {
+            assert!((r - s).abs() < 1e-4 * size(&f_nested), "{r} {s}");
+        }
+        let z = nested.cycle(&r);
+        x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += z);
+    }
+    // Cycles that knew of other springs would not converge to the solution with these.
+    let r = nested.residual(&f_nested, &x, &pulls(&nested.at_nodes(&x)));
+    assert!(size(&r) < 1e-4 * size(&f_nested), "{:e}", size(&r) / size(&f_nested));
+}
+
+/// Beside the displacement of a node on the surface under a unit force on it. What its own stiffness tells falls to a tenth
+/// of that in flat cells.
+#[test]
+fn the_levels_tell_how_much_a_node_gives_way_in_flat_cells_too() {
+    for step in [[1.0; 3], [20.0, 20.0, 1.0]] {
+        let (a, kernel) = lattice([13, 13, 13], step);
+        let node = (6 * 13 + 6) * 13;
+        let multigrid = Multigrid::new(&mut a.clone(), &kernel, &[node as u32], None).unwrap();
+        let (own, coarse) = (inverse(&a.diagonal(node)), multigrid.coarse_flexibilities()[0]);
+        for c in 0..3 {
+            let mut u = vec![[0.0; 3]; a.rows];
+            for _ in 0..60 {
+                let mut r = a.times(&u);
+                r.iter_mut().flatten().for_each(|r| *r = -*r);
+                r[node][c] += 1.0;
+                let z = multigrid.cycle(&r);
+                u.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(u, z)| *u += z);
+            }
+            let ratio = (own[c][c] + coarse[c]) / u[node][c];
+            assert!(ratio > 0.2 && ratio < 1.0, "{step:?} {c}: {ratio}");
+        }
+    }
+}
+
 /// The coarse matrix of `a` and its local change beside the product with the matrix `conditioned` the long way.
 pub(super) fn assert_local_changes(
     a: &Blocks<3, 3>,

@@ -2,7 +2,7 @@ use super::Multigrid;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product, inverse, inverse_on};
-use super::packed::{Packed, Single, single};
+use super::packed::{Packed, Single, double, single};
 use super::smoother::Level;
 use crate::linalg::multigrid::bottom::Bottom;
 
@@ -30,7 +30,7 @@ pub(super) struct Local {
     /// Couplings of the nodes among themselves, by their places in `nodes`.
     among: Blocks<3, 3>,
     /// Rows of `P` and `A P` at the nodes.
-    p: Blocks<3, 6>,
+    pub p: Blocks<3, 6>,
     a_times_p: Blocks<3, 6>,
     p_columns: Columns,
     a_times_p_columns: Columns,
@@ -42,7 +42,7 @@ pub(super) struct Local {
 }
 
 /// For each column the rows that hold it, with the places of the blocks.
-type Columns = (Vec<usize>, Vec<(u32, u32)>);
+pub(super) type Columns = (Vec<usize>, Vec<(u32, u32)>);
 
 impl Local {
     pub fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
@@ -118,8 +118,28 @@ impl Multigrid {
 
     fn update_coarse(&mut self, conditions: &[Condition]) {
         let local = &self.local;
-        let mut change = local.change(conditions, self.first_coarse());
-        for (k, level) in self.coarse.iter_mut().enumerate() {
+        let change = local.change(conditions, self.first_coarse());
+        self.change_coarse(0, change);
+    }
+
+    /// The matrix of a coarse level without constraints.
+    pub(super) fn without_constraints(&self, level: usize) -> Blocks<6, 6> {
+        let Some(Level { matrix, .. }) = self.coarse.get(level) else { return self.local.bottom.clone() };
+        let mut value: Vec<Block<6, 6>> = matrix.value.iter().map(double).collect();
+        let mut free = self.local.free[level].iter();
+        for &i in &self.local.touched[level] {
+            let own = matrix.start[i as usize]..matrix.start[i as usize + 1];
+            value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = double(free));
+        }
+        let (start, column) = (matrix.start.clone(), matrix.column.clone());
+        Blocks { rows: matrix.rows, cols: matrix.rows, start, column, value }
+    }
+
+    /// Makes the matrices of the coarse levels those without constraints, changed on one level by rows for its touched
+    /// nodes and on the ones below by what comes of that there.
+    pub(super) fn change_coarse(&mut self, from: usize, mut change: Blocks<6, 6>) {
+        let local = &self.local;
+        for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
             let rows = &local.touched[k];
             let mut free = local.free[k].as_slice();
             for (t, &i) in rows.iter().enumerate() {
@@ -145,9 +165,7 @@ impl Multigrid {
                     }
                 }
                 if let Ok(place) = level.matrix.row(i).0.binary_search(&(i as u32)) {
-                    let block = level.matrix.row(i).1[place];
-                    let diagonal = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(block[c][r])));
-                    level.inverse[i] = single(&inverse(&diagonal));
+                    level.inverse[i] = single(&inverse(&double(&level.matrix.row(i).1[place])));
                 }
             }
             let prolongation = &self.further[k];
@@ -264,8 +282,6 @@ impl Local {
 
 /// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
 fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
-    let block =
-        |s: &Single<6, 6>| -> Block<6, 6> { std::array::from_fn(|r| std::array::from_fn(|c| f64::from(s[c][r]))) };
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
@@ -274,13 +290,13 @@ fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched
         let (columns, blocks) = change.row(t);
         for (&j, d) in columns.iter().zip(blocks) {
             let (coarse, values) = p.row(j as usize);
-            coarse.iter().zip(values).for_each(|(&k, value)| add_product(d, &block(value), row.at(k)));
+            coarse.iter().zip(values).for_each(|(&k, value)| add_product(d, &double(value), row.at(k)));
         }
     });
     let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
     for (t, &i) in rows.iter().enumerate() {
         let (coarse, values) = p.row(i as usize);
-        coarse.iter().zip(values).for_each(|(&k, value)| by_column[k as usize].push((t as u32, block(value))));
+        coarse.iter().zip(values).for_each(|(&k, value)| by_column[k as usize].push((t as u32, double(value))));
     }
     let reached = |k: usize, name: &mut dyn FnMut(u32)| {
         let above = by_column[touched[k] as usize].iter();

@@ -1,0 +1,139 @@
+use super::Multigrid;
+use super::blocks::{Block, Blocks};
+use super::dense::{add_product, add_transpose_product};
+use super::packed::{Packed, double};
+use super::truncate::Columns;
+
+/// The problem in the space of the second coarse level, with springs at the nodes that may be constrained: what nested
+/// iteration solves first where there is no coarser mesh. A cycle of it costs a few hundredths of one of the whole
+/// hierarchy, whose coarse levels it borrows: constrain them again afterwards.
+pub struct Nested<'a> {
+    multigrid: &'a mut Multigrid,
+    /// Without springs.
+    matrix: Blocks<6, 6>,
+    /// Displacements of the nodes by those of this space, a row for each node.
+    rows: Blocks<3, 6>,
+    columns: Columns,
+}
+
+/// Nodes that the second coarse level has at least; with six a start from there costs more cycles than it saves.
+const LEAST: usize = 12;
+
+/// Rows of nodes on one coarse level, on the next with so many nodes.
+fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Blocks<3, 6> {
+    let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+        rows.row(i).0.iter().for_each(|&j| prolongation.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    Blocks::from_rows(rows.rows, nodes, reached, |i, row| {
+        let (columns, blocks) = rows.row(i);
+        for (&j, block) in columns.iter().zip(blocks) {
+            let (coarse, values) = prolongation.row(j as usize);
+            coarse.iter().zip(values).for_each(|(&k, value)| add_product(block, &double(value), row.at(k)));
+        }
+    })
+}
+
+impl Multigrid {
+    /// Displacement over force of the components of the nodes that may be constrained, but for what the finest level gives
+    /// way: the diagonal of `sum of P D⁻¹ Pᵀ` over the coarse levels (Bramble, Pasciak & Xu 1990), of a hierarchy without
+    /// constraints. In flat cells that is most of it: their nodes are held by close neighbours, which give way themselves.
+    pub fn coarse_flexibilities(&self) -> Vec<[f64; 3]> {
+        let mut sum = vec![[0.0; 3]; self.local.p.rows];
+        let mut rows = self.local.p.clone();
+        for (k, level) in self.coarse.iter().enumerate() {
+            for (i, sum) in sum.iter_mut().enumerate() {
+                let (columns, blocks) = rows.row(i);
+                for (&j, block) in columns.iter().zip(blocks) {
+                    let mut given = [[0.0; 6]; 3];
+                    add_product(block, &double(&level.inverse[j as usize]), &mut given);
+                    (0..3).for_each(|r| sum[r] += (0..6).map(|c| given[r][c] * block[r][c]).sum::<f64>());
+                }
+            }
+            if let Some(coarser) = self.coarse.get(k + 1) {
+                rows = below(&rows, &self.further[k], coarser.matrix.rows);
+            }
+        }
+        sum
+    }
+}
+
+impl<'a> Nested<'a> {
+    /// `None` if the hierarchy has no second coarse level, or one of too few nodes to tell places of a surface apart.
+    pub fn new(multigrid: &'a mut Multigrid) -> Option<Nested<'a>> {
+        let further = multigrid.further.first()?;
+        let matrix = multigrid.without_constraints(1);
+        if matrix.rows < LEAST {
+            return None;
+        }
+        let rows = below(&multigrid.local.p, further, matrix.rows);
+        let columns = rows.by_columns();
+        Some(Nested { multigrid, matrix, rows, columns })
+    }
+
+    /// A load on the finest level, in this space.
+    pub fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
+        let f: Vec<[f32; 3]> = f.iter().map(|f| f.map(|v| v as f32)).collect();
+        let coarse = self.multigrid.first.transpose_times(&f, self.multigrid.first_coarse());
+        let f = self.multigrid.further[0].transpose_times(&coarse, self.matrix.rows);
+        f.iter().map(|f| f.map(f64::from)).collect()
+    }
+
+    /// Displacements of this space on the finest level.
+    pub fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
+        let x: Vec<[f32; 6]> = x.iter().map(|x| x.map(|v| v as f32)).collect();
+        let mut coarse = vec![[0.0; 6]; self.multigrid.first_coarse()];
+        self.multigrid.further[0].add_times(&x, &mut coarse);
+        let mut u = vec![[0.0; 3]; self.multigrid.fine.matrix.rows];
+        self.multigrid.first.add_times(&coarse, &mut u);
+        u.iter().map(|u| u.map(f64::from)).collect()
+    }
+
+    /// Displacements of the nodes that may be constrained.
+    pub fn at_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
+        self.rows.times(x)
+    }
+
+    /// `f - A x` less the forces that act against the displacements of those nodes.
+    pub fn residual(&self, f: &[[f64; 6]], x: &[[f64; 6]], forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
+        let mut r = self.matrix.times(x);
+        r.iter_mut().flatten().zip(f.iter().flatten()).for_each(|(r, f)| *r = f - *r);
+        for (i, force) in forces.iter().enumerate() {
+            let (columns, blocks) = self.rows.row(i);
+            for (&k, block) in columns.iter().zip(blocks) {
+                let r = &mut r[k as usize];
+                (0..6).for_each(|c| r[c] -= (0..3).map(|d| block[d][c] * force[d]).sum::<f64>());
+            }
+        }
+        r
+    }
+
+    /// Springs for the cycles, one stiffness a node; they take the place of those before.
+    pub fn set_springs(&mut self, springs: &[Block<3, 3>]) {
+        let Nested { multigrid, rows, columns: (start, entry), .. } = self;
+        let touched = &multigrid.local.touched[1];
+        let of_column = |t: usize| {
+            let k = touched[t] as usize;
+            let entries = entry[start[k]..start[k + 1]].iter();
+            entries.filter(|&&(i, _)| springs[i as usize] != [[0.0; 3]; 3])
+        };
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            of_column(t).for_each(|&(i, _)| rows.row(i as usize).0.iter().for_each(|&j| name(j)));
+        };
+        let change = Blocks::from_rows(touched.len(), rows.cols, reached, |t, row| {
+            for &(i, place) in of_column(t) {
+                let mut pulled = [[0.0; 6]; 3];
+                add_product(&springs[i as usize], &rows.value[place as usize], &mut pulled);
+                let (columns, blocks) = rows.row(i as usize);
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&pulled, block, row.at(j)));
+            }
+        });
+        multigrid.change_coarse(1, change);
+    }
+
+    /// One cycle for `(A + springs) x = b` from zero.
+    pub fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let scale = b.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        let b: Vec<[f32; 6]> = b.iter().map(|b| b.map(|v| (v / scale) as f32)).collect();
+        self.multigrid.cycles_from(1, &b).iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
+    }
+}
