@@ -60,11 +60,16 @@ LIFT = ("[0, 0, 1e6]", '[0, 0, "-2/3*1e6*(3 - x)"]')
 PRESS = ("[1e6, 5e5, 0]", "[0, 0, -1e6]")
 # Given friction of a tenth of the pressure: some points stick, most slip.
 STEPS = "further step"
+# A block that is turned, if by nothing, has no coarser one to start from: what a mesh from a file costs.
+AS_FILE = ", as from a file"
+TURN = "turn = { axis = [0, 0, 1], degrees = 0 }\n"
 LOADS = {
     "linear": (*LIFT, ""),
     "lift": (*LIFT, CONTACT.format("{ coulomb = 0.35 }")),
     "press": (*PRESS, CONTACT.format("{ coulomb = 0.35 }")),
     "given": (*PRESS, CONTACT.format("{ tresca = 1e5 }")),
+    "lift" + AS_FILE: (*LIFT, CONTACT.format("{ coulomb = 0.35 }")),
+    "press" + AS_FILE: (*PRESS, CONTACT.format("{ coulomb = 0.35 }")),
     STEPS: ('["1e6*t", "5e5*t", 0]', PRESS[1], CONTACT.format("{ coulomb = 0.35 }") + "[[step]]\nuntil = 1\nincrements = 4\n"),
 }
 # The largest systems a sparse factor is tried on: beyond, it takes minutes and most of the memory.
@@ -90,7 +95,8 @@ def environment():
 def ours(element, n, load, threads, folder):
     case = os.path.join(folder, "case.toml")
     with open(case, "w") as file:
-        file.write(CASE.format(3 * n, n, element, *LOADS[load]))
+        text = CASE.format(3 * n, n, element, *LOADS[load])
+        file.write(text.replace("[materials", TURN + "[materials") if load.endswith(AS_FILE) else text)
     results = os.path.join(folder, load)
     command = [os.path.join(TARGET, "release", "stiction"), "solve", case, "-o", results]
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()

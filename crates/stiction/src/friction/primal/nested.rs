@@ -4,7 +4,7 @@ use super::sets::{Law, Set, set, stuck};
 use crate::friction::PointState;
 use crate::linalg::multigrid::{Block, Multigrid, Nested};
 
-/// Violation of the balance, over the load, at which the coarse problem is left: a better solution saves no fine cycle.
+/// Violation of the balance, over the larger of load and contact forces, at which the coarse problem is left: a better solution saves no fine cycle.
 const ROUGH: f64 = 0.03;
 /// Cycles on the coarse problem; ten to fifteen are usual.
 const CYCLES: usize = 60;
@@ -20,16 +20,18 @@ pub(super) fn start(turned: &Turned, laws: &[Law], multigrid: &mut Multigrid) ->
     let f = nested.restrict(&turned.f);
     let mut x = vec![[0.0; 6]; f.len()];
     for cycle in 0..CYCLES {
-        let u = nested.at_nodes(&x);
+        let u = nested.to_nodes(&x);
         let pulls: Vec<Pull> = (laws.iter().zip(&turned.points).zip(&u))
             .map(|((law, p), &u)| {
                 let touches = cycle == 0 && law.rest[0] <= 0.0;
                 pull(law, u, &if touches { stuck(law, p) } else { set(law, p, [0.0; 3], u) })
             })
             .collect();
-        let forces: Vec<[f64; 3]> = pulls.iter().map(|p| p.force).collect();
-        let r = nested.residual(&f, &x, &forces);
-        if norm(&r) <= ROUGH * norm(&f) {
+        let contact = nested.from_nodes(&pulls.iter().map(|p| p.force).collect::<Vec<_>>());
+        let mut r = nested.times(&x);
+        let loads = f.iter().flatten().zip(contact.iter().flatten());
+        r.iter_mut().flatten().zip(loads).for_each(|(r, (f, contact))| *r = f - contact - *r);
+        if norm(&r) <= ROUGH * norm(&f).max(norm(&contact)) {
             return Some(nested.prolong(&x));
         }
         nested.set_springs(&pulls.iter().map(|p| p.spring).collect::<Vec<_>>());

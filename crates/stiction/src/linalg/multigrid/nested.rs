@@ -1,3 +1,5 @@
+use rayon::prelude::*;
+
 use super::Multigrid;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
@@ -41,14 +43,14 @@ impl Multigrid {
         let mut sum = vec![[0.0; 3]; self.local.p.rows];
         let mut rows = self.local.p.clone();
         for (k, level) in self.coarse.iter().enumerate() {
-            for (i, sum) in sum.iter_mut().enumerate() {
+            sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
                 let (columns, blocks) = rows.row(i);
                 for (&j, block) in columns.iter().zip(blocks) {
                     let mut given = [[0.0; 6]; 3];
                     add_product(block, &double(&level.inverse[j as usize]), &mut given);
                     (0..3).for_each(|r| sum[r] += (0..6).map(|c| given[r][c] * block[r][c]).sum::<f64>());
                 }
-            }
+            });
             if let Some(coarser) = self.coarse.get(k + 1) {
                 rows = below(&rows, &self.further[k], coarser.matrix.rows);
             }
@@ -72,39 +74,42 @@ impl<'a> Nested<'a> {
 
     /// A load on the finest level, in this space.
     pub fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
-        let f: Vec<[f32; 3]> = f.iter().map(|f| f.map(|v| v as f32)).collect();
+        let (scale, f) = unit(f);
         let coarse = self.multigrid.first.transpose_times(&f, self.multigrid.first_coarse());
-        let f = self.multigrid.further[0].transpose_times(&coarse, self.matrix.rows);
-        f.iter().map(|f| f.map(f64::from)).collect()
+        scaled(scale, &self.multigrid.further[0].transpose_times(&coarse, self.matrix.rows))
     }
 
     /// Displacements of this space on the finest level.
     pub fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
-        let x: Vec<[f32; 6]> = x.iter().map(|x| x.map(|v| v as f32)).collect();
+        let (scale, x) = unit(x);
         let mut coarse = vec![[0.0; 6]; self.multigrid.first_coarse()];
         self.multigrid.further[0].add_times(&x, &mut coarse);
         let mut u = vec![[0.0; 3]; self.multigrid.fine.matrix.rows];
         self.multigrid.first.add_times(&coarse, &mut u);
-        u.iter().map(|u| u.map(f64::from)).collect()
+        scaled(scale, &u)
+    }
+
+    /// `A x`, without springs.
+    pub fn times(&self, x: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        self.matrix.times(x)
     }
 
     /// Displacements of the nodes that may be constrained.
-    pub fn at_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
+    pub fn to_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         self.rows.times(x)
     }
 
-    /// `f - A x` less the forces that act against the displacements of those nodes.
-    pub fn residual(&self, f: &[[f64; 6]], x: &[[f64; 6]], forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
-        let mut r = self.matrix.times(x);
-        r.iter_mut().flatten().zip(f.iter().flatten()).for_each(|(r, f)| *r = f - *r);
+    /// Forces on those nodes, in this space.
+    pub fn from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
+        let mut sum = vec![[0.0; 6]; self.matrix.rows];
         for (i, force) in forces.iter().enumerate() {
             let (columns, blocks) = self.rows.row(i);
             for (&k, block) in columns.iter().zip(blocks) {
-                let r = &mut r[k as usize];
-                (0..6).for_each(|c| r[c] -= (0..3).map(|d| block[d][c] * force[d]).sum::<f64>());
+                let sum = &mut sum[k as usize];
+                (0..6).for_each(|c| sum[c] += (0..3).map(|r| block[r][c] * force[r]).sum::<f64>());
             }
         }
-        r
+        sum
     }
 
     /// Springs for the cycles, one stiffness a node; they take the place of those before.
@@ -132,8 +137,17 @@ impl<'a> Nested<'a> {
 
     /// One cycle for `(A + springs) x = b` from zero.
     pub fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
-        let scale = b.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-        let b: Vec<[f32; 6]> = b.iter().map(|b| b.map(|v| (v / scale) as f32)).collect();
-        self.multigrid.cycles_from(1, &b).iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
+        let (scale, b) = unit(b);
+        scaled(scale, &self.multigrid.cycles_from(1, &b))
     }
+}
+
+/// In single precision, whose range is narrow, with the largest entry as the unit.
+fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
+    let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
+}
+
+fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]> {
+    x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
 }
