@@ -27,7 +27,7 @@ pub use truncate::Condition;
 
 use bottom::Bottom;
 use coarsen::{coarsen, copied};
-use packed::Packed;
+use packed::{Packed, scaled, unit};
 use smoother::Level;
 use truncate::Local;
 
@@ -132,15 +132,12 @@ impl Multigrid {
     }
 
     /// One V-cycle for `A x = b` from zero; `b` is zero on held components. Where components follow the force that holds
-    /// another, the finest level knows of it and the coarse ones do not: truncated coarse functions overestimate that force
-    /// so much that their matrices lose definiteness.
+    /// another, the finest level knows of it and the coarse ones do not: they stay symmetric, as their Cholesky factors need.
     pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        // Single precision has a narrow range: the cycle is linear, so it works on a unit vector.
-        let scale = b.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
-        if !(scale > 0.0 && scale.is_finite()) {
+        let (scale, b) = unit(b);
+        if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];
         }
-        let b: Vec<[f32; 3]> = b.iter().map(|b| b.map(|v| (v / scale) as f32)).collect();
         let (mut x, mut residual) = self.fine.forward(&b);
         for &(v, follows) in &self.follows {
             let row = &mut residual[v as usize];
@@ -151,7 +148,7 @@ impl Multigrid {
         self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
         self.hold(&mut x);
         self.fine.backward(&b, &mut x);
-        x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
+        scaled(scale, &x)
     }
 
     /// Zeroes held components.

@@ -3,7 +3,7 @@ use rayon::prelude::*;
 use super::Multigrid;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
-use super::packed::{Packed, double};
+use super::packed::{Packed, double, scaled, unit};
 use super::truncate::Columns;
 
 /// The problem in the space of the second coarse level, with springs at the nodes that may be constrained: what nested
@@ -72,14 +72,14 @@ impl<'a> Nested<'a> {
         Some(Nested { multigrid, matrix, rows, columns })
     }
 
-    /// A load on the finest level, in this space.
+    /// A load on the finest level, newton by its nodes, in this space.
     pub fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let (scale, f) = unit(f);
         let coarse = self.multigrid.first.transpose_times(&f, self.multigrid.first_coarse());
         scaled(scale, &self.multigrid.further[0].transpose_times(&coarse, self.matrix.rows))
     }
 
-    /// Displacements of this space on the finest level.
+    /// Displacements of this space by the nodes of the finest level.
     pub fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         let (scale, x) = unit(x);
         let mut coarse = vec![[0.0; 6]; self.multigrid.first_coarse()];
@@ -94,12 +94,12 @@ impl<'a> Nested<'a> {
         self.matrix.times(x)
     }
 
-    /// Displacements of the nodes that may be constrained.
+    /// Displacements of the nodes that may be constrained, in their order.
     pub fn to_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         self.rows.times(x)
     }
 
-    /// Forces on those nodes, in this space.
+    /// Forces on those nodes, newton in the direction of their displacements, in this space.
     pub fn from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let mut sum = vec![[0.0; 6]; self.matrix.rows];
         for (i, force) in forces.iter().enumerate() {
@@ -112,7 +112,8 @@ impl<'a> Nested<'a> {
         sum
     }
 
-    /// Springs for the cycles, one stiffness a node; they take the place of those before.
+    /// Springs for the cycles, one stiffness (force per length, positive semidefinite) for each of those nodes; they take the
+    /// place of those before.
     pub fn set_springs(&mut self, springs: &[Block<3, 3>]) {
         let Nested { multigrid, rows, columns: (start, entry), .. } = self;
         let touched = &multigrid.local.touched[1];
@@ -140,14 +141,4 @@ impl<'a> Nested<'a> {
         let (scale, b) = unit(b);
         scaled(scale, &self.multigrid.cycles_from(1, &b))
     }
-}
-
-/// In single precision, whose range is narrow, with the largest entry as the unit.
-fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
-    let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-    (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
-}
-
-fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]> {
-    x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
 }

@@ -24,6 +24,17 @@ pub fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64; C]; R]
     std::array::from_fn(|r| std::array::from_fn(|c| f64::from(a[c][r])))
 }
 
+/// In single precision, whose range is narrow, with the largest entry as the unit.
+pub fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
+    let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
+}
+
+/// The inverse of [`unit`].
+pub fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]> {
+    x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
+}
+
 /// `y += a x`.
 #[inline(always)]
 pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
