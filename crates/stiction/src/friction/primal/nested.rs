@@ -4,7 +4,8 @@ use super::sets::{Law, Set, set, stuck};
 use crate::friction::PointState;
 use crate::linalg::multigrid::{Block, Multigrid, Nested};
 
-/// Violation of the balance, over the larger of load and contact forces, at which the coarse problem is left: a better solution saves no fine cycle.
+/// Violation of the balance, over the larger of load and contact forces, at which the coarse problem is left: a better
+/// solution saves no fine cycle.
 const ROUGH: f64 = 0.03;
 /// Cycles on the coarse problem; ten to fifteen are usual.
 const CYCLES: usize = 60;

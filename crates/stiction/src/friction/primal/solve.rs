@@ -44,7 +44,8 @@ const PARAMETER: f64 = 0.6;
 
 /// Solves contact with friction on the displacements; `primal` is that of `problem`, or of another problem with the
 /// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used,
-/// `settings.start_displacement` is.
+/// `settings.start_displacement` is; without it bodies that float start at rest where gaps are wide, and problems in which
+/// none floats from their solution on the second coarse level.
 ///
 /// Where the sets go round in circles bodies that float are moved as a whole before each cycle, so that what touches can
 /// hold them. Where that is not it, and no friction depends on a normal force, the energy is minimised by a descent that
