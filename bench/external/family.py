@@ -9,6 +9,9 @@ case with `stiction solve`, and K u = f without contact by pyamg's smoothed aggr
 gradients to 1e-8, one thread) and, up to 220 000 unknowns and where scikit-sparse can be built (Debian: libsuitesparse-dev), by
 CHOLMOD. With --docs it writes the table and the plot to docs/benchmark.md and docs/benchmark.png.
 
+"lift" and "press" start from the solution on a coarser block; ", as from a file" are the same without one, as meshes are that
+are no blocks.
+
 "further step" is the mean of the second to fourth of four load steps, pressed first and then dragged, with the hierarchy of the
 first; its run is that of all four.
 
