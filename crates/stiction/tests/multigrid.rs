@@ -239,12 +239,12 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
 #[test]
 fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
     for (load, coefficient, most) in [
-        (BrickLoad::Press, 0.35, 1.35),
-        (BrickLoad::Press, 1.0, 1.5),
-        (BrickLoad::Lift, 0.35, 1.15),
-        (BrickLoad::Lift, 0.0, 1.15),
+        (BrickLoad::Press, 0.35, 1.25),
+        (BrickLoad::Press, 1.0, 1.4),
+        (BrickLoad::Lift, 0.35, 1.1),
+        (BrickLoad::Lift, 0.0, 1.1),
     ] {
-        let counts = [12, 20].map(|n| {
+        let counts = [20, 28].map(|n| {
             let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
             let linear = by_multigrid(&elastic(n, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
             let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");

@@ -52,7 +52,7 @@ pub(super) fn follow_bounds(
         }
         let new = normal_forces(turned, laws, at);
         normals.iter_mut().zip(new).for_each(|(normal, new)| *normal = 0.5 * (*normal + new)); // g = F lambda_n
-        accuracy = (INNER * wrong).clamp(0.3 * tolerance, ROUGH);
+        accuracy = (INNER * wrong).min(ROUGH).max(0.3 * tolerance);
     }
 }
 
