@@ -6,6 +6,7 @@
 mod algebraic;
 mod check;
 mod interrupt;
+mod memory;
 mod mesh;
 mod new;
 mod output;
@@ -47,6 +48,7 @@ mod code {
 }
 
 fn main() -> std::process::ExitCode {
+    memory::keep_freed();
     std::panic::set_hook(Box::new(|info| {
         output::internal_error(info);
         std::process::exit(code::INTERNAL.into());

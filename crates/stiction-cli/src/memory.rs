@@ -1,0 +1,12 @@
+/// Keeps what is freed for what comes next, instead of giving it back to the system: pages that are fresh have to be zeroed,
+/// and on virtual machines found first, at up to two seconds a gigabyte. A solve frees and takes its largest arrays several
+/// times; without this a tenth of its seconds is the system's, for 2 % less memory. Where the C library has no such settings
+/// nothing happens.
+pub fn keep_freed() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: two settings of the allocator, before any other thread runs.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_MAX, 0);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
+    }
+}
