@@ -3,7 +3,10 @@
 //! Format: "VTK XML file formats", <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{self, BufWriter, Write as _};
+#[cfg(unix)]
+use std::io::{Seek as _, SeekFrom};
 use std::path::Path;
 
 use flate2::Compression;
@@ -146,7 +149,39 @@ impl<'a> Array<'a> {
     }
 }
 
+/// Points and cells as the file stores them, of use for several files or before their arrays are there.
+#[derive(Debug, Clone)]
+pub struct EncodedGrid {
+    points: usize,
+    cells: usize,
+    coordinates: Encoded,
+    /// Connectivity, offsets and types.
+    of_cells: [Encoded; 3],
+}
+
+impl EncodedGrid {
+    /// Encodes a grid, by the threads of rayon or by the caller alone.
+    ///
+    /// # Errors
+    /// If the cells do not fit together or name points that are not there.
+    pub fn new(grid: &Grid, by_threads: bool) -> Result<Self, Error> {
+        validate_cells(grid)?;
+        let of_cells = [
+            Encoded::new("Int64", "", "connectivity", &grid.connectivity, by_threads),
+            Encoded::new("Int64", "", "offsets", &grid.ends, by_threads),
+            Encoded::new("UInt8", "", "types", &grid.codes, by_threads),
+        ];
+        let attributes = "NumberOfComponents=\"3\"";
+        let coordinates = Encoded::new("Float64", attributes, "Points", grid.points.as_flattened(), by_threads);
+        Ok(EncodedGrid { points: grid.points.len(), cells: grid.codes.len(), coordinates, of_cells })
+    }
+}
+
 /// Writes a grid with its arrays. An array of the whole file called `TimeValue` is the file's time to ParaView.
+///
+/// # Errors
+/// If an array does not have as many numbers as the grid has points or cells, the cells do not fit together, or the file
+/// cannot be written.
 pub fn write(
     path: &Path,
     grid: &Grid,
@@ -154,53 +189,100 @@ pub fn write(
     cell_arrays: &[Array],
     field_data: &[Array],
 ) -> Result<(), Error> {
-    validate(grid, point_arrays, cell_arrays, field_data).map_err(|e| e.at(&path.display().to_string()))?;
-    let (points, cells) = (grid.points.len(), grid.codes.len());
+    let encoded = EncodedGrid::new(grid, true).map_err(|e| e.at(&path.display().to_string()))?;
+    write_encoded(path, &encoded, point_arrays, cell_arrays, field_data)
+}
+
+/// [`write()`] for points and cells that are encoded already.
+///
+/// # Errors
+/// As `write`.
+pub fn write_encoded(
+    path: &Path,
+    grid: &EncodedGrid,
+    point_arrays: &[Array],
+    cell_arrays: &[Array],
+    field_data: &[Array],
+) -> Result<(), Error> {
+    validate_arrays(grid, point_arrays, cell_arrays, field_data).map_err(|e| e.at(&path.display().to_string()))?;
+    let EncodedGrid { points, cells, coordinates, of_cells } = grid;
     let mut xml = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
          header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
     );
+    let arrays = [field_data, point_arrays, cell_arrays].map(|arrays| arrays.iter().map(encoded).collect::<Vec<_>>());
     let mut appended = Appended::default();
-    appended.section(&mut xml, "FieldData", field_data);
+    appended.section(&mut xml, "FieldData", &arrays[0]);
     let _ = writeln!(xml, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
-    appended.section(&mut xml, "PointData", point_arrays);
-    appended.section(&mut xml, "CellData", cell_arrays);
-    xml.push_str("<Points>\n");
-    appended.array(&mut xml, "Float64", "NumberOfComponents=\"3\"", "Points", grid.points.as_flattened());
-    xml.push_str("</Points>\n<Cells>\n");
-    appended.array(&mut xml, "Int64", "", "connectivity", &grid.connectivity);
-    appended.array(&mut xml, "Int64", "", "offsets", &grid.ends);
-    appended.array(&mut xml, "UInt8", "", "types", &grid.codes);
-    xml.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
+    appended.section(&mut xml, "PointData", &arrays[1]);
+    appended.section(&mut xml, "CellData", &arrays[2]);
+    appended.section(&mut xml, "Points", std::slice::from_ref(coordinates));
+    appended.section(&mut xml, "Cells", of_cells);
+    xml.push_str("</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
     replace(path, |file| {
         file.write_all(xml.as_bytes())?;
-        appended.parts.iter().try_for_each(|part| file.write_all(part))?;
+        write_together(file, &appended.parts)?;
         file.write_all(b"\n</AppendedData>\n</VTKFile>\n")
     })
 }
 
-fn validate(grid: &Grid, point_arrays: &[Array], cell_arrays: &[Array], field_data: &[Array]) -> Result<(), Error> {
-    let fail = |what: String| Err(Error::new("", what, "give as many numbers as the grid has points or cells"));
+/// Writes the parts one after the other, by all threads where the system can write at a place: most of the time goes into
+/// fresh pages of its cache.
+#[cfg(unix)]
+fn write_together(file: &mut BufWriter<File>, parts: &[&[u8]]) -> io::Result<()> {
+    use std::os::unix::fs::FileExt;
+    let begin = file.stream_position()?;
+    let ends = parts.iter().scan(begin, |end, part| {
+        *end += part.len() as u64;
+        Some(*end)
+    });
+    let ends: Vec<u64> = ends.collect();
+    file.flush()?;
+    let target = file.get_ref();
+    let write = |(part, end): (&&[u8], &u64)| target.write_all_at(part, end - part.len() as u64);
+    parts.par_iter().zip(&ends).try_for_each(write)?;
+    file.seek(SeekFrom::Start(ends.last().copied().unwrap_or(begin))).map(|_| ())
+}
+
+#[cfg(not(unix))]
+fn write_together(file: &mut BufWriter<File>, parts: &[&[u8]]) -> io::Result<()> {
+    parts.iter().try_for_each(|part| file.write_all(part))
+}
+
+fn invalid<T>(what: String) -> Result<T, Error> {
+    Err(Error::new("", what, "give as many numbers as the grid has points or cells"))
+}
+
+fn validate_cells(grid: &Grid) -> Result<(), Error> {
     let Grid { points, connectivity, ends, codes } = grid;
     if ends.len() != codes.len() || ends.last().copied().unwrap_or(0) != connectivity.len() as u64 {
-        return fail(format!("{} cell ends for {} cells", ends.len(), codes.len()));
+        return invalid(format!("{} cell ends for {} cells", ends.len(), codes.len()));
     }
     if ends.windows(2).any(|w| w[0] > w[1]) {
-        return fail("the cells' ends descend".to_string());
+        return invalid("the cells' ends descend".to_string());
     }
     if let Some(&node) = connectivity.iter().find(|&&node| node as usize >= points.len()) {
-        return fail(format!("a cell has node {node}, but there are {} points", points.len()));
+        return invalid(format!("a cell has node {node}, but there are {} points", points.len()));
     }
-    let of_points = point_arrays.iter().map(|a| (a, Some(points.len())));
-    let of_cells = cell_arrays.iter().map(|a| (a, Some(codes.len())));
+    Ok(())
+}
+
+fn validate_arrays(
+    grid: &EncodedGrid,
+    point_arrays: &[Array],
+    cell_arrays: &[Array],
+    field_data: &[Array],
+) -> Result<(), Error> {
+    let of_points = point_arrays.iter().map(|a| (a, Some(grid.points)));
+    let of_cells = cell_arrays.iter().map(|a| (a, Some(grid.cells)));
     for (array, tuples) in of_points.chain(of_cells).chain(field_data.iter().map(|a| (a, None))) {
         let (name, components, len) = (array.name, array.components, array.data.len());
         if components == 0 || len % components != 0 || tuples.is_some_and(|n| n * components != len) {
             let expected = tuples.map_or(String::new(), |n| format!(" for {n} points or cells"));
-            return fail(format!("array \"{name}\" has {len} numbers by {components} components{expected}"));
+            return invalid(format!("array \"{name}\" has {len} numbers by {components} components{expected}"));
         }
         if !array.component_names.is_empty() && array.component_names.len() != components {
-            return fail(format!("array \"{name}\" does not name each of its {components} components"));
+            return invalid(format!("array \"{name}\" does not name each of its {components} components"));
         }
     }
     Ok(())
@@ -223,47 +305,64 @@ pub fn write_collection(path: &Path, files: &[(f64, String)]) -> Result<(), Erro
 
 /// The binary section of the file, growing with the description of its arrays.
 #[derive(Default)]
-struct Appended {
-    parts: Vec<Vec<u8>>,
+struct Appended<'a> {
+    parts: Vec<&'a [u8]>,
     bytes: usize,
 }
 
-impl Appended {
-    fn section(&mut self, xml: &mut String, tag: &str, arrays: &[Array]) {
+impl<'a> Appended<'a> {
+    fn section(&mut self, xml: &mut String, tag: &str, arrays: &'a [Encoded]) {
         let _ = writeln!(xml, "<{tag}>");
         for array in arrays {
-            let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
-            for (i, name) in array.component_names.iter().enumerate() {
-                let _ = write!(attributes, " ComponentName{i}=\"{}\"", escape(name));
-            }
-            if tag == "FieldData" {
-                // Nothing else in the file tells how long it is.
-                let _ = write!(attributes, " NumberOfTuples=\"{}\"", array.data.len() / array.components);
-            }
-            match array.data {
-                Data::F64(values) => self.array(xml, "Float64", &attributes, array.name, values),
-                Data::I32(values) => self.array(xml, "Int32", &attributes, array.name, values),
-            }
+            let (described, offset) = (&array.described, self.bytes);
+            // Nothing else in the file tells how long an array of the whole file is.
+            let tuples =
+                if tag == "FieldData" { format!(" NumberOfTuples=\"{}\"", array.tuples) } else { String::new() };
+            let _ = writeln!(xml, "<DataArray {described}{tuples} format=\"appended\" offset=\"{offset}\"/>");
+            self.parts.extend(array.parts.iter().map(Vec::as_slice));
+            self.bytes += array.parts.iter().map(Vec::len).sum::<usize>();
         }
         let _ = writeln!(xml, "</{tag}>");
     }
+}
 
-    fn array<T: Number>(&mut self, xml: &mut String, kind: &str, attributes: &str, name: &str, values: &[T]) {
-        let (name, offset) = (escape(name), self.bytes);
-        let _ = writeln!(
-            xml,
-            "<DataArray type=\"{kind}\" Name=\"{name}\" {attributes} format=\"appended\" offset=\"{offset}\"/>"
-        );
+/// An array as the file stores it.
+#[derive(Debug, Clone)]
+struct Encoded {
+    /// Type, name and components, as attributes.
+    described: String,
+    tuples: usize,
+    /// The header and the blocks.
+    parts: Vec<Vec<u8>>,
+}
+
+fn encoded(array: &Array) -> Encoded {
+    let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
+    for (i, name) in array.component_names.iter().enumerate() {
+        let _ = write!(attributes, " ComponentName{i}=\"{}\"", escape(name));
+    }
+    let one = match array.data {
+        Data::F64(values) => Encoded::new("Float64", &attributes, array.name, values, true),
+        Data::I32(values) => Encoded::new("Int32", &attributes, array.name, values, true),
+    };
+    Encoded { tuples: array.data.len() / array.components, ..one }
+}
+
+impl Encoded {
+    fn new<T: Number>(kind: &str, attributes: &str, name: &str, values: &[T], by_threads: bool) -> Encoded {
+        let described = format!("type=\"{kind}\" Name=\"{}\" {attributes}", escape(name));
         let level = level(values);
-        let blocks: Vec<Vec<u8>> = values.par_chunks(BLOCK / T::BYTES).map(|part| compress(part, level)).collect();
+        let length = BLOCK / T::BYTES;
+        let blocks: Vec<Vec<u8>> = if by_threads {
+            values.par_chunks(length).map(|part| compress(part, level)).collect()
+        } else {
+            values.chunks(length).map(|part| compress(part, level)).collect()
+        };
         // Header: number of blocks, bytes of a block, bytes of the last block if it is a partial one, compressed bytes.
         let partial = values.len() * T::BYTES % BLOCK;
         let sizes = blocks.iter().map(Vec::len);
         let header = [blocks.len(), BLOCK, partial].into_iter().chain(sizes).flat_map(|n| (n as u64).to_le_bytes());
-        let first = self.parts.len();
-        self.parts.push(header.collect());
-        self.parts.extend(blocks);
-        self.bytes += self.parts[first..].iter().map(Vec::len).sum::<usize>();
+        Encoded { described, tuples: values.len(), parts: std::iter::once(header.collect()).chain(blocks).collect() }
     }
 }
 

@@ -9,6 +9,7 @@ use super::seconds::{Span, stopwatch};
 use super::{Event, Outcome, Prepared, Settings, solve};
 use crate::Error;
 use crate::io::replace::Pending;
+use crate::io::vtu::{EncodedGrid, Grid};
 use crate::io::{folder, machine, problem};
 
 /// What was written beside the solve and has no name yet; dropped, it leaves nothing behind.
@@ -16,12 +17,14 @@ use crate::io::{folder, machine, problem};
 pub struct Ahead {
     /// `problem.npz`, if it was begun.
     pub(super) problem: Option<Result<Pending, Error>>,
+    /// The mesh as `result.vtu` has it.
+    pub(super) grid: Option<EncodedGrid>,
 }
 
 /// [`solve()`](super::solve()) for a run whose results go to `into`: the stiffness, most of what there is to write, is
 /// written by a thread of its own while the iteration runs. Results are the same to the bit.
 ///
-/// Nothing is written before the first iteration, so that a run that is left before then leaves no trace.
+/// Nothing is written before the first iteration, so that a run that is left before then leaves no trace. The mesh is encoded for `result.vtu` after it.
 ///
 /// # Errors
 /// As `solve`. What goes wrong with the file is told by [`write_with`](super::write_with).
@@ -39,7 +42,9 @@ pub fn solve_writing(
         let tolerance = settings.solver.tolerance;
         let written = folder::create(into)
             .and_then(|()| problem::begin_problem(&into.join("problem.npz"), &prepared.problem, tolerance));
-        Some((written, machine::thread_cpu_seconds()))
+        // If it does not fit together that is told where it is written.
+        let grid = EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), false).ok();
+        Some((written, grid, machine::thread_cpu_seconds()))
     };
     let (solved, written, waited) = thread::scope(|scope| {
         let writer = scope.spawn(write);
@@ -67,8 +72,8 @@ pub fn solve_writing(
         }
     };
     let mut ahead = Ahead::default();
-    if let Some((written, cpu)) = written {
-        ahead.problem = Some(written);
+    if let Some((written, grid, cpu)) = written {
+        (ahead.problem, ahead.grid) = (Some(written), grid);
         // The clock of the process has counted it with the iteration.
         let beside = Span { wall: 0.0, cpu: cpu - waited.cpu.min(cpu) };
         outcome.seconds.iteration.cpu -= beside.cpu.min(outcome.seconds.iteration.cpu);

@@ -69,7 +69,7 @@ pub(super) fn remove_steps(folder: &Path) -> Result<(), Error> {
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
     write_step(&step_file(folder, number), &step.file)?;
-    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, &body(prepared, step.outcome))?;
+    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, None, &body(prepared, step.outcome))?;
     let times: Vec<f64> = step.entries.iter().map(|entry| entry["t"].as_f64().unwrap_or(f64::NAN)).collect();
     let collection = |name: &str| {
         let parts: Vec<(f64, String)> =

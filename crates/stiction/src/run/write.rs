@@ -13,7 +13,7 @@ use super::{Ahead, Outcome, Prepared, REPORT, pictures};
 use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
 use crate::friction::Phase;
-use crate::io::vtu::{self, Array, Grid};
+use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{folder, machine, problem};
 
 pub use crate::io::folder::writable;
@@ -97,7 +97,7 @@ fn write_numbers(
         // The files of the steps are there already.
         files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
     } else {
-        write_body(&folder.join("result.vtu"), prepared, body)?;
+        write_body(&folder.join("result.vtu"), prepared, ahead.grid.as_ref(), body)?;
         if !surfaces.is_empty() {
             write_contact(&folder.join("contact.vtu"), surfaces, false)?;
         }
@@ -126,11 +126,24 @@ fn write_numbers(
     Ok(files)
 }
 
-pub(super) fn write_body(path: &Path, prepared: &Prepared, body: &BodyFields) -> Result<(), Error> {
+pub(super) fn write_body(
+    path: &Path,
+    prepared: &Prepared,
+    grid: Option<&EncodedGrid>,
+    body: &BodyFields,
+) -> Result<(), Error> {
     let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
-    vtu::write(
+    let own;
+    let grid = match grid {
+        Some(grid) => grid,
+        None => {
+            own = EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), true)?;
+            &own
+        }
+    };
+    vtu::write_encoded(
         path,
-        &Grid::from_mesh(&prepared.mesh),
+        grid,
         &[Array::vector("displacement", &body.displacement), Array::vector("reaction", &body.reaction)],
         &[
             Array::tensor("stress", &body.stress),
