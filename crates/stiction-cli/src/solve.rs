@@ -9,7 +9,7 @@ use stiction::io::{case, folder};
 use stiction::run::{self, Ahead, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
-use crate::{code, interrupt, output};
+use crate::{code, interrupt, memory, output};
 
 /// Solve a case and write a folder of results
 #[derive(clap::Args)]
@@ -109,6 +109,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     };
     progress.finish();
     let (mut outcome, ahead) = solved?;
+    memory::give_back();
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     if !arguments.no_report {
         match run::write_report_on(&folder, Some(&prepared.mesh)) {
