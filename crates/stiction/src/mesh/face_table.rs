@@ -1,6 +1,11 @@
 //! All faces of all cells, each findable by its nodes.
 
+use rayon::prelude::*;
+
 use super::{CellKind, Face, RawMesh};
+
+/// Nodes whose faces a thread sorts at a time; the result does not depend on it.
+const NODES_PER_TASK: usize = 4096;
 
 /// Room for the faces of a cell: face number = `STRIDE * cell + local`.
 const STRIDE: u32 = 6;
@@ -59,26 +64,42 @@ impl<'a> FaceTable<'a> {
             faces[next[lowest as usize] as usize] = face;
             next[lowest as usize] += 1;
         });
-        let (mut keyed, mut seen) = (Vec::new(), Encounters::default());
+        let (mut tasks, mut rest) = (Vec::new(), faces.as_mut_slice());
+        for first in (0..raw.nodes.len()).step_by(NODES_PER_TASK) {
+            let end = raw.nodes.len().min(first + NODES_PER_TASK);
+            let (own, tail) = rest.split_at_mut((starts[end] - starts[first]) as usize);
+            tasks.push((&starts[first..=end], own));
+            rest = tail;
+        }
+        let sort = |keyed: &mut Vec<u128>, (starts, faces): (&[u32], &mut [u32])| table.sort(keyed, starts, faces);
+        let parts: Vec<Encounters> = tasks.into_par_iter().map_init(Vec::new, sort).collect();
+        let mut seen = parts.into_iter().fold(Encounters::default(), Encounters::and);
+        seen.put_in_order();
+        (FaceTable { starts, faces, ..table }, seen)
+    }
+
+    /// Sorts the faces of consecutive nodes, and sees how their cells meet.
+    fn sort(&self, keyed: &mut Vec<u128>, starts: &[u32], mut faces: &mut [u32]) -> Encounters {
+        let mut seen = Encounters::default();
         for range in starts.windows(2) {
-            let bucket = &mut faces[range[0] as usize..range[1] as usize];
+            let (bucket, others) = faces.split_at_mut((range[1] - range[0]) as usize);
+            faces = others;
             keyed.clear();
             // All have the same lowest corner: the others and the number make one number to sort by.
             keyed.extend(bucket.iter().map(|&face| {
-                let [_, b, c, d] = table.key(face).map(u128::from);
+                let [_, b, c, d] = self.key(face).map(u128::from);
                 b << 96 | c << 64 | d << 32 | u128::from(face)
             }));
             keyed.sort_unstable();
-            bucket.iter_mut().zip(&keyed).for_each(|(slot, &key)| *slot = key as u32);
+            bucket.iter_mut().zip(&*keyed).for_each(|(slot, &key)| *slot = key as u32);
             let mut rest = &*bucket;
             for run in keyed.chunk_by(|a, b| a >> 32 == b >> 32) {
                 let (together, others) = rest.split_at(run.len());
-                table.encounter(together, &mut seen);
+                self.encounter(together, &mut seen);
                 rest = others;
             }
         }
-        seen.put_in_order();
-        (FaceTable { starts, faces, ..table }, seen)
+        seen
     }
 
     /// Calls `visit(face, lowest node)` for all faces, ascending.
@@ -196,6 +217,16 @@ impl<'a> FaceTable<'a> {
 }
 
 impl Encounters {
+    fn and(mut self, other: Encounters) -> Encounters {
+        let Encounters { boundary, crowded, folded, twins, unlike } = other;
+        self.boundary.extend(boundary);
+        self.crowded.extend(crowded);
+        self.folded.extend(folded);
+        self.twins.extend(twins);
+        self.unlike.extend(unlike);
+        self
+    }
+
     fn put_in_order(&mut self) {
         self.boundary.sort_unstable();
         for list in [&mut self.crowded, &mut self.twins] {
