@@ -1,6 +1,6 @@
 """The brick family: our Coulomb solve, our linear solve and an external linear solve of the same matrix in one run.
 
-    python3 bench/external/family.py [--sizes 6k,50k,200k,700k,2M] [--elements tet4,hex8] [--threads 1] [--docs]
+    python3 bench/external/family.py [--sizes 6k,50k,200k,700k,1M,2M] [--elements tet4,hex8] [--threads 1] [--docs]
 
 (a size may be for one element only, `tet4:2M`)
 
@@ -35,7 +35,7 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
 # Cells across: three times as many along.
-SIZES = {"6k": 8, "50k": 17, "200k": 28, "700k": 42, "2M": 60}
+SIZES = {"6k": 8, "50k": 17, "200k": 28, "700k": 42, "1M": 48, "2M": 60}
 CASE = """title = "brick"
 [mesh]
 block = {{ size = [3, 1, 1], cells = [{0}, {1}, {1}], element = "{2}" }}
