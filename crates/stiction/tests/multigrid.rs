@@ -254,6 +254,18 @@ fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_mes
     }
 }
 
+/// What is asked for and no more: each digit beyond costs two cycles.
+#[test]
+fn cycles_end_where_the_certificate_passes() {
+    for (load, tolerance) in [(BrickLoad::Press, 1e-3), (BrickLoad::Press, 1e-8), (BrickLoad::Lift, 1e-6)] {
+        let p = brick(8, BlockElement::Hex8, load, SurfaceFriction::Coulomb(0.35)).pose().problem;
+        let s = by_multigrid(&p, tolerance);
+        assert_solved(&s);
+        let within = s.history.iter().filter(|progress| progress.residual <= tolerance).count();
+        assert!(within == 1 && s.certificate.worst > 1e-3 * tolerance, "{load:?} {tolerance}: {within} {:?}", s.counts);
+    }
+}
+
 /// From here on there are levels below the first coarse one, which know nothing of held components by themselves. A body
 /// held at more points is stiffer, so that alone is no reason for more cycles.
 #[test]

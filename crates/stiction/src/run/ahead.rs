@@ -24,7 +24,8 @@ pub struct Ahead {
 /// [`solve()`](super::solve()) for a run whose results go to `into`: the stiffness, most of what there is to write, is
 /// written by a thread of its own while the iteration runs. Results are the same to the bit.
 ///
-/// Nothing is written before the first iteration, so that a run that is left before then leaves no trace. The mesh is encoded for `result.vtu` after it.
+/// Nothing is written before the first iteration, so that a run that is left before then leaves no trace. The
+/// mesh is encoded for `result.vtu` after it.
 ///
 /// # Errors
 /// As `solve`. What goes wrong with the file is told by [`write_with`](super::write_with).

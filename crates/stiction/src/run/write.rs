@@ -97,7 +97,8 @@ fn write_numbers(
         // The files of the steps are there already.
         files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
     } else {
-        write_body(&folder.join("result.vtu"), prepared, ahead.grid.as_ref(), body)?;
+        let grid = ahead.grid.map_or_else(|| encoded(prepared), Ok)?;
+        write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
         if !surfaces.is_empty() {
             write_contact(&folder.join("contact.vtu"), surfaces, false)?;
         }
@@ -126,21 +127,13 @@ fn write_numbers(
     Ok(files)
 }
 
-pub(super) fn write_body(
-    path: &Path,
-    prepared: &Prepared,
-    grid: Option<&EncodedGrid>,
-    body: &BodyFields,
-) -> Result<(), Error> {
+/// The mesh as files of the body have it.
+pub(super) fn encoded(prepared: &Prepared) -> Result<EncodedGrid, Error> {
+    EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), true)
+}
+
+pub(super) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, body: &BodyFields) -> Result<(), Error> {
     let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
-    let own;
-    let grid = match grid {
-        Some(grid) => grid,
-        None => {
-            own = EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), true)?;
-            &own
-        }
-    };
     vtu::write_encoded(
         path,
         grid,

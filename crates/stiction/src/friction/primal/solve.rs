@@ -110,7 +110,8 @@ const SETTLED_RESETS: usize = 2;
 const BOUNDS_CYCLES: usize = 120;
 
 /// The certificate measures with other scales than the residual. It is asked first where that reaches the tolerance, and
-/// passes nineteen times of twenty; where it does not, the residual is to fall as far as the certificate has to, and by a share between these.
+/// passes nineteen times of twenty; where it does not, the residual is to fall as far as the certificate has to, and by a
+/// share between these.
 const LOWERED: [f64; 2] = [0.03, 0.3];
 /// Where it has not passed with residuals down to this share of the tolerance, the numbers are what they are.
 const LEAST: f64 = 1e-6;
@@ -206,7 +207,8 @@ fn iterate(
         }
         at.resets = resets;
         let solution = solution(problem, turned, &at, end, settings.tolerance);
-        target *= (0.5 * settings.tolerance / solution.certificate.worst).clamp(LOWERED[0], LOWERED[1]);
+        let share = 0.5 * settings.tolerance / solution.certificate.worst;
+        target *= if share.is_nan() { LOWERED[0] } else { share.clamp(LOWERED[0], LOWERED[1]) };
         if end != End::Converged || solution.certificate.passed || target < LEAST * settings.tolerance {
             return Solution { history, ..solution };
         }
