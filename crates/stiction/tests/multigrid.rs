@@ -238,19 +238,22 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
 
 #[test]
 fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
+    // The coarsest of these meshes have no second coarse level to start from.
     for (load, coefficient, most) in [
-        (BrickLoad::Press, 0.35, 1.25),
-        (BrickLoad::Press, 1.0, 1.4),
-        (BrickLoad::Lift, 0.35, 1.1),
-        (BrickLoad::Lift, 0.0, 1.1),
+        (BrickLoad::Press, 0.35, [1.35, 1.25]),
+        (BrickLoad::Press, 1.0, [1.5, 1.4]),
+        (BrickLoad::Lift, 0.35, [1.6, 1.1]),
+        (BrickLoad::Lift, 0.0, [1.5, 1.1]),
     ] {
-        let counts = [20, 28].map(|n| {
-            let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
-            let linear = by_multigrid(&elastic(n, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
-            let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");
-            assert_cycles(&p, (most * linear as f64) as usize, &what)
-        });
-        assert!(counts[1] as f64 <= 1.1 * counts[0] as f64, "{counts:?}");
+        for (sizes, most) in [[8, 16], [20, 28]].into_iter().zip(most) {
+            let counts = sizes.map(|n| {
+                let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
+                let linear = by_multigrid(&elastic(n, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
+                let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");
+                assert_cycles(&p, (most * linear as f64) as usize, &what)
+            });
+            assert!(counts[1] as f64 <= 1.1 * counts[0] as f64, "{counts:?}");
+        }
     }
 }
 
