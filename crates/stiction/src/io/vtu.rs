@@ -210,12 +210,13 @@ pub fn write_encoded(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
          header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
     );
-    let arrays = [field_data, point_arrays, cell_arrays].map(|arrays| arrays.iter().map(encoded).collect::<Vec<_>>());
+    let [file_data, point_data, cell_data] = [(field_data, true), (point_arrays, false), (cell_arrays, false)]
+        .map(|(arrays, of_file)| arrays.iter().map(|array| encoded(array, of_file)).collect::<Vec<_>>());
     let mut appended = Appended::default();
-    appended.section(&mut xml, "FieldData", &arrays[0]);
+    appended.section(&mut xml, "FieldData", &file_data);
     let _ = writeln!(xml, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
-    appended.section(&mut xml, "PointData", &arrays[1]);
-    appended.section(&mut xml, "CellData", &arrays[2]);
+    appended.section(&mut xml, "PointData", &point_data);
+    appended.section(&mut xml, "CellData", &cell_data);
     appended.section(&mut xml, "Points", std::slice::from_ref(coordinates));
     appended.section(&mut xml, "Cells", of_cells);
     xml.push_str("</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
@@ -315,10 +316,7 @@ impl<'a> Appended<'a> {
         let _ = writeln!(xml, "<{tag}>");
         for array in arrays {
             let (described, offset) = (&array.described, self.bytes);
-            // Nothing else in the file tells how long an array of the whole file is.
-            let tuples =
-                if tag == "FieldData" { format!(" NumberOfTuples=\"{}\"", array.tuples) } else { String::new() };
-            let _ = writeln!(xml, "<DataArray {described}{tuples} format=\"appended\" offset=\"{offset}\"/>");
+            let _ = writeln!(xml, "<DataArray {described} format=\"appended\" offset=\"{offset}\"/>");
             self.parts.extend(array.parts.iter().map(Vec::as_slice));
             self.bytes += array.parts.iter().map(Vec::len).sum::<usize>();
         }
@@ -331,21 +329,23 @@ impl<'a> Appended<'a> {
 struct Encoded {
     /// Type, name and components, as attributes.
     described: String,
-    tuples: usize,
     /// The header and the blocks.
     parts: Vec<Vec<u8>>,
 }
 
-fn encoded(array: &Array) -> Encoded {
+fn encoded(array: &Array, of_file: bool) -> Encoded {
     let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
     for (i, name) in array.component_names.iter().enumerate() {
         let _ = write!(attributes, " ComponentName{i}=\"{}\"", escape(name));
     }
-    let one = match array.data {
+    if of_file {
+        // Nothing else in the file tells how long it is.
+        let _ = write!(attributes, " NumberOfTuples=\"{}\"", array.data.len() / array.components);
+    }
+    match array.data {
         Data::F64(values) => Encoded::new("Float64", &attributes, array.name, values, true),
         Data::I32(values) => Encoded::new("Int32", &attributes, array.name, values, true),
-    };
-    Encoded { tuples: array.data.len() / array.components, ..one }
+    }
 }
 
 impl Encoded {
@@ -362,7 +362,7 @@ impl Encoded {
         let partial = values.len() * T::BYTES % BLOCK;
         let sizes = blocks.iter().map(Vec::len);
         let header = [blocks.len(), BLOCK, partial].into_iter().chain(sizes).flat_map(|n| (n as u64).to_le_bytes());
-        Encoded { described, tuples: values.len(), parts: std::iter::once(header.collect()).chain(blocks).collect() }
+        Encoded { described, parts: std::iter::once(header.collect()).chain(blocks).collect() }
     }
 }
 

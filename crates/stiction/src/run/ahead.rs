@@ -6,10 +6,11 @@ use std::sync::mpsc;
 use std::thread;
 
 use super::seconds::{Span, stopwatch};
+use super::write::encoded;
 use super::{Event, Outcome, Prepared, Settings, solve};
 use crate::Error;
 use crate::io::replace::Pending;
-use crate::io::vtu::{EncodedGrid, Grid};
+use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, machine, problem};
 
 /// What was written beside the solve and has no name yet; dropped, it leaves nothing behind.
@@ -44,7 +45,7 @@ pub fn solve_writing(
         let written = folder::create(into)
             .and_then(|()| problem::begin_problem(&into.join("problem.npz"), &prepared.problem, tolerance));
         // If it does not fit together that is told where it is written.
-        let grid = EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), false).ok();
+        let grid = encoded(prepared, false).ok();
         Some((written, grid, machine::thread_cpu_seconds()))
     };
     let (solved, written, waited) = thread::scope(|scope| {

@@ -26,8 +26,8 @@ pub struct StepFiles {
     fingerprint: u64,
     /// `log.jsonl` so far.
     log: String,
-    /// The mesh as the files of all steps have it, from the first on.
-    grid: Option<EncodedGrid>,
+    /// The mesh as the files of all steps have it.
+    grid: EncodedGrid,
 }
 
 /// Makes `folder` ready for the steps of a prepared case. With `resume` the steps that it holds already are read, if
@@ -37,8 +37,8 @@ pub struct StepFiles {
 /// If files cannot be read or written, or `resume` is asked for and the folder holds the steps of another case.
 pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(StepFiles, Option<Restart>), Error> {
     folder::create(folder)?;
-    let (folder_of, fingerprint) = (folder.to_path_buf(), fingerprint(prepared));
-    let mut files = StepFiles { folder: folder_of, fingerprint, log: String::new(), grid: None };
+    let (fingerprint, grid) = (fingerprint(prepared), encoded(prepared, true)?);
+    let mut files = StepFiles { folder: folder.to_path_buf(), fingerprint, log: String::new(), grid };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
     folder::remove(&folder.join("summary.json"))?;
     if restart.is_none() {
@@ -73,12 +73,7 @@ pub(super) fn remove_steps(folder: &Path) -> Result<(), Error> {
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
     write_step(&step_file(folder, number), &step.file)?;
-    let grid = match files.grid.take() {
-        Some(grid) => grid,
-        None => encoded(prepared)?,
-    };
-    let grid = files.grid.insert(grid);
-    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, grid, &body(prepared, step.outcome))?;
+    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, &files.grid, &body(prepared, step.outcome))?;
     let times: Vec<f64> = step.entries.iter().map(|entry| entry["t"].as_f64().unwrap_or(f64::NAN)).collect();
     let collection = |name: &str| {
         let parts: Vec<(f64, String)> =

@@ -97,7 +97,7 @@ fn write_numbers(
         // The files of the steps are there already.
         files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
     } else {
-        let grid = ahead.grid.map_or_else(|| encoded(prepared), Ok)?;
+        let grid = ahead.grid.map_or_else(|| encoded(prepared, true), Ok)?;
         write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
         if !surfaces.is_empty() {
             write_contact(&folder.join("contact.vtu"), surfaces, false)?;
@@ -127,9 +127,9 @@ fn write_numbers(
     Ok(files)
 }
 
-/// The mesh as files of the body have it.
-pub(super) fn encoded(prepared: &Prepared) -> Result<EncodedGrid, Error> {
-    EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), true)
+/// The mesh as files of the body have it, encoded by the threads of rayon or by the caller alone.
+pub(super) fn encoded(prepared: &Prepared, by_threads: bool) -> Result<EncodedGrid, Error> {
+    EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), by_threads)
 }
 
 pub(super) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, body: &BodyFields) -> Result<(), Error> {
