@@ -36,9 +36,10 @@ fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Bloc
 }
 
 impl Multigrid {
-    /// Displacement over force of the components of the nodes that may be constrained, but for what the finest level gives
-    /// way: the diagonal of `sum of P D⁻¹ Pᵀ` over the coarse levels (Bramble, Pasciak & Xu 1990), of a hierarchy without
-    /// constraints. In flat cells that is most of it: their nodes are held by close neighbours, which give way themselves.
+    /// Displacement over force of the components of the nodes that may be constrained, but for what the finest level and the
+    /// coarsest give way: the diagonal of `sum of P D⁻¹ Pᵀ` over the levels between (Bramble, Pasciak & Xu 1990), of a
+    /// hierarchy without constraints. In flat cells that is most of it: their nodes are held by close neighbours, which give
+    /// way themselves.
     pub fn coarse_flexibilities(&self) -> Vec<[f64; 3]> {
         let mut sum = vec![[0.0; 3]; self.local.p.rows];
         let mut rows = self.local.p.clone();
