@@ -102,13 +102,16 @@ fn contact_points_on_a_body_some_hundred_times_stiffer_are_refused_with_the_reme
 
 /// Where nearly all points slip each has a spring across its slip, very stiff as long as it has hardly slipped: one that is
 /// left on the coarse levels costs a hundred cycles. And in flat cells a node by itself is many times stiffer than the body is
-/// there, so that its stiffness says nothing about what opens and what slips.
+/// there, so that its stiffness says nothing about what opens and what slips. In cells long along the surface whole coarse
+/// functions are held: what is left of them is rounding, and steps along them stalled the iteration at random.
 #[test]
 fn graded_cells_that_slip_everywhere_take_no_more_cycles_than_a_few_linear_solves() {
     for (cells, grading, law, most) in [
         ([84, 28, 28], [1.0, 3.0, 5.0], "tresca = 1e5", 30),
         ([84, 28, 28], [1.0, 3.0, 5.0], "coulomb = 0.35", 30),
-        ([42, 14, 14], [1.0, 10.0, 30.0], "coulomb = 0.35", 60),
+        ([42, 14, 14], [1.0, 10.0, 30.0], "coulomb = 0.35", 45),
+        ([42, 14, 14], [1.0, 30.0, 1.0], "coulomb = 0.35", 30),
+        ([42, 14, 14], [10.0, 1.0, 1.0], "coulomb = 0.8", 30),
     ] {
         let text = format!(
             "[mesh]\nblock = {{ size = [3, 1, 1], cells = {cells:?}, element = \"hex8\", grading = {grading:?} }}\n\

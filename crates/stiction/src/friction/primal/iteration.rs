@@ -88,10 +88,6 @@ impl State {
     }
 }
 
-/// The coarse levels follow once this share of the points holds other components, or one spring is another. A point that
-/// begins to slip has hardly slipped: its spring is a thousand times stiffer than a cycle later, and a single one left on the
-/// coarse levels holds the body there: 140 cycles instead of 17 on a graded block.
-const LAG: f64 = 0.003;
 /// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles. Down to there
 /// friction follows the normal force a cycle later: the sets are not those of the end, and a step that knows more of them
 /// goes round more easily.
@@ -235,13 +231,19 @@ fn goes_round(history: &[f64], since_reset: usize) -> bool {
     since_reset > PATIENCE && now > HIGH && now > GAIN * best
 }
 
-/// Tells the hierarchy the conditions; its coarse levels lag while few of them have changed.
+/// Tells the hierarchy the conditions. Its coarse levels follow when some point holds other components, some spring is
+/// another, or friction begins or ceases to follow the normal force: functions truncated at a component that is free again,
+/// or the spring of a point that has hardly slipped yet, a thousand times stiffer than a cycle later, hold the body where
+/// nothing does. A single one costs a hundred cycles on graded meshes.
 pub(super) fn constrain(multigrid: &mut Multigrid, laws: &[Law], at: &mut State) {
     let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
-    let changes = || conditions.iter().zip(&at.coarse);
+    let follow = |conditions: &[Condition]| conditions.iter().any(|c| c.follows != [0.0; 2]);
+    let other = |((new, old), law): ((&Condition, &Condition), &Law)| {
+        new.held != old.held || differs(&new.spring, &old.spring, law.parameter)
+    };
     let coarse = at.coarse.len() != conditions.len()
-        || changes().filter(|(new, old)| new.held != old.held).count() as f64 > LAG * conditions.len() as f64
-        || changes().zip(laws).any(|((new, old), law)| differs(&new.spring, &old.spring, law.parameter));
+        || follow(&conditions) != follow(&at.coarse)
+        || conditions.iter().zip(&at.coarse).zip(laws).any(other);
     multigrid.constrain(&conditions, coarse);
     if coarse {
         at.coarse = conditions;

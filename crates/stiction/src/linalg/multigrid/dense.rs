@@ -41,19 +41,51 @@ pub fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
     a.iter().flatten().map(|v| v * v).sum()
 }
 
-/// The inverse of a symmetric positive semidefinite block by its Cholesky factor; directions whose pivot is below
-/// `1e-12` of their diagonal entry are left out (zero rows and columns).
-pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
-    let (mut l, mut reciprocal) = ([[0.0; R]; R], [0.0; R]);
+/// A direction whose pivot is below this share of its diagonal entry carries nothing.
+const NOTHING: f64 = 1e-12;
+
+/// The lower Cholesky factor of a symmetric block and the pivots; columns whose pivot is not above `least` are zero and
+/// count as pivot zero.
+fn cholesky<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> (Block<R, R>, [f64; R]) {
+    let (mut l, mut pivots) = ([[0.0; R]; R], [0.0; R]);
     for k in 0..R {
         let pivot = a[k][k] - (0..k).map(|j| l[k][j] * l[k][j]).sum::<f64>();
-        if pivot > 1e-12 * a[k][k] {
-            reciprocal[k] = 1.0 / pivot.sqrt();
-        }
-        for i in k..R {
-            l[i][k] = (a[i][k] - (0..k).map(|j| l[i][j] * l[k][j]).sum::<f64>()) * reciprocal[k];
+        if pivot > least[k] {
+            pivots[k] = pivot;
+            let scale = 1.0 / pivot.sqrt();
+            for i in k..R {
+                l[i][k] = (a[i][k] - (0..k).map(|j| l[i][j] * l[k][j]).sum::<f64>()) * scale;
+            }
         }
     }
+    (l, pivots)
+}
+
+fn nothing<const R: usize>(a: &Block<R, R>) -> [f64; R] {
+    std::array::from_fn(|k| NOTHING * a[k][k])
+}
+
+/// The inverse of a symmetric positive semidefinite block; directions that carry nothing are left out (zero rows and
+/// columns).
+pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
+    inverse_above(a, &nothing(a))
+}
+
+/// What is left of a direction is rounding if it is this share of its pivot before, or less.
+const ROUNDING: f64 = 1e-10;
+/// Sweeps in single precision know no direction whose pivot is below this share of its diagonal entry.
+const SINGLE: f64 = 1e-6;
+
+/// The same for sweeps in single precision, of what truncation has left of a block that was `before`: directions of which
+/// only rounding is left are left out too. Steps along them would be a million times too long.
+pub fn inverse_of_rest<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
+    let (_, pivots) = cholesky(before, &nothing(before));
+    inverse_above(a, &std::array::from_fn(|k| (ROUNDING * pivots[k]).max(SINGLE * a[k][k])))
+}
+
+fn inverse_above<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> Block<R, R> {
+    let (l, pivots) = cholesky(a, least);
+    let reciprocal = pivots.map(|pivot| if pivot > 0.0 { 1.0 / pivot.sqrt() } else { 0.0 });
     let mut result = [[0.0; R]; R];
     for c in 0..R {
         if reciprocal[c] == 0.0 {
@@ -101,6 +133,11 @@ mod tests {
                 assert!((product[i][j] - expected).abs() < 1e-14);
             }
         }
+        // The first direction was far stiffer, the third depends on the second but for rounding.
+        let before = [[4e11, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 1.0]];
+        let left = [[4.0, 0.0, 0.0], [0.0, 3.0, 3.0], [0.0, 3.0, 3.0 + 1e-7]];
+        let rest = inverse_of_rest(&left, &before);
+        assert!((rest[1][1] - 1.0 / 3.0).abs() < 1e-15 && rest[0] == [0.0; 3] && rest[2] == [0.0; 3]);
         let only_second = inverse_on(&a, &[false, true, true]);
         assert!((only_second[1][1] - 1.0 / 3.0).abs() < 1e-15 && only_second[0] == [0.0; 3]);
     }

@@ -11,6 +11,7 @@ mod coarsen;
 mod coupling;
 mod dense;
 mod distance;
+mod following;
 mod nested;
 mod packed;
 mod smoother;
@@ -27,6 +28,7 @@ pub use truncate::Condition;
 
 use bottom::Bottom;
 use coarsen::{coarsen, copied};
+use following::Following;
 use packed::{Packed, scaled, unit};
 use smoother::Level;
 use truncate::Local;
@@ -48,6 +50,7 @@ pub struct Multigrid {
     held: Vec<(u32, [bool; 3])>,
     /// Nodes whose second and third rows lose so much of their first.
     follows: Vec<(u32, [f32; 2])>,
+    following: Following,
     local: Local,
 }
 
@@ -101,7 +104,7 @@ impl Multigrid {
         while matrix.rows > BOTTOM && coarse.len() < LEVELS {
             let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE, &[]) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
-            local.add_level(&level, &prolongation);
+            local.add_level(&matrix, &prolongation);
             coarse.push(level);
             further.push(prolongation);
             (matrix, kernel) = (step.matrix, step.kernel);
@@ -111,8 +114,8 @@ impl Multigrid {
         }
         let bottom = Bottom::new(&matrix);
         local.set_bottom(matrix);
-        let (repeats, held, follows) = Default::default();
-        let mut all = Multigrid { fine, first, coarse, repeats, further, bottom, held, follows, local };
+        let (repeats, held, follows, following) = Default::default();
+        let mut all = Multigrid { fine, first, coarse, repeats, further, bottom, held, follows, following, local };
         all.repeats = repeats_within_share(&all.numbers());
         Some(all)
     }
@@ -138,13 +141,8 @@ impl Multigrid {
         if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];
         }
-        let (mut x, mut residual) = self.fine.forward(&b);
-        for &(v, follows) in &self.follows {
-            let row = &mut residual[v as usize];
-            (1..3).for_each(|c| row[c] -= follows[c - 1] * row[0]);
-        }
-        self.hold(&mut residual);
-        let coarse = self.first.transpose_times(&residual, self.first_coarse());
+        let (mut x, residual) = self.fine.forward(&b);
+        let coarse = self.hand_down(&x, residual);
         self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
         self.hold(&mut x);
         self.fine.backward(&b, &mut x);
@@ -180,6 +178,7 @@ impl Multigrid {
             let mut rest = vec![[0.0; 6]; b.len()];
             here.matrix.add_times(&x, &mut rest);
             rest.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
+            self.subtract_following(level, &x, &mut rest);
             let more = self.cycle_from(level, &rest);
             x.iter_mut().flatten().zip(more.iter().flatten()).for_each(|(x, m)| *x += m);
         }

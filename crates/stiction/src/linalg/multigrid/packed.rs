@@ -57,7 +57,7 @@ pub fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], 
 
 /// `y += aᵀ x`.
 #[inline(always)]
-fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R], y: &mut [f32; C]) {
+pub fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R], y: &mut [f32; C]) {
     for c in 0..C {
         for r in 0..R {
             y[c] += a[c][r] * x[r];

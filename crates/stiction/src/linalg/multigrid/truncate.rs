@@ -1,8 +1,9 @@
 use super::Multigrid;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
-use super::dense::{add_product, add_transpose_product, inverse, inverse_on};
-use super::packed::{Packed, Single, double, single};
+use super::dense::{add_product, add_transpose_product, inverse_of_rest, inverse_on};
+use super::following::Following;
+use super::packed::{Packed, double, single};
 use super::smoother::Level;
 use crate::linalg::multigrid::bottom::Bottom;
 
@@ -31,13 +32,13 @@ pub(super) struct Local {
     among: Blocks<3, 3>,
     /// Rows of `P` and `A P` at the nodes.
     pub p: Blocks<3, 6>,
-    a_times_p: Blocks<3, 6>,
+    pub a_times_p: Blocks<3, 6>,
     p_columns: Columns,
     a_times_p_columns: Columns,
     /// Coarse nodes whose rows may change, by coarse level, the bottom last.
     pub touched: Vec<Vec<u32>>,
     /// Values of the touched rows without constraints, one row after the other, by coarse level.
-    free: Vec<Vec<Single<6, 6>>>,
+    pub free: Vec<Vec<Block<6, 6>>>,
     bottom: Blocks<6, 6>,
 }
 
@@ -79,18 +80,35 @@ impl Local {
     }
 
     /// The next coarser level stands: where changes of this one reach there, and its matrix without constraints.
-    pub fn add_level(&mut self, level: &Level<6>, prolongation: &Packed<6, 6>) {
+    pub fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>) {
         let here = &self.touched[self.touched.len() - 1];
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
         next.dedup();
-        self.free.push(here.iter().flat_map(|&i| level.matrix.row(i as usize).1).copied().collect());
+        self.free.push(here.iter().flat_map(|&i| matrix.row(i as usize).1).copied().collect());
         self.touched.push(next);
+    }
+
+    /// Contact nodes in the support of a node of the first coarse level, by their places in `nodes`, and their blocks of `P`.
+    pub fn p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
+        column(&self.p_columns, &self.p, k)
+    }
+
+    /// The same of `A P`.
+    pub fn a_times_p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
+        column(&self.a_times_p_columns, &self.a_times_p, k)
     }
 
     pub fn set_bottom(&mut self, bottom: Blocks<6, 6>) {
         self.bottom = bottom;
     }
+}
+
+/// The rows with a block in column `k`, and the blocks.
+fn column<'a>(columns: &'a Columns, of: &'a Blocks<3, 6>, k: u32) -> impl Iterator<Item = (usize, &'a Block<3, 6>)> {
+    let (start, entry) = columns;
+    let own = &entry[start[k as usize]..start[k as usize + 1]];
+    own.iter().map(|&(i, place)| (i as usize, &of.value[place as usize]))
 }
 
 impl Multigrid {
@@ -120,6 +138,7 @@ impl Multigrid {
         let local = &self.local;
         let change = local.change(conditions, self.first_coarse());
         self.change_coarse(0, change);
+        self.follow(conditions);
     }
 
     /// The matrix of a coarse level without constraints.
@@ -129,44 +148,41 @@ impl Multigrid {
         let mut free = self.local.free[level].iter();
         for &i in &self.local.touched[level] {
             let own = matrix.start[i as usize]..matrix.start[i as usize + 1];
-            value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = double(free));
+            value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = *free);
         }
         let (start, column) = (matrix.start.clone(), matrix.column.clone());
         Blocks { rows: matrix.rows, cols: matrix.rows, start, column, value }
     }
 
     /// Makes the matrices of the coarse levels those without constraints, changed on one level by rows for its touched
-    /// nodes and on the ones below by what comes of that there.
+    /// nodes and on the ones below by what comes of that there. Nothing follows any more.
     pub(super) fn change_coarse(&mut self, from: usize, mut change: Blocks<6, 6>) {
+        self.following = Following::default();
         let local = &self.local;
         for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
             let rows = &local.touched[k];
             let mut free = local.free[k].as_slice();
             for (t, &i) in rows.iter().enumerate() {
                 let i = i as usize;
-                let range = level.matrix.start[i]..level.matrix.start[i + 1];
-                let (own, rest) = free.split_at(range.len());
+                let start = level.matrix.start[i];
+                let own = level.matrix.row(i).0;
+                let (before, rest) = free.split_at(own.len());
                 free = rest;
-                level.matrix.value[range.clone()].copy_from_slice(own);
+                let mut now = before.to_vec();
                 let (columns, blocks) = change.row(t);
-                let mut place = range.start;
-                for (&j, block) in columns.iter().zip(blocks) {
+                let mut place = 0;
+                for (j, block) in columns.iter().zip(blocks) {
                     // Columns ascend in both, and the change lies within the pattern.
-                    while place < range.end && level.matrix.column[place] < j {
-                        place += 1;
-                    }
-                    if place < range.end && level.matrix.column[place] == j {
-                        let target = &mut level.matrix.value[place];
-                        for c in 0..6 {
-                            for r in 0..6 {
-                                target[c][r] = (f64::from(target[c][r]) + block[r][c]) as f32;
-                            }
-                        }
+                    place += own[place..].partition_point(|column| column < j);
+                    if own.get(place) == Some(j) {
+                        now[place].iter_mut().flatten().zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
                     }
                 }
-                if let Ok(place) = level.matrix.row(i).0.binary_search(&(i as u32)) {
-                    level.inverse[i] = single(&inverse(&double(&level.matrix.row(i).1[place])));
+                if let Ok(place) = own.binary_search(&(i as u32)) {
+                    level.inverse[i] = single(&inverse_of_rest(&now[place], &before[place]));
                 }
+                let values = &mut level.matrix.value[start..start + now.len()];
+                values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
             }
             let prolongation = &self.further[k];
             change = coarser_change(&change, rows, prolongation, &local.touched[k + 1]);
@@ -281,7 +297,7 @@ impl Local {
 }
 
 /// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
-fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
+pub fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
