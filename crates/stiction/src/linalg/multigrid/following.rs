@@ -8,8 +8,9 @@
 //!
 //! Matrices, sweeps and factors of the coarse levels stay symmetric. The force is only part of the residuals between the
 //! cycles on the second coarse level and on the ones below, and of what the finest level hands down: repeating symmetric
-//! cycles on such residuals solves the unsymmetric system, and costs nothing more. Sweeps and factors of the unsymmetric
-//! matrices themselves saved as many cycles on most meshes, and failed on some.
+//! cycles on such residuals solves the unsymmetric system. A cycle costs hardly more; the rows are made anew at each change
+//! of the conditions. Sweeps and factors of the unsymmetric matrices themselves saved as many cycles on most meshes, and
+//! failed on some.
 
 use super::Multigrid;
 use super::blocks::{Block, Blocks};
@@ -90,6 +91,26 @@ impl Multigrid {
             columns.iter().zip(blocks).for_each(|(&j, a)| subtract(a, &x[j as usize], &mut residual[i as usize]));
         }
     }
+}
+
+/// What following may take of the resistance of a node at most; beyond, its sweeps leave it to the next cycle.
+const FOLLOWED: f64 = 0.5;
+
+/// The inverse of the free block of `A - [0; follows] e1' A`, applied to rows less `follows` times the first: from that of
+/// the free block of `A` by the formula of Sherman & Morrison (1950).
+pub(super) fn following(inverse: &Block<3, 3>, a: &Block<3, 3>, follows: [f64; 2]) -> Block<3, 3> {
+    let f = [0.0, follows[0], follows[1]];
+    let left: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| inverse[r][c] * f[c]).sum());
+    let right: [f64; 3] = std::array::from_fn(|c| (0..3).map(|r| a[0][r] * inverse[r][c]).sum());
+    let taken: f64 = (0..3).map(|r| a[0][r] * left[r]).sum();
+    if follows == [0.0; 2] || taken > FOLLOWED {
+        return *inverse;
+    }
+    let share = 1.0 / (1.0 - taken);
+    let mut result: Block<3, 3> =
+        std::array::from_fn(|r| std::array::from_fn(|c| inverse[r][c] + share * left[r] * right[c]));
+    (1..3).for_each(|r| result[r][0] = -share * left[r]);
+    result
 }
 
 /// The lift of a node of the first coarse level; none where nothing follows.

@@ -50,6 +50,7 @@ pub struct Multigrid {
     held: Vec<(u32, [bool; 3])>,
     /// Nodes whose second and third rows lose so much of their first.
     follows: Vec<(u32, [f32; 2])>,
+    /// The same on the coarse levels, as of their last change.
     following: Following,
     local: Local,
 }
@@ -135,7 +136,7 @@ impl Multigrid {
     }
 
     /// One V-cycle for `A x = b` from zero; `b` is zero on held components. Where components follow the force that holds
-    /// another, the finest level knows of it and the coarse ones do not: they stay symmetric, as their Cholesky factors need.
+    /// another the finest level solves the unsymmetric system, and the coarse ones know of it by what they are handed.
     pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let (scale, b) = unit(b);
         if !scale.is_finite() {

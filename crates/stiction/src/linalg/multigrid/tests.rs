@@ -178,59 +178,111 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     assert_local_changes(&a, &a, &step, &nodes, &conditions);
 }
 
+/// A block with a face that slips, and a hierarchy that knows.
+struct SlippingFace {
+    a: Blocks<3, 3>,
+    nodes: Vec<u32>,
+    conditions: Vec<Condition>,
+    multigrid: Multigrid,
+}
+
+const FOLLOWS: [f64; 2] = [0.3, -0.4];
+
+impl SlippingFace {
+    fn new() -> Self {
+        let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
+        // One face, whose normal component comes first; a node in seven is open.
+        let nodes: Vec<u32> = (0..a.rows as u32).filter(|&v| place(&kernel[v as usize])[0] < 0.5).collect();
+        let slips = Condition { held: [true, false, false], follows: FOLLOWS, ..Default::default() };
+        let conditions: Vec<Condition> =
+            (0..nodes.len()).map(|k| if k % 7 == 0 { Condition::default() } else { slips }).collect();
+        let mut multigrid = Multigrid::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+        multigrid.constrain(&conditions, true);
+        SlippingFace { a, nodes, conditions, multigrid }
+    }
+
+    /// Displacements of the first coarse level on the finest.
+    fn fine(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
+        let mut up = vec![[0.0; 3]; self.a.rows];
+        self.multigrid.first.add_times(x, &mut up);
+        up.iter().map(|x| x.map(f64::from)).collect()
+    }
+
+    fn truncated(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
+        let mut u = self.fine(x);
+        let held = self.nodes.iter().zip(&self.conditions).filter(|(_, c)| c.held[0]);
+        held.for_each(|(&v, _)| u[v as usize][0] = 0.0);
+        u
+    }
+
+    fn lifted(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
+        let mut up = vec![[0.0; 6]; x.len()];
+        let lifts = self.multigrid.following.lifts.iter();
+        lifts.for_each(|(k, lift)| packed::add(lift, &x[*k as usize], &mut up[*k as usize]));
+        self.fine(&up)
+    }
+}
+
+/// Numbers between -1/2 and 1/2 without order.
+fn scattered<const R: usize>(size: usize, from: usize) -> Vec<[f32; R]> {
+    let value = |i: usize| (f64::from((i * 7919 % 1009) as u32) / 1009.0 - 0.5) as f32;
+    (0..size).map(|i| std::array::from_fn(|c| value(from + R * i + c))).collect()
+}
+
+fn dot<A: Copy + Into<f64>, const R: usize>(a: &[[A; R]], b: &[[A; R]]) -> f64 {
+    a.iter().flatten().zip(b.iter().flatten()).map(|(&a, &b)| a.into() * b.into()).sum()
+}
+
 /// What the second coarse level loses, by the functions themselves: `-(lifts of the tests)ᵀ A (functions truncated at held
 /// components)`.
 #[test]
 fn the_force_that_follows_is_tested_by_lifts_and_lifts_follow_the_tangential_motion() {
-    let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
-    // One face, whose normal component comes first; a node in seven is open.
-    let nodes: Vec<u32> = (0..a.rows as u32).filter(|&v| place(&kernel[v as usize])[0] < 0.5).collect();
-    let follows = [0.3, -0.4];
-    let slips = Condition { held: [true, false, false], follows, ..Default::default() };
-    let conditions: Vec<Condition> =
-        (0..nodes.len()).map(|k| if k % 7 == 0 { Condition::default() } else { slips }).collect();
-    let mut multigrid = Multigrid::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
-    multigrid.constrain(&conditions, true);
+    let face = SlippingFace::new();
+    let SlippingFace { a, nodes, conditions, multigrid } = &face;
     let size = multigrid.coarse.get(1).map_or(multigrid.bottom.nodes(), |level| level.matrix.rows);
-    let value = |i: usize| f64::from((i * 7919 % 1009) as u32) / 1009.0 - 0.5;
-    let vector = |from: usize| -> Vec<[f32; 6]> {
-        (0..size).map(|i| std::array::from_fn(|c| value(from + 6 * i + c) as f32)).collect()
-    };
-    let (x, test) = (vector(0), vector(333));
+    let (x, test) = (scattered(size, 0), scattered(size, 333));
     let mut found = vec![[0.0f32; 6]; size];
     multigrid.subtract_following(1, &x, &mut found);
-    let dot = |a: &[[f32; 6]], b: &[[f32; 6]]| -> f64 {
-        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
-    };
     let first = |x: &[[f32; 6]]| {
         let mut up = vec![[0.0; 6]; multigrid.coarse[0].matrix.rows];
         multigrid.further[0].add_times(x, &mut up);
         up
     };
-    let fine = |x: &[[f32; 6]]| -> Vec<[f64; 3]> {
-        let mut up = vec![[0.0; 3]; a.rows];
-        multigrid.first.add_times(x, &mut up);
-        up.iter().map(|x| x.map(f64::from)).collect()
-    };
-    let lifted = |x: &[[f32; 6]]| -> Vec<[f64; 3]> {
-        let mut up = vec![[0.0; 6]; x.len()];
-        multigrid.following.lifts.iter().for_each(|(k, lift)| packed::add(lift, &x[*k as usize], &mut up[*k as usize]));
-        fine(&up)
-    };
-    let mut u = fine(&first(&x));
-    nodes.iter().zip(&conditions).filter(|(_, c)| c.held[0]).for_each(|(&v, _)| u[v as usize][0] = 0.0);
-    let force = a.times(&u);
-    let tests = lifted(&first(&test));
-    let expected: f64 = tests.iter().flatten().zip(force.iter().flatten()).map(|(a, b)| a * b).sum();
-    let given = dot(&test, &found);
+    let force = a.times(&face.truncated(&first(&x)));
+    let (given, expected) = (dot(&test, &found), dot(&face.lifted(&first(&test)), &force));
     assert!((given - expected).abs() < 1e-4 * expected.abs(), "{given} {expected}");
     // The motion along the face of the first coarse level: lifts move the face by about what follows, each by its own fit.
-    let step = coarsen(&a, &kernel, STRONG, &nodes).unwrap();
+    let (_, kernel) = lattice([25, 21, 23], [1.0; 3]);
+    let step = coarsen(a, &kernel, STRONG, nodes).unwrap();
     let along: Vec<[f32; 6]> = step.kernel.iter().map(|k| std::array::from_fn(|c| k[c][1] as f32)).collect();
-    let up = lifted(&along);
+    let up = face.lifted(&along);
     let mean = nodes.iter().map(|&v| up[v as usize][0]).sum::<f64>() / nodes.len() as f64;
     let share = conditions.iter().filter(|c| c.held[0]).count() as f64 / nodes.len() as f64;
-    assert!((mean / (share * follows[0]) - 1.0).abs() < 0.25, "{mean}");
+    assert!((mean / (share * FOLLOWS[0]) - 1.0).abs() < 0.25, "{mean}");
+}
+
+/// The work of the residual on the functions of the first coarse level, truncated at held components, less that on their
+/// lifts; the residual is that of the matrix itself, though sweeps are of rows less what follows.
+#[test]
+fn what_is_handed_down_is_the_residual_on_truncated_functions_less_that_on_lifts() {
+    let face = SlippingFace::new();
+    let SlippingFace { a, nodes, conditions, multigrid } = &face;
+    let mut b: Vec<[f32; 3]> = scattered(a.rows, 77);
+    nodes.iter().zip(conditions).filter(|(_, c)| c.held[0]).for_each(|(&v, _)| b[v as usize][0] = 0.0);
+    let (x, left) = multigrid.fine.forward(&b);
+    let found = multigrid.hand_down(&x, left);
+    let mut residual = a.times(&x.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>());
+    for (r, b) in residual.iter_mut().flatten().zip(b.iter().flatten()) {
+        *r = f64::from(*b) - *r;
+    }
+    // One test that does not vary and one without order.
+    let even = vec![[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]; found.len()];
+    for test in [even, scattered(found.len(), 333)] {
+        let on_lifts = dot(&face.lifted(&test), &residual);
+        let expected = dot(&face.truncated(&test), &residual) - on_lifts;
+        let given = dot(&test, &found);
+        assert!((given - expected).abs() < 1e-3 * on_lifts.abs().min(expected.abs()), "{given} {expected} {on_lifts}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@ use super::Multigrid;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product, inverse_of_rest, inverse_on};
-use super::following::Following;
+use super::following::{Following, following};
 use super::packed::{Packed, double, single};
 use super::smoother::Level;
 use crate::linalg::multigrid::bottom::Bottom;
@@ -32,7 +32,7 @@ pub(super) struct Local {
     among: Blocks<3, 3>,
     /// Rows of `P` and `A P` at the nodes.
     pub p: Blocks<3, 6>,
-    pub a_times_p: Blocks<3, 6>,
+    a_times_p: Blocks<3, 6>,
     p_columns: Columns,
     a_times_p_columns: Columns,
     /// Coarse nodes whose rows may change, by coarse level, the bottom last.
@@ -201,26 +201,6 @@ impl Multigrid {
     }
 }
 
-/// What following may take of the resistance of a node at most; beyond, its sweeps leave it to the next cycle.
-const FOLLOWED: f64 = 0.5;
-
-/// The inverse of the free block of `A - [0; follows] e1' A`, applied to rows less `follows` times the first: from that of
-/// the free block of `A` by the formula of Sherman & Morrison (1950).
-fn following(inverse: &Block<3, 3>, a: &Block<3, 3>, follows: [f64; 2]) -> Block<3, 3> {
-    let f = [0.0, follows[0], follows[1]];
-    let left: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| inverse[r][c] * f[c]).sum());
-    let right: [f64; 3] = std::array::from_fn(|c| (0..3).map(|r| a[0][r] * inverse[r][c]).sum());
-    let taken: f64 = (0..3).map(|r| a[0][r] * left[r]).sum();
-    if follows == [0.0; 2] || taken > FOLLOWED {
-        return *inverse;
-    }
-    let share = 1.0 / (1.0 - taken);
-    let mut result: Block<3, 3> =
-        std::array::from_fn(|r| std::array::from_fn(|c| inverse[r][c] + share * left[r] * right[c]));
-    (1..3).for_each(|r| result[r][0] = -share * left[r]);
-    result
-}
-
 impl Local {
     /// The change of the first coarse matrix under the conditions: a row for each of its touched nodes.
     pub fn change(&self, conditions: &[Condition], cols: usize) -> Blocks<6, 6> {
@@ -263,33 +243,26 @@ impl Local {
         });
         let touched = &self.touched[0];
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
-            let k = touched[t] as usize;
-            let (start, entry) = &self.p_columns;
-            let mut near = |i: u32, of: &Blocks<3, 6>| of.row(i as usize).0.iter().for_each(|&j| name(j));
-            entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| near(i, &inner));
-            let (start, entry) = &self.a_times_p_columns;
-            let held =
-                entry[start[k]..start[k + 1]].iter().filter(|&&(i, _)| conditions[i as usize].held != [false; 3]);
-            held.for_each(|&(i, _)| near(i, &self.p));
+            let k = touched[t];
+            let mut near = |i: usize, of: &Blocks<3, 6>| of.row(i).0.iter().for_each(|&j| name(j));
+            self.p_column(k).for_each(|(i, _)| near(i, &inner));
+            let held = self.a_times_p_column(k).filter(|&(i, _)| conditions[i].held != [false; 3]);
+            held.for_each(|(i, _)| near(i, &self.p));
         };
         Blocks::from_rows(touched.len(), cols, reached, |t, row| {
-            let k = touched[t] as usize;
-            let (start, entry) = &self.p_columns;
-            for &(i, place) in &entry[start[k]..start[k + 1]] {
-                let (columns, blocks) = inner.row(i as usize);
-                for (&j, block) in columns.iter().zip(blocks) {
-                    add_transpose_product(&self.p.value[place as usize], block, row.at(j));
-                }
+            let k = touched[t];
+            for (i, p) in self.p_column(k) {
+                let (columns, blocks) = inner.row(i);
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(p, block, row.at(j)));
             }
-            let (start, entry) = &self.a_times_p_columns;
-            for &(i, place) in &entry[start[k]..start[k + 1]] {
-                let held = conditions[i as usize].held;
+            for (i, part) in self.a_times_p_column(k) {
+                let held = conditions[i].held;
                 if held == [false; 3] {
                     continue;
                 }
-                let mut part = self.a_times_p.value[place as usize];
+                let mut part = *part;
                 (0..3).for_each(|r| part[r] = if held[r] { part[r].map(|v| -v) } else { [0.0; 6] });
-                let (columns, blocks) = self.p.row(i as usize);
+                let (columns, blocks) = self.p.row(i);
                 columns.iter().zip(blocks).for_each(|(&j, p)| add_transpose_product(&part, p, row.at(j)));
             }
         })
