@@ -1,5 +1,7 @@
 use std::collections::{HashMap, HashSet};
 
+use rayon::prelude::*;
+
 use super::pair::points_of_pair;
 use super::points::{Point, points_on_obstacle};
 use super::{Bodies, Body, ContactProblem, ContactSurface, Counterpart, Pair, Supports, SurfaceFacts, SurfaceFriction};
@@ -37,7 +39,7 @@ pub fn pose(
     let center = centroid(mesh);
     let rigid = |dofs: &[u32]| {
         let mut rows = in_huge_pages(Vec::with_capacity(dofs.len()));
-        rows.extend(dofs.iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))));
+        rows.par_extend(dofs.par_iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))));
         rows
     };
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);

@@ -17,10 +17,14 @@ use crate::mesh::v3::V3;
 pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<FeModel, Error> {
     solid.validate()?;
     let cells = solid.cells();
-    let incidence = Incidence::new(solid.mesh)?;
-    let dofs = dof_map(solid.mesh, fixes, t)?;
-    let mut force = external_forces(solid, loads, t)?;
-    dofs.to_components(&mut force);
+    let acting = || -> Result<_, Error> {
+        let dofs = dof_map(solid.mesh, fixes, t)?;
+        let mut force = external_forces(solid, loads, t)?;
+        dofs.to_components(&mut force);
+        Ok((dofs, force))
+    };
+    let (incidence, acting) = rayon::join(|| Incidence::new(solid.mesh), acting);
+    let (incidence, (dofs, force)) = (incidence?, acting?);
     let ranges = NodeRange::all(&incidence, &cells);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 

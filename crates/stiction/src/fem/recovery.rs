@@ -5,6 +5,7 @@ use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
+use crate::mesh::v3::scale;
 
 /// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
 ///
@@ -65,10 +66,12 @@ pub fn cell_stress(solid: &Solid, u_full: &[f64], initial: &[Voigt]) -> Vec<Voig
 
 pub(super) fn mean_strain<const N: usize, const Q: usize>(e: &Element<N, Q>, nodes: &[u32], u: &[f64]) -> Voigt {
     let mut h = [[0.0; 3]; 3]; // mean displacement gradient, h[a][b] = ∂u_a/∂x_b
+    let per_volume = 1.0 / e.volume();
     for (&node, g) in nodes.iter().zip(e.integrated_gradient()) {
+        let (u, g) = (&u[3 * node as usize..][..3], scale(per_volume, g));
         for a in 0..3 {
             for b in 0..3 {
-                h[a][b] += u[3 * node as usize + a] * g[b] / e.volume();
+                h[a][b] += u[a] * g[b];
             }
         }
     }

@@ -65,7 +65,11 @@ impl Csr {
     }
 
     /// The same with a further check of each row that has passed, while it is at hand.
-    pub(crate) fn validate_with(&self, name: &str, further: impl Fn(usize) -> Result<(), Error>) -> Result<(), Error> {
+    pub(crate) fn validate_with(
+        &self,
+        name: &str,
+        further: impl Fn(usize) -> Result<(), Error> + Sync,
+    ) -> Result<(), Error> {
         let bad = |what: String| Err(Error::new(name, what, "give a matrix by compressed rows with ascending columns"));
         if self.start.len() != self.rows + 1 || self.start[0] != 0 || self.start[self.rows] != self.column.len() {
             return bad(format!("row pointers do not fit {} rows and {} entries", self.rows, self.column.len()));
@@ -73,7 +77,7 @@ impl Csr {
         if self.column.len() != self.value.len() {
             return bad(format!("{} columns but {} values", self.column.len(), self.value.len()));
         }
-        for i in 0..self.rows {
+        let row = |i: usize| {
             if self.start[i] > self.start[i + 1] || self.start[i + 1] > self.column.len() {
                 return bad(format!("row pointers descend at row {i}"));
             }
@@ -87,9 +91,11 @@ impl Csr {
             if values.iter().any(|v| !v.is_finite()) {
                 return bad(format!("row {i} holds a value that is not finite"));
             }
-            further(i)?;
-        }
-        Ok(())
+            further(i)
+        };
+        // Of several faults the one in the first row is told.
+        let rows = (0..self.rows).into_par_iter().with_min_len(ROWS_PER_TASK);
+        rows.find_map_first(|i| row(i).err()).map_or(Ok(()), Err)
     }
 
     /// Columns and values of row `i`.

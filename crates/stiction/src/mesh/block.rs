@@ -1,5 +1,7 @@
 //! Rectangular blocks, for problems that need no mesher.
 
+use rayon::prelude::*;
+
 use super::quadratic::quadratic;
 use super::{CellKind, Mesh, RawCells, RawGroup, RawMesh, build};
 use crate::Error;
@@ -173,25 +175,28 @@ fn cells(block: &Block) -> RawCells {
         BlockElement::Tet4Six => (6, CellKind::Tet4),
         _ => (1, CellKind::Hex8),
     };
-    let mut nodes = Vec::with_capacity(nx * ny * nz * tets * kind.nodes());
-    for k in 0..nz {
+    let of_cell = tets * kind.nodes();
+    let mut nodes = vec![0; nx * ny * nz * of_cell];
+    nodes.par_chunks_exact_mut(nx * ny * of_cell).enumerate().for_each(|(k, layer)| {
+        let mut own = layer.chunks_exact_mut(of_cell);
         for j in 0..ny {
-            for i in 0..nx {
+            for (i, own) in (0..nx).zip(&mut own) {
                 let corner = |b: usize| {
                     let (x, y, z) = (i + (b & 1), j + (b >> 1 & 1), k + (b >> 2));
                     (x + (nx + 1) * (y + (ny + 1) * z)) as u32
                 };
-                match element {
+                let corners = match element {
                     BlockElement::Tet4Five { parity } if (i + j + k + parity as usize).is_multiple_of(2) => {
-                        nodes.extend(FIVE_EVEN.as_flattened().iter().map(|&b| corner(b)));
+                        FIVE_EVEN.as_flattened()
                     }
-                    BlockElement::Tet4Five { .. } => nodes.extend(FIVE_ODD.as_flattened().iter().map(|&b| corner(b))),
-                    BlockElement::Tet4Six => nodes.extend(SIX.as_flattened().iter().map(|&b| corner(b))),
-                    _ => nodes.extend(HEX.iter().map(|&b| corner(b))),
-                }
+                    BlockElement::Tet4Five { .. } => FIVE_ODD.as_flattened(),
+                    BlockElement::Tet4Six => SIX.as_flattened(),
+                    _ => &HEX,
+                };
+                own.iter_mut().zip(corners).for_each(|(node, &b)| *node = corner(b));
             }
         }
-    }
+    });
     RawCells { kind, nodes, ids: Vec::new() }
 }
 

@@ -106,10 +106,13 @@ impl<'a> FaceTable<'a> {
     fn each_face(&self, mut visit: impl FnMut(u32, u32)) {
         let mut cell = 0;
         for Block { kind, nodes, .. } in &self.blocks {
-            for corners in nodes.chunks_exact(kind.nodes()) {
-                for (local, face) in kind.linear().faces().iter().enumerate() {
-                    let lowest = face.iter().map(|&i| corners[i]).min().unwrap_or(0);
-                    visit(STRIDE * cell + local as u32, lowest);
+            // Of one length, with a corner of a triangle twice, so that the loop over all cells has no other in it.
+            let corners_of = |face: &&[usize]| [0, 1, 2, 3].map(|i: usize| face[i.min(face.len() - 1)]);
+            let faces: Vec<[usize; 4]> = kind.linear().faces().iter().map(corners_of).collect();
+            for cell_nodes in nodes.chunks_exact(kind.nodes()) {
+                for (local, face) in (0..).zip(&faces) {
+                    let [a, b, c, d] = face.map(|i| cell_nodes[i]);
+                    visit(STRIDE * cell + local, a.min(b).min(c.min(d)));
                 }
                 cell += 1;
             }

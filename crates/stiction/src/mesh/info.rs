@@ -56,11 +56,12 @@ pub struct GroupInfo {
 
 /// Counts, sizes, quality and groups of a mesh.
 pub fn info(mesh: &Mesh) -> MeshInfo {
-    info_with(mesh, &mesh.cell_volumes())
+    let bodies = bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1);
+    info_with(mesh, &mesh.cell_volumes(), bodies)
 }
 
-/// The same where the volumes of the cells are known, one a cell.
-pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64]) -> MeshInfo {
+/// The same where the volumes of the cells are known, one a cell, and the number of bodies.
+pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64], bodies: usize) -> MeshInfo {
     let [open_edges, non_manifold_edges] = edges(mesh);
     MeshInfo {
         nodes: mesh.nodes.len(),
@@ -69,7 +70,7 @@ pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64]) -> MeshInfo {
         volume: volumes.iter().sum(),
         faces: mesh.faces.len(),
         area: (0..mesh.faces.len()).map(|f| mesh.face_area(f)).sum(),
-        bodies: bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1),
+        bodies,
         open_edges,
         non_manifold_edges,
         groups: mesh.groups.iter().map(|g| group(mesh, g, volumes)).collect(),
@@ -78,8 +79,8 @@ pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64]) -> MeshInfo {
 
 fn cells(mesh: &Mesh) -> Vec<CellInfo> {
     let mut infos: Vec<CellInfo> = Vec::new();
-    for (number, (kind, nodes)) in mesh.cell_iter().enumerate() {
-        let q = quality(&mesh.nodes, kind, nodes);
+    let kinds = mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
+    for (number, (kind, q)) in kinds.zip(mesh.of_cells(quality)).enumerate() {
         let at = infos.iter().position(|info| info.kind == kind).unwrap_or_else(|| {
             infos.push(CellInfo { kind, count: 0, min_quality: f64::INFINITY, mean_quality: 0.0, worst: number });
             infos.len() - 1

@@ -1,8 +1,10 @@
 //! Questions other modules ask of a mesh.
 
+use rayon::prelude::*;
+
 use super::geometry::{cell_volume, curved_area, vector_area};
-use super::v3::norm;
-use super::{CellKind, Group, Mesh};
+use super::v3::{V3, norm};
+use super::{CellKind, Cells, Group, Mesh};
 
 impl Mesh {
     /// Kind and nodes of cell number `i < cell_count()`.
@@ -49,12 +51,21 @@ impl Mesh {
 
     /// Volumes of all cells.
     pub(crate) fn cell_volumes(&self) -> Vec<f64> {
-        self.cell_iter().map(|(kind, nodes)| cell_volume(&self.nodes, kind, nodes)).collect()
+        self.of_cells(cell_volume)
+    }
+
+    /// What is to be known of each cell by its nodes and its kind, in the order of their numbers.
+    pub(super) fn of_cells(&self, of_cell: fn(&[V3], CellKind, &[u32]) -> f64) -> Vec<f64> {
+        let of_block = |block: &Cells| -> Vec<f64> {
+            let cells = block.nodes.par_chunks_exact(block.kind.nodes());
+            cells.map(|cell| of_cell(&self.nodes, block.kind, cell)).collect()
+        };
+        self.cells.iter().flat_map(of_block).collect()
     }
 
     /// Volume of all cells.
     pub fn volume(&self) -> f64 {
-        self.cell_iter().map(|(kind, nodes)| cell_volume(&self.nodes, kind, nodes)).sum()
+        self.cell_volumes().iter().sum()
     }
 
     /// Lowest and highest coordinates; infinite and reversed for a mesh without nodes.
@@ -76,6 +87,9 @@ impl Mesh {
 
     /// Nodes of the cells numbered `cells`, ascending, each once.
     pub fn cell_nodes(&self, cells: &[u32]) -> Vec<u32> {
+        if (0..self.cell_count() as u32).eq(cells.iter().copied()) {
+            return (0..self.nodes.len() as u32).collect(); // a mesh has no nodes but those of its cells
+        }
         let mut is_node = vec![false; if cells.is_empty() { 0 } else { self.nodes.len() }];
         cells.iter().flat_map(|&c| self.cell(c as usize).1).for_each(|&node| is_node[node as usize] = true);
         (0..).zip(is_node).filter(|(_, is)| *is).map(|(node, _)| node).collect()

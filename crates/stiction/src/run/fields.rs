@@ -1,5 +1,7 @@
 //! Fields over the body and over the contact surfaces, in global axes.
 
+use rayon::prelude::*;
+
 use super::{Outcome, Prepared};
 use crate::contact::{Counterpart, Role};
 use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
@@ -70,7 +72,7 @@ pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let u = full_displacement(model, &outcome.solution.u);
     let reaction = reaction(prepared, outcome);
     let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &prepared.acting.initial.strain);
-    let von_mises = stress.iter().map(von_mises).collect();
+    let von_mises = stress.par_iter().map(von_mises).collect();
     BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
 }
 

@@ -10,8 +10,8 @@ use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
-use crate::mesh::{Mesh, bodies};
 
 /// The time at which expressions are read without load steps: everything acts in full.
 const TIME: f64 = 1.0;
@@ -128,7 +128,7 @@ pub(super) fn held_by_contact(
     problem: &ContactProblem,
     case: &Case,
 ) -> Result<RigidMotions, Error> {
-    let Some(unsupported) = unsupported(mesh, dofs) else { return Ok(RigidMotions::default()) };
+    let Some(unsupported) = unsupported(mesh, dofs, problem) else { return Ok(RigidMotions::default()) };
     let motions = rigid_motions(problem);
     let bare = problem.points() == 0 && case.springs.is_empty();
     let free = if bare { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
@@ -144,8 +144,12 @@ fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Op
 }
 
 /// A body that supports do not hold.
-fn unsupported(mesh: &Mesh, dofs: &DofMap) -> Option<Error> {
-    let body_of_node = bodies(mesh);
+fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<Error> {
+    let mut body_of_node = vec![0; mesh.nodes.len()];
+    if let Some(bodies) = &problem.bodies {
+        let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
+        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dof as usize / 3] = body);
+    }
     let unheld = unheld_motions(mesh, dofs, &body_of_node);
     let first = unheld.first()?;
     let count = body_of_node.iter().max().map_or(1, |&last| last + 1);

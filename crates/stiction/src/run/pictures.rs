@@ -1,6 +1,7 @@
 //! The pictures of a result.
 
 use std::path::Path;
+use std::thread;
 
 use serde_json::Value;
 
@@ -34,12 +35,21 @@ pub(super) fn write(
         unit_label: units.length,
         scale: None,
     };
-    deformed(&folder.join("deformed.png"), &plot)?;
-    let mut files = vec!["deformed.png".to_string()];
     let slaves: Vec<&SurfaceFields> = surfaces.iter().filter(|s| s.side == Side::Slave).collect();
-    for surface in surfaces {
+    let of_surface = |surface: &SurfaceFields| {
         let suffix = if slaves.len() > 1 { format!("-{}", file_name(&slaves, surface.pair)) } else { String::new() };
-        files.extend(maps(folder, title, &suffix, surface, &units)?);
+        maps(folder, title, &suffix, surface, &units)
+    };
+    let mut files = vec!["deformed.png".to_string()];
+    // The body takes about as long as a contact surface.
+    let (drawn, of_surfaces) = thread::scope(|scope| {
+        let drawing = scope.spawn(|| deformed(&folder.join("deformed.png"), &plot));
+        let of_surfaces: Vec<Result<Vec<String>, Error>> = surfaces.iter().map(of_surface).collect();
+        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), of_surfaces)
+    });
+    drawn?;
+    for names in of_surfaces {
+        files.extend(names?);
     }
     if prepared.problem.points() > 0 {
         let points: Vec<ConvergencePoint> = (outcome.solution.history.iter())

@@ -72,7 +72,6 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
-    let posed = lap();
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
@@ -87,7 +86,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
-        mesh: info_with(&mesh, &volumes),
+        mesh: info_with(&mesh, &volumes, problem.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
         materials: material_facts(&solid, &volumes),
         fixes: fix_facts,
         springs: spring_facts,
@@ -99,7 +98,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         points: problem.points(),
         notes,
     };
-    let seconds = [meshed, assembled, posed];
+    let seconds = [meshed, assembled, lap()];
     let mesh_spot = case.mesh.spot.clone();
     let multigrid_first = multigrid_first(&case.solver, &problem);
     // A step starts from the one before it, which is nearer than any coarser problem.
@@ -166,12 +165,15 @@ fn all_notes(
 }
 
 fn material_facts(solid: &Solid, volumes: &[f64]) -> Vec<MaterialFacts> {
-    let fact = |(number, m): (usize, &Material)| {
-        let cells = volumes.iter().zip(solid.material_of_cell).filter(|(_, of)| **of as usize == number);
-        let (count, volume) = cells.fold((0, 0.0), |(n, sum), (volume, _)| (n + 1, sum + volume));
+    let mut made_of = vec![(0, 0.0); solid.materials.len()];
+    for (volume, &number) in volumes.iter().zip(solid.material_of_cell) {
+        let (count, sum) = &mut made_of[number as usize];
+        (*count, *sum) = (*count + 1, *sum + volume);
+    }
+    let fact = |(m, (count, volume)): (&Material, (usize, f64))| {
         let Material { name, young, poisson, density, .. } = m.clone();
         let orthotropic = m.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
         MaterialFacts { name, young, poisson, orthotropic, density, cells: count, volume }
     };
-    solid.materials.iter().enumerate().map(fact).collect()
+    solid.materials.iter().zip(made_of).map(fact).collect()
 }
