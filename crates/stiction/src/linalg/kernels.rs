@@ -3,7 +3,7 @@
 // Triangles are told by their indices, and two vectors share them.
 #![allow(clippy::needless_range_loop)]
 
-use pulp::Arch;
+use super::vectorised;
 
 /// `y -= a0 c0 + a1 c1 + a2 c2 + a3 c3`; all of the length of `y`.
 #[inline(always)]
@@ -42,87 +42,99 @@ pub(super) fn dot_columns(x: &[f64], c: [&[f64]; 4]) -> [f64; 4] {
 /// `L` of a column-major panel with `columns` columns of `rows >= columns` entries whose upper part is lower
 /// triangular. Solves `L_top w_top = w_top` and subtracts `L_bottom w_top` from `w_bottom`, in place.
 pub fn forward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
-    Arch::new().dispatch(|| {
-        let column = |j: usize| &panel[j * rows..(j + 1) * rows];
-        let mut j = 0;
-        while j + 4 <= columns {
-            for k in j..j + 4 {
-                w[k] /= column(k)[k];
-                for i in k + 1..j + 4 {
-                    w[i] -= column(k)[i] * w[k];
+    vectorised(
+        #[inline(always)]
+        || {
+            let column = |j: usize| &panel[j * rows..(j + 1) * rows];
+            let mut j = 0;
+            while j + 4 <= columns {
+                for k in j..j + 4 {
+                    w[k] /= column(k)[k];
+                    for i in k + 1..j + 4 {
+                        w[i] -= column(k)[i] * w[k];
+                    }
                 }
+                let a = [w[j], w[j + 1], w[j + 2], w[j + 3]];
+                let below = j + 4;
+                subtract_columns(&mut w[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]), a);
+                j = below;
             }
-            let a = [w[j], w[j + 1], w[j + 2], w[j + 3]];
-            let below = j + 4;
-            subtract_columns(&mut w[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]), a);
-            j = below;
-        }
-        for k in j..columns {
-            w[k] /= column(k)[k];
-            let a = w[k];
-            w[k + 1..].iter_mut().zip(&column(k)[k + 1..]).for_each(|(w, l)| *w -= a * l);
-        }
-    });
+            for k in j..columns {
+                w[k] /= column(k)[k];
+                let a = w[k];
+                w[k + 1..].iter_mut().zip(&column(k)[k + 1..]).for_each(|(w, l)| *w -= a * l);
+            }
+        },
+    );
 }
 
 /// The transposed solve of [`forward`]: `w_top = L_top^-T (w_top - L_bottomᵀ w_bottom)`, in place.
 pub fn backward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
-    Arch::new().dispatch(|| {
-        let column = |j: usize| &panel[j * rows..(j + 1) * rows];
-        let fours = columns - columns % 4;
-        for k in (fours..columns).rev() {
-            let sum: f64 = w[k + 1..].iter().zip(&column(k)[k + 1..]).map(|(w, l)| w * l).sum();
-            w[k] = (w[k] - sum) / column(k)[k];
-        }
-        for j in (0..fours).step_by(4).rev() {
-            let below = j + 4;
-            let sums = dot_columns(&w[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]));
-            for k in (j..below).rev() {
-                let inner: f64 = (k + 1..below).map(|i| column(k)[i] * w[i]).sum();
-                w[k] = (w[k] - sums[k - j] - inner) / column(k)[k];
+    vectorised(
+        #[inline(always)]
+        || {
+            let column = |j: usize| &panel[j * rows..(j + 1) * rows];
+            let fours = columns - columns % 4;
+            for k in (fours..columns).rev() {
+                let sum: f64 = w[k + 1..].iter().zip(&column(k)[k + 1..]).map(|(w, l)| w * l).sum();
+                w[k] = (w[k] - sum) / column(k)[k];
             }
-        }
-    });
+            for j in (0..fours).step_by(4).rev() {
+                let below = j + 4;
+                let sums = dot_columns(&w[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]));
+                for k in (j..below).rev() {
+                    let inner: f64 = (k + 1..below).map(|i| column(k)[i] * w[i]).sum();
+                    w[k] = (w[k] - sums[k - j] - inner) / column(k)[k];
+                }
+            }
+        },
+    );
 }
 
 /// `L x` for the square lower triangle of order `n` stored by columns of `n` entries.
 pub fn lower_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; n];
-    Arch::new().dispatch(|| {
-        let column = |j: usize| &l[j * n..(j + 1) * n];
-        let fours = n - n % 4;
-        for j in (0..fours).step_by(4) {
-            let below = j + 4;
-            for k in j..below {
-                (k..below).for_each(|i| y[i] += column(k)[i] * x[k]);
+    vectorised(
+        #[inline(always)]
+        || {
+            let column = |j: usize| &l[j * n..(j + 1) * n];
+            let fours = n - n % 4;
+            for j in (0..fours).step_by(4) {
+                let below = j + 4;
+                for k in j..below {
+                    (k..below).for_each(|i| y[i] += column(k)[i] * x[k]);
+                }
+                let a = [-x[j], -x[j + 1], -x[j + 2], -x[j + 3]];
+                subtract_columns(&mut y[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]), a);
             }
-            let a = [-x[j], -x[j + 1], -x[j + 2], -x[j + 3]];
-            subtract_columns(&mut y[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]), a);
-        }
-        for k in fours..n {
-            (k..n).for_each(|i| y[i] += column(k)[i] * x[k]);
-        }
-    });
+            for k in fours..n {
+                (k..n).for_each(|i| y[i] += column(k)[i] * x[k]);
+            }
+        },
+    );
     y
 }
 
 /// `Lᵀ x` for the square lower triangle of order `n` stored by columns of `n` entries.
 pub fn lower_transpose_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; n];
-    Arch::new().dispatch(|| {
-        let column = |j: usize| &l[j * n..(j + 1) * n];
-        let fours = n - n % 4;
-        for j in (0..fours).step_by(4) {
-            let below = j + 4;
-            let sums = dot_columns(&x[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]));
-            for k in j..below {
-                y[k] = sums[k - j] + (k..below).map(|i| column(k)[i] * x[i]).sum::<f64>();
+    vectorised(
+        #[inline(always)]
+        || {
+            let column = |j: usize| &l[j * n..(j + 1) * n];
+            let fours = n - n % 4;
+            for j in (0..fours).step_by(4) {
+                let below = j + 4;
+                let sums = dot_columns(&x[below..], [j, j + 1, j + 2, j + 3].map(|k| &column(k)[below..]));
+                for k in j..below {
+                    y[k] = sums[k - j] + (k..below).map(|i| column(k)[i] * x[i]).sum::<f64>();
+                }
             }
-        }
-        for k in fours..n {
-            y[k] = (k..n).map(|i| column(k)[i] * x[i]).sum();
-        }
-    });
+            for k in fours..n {
+                y[k] = (k..n).map(|i| column(k)[i] * x[i]).sum();
+            }
+        },
+    );
     y
 }
 

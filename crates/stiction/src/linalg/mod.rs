@@ -9,11 +9,13 @@ mod lu;
 pub mod multigrid;
 mod ordering;
 mod pages;
+mod pattern;
 mod selected;
 mod small;
 mod symbolic;
 mod symmetric;
 mod trailing;
+mod vectorised;
 
 pub use cholesky::{Cholesky, Path};
 pub use csr::Csr;
@@ -27,6 +29,7 @@ pub use small::{SmallLu, symmetric_eigen};
 pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;
 pub use trailing::Trailing;
+pub(crate) use vectorised::vectorised;
 
 /// Euclidean norm.
 pub fn norm(x: &[f64]) -> f64 {

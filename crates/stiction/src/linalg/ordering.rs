@@ -1,6 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Csr;
+use super::pattern::Pattern;
 
 /// The graph of nodes behind a matrix: unknowns of one node are coupled to the same neighbours and are
 /// eliminated together, which makes orderings and symbolic counts about nine times cheaper in elasticity.
@@ -28,23 +29,11 @@ impl NodeGraph {
             unknowns[place[v as usize]] = i as u32;
             place[v as usize] += 1;
         }
-        let mut seen = vec![u32::MAX; count];
-        let (mut start, mut neighbours) = (vec![0usize], Vec::new());
-        for v in 0..count {
-            seen[v] = v as u32;
-            let begin = neighbours.len();
-            for &i in &unknowns[first[v]..first[v + 1]] {
-                for &j in k.row(i as usize).0 {
-                    let w = node[j as usize];
-                    if seen[w as usize] != v as u32 {
-                        seen[w as usize] = v as u32;
-                        neighbours.push(w);
-                    }
-                }
-            }
-            neighbours[begin..].sort_unstable();
-            start.push(neighbours.len());
-        }
+        let coupled = |v: usize, name: &mut dyn FnMut(u32)| {
+            let of_unknowns = unknowns[first[v]..first[v + 1]].iter().flat_map(|&i| k.row(i as usize).0);
+            of_unknowns.map(|&j| node[j as usize]).filter(|&w| w as usize != v).for_each(name);
+        };
+        let Pattern { start, column: neighbours } = Pattern::new(count, count, coupled);
         NodeGraph { first, unknowns, start, neighbours }
     }
 

@@ -1,8 +1,7 @@
 use std::ops::Range;
 
-use pulp::Arch;
-
 use super::kernels::dot_columns;
+use super::vectorised;
 
 /// A dense symmetric matrix, all entries stored, for products in quick succession.
 #[derive(Debug, Clone)]
@@ -33,7 +32,10 @@ impl Symmetric {
     /// The block `rows x columns` times `x`, whose length is that of `columns`.
     pub fn block_times(&self, rows: Range<usize>, columns: Range<usize>, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; rows.len()];
-        Arch::new().dispatch(|| self.gather(rows.start, columns.clone(), x, &mut y));
+        vectorised(
+            #[inline(always)]
+            || self.gather(rows.start, columns.clone(), x, &mut y),
+        );
         y
     }
 
@@ -43,14 +45,17 @@ impl Symmetric {
         /// Rows that stay in the fastest cache while the vectors pass.
         const ROWS: usize = 4;
         let mut y = vec![0.0; x.len()];
-        Arch::new().dispatch(|| {
-            for first in (0..self.order).step_by(ROWS) {
-                let last = (first + ROWS).min(self.order);
-                for (x, y) in x.chunks_exact(self.order).zip(y.chunks_exact_mut(self.order)) {
-                    self.gather(first, 0..self.order, x, &mut y[first..last]);
+        vectorised(
+            #[inline(always)]
+            || {
+                for first in (0..self.order).step_by(ROWS) {
+                    let last = (first + ROWS).min(self.order);
+                    for (x, y) in x.chunks_exact(self.order).zip(y.chunks_exact_mut(self.order)) {
+                        self.gather(first, 0..self.order, x, &mut y[first..last]);
+                    }
                 }
-            }
-        });
+            },
+        );
         y
     }
 

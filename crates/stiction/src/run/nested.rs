@@ -52,8 +52,8 @@ pub(super) fn coarser(case: &Case) -> Option<Coarser> {
     Some(Coarser { prepared, axes })
 }
 
-/// Displacements of the unknowns of `fine` by cubic interpolation of the solution on the coarser block; nothing if
-/// it is not found.
+/// Displacements of the unknowns of `fine` by interpolation of the solution on the coarser block ([`weights`]); nothing
+/// if it is not found.
 pub(super) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
     let mut primal = Primal::new(problem).ok()?;
@@ -68,20 +68,21 @@ pub(super) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
     }
     let u = full_displacement(&coarser.prepared.model, &solution.u);
     let sizes = [0, 1, 2].map(|c| coarser.axes[c].len());
-    let at = |x: [f64; 3], component: usize| -> f64 {
+    let at = |x: [f64; 3]| -> [f64; 3] {
         let [along_x, along_y, along_z] = [0, 1, 2].map(|c| weights(&coarser.axes[c], x[c]));
-        let mut sum = 0.0;
+        let mut sum = [0.0; 3];
         for &(k, in_z) in &along_z {
             for &(j, in_y) in &along_y {
                 let row = sizes[0] * (j + sizes[1] * k);
-                let in_row = along_x.iter().map(|&(i, in_x)| in_x * u[3 * (row + i) + component]).sum::<f64>();
-                sum += in_z * in_y * in_row;
+                for &(i, in_x) in &along_x {
+                    (0..3).for_each(|c| sum[c] += in_z * in_y * in_x * u[3 * (row + i) + c]);
+                }
             }
         }
         sum
     };
-    let value = |&dof: &u32| at(fine.mesh.nodes[dof as usize / 3], dof as usize % 3);
-    Some(fine.model.dofs.free.par_iter().map(value).collect())
+    let all: Vec<[f64; 3]> = fine.mesh.nodes.par_iter().map(|&x| at(x)).collect();
+    Some(fine.model.dofs.free.iter().map(|&dof| all.as_flattened()[dof as usize]).collect())
 }
 
 /// Nodes along an axis from which on interpolation is cubic; what linear interpolation leaves in the balance costs a cycle

@@ -1,9 +1,11 @@
 use std::ops::Range;
 
-use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::linalg::{Csr, NodeGraph, in_huge_pages};
+use crate::linalg::pattern::{tasks, with_room};
+use crate::linalg::{Csr, NodeGraph, in_huge_pages, vectorised};
+
+pub(super) use crate::linalg::pattern::{Pattern, ROWS_PER_TASK};
 
 /// A dense block, by rows.
 pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
@@ -19,15 +21,6 @@ pub struct Blocks<const R: usize, const C: usize> {
     pub value: Vec<Block<R, C>>,
 }
 
-/// Rows handed to a thread at a time; results do not depend on it.
-pub(super) const ROWS_PER_TASK: usize = 1024;
-
-/// Room for a few longer rows ([`Blocks::replace_rows`]) behind so many entries: memory that is not written costs nothing,
-/// and an array that outgrows its own is copied.
-fn with_room(entries: usize) -> usize {
-    entries + entries / 2
-}
-
 /// Appends `more` values `x`.
 fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
     let length = array.len() + more;
@@ -39,87 +32,46 @@ fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
     array.resize(length, x);
 }
 
-/// Where the blocks of a matrix stand.
-#[derive(Debug, Clone)]
-pub(super) struct Pattern {
-    /// Row `i` occupies `start[i]..start[i + 1]`.
-    pub start: Vec<usize>,
-    /// Ascending in each row.
-    pub column: Vec<u32>,
-}
-
 impl Pattern {
-    /// Row `i` has the columns that `columns` names, in any order, repeated or not.
-    pub fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
-        let tasks: Vec<usize> = (0..rows).step_by(ROWS_PER_TASK).collect();
-        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.par_iter())
-            .map_init(
-                || vec![u32::MAX; cols],
-                |seen, &first| {
-                    let (mut ends, mut column) = (Vec::with_capacity(ROWS_PER_TASK), Vec::new());
-                    for i in first..rows.min(first + ROWS_PER_TASK) {
-                        let begin = column.len();
-                        columns(i, &mut |j| {
-                            if seen[j as usize] != i as u32 {
-                                seen[j as usize] = i as u32;
-                                column.push(j);
-                            }
-                        });
-                        column[begin..].sort_unstable();
-                        ends.push(column.len());
-                    }
-                    (ends, column)
-                },
-            )
-            .collect();
-        let mut start = vec![0];
-        let mut column = in_huge_pages(Vec::with_capacity(with_room(parts.iter().map(|p| p.1.len()).sum())));
-        for (ends, part) in &parts {
-            start.extend(ends.iter().map(|end| column.len() + end));
-            column.extend_from_slice(part);
-        }
-        Pattern { start, column }
-    }
-
     /// A zero block for each place.
-    pub fn zeros<const R: usize, const C: usize>(&self) -> Vec<Block<R, C>> {
+    pub(super) fn zeros<const R: usize, const C: usize>(&self) -> Vec<Block<R, C>> {
         let mut value = in_huge_pages(vec![[[0.0; C]; R]; with_room(self.column.len())]);
         value.truncate(self.column.len());
         value
     }
 
-    pub fn row(&self, i: usize) -> &[u32] {
-        &self.column[self.start[i]..self.start[i + 1]]
-    }
-
-    /// Adds to `value`, the blocks of `rows`, what `fill` adds up in each of them.
-    pub fn fill<const R: usize, const C: usize>(
+    /// Adds to `value`, the blocks from the first row of `tasks` on, what `fill` adds up in each of their rows; they ascend.
+    ///
+    /// For the instructions of the machine at hand `fill` has to be compiled into this: `#[inline(always)]`.
+    pub(super) fn fill<const R: usize, const C: usize>(
         &self,
-        rows: Range<usize>,
+        tasks: &[Range<usize>],
         cols: usize,
         value: &mut [Block<R, C>],
         fill: impl Fn(usize, &mut Row<'_, R, C>) + Sync,
     ) {
         let Pattern { start, column } = self;
-        let of_task = |first: usize| first..rows.end.min(first + ROWS_PER_TASK);
-        let (mut slices, mut rest) = (Vec::new(), value);
-        for first in rows.clone().step_by(ROWS_PER_TASK) {
-            let (head, tail) = rest.split_at_mut(start[of_task(first).end] - start[first]);
-            slices.push((first, head));
-            rest = tail;
+        let (mut slices, mut rest) = (Vec::with_capacity(tasks.len()), value);
+        let mut place = tasks.first().map_or(0, |rows| start[rows.start]);
+        for rows in tasks {
+            let (own, tail) = rest[start[rows.start] - place..].split_at_mut(start[rows.end] - start[rows.start]);
+            slices.push((rows.clone(), own));
+            (rest, place) = (tail, start[rows.end]);
         }
         slices.into_par_iter().for_each_init(
             || vec![0u32; cols],
-            |slot, (first, slice)| {
-                let base = start[first];
-                Arch::new().dispatch(|| {
-                    for i in of_task(first) {
-                        let own = &column[start[i]..start[i + 1]];
-                        own.iter().enumerate().for_each(|(k, &j)| slot[j as usize] = k as u32);
-                        let values = &mut slice[start[i] - base..start[i + 1] - base];
-                        fill(i, &mut Row { slot, columns: own, values });
-                    }
-                });
+            |slot, (rows, slice)| {
+                let base = start[rows.start];
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        for i in rows.clone() {
+                            let columns = &column[start[i]..start[i + 1]];
+                            let values = &mut slice[start[i] - base..start[i + 1] - base];
+                            fill(i, &mut Row { slot, known: false, columns, values });
+                        }
+                    },
+                );
             },
         );
     }
@@ -168,7 +120,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
     ) -> Blocks<R, C> {
         let pattern = Pattern::new(rows, cols, columns);
         let mut value = pattern.zeros();
-        pattern.fill(0..rows, cols, &mut value, fill);
+        pattern.fill(&tasks(0..rows), cols, &mut value, fill);
         let Pattern { start, column } = pattern;
         Blocks { rows, cols, start, column, value }
     }
@@ -222,8 +174,9 @@ impl<const R: usize> Blocks<R, R> {
 
 /// One row of blocks being filled.
 pub(super) struct Row<'a, const R: usize, const C: usize> {
-    /// Place of each of the row's columns in `values`.
-    slot: &'a [u32],
+    /// Place of each of the row's columns in `values`, once they are `known`.
+    slot: &'a mut [u32],
+    known: bool,
     pub columns: &'a [u32],
     pub values: &'a mut [Block<R, C>],
 }
@@ -231,6 +184,10 @@ pub(super) struct Row<'a, const R: usize, const C: usize> {
 impl<const R: usize, const C: usize> Row<'_, R, C> {
     /// The block of column `j`, one of those the row was declared with.
     pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
+        if !self.known {
+            self.known = true;
+            self.columns.iter().enumerate().for_each(|(k, &j)| self.slot[j as usize] = k as u32);
+        }
         &mut self.values[self.slot[j as usize] as usize]
     }
 }
@@ -275,18 +232,24 @@ impl Nodes {
             name(v as u32);
             graph.neighbours_of(v).iter().for_each(|&w| name(w));
         };
-        Blocks::from_rows(self.count, self.count, neighbours, |v, row| {
-            let own = graph.unknowns_of(v);
-            for (r, &i) in own.iter().enumerate() {
-                let (columns, values) = k.row(i as usize);
-                for (&j, &a) in columns.iter().zip(values) {
-                    let (w, c) = self.of[j as usize];
-                    row.at(w)[r][c as usize] += a;
+        Blocks::from_rows(
+            self.count,
+            self.count,
+            neighbours,
+            #[inline(always)]
+            |v, row| {
+                let own = graph.unknowns_of(v);
+                for (r, &i) in own.iter().enumerate() {
+                    let (columns, values) = k.row(i as usize);
+                    for (&j, &a) in columns.iter().zip(values) {
+                        let (w, c) = self.of[j as usize];
+                        row.at(w)[r][c as usize] += a;
+                    }
                 }
-            }
-            let diagonal = row.at(v as u32);
-            let scale = (0..own.len()).map(|c| diagonal[c][c]).fold(f64::MIN_POSITIVE, f64::max);
-            (own.len()..3).for_each(|c| diagonal[c][c] = scale);
-        })
+                let diagonal = row.at(v as u32);
+                let scale = (0..own.len()).map(|c| diagonal[c][c]).fold(f64::MIN_POSITIVE, f64::max);
+                (own.len()..3).for_each(|c| diagonal[c][c] = scale);
+            },
+        )
     }
 }

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::aggregate::{aggregates, marks, neighbours, strong};
@@ -5,6 +7,7 @@ use super::blocks::{Block, Blocks, Pattern, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::near;
 use crate::linalg::in_huge_pages;
+use crate::linalg::pattern::tasks;
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
@@ -37,7 +40,7 @@ pub fn coarsen<const R: usize>(
         return None;
     }
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
-    let inverses: Vec<Block<R, R>> = (0..a.rows).map(|i| inverse(&a.diagonal(i))).collect();
+    let inverses: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| inverse(&a.diagonal(i))).collect();
     // Aggregates a node has no kept neighbour in are out of its reach: they would fill the coarse matrix across
     // couplings that carry little.
     let out = marks(a, |i, place| {
@@ -78,30 +81,42 @@ fn tentative<const R: usize>(of: &[u32], count: usize, kernel: &[Kernel<R>]) -> 
         member[next[g as usize]] = i as u32;
         next[g as usize] += 1;
     }
-    let mut basis = kernel.to_vec();
-    let mut coarse = vec![[[0.0; 6]; 6]; count];
-    for g in 0..count {
-        let nodes = &member[start[g]..start[g + 1]];
-        let product = |basis: &[Block<R, 6>], p: usize, q: usize| -> f64 {
-            nodes.iter().map(|&i| basis[i as usize].iter().map(|row| row[p] * row[q]).sum::<f64>()).sum()
-        };
-        for q in 0..6 {
-            let before = product(&basis, q, q).sqrt();
-            // Twice is enough (Giraud, Langou & Rozloznik 2005).
-            for _ in 0..2 {
-                for p in 0..q {
-                    let share = product(&basis, p, q);
-                    coarse[g][p][q] += share;
-                    nodes.iter().for_each(|&i| basis[i as usize].iter_mut().for_each(|row| row[q] -= share * row[p]));
-                }
-            }
-            let length = product(&basis, q, q).sqrt();
-            let scale = if length > DEPENDENT * before { 1.0 / length } else { 0.0 };
-            coarse[g][q][q] = if scale > 0.0 { length } else { 0.0 };
-            nodes.iter().for_each(|&i| basis[i as usize].iter_mut().for_each(|row| row[q] *= scale));
-        }
+    let nodes = |g: usize| &member[start[g]..start[g + 1]];
+    let of_aggregate = |g: usize| {
+        let mut basis: Vec<Block<R, 6>> = nodes(g).iter().map(|&i| kernel[i as usize]).collect();
+        let coarse = orthonormalise(&mut basis);
+        (basis, coarse)
+    };
+    let made: Vec<(Vec<Block<R, 6>>, Kernel<6>)> = (0..count).into_par_iter().map(of_aggregate).collect();
+    let mut basis = vec![[[0.0; 6]; R]; of.len()];
+    for (g, (own, _)) in made.iter().enumerate() {
+        nodes(g).iter().zip(own).for_each(|(&i, block)| basis[i as usize] = *block);
     }
-    (basis, coarse)
+    (basis, made.into_iter().map(|(_, coarse)| coarse).collect())
+}
+
+/// Makes the columns of a few blocks orthonormal, or zero; the result says what they were in them.
+fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
+    let mut coarse = [[0.0; 6]; 6];
+    let product = |basis: &[Block<R, 6>], p: usize, q: usize| -> f64 {
+        basis.iter().map(|block| block.iter().map(|row| row[p] * row[q]).sum::<f64>()).sum()
+    };
+    for q in 0..6 {
+        let before = product(basis, q, q).sqrt();
+        // Twice is enough (Giraud, Langou & Rozloznik 2005).
+        for _ in 0..2 {
+            for p in 0..q {
+                let share = product(basis, p, q);
+                coarse[p][q] += share;
+                basis.iter_mut().flatten().for_each(|row| row[q] -= share * row[p]);
+            }
+        }
+        let length = product(basis, q, q).sqrt();
+        let scale = if length > DEPENDENT * before { 1.0 / length } else { 0.0 };
+        coarse[q][q] = if scale > 0.0 { length } else { 0.0 };
+        basis.iter_mut().flatten().for_each(|row| row[q] *= scale);
+    }
+    coarse
 }
 
 /// A column of the near-kernel that keeps less than this share of its length beside the others depends on them.
@@ -163,31 +178,37 @@ fn smoothed<const R: usize>(
         let within = a.row(i).0.iter().zip(&out[a.start[i]..]).filter(|(_, out)| !**out);
         within.for_each(|(&j, _)| name(of[j as usize]));
     };
-    Blocks::from_rows(a.rows, coarse_kernel.len(), aggregates, |i, row| {
-        let mut scaled = inverses[i];
-        scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
-        let (columns, blocks) = a.row(i);
-        // A T first, by aggregates; D⁻¹ once for each of them.
-        let (mut lost, mut complete) = ([[0.0; 6]; R], true);
-        for ((&j, block), out) in columns.iter().zip(blocks).zip(&out[a.start[i]..]) {
-            if *out {
-                add_product(block, &kernel[j as usize], &mut lost);
-                complete = false;
-            } else {
-                add_product(block, &tentative[j as usize], row.at(of[j as usize]));
+    Blocks::from_rows(
+        a.rows,
+        coarse_kernel.len(),
+        aggregates,
+        #[inline(always)]
+        |i, row| {
+            let mut scaled = inverses[i];
+            scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
+            let (columns, blocks) = a.row(i);
+            // A T first, by aggregates; D⁻¹ once for each of them.
+            let (mut lost, mut complete) = ([[0.0; 6]; R], true);
+            for ((&j, block), out) in columns.iter().zip(blocks).zip(&out[a.start[i]..]) {
+                if *out {
+                    add_product(block, &kernel[j as usize], &mut lost);
+                    complete = false;
+                } else {
+                    add_product(block, &tentative[j as usize], row.at(of[j as usize]));
+                }
             }
-        }
-        if !complete {
-            spread(&lost, coarse_kernel, row);
-        }
-        for block in row.values.iter_mut() {
-            let mut result = [[0.0; 6]; R];
-            add_product(&scaled, block, &mut result);
-            *block = result;
-        }
-        let own = row.at(of[i]);
-        own.iter_mut().flatten().zip(tentative[i].iter().flatten()).for_each(|(p, t)| *p += t);
-    })
+            if !complete {
+                spread(&lost, coarse_kernel, row);
+            }
+            for block in row.values.iter_mut() {
+                let mut result = [[0.0; 6]; R];
+                add_product(&scaled, block, &mut result);
+                *block = result;
+            }
+            let own = row.at(of[i]);
+            own.iter_mut().flatten().zip(tentative[i].iter().flatten()).for_each(|(p, t)| *p += t);
+        },
+    )
 }
 
 /// Adds to the blocks of a row what makes their product with the near-kernel larger by `lost`.
@@ -219,15 +240,6 @@ fn galerkin<const R: usize>(
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         a.row(i).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
-    let product = |i: usize, row: &mut Row<'_, R, 6>| {
-        let (columns, blocks) = a.row(i);
-        for (&j, block) in columns.iter().zip(blocks) {
-            let (coarse, values) = p.row(j as usize);
-            for (&k, value) in coarse.iter().zip(values) {
-                add_product(block, value, row.at(k));
-            }
-        }
-    };
     let middle = Pattern::new(a.rows, p.cols, reached);
     let (start, entry) = p.by_columns();
     let coarse = Pattern::new(p.cols, p.cols, |k, name| {
@@ -238,26 +250,39 @@ fn galerkin<const R: usize>(
         return None;
     }
     let mut value: Vec<Block<6, 6>> = coarse.zeros();
-    let slabs = || (0..a.rows).step_by(SLAB).map(|first| first..a.rows.min(first + SLAB));
-    let largest = slabs().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
-    let mut slab: Vec<Block<R, 6>> = in_huge_pages(Vec::with_capacity(largest));
-    for rows in slabs() {
+    let slabs = slabs(&middle.start, SLAB / size_of::<Block<R, 6>>());
+    let largest = slabs.iter().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
+    let mut slab: Vec<Block<R, 6>> = in_huge_pages(vec![[[0.0; 6]; R]; largest]);
+    for rows in slabs {
         let base = middle.start[rows.start];
-        slab.clear();
-        slab.resize(middle.start[rows.end] - base, [[0.0; 6]; R]);
-        middle.fill(rows.clone(), p.cols, &mut slab, product);
-        coarse.fill(0..p.cols, p.cols, &mut value, |k, row| {
-            // The rows of a column ascend.
-            let entries = &entry[start[k]..start[k + 1]];
-            let from = entries.partition_point(|&(i, _)| (i as usize) < rows.start);
-            for &(i, place) in entries[from..].iter().take_while(|&&(i, _)| (i as usize) < rows.end) {
-                let i = i as usize;
-                let blocks = &slab[middle.start[i] - base..middle.start[i + 1] - base];
-                for (&j, block) in middle.row(i).iter().zip(blocks) {
-                    add_transpose_product(&p.value[place as usize], block, row.at(j));
+        let own = &mut slab[..middle.start[rows.end] - base];
+        middle.fill(
+            &tasks(rows.clone()),
+            p.cols,
+            own,
+            #[inline(always)]
+            |i, row| product(a, p, i, row),
+        );
+        let tasks = coarse_tasks(&p.column[p.start[rows.start]..p.start[rows.end]]);
+        let first = tasks.first().map_or(0, |task| coarse.start[task.start]);
+        coarse.fill(
+            &tasks,
+            p.cols,
+            &mut value[first..],
+            #[inline(always)]
+            |k, row| {
+                // The rows of a column ascend.
+                let entries = &entry[start[k]..start[k + 1]];
+                let from = entries.partition_point(|&(i, _)| (i as usize) < rows.start);
+                for &(i, place) in entries[from..].iter().take_while(|&&(i, _)| (i as usize) < rows.end) {
+                    let i = i as usize;
+                    let blocks = &slab[middle.start[i] - base..middle.start[i + 1] - base];
+                    for (&j, block) in middle.row(i).iter().zip(blocks) {
+                        add_transpose_product(&p.value[place as usize], block, row.at(j));
+                    }
                 }
-            }
-        });
+            },
+        );
     }
     let Pattern { start, column } = coarse;
     let mut matrix = Blocks { rows: p.cols, cols: p.cols, start, column, value };
@@ -275,10 +300,46 @@ fn galerkin<const R: usize>(
         wanted.len(),
         p.cols,
         |t, name| middle.row(wanted[t] as usize).iter().for_each(|&k| name(k)),
-        |t, row| product(wanted[t] as usize, row),
+        #[inline(always)]
+        |t, row| product(a, p, wanted[t] as usize, row),
     );
     Some((matrix, kept))
 }
 
-/// Rows of `A P` at a time: enough for the threads, some tens of megabytes.
-const SLAB: usize = 1 << 15;
+/// Row `i` of `A P`. Compiled into both of its callers, for the instructions of the machine at hand.
+#[inline(always)]
+fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>, i: usize, row: &mut Row<'_, R, 6>) {
+    row.values.fill([[0.0; 6]; R]);
+    let (columns, blocks) = a.row(i);
+    for (&j, block) in columns.iter().zip(blocks) {
+        let (coarse, values) = p.row(j as usize);
+        for (&k, value) in coarse.iter().zip(values) {
+            add_product(block, value, row.at(k));
+        }
+    }
+}
+
+/// Bytes of `A P` at a time: enough for the threads, and what caches hold.
+const SLAB: usize = 16 << 20;
+
+/// The coarse nodes that a slab reaches, a few at a time: they lie together, and what is left to one thread is left to one.
+fn coarse_tasks(reached: &[u32]) -> Vec<Range<usize>> {
+    let mut nodes = reached.to_vec();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.chunks(COARSE_NODES).map(|few| few[0] as usize..few[few.len() - 1] as usize + 1).collect()
+}
+
+/// Coarse nodes a thread takes at a time.
+const COARSE_NODES: usize = 8;
+
+/// Consecutive rows with about `most` entries each time, at least one row.
+fn slabs(start: &[usize], most: usize) -> Vec<Range<usize>> {
+    let (mut first, mut slabs) = (0, Vec::new());
+    while first + 1 < start.len() {
+        let end = start.partition_point(|&s| s <= start[first] + most).saturating_sub(1).max(first + 1);
+        slabs.push(first..end);
+        first = end;
+    }
+    slabs
+}

@@ -26,13 +26,15 @@ pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
     b: &Block<M, C>,
     c: &mut Block<R, C>,
 ) {
-    for m in 0..M {
-        for r in 0..R {
+    for r in 0..R {
+        let mut row = c[r];
+        for m in 0..M {
             let factor = a[m][r];
             for k in 0..C {
-                c[r][k] += factor * b[m][k];
+                row[k] += factor * b[m][k];
             }
         }
+        c[r] = row;
     }
 }
 

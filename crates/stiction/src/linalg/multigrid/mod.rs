@@ -37,10 +37,10 @@ use truncate::Local;
 /// backward one after the coarse correction, which is symmetric and positive definite.
 #[derive(Debug, Clone)]
 pub struct Multigrid {
-    fine: Level<3>,
+    fine: Level<3, 4>,
     /// From the first coarse level to the fine one.
     first: Packed<3, 6>,
-    coarse: Vec<Level<6>>,
+    coarse: Vec<Level<6, 8>>,
     /// Cycles on each coarse level for one on the level before it.
     repeats: Vec<usize>,
     /// From each further level to the one before it.

@@ -45,6 +45,53 @@ pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &m
     }
 }
 
+/// A sum of products `a x` of stored blocks. Lanes `W >= R` are those of a vector register, the first `R` of them count;
+/// columns add up each for itself, so that no addition waits for the one before.
+pub struct Sum<const R: usize, const C: usize, const W: usize>([[f32; W]; C]);
+
+impl<const R: usize, const C: usize, const W: usize> Sum<R, C, W> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Sum([[0.0; W]; C])
+    }
+
+    /// Adds the product of the block at `place` of `entries`, all numbers of a matrix one after the other.
+    #[inline(always)]
+    pub fn add(&mut self, entries: &[f32], place: usize, x: &[f32; C]) {
+        let first = R * C * place;
+        // A column is read with a few numbers of the next, and the last one of all has no next.
+        match entries.get(first..first + R * (C - 1) + W) {
+            Some(block) => self.add_columns(block, R, x),
+            None => {
+                let mut block = [[0.0; W]; C];
+                for c in 0..C {
+                    block[c][..R].copy_from_slice(&entries[first + R * c..][..R]);
+                }
+                self.add_columns(block.as_flattened(), W, x);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_columns(&mut self, columns: &[f32], stride: usize, x: &[f32; C]) {
+        for c in 0..C {
+            let column = &columns[stride * c..stride * c + W];
+            for r in 0..W {
+                self.0[c][r] += column[r] * x[c];
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn total(&self) -> [f32; R] {
+        let mut total = [0.0; W];
+        for column in &self.0 {
+            (0..W).for_each(|r| total[r] += column[r]);
+        }
+        std::array::from_fn(|r| total[r])
+    }
+}
+
 /// `y -= a x`.
 #[inline(always)]
 pub fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
@@ -95,5 +142,34 @@ impl<const R: usize, const C: usize> Packed<R, C> {
             columns.iter().zip(blocks).for_each(|(&j, a)| add_transposed(a, x, &mut y[j as usize]));
         }
         y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn products<const R: usize, const W: usize>() {
+        let number = |i: usize| (i * 37 % 101) as f32 / 101.0 - 0.5;
+        let blocks: Vec<Single<R, R>> =
+            (0..5).map(|p| std::array::from_fn(|c| std::array::from_fn(|r| number(R * (R * p + c) + r)))).collect();
+        let x: Vec<[f32; R]> = (0..5).map(|p| std::array::from_fn(|c| number(1000 + R * p + c))).collect();
+        // In any order, the last block among them, whose last column has no next one.
+        for places in [vec![4], vec![0, 3], vec![4, 2, 1, 0]] {
+            let (mut sum, mut expected) = (Sum::<R, R, W>::zero(), [0.0; R]);
+            for &p in &places {
+                sum.add(blocks.as_flattened().as_flattened(), p, &x[p]);
+                add(&blocks[p], &x[p], &mut expected);
+            }
+            for (found, expected) in sum.total().iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6, "{R} {places:?}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn sums_by_lanes_are_those_of_the_products() {
+        products::<3, 4>();
+        products::<6, 8>();
     }
 }

@@ -1,19 +1,20 @@
 use std::ops::Range;
 
-use pulp::Arch;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::dense::inverse;
-use super::packed::{Packed, Single, add, single, subtract};
+use super::packed::{Packed, Single, Sum, single};
+use crate::linalg::vectorised;
 
-/// One level of a hierarchy: its matrix and the inverses of its diagonal blocks, for Gauss-Seidel sweeps by nodes.
+/// One level of a hierarchy: its matrix and the inverses of its diagonal blocks, for Gauss-Seidel sweeps by nodes. Sums take
+/// `W >= R` lanes.
 ///
 /// The sweeps take chunks of consecutive nodes by colours: chunks of one colour are not coupled and are swept at the
 /// same time. That is Gauss-Seidel in one fixed order, for any number of threads (sweeping chunks as in Jacobi's method
 /// instead loses definiteness on hexahedra).
 #[derive(Debug, Clone)]
-pub struct Level<const R: usize> {
+pub struct Level<const R: usize, const W: usize> {
     pub matrix: Packed<R, R>,
     pub inverse: Vec<Single<R, R>>,
     /// Colour of each chunk.
@@ -29,7 +30,7 @@ fn chunk_of(node: usize) -> usize {
     node / CHUNK
 }
 
-impl<const R: usize> Level<R> {
+impl<const R: usize, const W: usize> Level<R, W> {
     pub fn new(a: &Blocks<R, R>) -> Self {
         let inverse = (0..a.rows).into_par_iter().map(|i| single(&inverse(&a.diagonal(i)))).collect();
         let colour = colours(a);
@@ -59,28 +60,31 @@ impl<const R: usize> Level<R> {
 
     /// One forward sweep for `A x = b` from zero, with the residual it leaves.
     pub fn forward(&self, b: &[[f32; R]]) -> (Vec<[f32; R]>, Vec<[f32; R]>) {
+        let (entries, inverses) = self.entries();
         let mut x = vec![[0.0; R]; b.len()];
         for (c, colour) in self.by_colour.iter().enumerate() {
             self.sweep(colour, &mut x, |nodes, before| {
                 let first = nodes.start;
                 let mut own = vec![[0.0; R]; nodes.len()];
-                Arch::new().dispatch(|| {
-                    for i in nodes.clone() {
-                        let mut rest = b[i];
-                        let (columns, blocks) = self.matrix.row(i);
-                        for (&j, a) in columns.iter().zip(blocks) {
-                            let j = j as usize;
-                            if nodes.contains(&j) {
-                                if j < i {
-                                    subtract(a, &own[j - first], &mut rest);
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        for i in nodes.clone() {
+                            let mut sum = Sum::<R, R, W>::zero();
+                            for place in self.matrix.start[i]..self.matrix.start[i + 1] {
+                                let j = self.matrix.column[place] as usize;
+                                if nodes.contains(&j) {
+                                    if j < i {
+                                        sum.add(entries, place, &own[j - first]);
+                                    }
+                                } else if c > 0 {
+                                    sum.add(entries, place, &before[j]);
                                 }
-                            } else if c > 0 {
-                                subtract(a, &before[j], &mut rest);
                             }
+                            own[i - first] = step(inverses, i, &b[i], &sum);
                         }
-                        add(&self.inverse[i], &rest, &mut own[i - first]);
-                    }
-                });
+                    },
+                );
                 own
             });
         }
@@ -88,48 +92,69 @@ impl<const R: usize> Level<R> {
         let mut residual = vec![[0.0; R]; b.len()];
         residual.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, residual)| {
             let nodes = self.nodes(chunk);
-            Arch::new().dispatch(|| {
-                for (i, r) in nodes.clone().zip(residual.iter_mut()) {
-                    let (columns, blocks) = self.matrix.row(i);
-                    for (&j, a) in columns.iter().zip(blocks) {
-                        let j = j as usize;
-                        let later =
-                            if nodes.contains(&j) { j > i } else { self.colour[chunk_of(j)] > self.colour[chunk] };
-                        if later {
-                            subtract(a, &x[j], r);
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (i, r) in nodes.clone().zip(residual.iter_mut()) {
+                        let mut sum = Sum::<R, R, W>::zero();
+                        for place in self.matrix.start[i]..self.matrix.start[i + 1] {
+                            let j = self.matrix.column[place] as usize;
+                            let later =
+                                if nodes.contains(&j) { j > i } else { self.colour[chunk_of(j)] > self.colour[chunk] };
+                            if later {
+                                sum.add(entries, place, &x[j]);
+                            }
                         }
+                        *r = sum.total().map(|sum| -sum);
                     }
-                }
-            });
+                },
+            );
         });
         (x, residual)
     }
 
     /// One backward sweep for `A x = b` from `x`.
     pub fn backward(&self, b: &[[f32; R]], x: &mut [[f32; R]]) {
+        let (entries, inverses) = self.entries();
         for colour in self.by_colour.iter().rev() {
             self.sweep(colour, x, |nodes, before| {
                 let first = nodes.start;
                 let mut own = before[nodes.clone()].to_vec();
-                Arch::new().dispatch(|| {
-                    for i in nodes.clone().rev() {
-                        let mut rest = b[i];
-                        let (columns, blocks) = self.matrix.row(i);
-                        for (&j, a) in columns.iter().zip(blocks) {
-                            let j = j as usize;
-                            if j != i {
-                                let value = if nodes.contains(&j) { &own[j - first] } else { &before[j] };
-                                subtract(a, value, &mut rest);
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        for i in nodes.clone().rev() {
+                            let mut sum = Sum::<R, R, W>::zero();
+                            // The node itself adds nothing to its own row.
+                            own[i - first] = [0.0; R];
+                            // Backwards as well: what comes next in memory is fetched ahead of its use.
+                            for place in (self.matrix.start[i]..self.matrix.start[i + 1]).rev() {
+                                let j = self.matrix.column[place] as usize;
+                                let x = if nodes.contains(&j) { &own[j - first] } else { &before[j] };
+                                sum.add(entries, place, x);
                             }
+                            own[i - first] = step(inverses, i, &b[i], &sum);
                         }
-                        own[i - first] = [0.0; R];
-                        add(&self.inverse[i], &rest, &mut own[i - first]);
-                    }
-                });
+                    },
+                );
                 own
             });
         }
     }
+
+    /// All numbers of the matrix, and of the inverses.
+    fn entries(&self) -> (&[f32], &[f32]) {
+        (self.matrix.value.as_flattened().as_flattened(), self.inverse.as_flattened().as_flattened())
+    }
+}
+
+/// The value of a node that balances its row, where the others add `sum` to it.
+#[inline(always)]
+fn step<const R: usize, const W: usize>(inverses: &[f32], node: usize, b: &[f32; R], sum: &Sum<R, R, W>) -> [f32; R] {
+    let sum = sum.total();
+    let mut x = Sum::<R, R, W>::zero();
+    x.add(inverses, node, &std::array::from_fn(|r| b[r] - sum[r]));
+    x.total()
 }
 
 /// The least colour for each chunk that none of the chunks before it which it is coupled to has.
