@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use super::directions::{Direction, MOST, Vector, advance, norm};
 use super::floating::Floating;
 use super::frames::Turned;
-use super::sets::{Law, Set, set, stuck};
+use super::sets::{Law, Set, halted, reverses, set, stuck};
 use crate::friction::PointState;
 use crate::linalg::multigrid::{Block, Blocks, Condition, Multigrid};
 
@@ -23,6 +23,8 @@ pub(super) struct State {
     pub u: Vector,
     pub ku: Vector,
     pub sets: Vec<Set>,
+    /// Points whose slip has turned round in the last cycle.
+    reversed: Vec<bool>,
     kept: Vec<Direction>,
     /// Sets the coarse levels of the hierarchy follow.
     coarse: Vec<Condition>,
@@ -94,6 +96,9 @@ impl State {
 const PATIENCE: usize = 15;
 const GAIN: f64 = 0.7;
 const HIGH: f64 = 0.05;
+/// Above this residual the body swings as a whole, and slips that turn round twice say nothing of their points. Below it they
+/// go to and fro one by one, a little less each cycle, and single ones cost ten to thirty cycles.
+const SWINGS: f64 = 0.3;
 /// Resets of the first way at most, and the cycles with frozen sets after one.
 pub(super) const RESETS: usize = 4;
 const FROZEN: usize = 5;
@@ -146,7 +151,7 @@ pub(super) fn run(
         }
         let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
         let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
-        at.sets = (points.iter().zip(laws))
+        let mut sets: Vec<Set> = (points.iter().zip(laws))
             .map(|(p, law)| {
                 if first && (p.floats || law.rest[0] <= 0.0) {
                     stuck(law, p)
@@ -155,6 +160,15 @@ pub(super) fn run(
                 }
             })
             .collect();
+        let swings = at.history.last().is_none_or(|eps| *eps > SWINGS);
+        at.reversed.resize(sets.len(), false);
+        for (((new, old), p), reversed) in sets.iter_mut().zip(&at.sets).zip(points).zip(&mut at.reversed) {
+            let before = std::mem::replace(reversed, reverses(old, new));
+            if before && *reversed && !swings {
+                *new = halted(new, p);
+            }
+        }
+        at.sets = sets;
         let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
         at.history.push(eps);
         if observe(at.cycles, eps, &at.sets).is_break() {

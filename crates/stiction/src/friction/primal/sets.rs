@@ -73,6 +73,19 @@ pub(super) fn set(law: &Law, point: &Point, lambda: [f64; 3], u: [f64; 3]) -> Se
     set
 }
 
+/// Whether a point slips against where it slipped before: on the way its slip was zero. Friction that turns round every cycle
+/// is resisted by nothing, and where the body gives way more than its point alone the test of the law overshoots each time.
+pub(super) fn reverses(before: &Set, now: &Set) -> bool {
+    let slip = before.state == PointState::Slip && now.state == PointState::Slip;
+    slip && before.friction[0] * now.friction[0] + before.friction[1] * now.friction[1] < 0.0
+}
+
+/// The same point while it sticks; the law decides again after the next cycle.
+pub(super) fn halted(now: &Set, point: &Point) -> Set {
+    let held = [now.condition.held[0], point.live[1], point.live[2]];
+    Set { state: PointState::Stick, condition: Condition { held, ..Condition::default() }, friction: [0.0; 2] }
+}
+
 /// The set of a point that touches and, if there is friction at all, sticks.
 pub(super) fn stuck(law: &Law, point: &Point) -> Set {
     let rough = bound(law.friction, f64::MAX) > 0.0;
