@@ -165,7 +165,7 @@ pub(super) fn run(
         for (((new, old), p), reversed) in sets.iter_mut().zip(&at.sets).zip(points).zip(&mut at.reversed) {
             let before = std::mem::replace(reversed, reverses(old, new));
             if before && *reversed && !swings {
-                *new = halted(new, p);
+                *new = halted(new, p.live);
             }
         }
         at.sets = sets;

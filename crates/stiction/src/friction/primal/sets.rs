@@ -81,8 +81,8 @@ pub(super) fn reverses(before: &Set, now: &Set) -> bool {
 }
 
 /// The same point while it sticks; the law decides again after the next cycle.
-pub(super) fn halted(now: &Set, point: &Point) -> Set {
-    let held = [now.condition.held[0], point.live[1], point.live[2]];
+pub(super) fn halted(now: &Set, live: [bool; 3]) -> Set {
+    let held = [now.condition.held[0], live[1], live[2]];
     Set { state: PointState::Stick, condition: Condition { held, ..Condition::default() }, friction: [0.0; 2] }
 }
 
@@ -92,4 +92,25 @@ pub(super) fn stuck(law: &Law, point: &Point) -> Set {
     let held = [point.live[0], rough && point.live[1], rough && point.live[2]];
     let state = if rough { PointState::Stick } else { PointState::Slip };
     Set { state, condition: Condition { held, ..Condition::default() }, friction: [0.0; 2] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slips(friction: [f64; 2]) -> Set {
+        let condition = Condition { held: [true, false, false], follows: [0.1, 0.2], ..Condition::default() };
+        Set { state: PointState::Slip, condition, friction }
+    }
+
+    #[test]
+    fn a_slip_turns_round_by_more_than_a_right_angle_and_is_halted_at_the_rest() {
+        let before = slips([3.0, 1.0]);
+        assert!(reverses(&before, &slips([-2.0, 0.5])) && !reverses(&before, &slips([-0.5, 2.0])));
+        let halted = halted(&slips([-2.0, 0.5]), [true, true, false]);
+        assert!(!reverses(&before, &halted) && halted.state == PointState::Stick);
+        // A component that cannot move is not held, and nothing else acts on those that are.
+        let held = Condition { held: [true, true, false], ..Condition::default() };
+        assert_eq!((halted.condition, halted.friction), (held, [0.0; 2]));
+    }
 }
