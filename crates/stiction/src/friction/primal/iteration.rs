@@ -81,6 +81,7 @@ impl State {
     /// Another iteration begins here: its sets are not those the directions were kept for.
     pub fn begin_anew(&mut self) {
         self.kept.clear();
+        self.reversed.clear();
         self.history.clear();
         self.coarse.clear();
         self.best = None;
