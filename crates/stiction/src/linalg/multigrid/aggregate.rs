@@ -1,7 +1,8 @@
 use rayon::prelude::*;
 
-use super::blocks::{Blocks, ROWS_PER_TASK};
+use super::blocks::Blocks;
 use super::dense::square;
+use crate::linalg::pattern::ROWS_PER_TASK;
 
 /// No aggregate.
 pub const NONE: u32 = u32::MAX;

@@ -2,10 +2,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::linalg::pattern::{tasks, with_room};
+use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, tasks, with_room};
 use crate::linalg::{Csr, NodeGraph, in_huge_pages, vectorised};
-
-pub(super) use crate::linalg::pattern::{Pattern, ROWS_PER_TASK};
 
 /// A dense block, by rows.
 pub type Block<const R: usize, const C: usize> = [[f64; C]; R];

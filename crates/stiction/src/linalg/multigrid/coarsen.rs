@@ -3,11 +3,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::aggregate::{aggregates, marks, neighbours, strong};
-use super::blocks::{Block, Blocks, Pattern, Row};
+use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::near;
 use crate::linalg::in_huge_pages;
-use crate::linalg::pattern::tasks;
+use crate::linalg::pattern::{Pattern, tasks};
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];

@@ -1,7 +1,8 @@
 use rayon::prelude::*;
 
-use super::blocks::{Blocks, ROWS_PER_TASK};
+use super::blocks::Blocks;
 use crate::linalg::in_huge_pages;
+use crate::linalg::pattern::ROWS_PER_TASK;
 
 /// A block in single precision, by columns: what a cycle reads.
 pub type Single<const R: usize, const C: usize> = [[f32; R]; C];
