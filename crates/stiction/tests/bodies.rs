@@ -9,7 +9,7 @@ use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::fem::full_displacement;
 use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
 use stiction::io::case;
-use stiction::linalg::Csr;
+use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::mesh::BlockElement;
 use stiction::run;
 
@@ -60,7 +60,7 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
             }
         }
     }
-    let k = [triplets(&a.problem.K, 0, 0), triplets(&b.problem.K, shift, shift)].concat();
+    let k = [triplets(&a.problem.K.full(), 0, 0), triplets(&b.problem.K.full(), shift, shift)].concat();
     let both = |x: &Option<Vec<[f64; 6]>>, y: &Option<Vec<[f64; 6]>>, up: f64| {
         // Rigid motions about one centre: the upper block stands half a unit higher.
         let lifted = x.iter().flatten().zip(&a.model.dofs.free).map(|(r, d)| {
@@ -77,7 +77,7 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
     let nodes = a.problem.node_of.iter().flatten().copied();
     let nodes_b = b.problem.node_of.iter().flatten().map(|v| v + upper.mesh.nodes.len() as u32);
     let mut problem = ContactProblem::from_matrices(
-        Csr::from_triplets(size, size, &k),
+        SymmetricCsr::from_full(&Csr::from_triplets(size, size, &k), "K").unwrap(),
         [a.problem.f.clone(), b.problem.f.clone()].concat(),
         Csr::from_triplets(3 * points, size, &rows),
         vec![0.0; points],

@@ -194,7 +194,7 @@ fn in_units(p: &ContactProblem, length: f64, force: f64) -> ContactProblem {
         rows.iter().map(|r| [r[0], r[1], r[2], r[3] * length, r[4] * length, r[5] * length]).collect()
     };
     let mut q = p.clone();
-    q.K = scaled(&p.K, force / length);
+    q.K.value = times(&p.K.value, force / length);
     q.f = times(&p.f, force);
     q.gap = times(&p.gap, length);
     q.slip_reference = times(&p.slip_reference, length);

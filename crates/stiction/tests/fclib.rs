@@ -249,7 +249,7 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     let file = std::env::temp_dir().join(format!("stiction-posed-{}.npz", std::process::id()));
     let coefficients = vec![0.35; p.points()];
     let arrays = [
-        ("K", dense(&p.K)),
+        ("K", dense(&p.K.full())),
         ("B", dense(&p.B)),
         ("f", Array::f64(&p.f)),
         ("gap", Array::f64(&p.gap)),

@@ -381,8 +381,7 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     // Indefinite and not a number: an end that says so, no solution, no hang.
     for value in [f64::NAN, -1e20] {
         let mut bad = p.clone();
-        let place = bad.K.start[30] + bad.K.row(30).0.iter().position(|&j| j == 30).unwrap();
-        bad.K.value[place] = value;
+        *bad.K.entry_mut(30, 30).unwrap() = value;
         if let Ok(mut primal) = Primal::new(&bad) {
             let s = solve_primal(&bad, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
             assert!(matches!(s.status, Status::Stalled | Status::MaxIterations), "{:?}", s.status);

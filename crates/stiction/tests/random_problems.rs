@@ -6,7 +6,7 @@ use common::*;
 use proptest::prelude::*;
 use stiction::certificate::certify;
 use stiction::contact::{ContactProblem, Friction};
-use stiction::linalg::Csr;
+use stiction::linalg::{Csr, SymmetricCsr};
 
 /// A small linear congruential generator: one number seeds a whole problem.
 struct Noise(u64);
@@ -78,6 +78,7 @@ fn problem(m: usize, extra: usize, seed: u64, law: impl Fn(f64) -> Friction) -> 
     }
     let mut f = k.times(&u);
     f.iter_mut().zip(b.transpose_times(&lambda)).for_each(|(f, b)| *f += b);
+    let k = SymmetricCsr::from_full(&k, "K").unwrap();
     let mut p = ContactProblem::from_matrices(k, f, b, gap, friction);
     p.slip_reference = reference;
     p.validate().unwrap();

@@ -1,5 +1,3 @@
-use rayon::prelude::*;
-
 use super::measures::ratio;
 use crate::contact::{ContactProblem, Supports};
 use crate::linalg::Csr;
@@ -61,11 +59,7 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
     let of = |list: Option<&Vec<u32>>, i: usize| list.map_or(0, |of| of[i] as usize);
     let contact_free = problem.B.transpose_times(lambda);
     // The reactions add up to what is left at the free nodes, of which rounding is a part.
-    let internal = |i: usize| -> f64 {
-        let (columns, values) = problem.K.row(i);
-        columns.iter().zip(values).map(|(&k, value)| (value * u[k as usize]).abs()).sum()
-    };
-    let internal: Vec<f64> = (0..free_rigid.len()).into_par_iter().map(internal).collect();
+    let internal = problem.K.magnitude_times(u);
     for (i, motion) in free_rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
         body.add(motion, supports.free_load[i], internal[i]);

@@ -257,7 +257,7 @@ fn pair_stiffness(problem: &ContactProblem) -> Vec<f64> {
     let body = match &problem.bodies {
         Some(bodies) => bodies.of.clone(),
         None => {
-            let mut body = vec![0; problem.K.cols];
+            let mut body = vec![0; problem.K.rows];
             for (number, unknowns) in components(&problem.K).iter().enumerate() {
                 unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
             }

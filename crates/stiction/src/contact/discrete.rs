@@ -204,7 +204,7 @@ impl GlobalProblem {
         let offset: Vec<f64> = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
         Ok(GlobalProblem {
             dimension: 3,
-            M: problem.K.clone(),
+            M: problem.K.full(),
             H: transposed.transpose(),
             f: problem.f.clone(),
             w: stacked.iter().map(|&i| offset[i as usize]).collect(),

@@ -1,7 +1,7 @@
 //! Bodies that nothing but contact holds: the rigid motions that strain nothing, found from the matrices alone.
 
 use super::ContactProblem;
-use crate::linalg::{Csr, axpy, dot, norm, symmetric_eigen};
+use crate::linalg::{Csr, SymmetricCsr, axpy, dot, norm, symmetric_eigen};
 
 /// A connected piece of the body with rigid motions that strain nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,7 @@ pub fn rigid_motions(problem: &ContactProblem) -> RigidMotions {
     for unknowns in components(&problem.K) {
         unknowns.iter().enumerate().for_each(|(at, &i)| place[i as usize] = at as u32);
         let (motions, coefficients) = basis(near_kernel, &unknowns);
-        let largest = unknowns.iter().map(|&i| problem.K.entry(i as usize, i as usize)).fold(0.0, f64::max);
+        let largest = unknowns.iter().map(|&i| problem.K.diagonal(i as usize)).fold(0.0, f64::max);
         let (values, vectors) =
             symmetric_eigen(&energies(&problem.K, &unknowns, &place, &motions, NO_ENERGY * largest));
         let free = values.iter().zip(&vectors).filter(|(v, _)| **v <= NO_ENERGY * largest).map(|(_, v)| v);
@@ -136,29 +136,38 @@ fn column<V: AsRef<[f64]>>(rows: &[V], k: usize) -> Vec<f64> {
 }
 
 /// The unknowns of each connected component of the graph of `k`, ascending; components by their lowest unknown.
-pub fn components(k: &Csr) -> Vec<Vec<u32>> {
-    let mut component = vec![u32::MAX; k.rows];
-    let mut all: Vec<Vec<u32>> = Vec::new();
-    for seed in 0..k.rows as u32 {
-        if component[seed as usize] != u32::MAX {
-            continue;
+pub fn components(k: &SymmetricCsr) -> Vec<Vec<u32>> {
+    // Each unknown points to a lower one of its component, the lowest to itself.
+    let mut parent: Vec<u32> = (0..k.rows as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            let above = parent[parent[i as usize] as usize];
+            parent[i as usize] = above;
+            i = above;
         }
-        let number = all.len() as u32;
-        component[seed as usize] = number;
-        let mut members = vec![seed];
-        let mut next = 0;
-        while let Some(&i) = members.get(next) {
-            let (columns, values) = k.row(i as usize);
-            for (&j, _) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
-                if component[j as usize] == u32::MAX {
-                    component[j as usize] = number;
-                    members.push(j);
-                }
+        i
+    }
+    for i in 0..k.rows {
+        let (columns, values) = k.row(i);
+        let mut own = root(&mut parent, i as u32);
+        for (&j, _) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
+            // Nearly always they hang together already.
+            if parent[j as usize] != own {
+                let other = root(&mut parent, j);
+                let (low, high) = (own.min(other), own.max(other));
+                parent[high as usize] = low;
+                own = low;
             }
-            next += 1;
         }
-        members.sort_unstable();
-        all.push(members);
+    }
+    let (mut number, mut all) = (vec![u32::MAX; k.rows], Vec::<Vec<u32>>::new());
+    for i in 0..k.rows as u32 {
+        let root = root(&mut parent, i) as usize;
+        if root == i as usize {
+            number[root] = all.len() as u32;
+            all.push(Vec::new());
+        }
+        all[number[root] as usize].push(i);
     }
     all
 }
@@ -192,21 +201,26 @@ fn basis(near_kernel: &[[f64; 6]], unknowns: &[u32]) -> (Vec<Vec<f64>>, Vec<[f64
 /// `R' K R` on the unknowns of one component, entries below `rounding` taken for zero; `place` is where an unknown
 /// stands among those of its component.
 #[allow(clippy::needless_range_loop)] // a symmetric matrix is told by its indices
-fn energies(k: &Csr, unknowns: &[u32], place: &[u32], motions: &[Vec<f64>], rounding: f64) -> Vec<Vec<f64>> {
+fn energies(k: &SymmetricCsr, unknowns: &[u32], place: &[u32], motions: &[Vec<f64>], rounding: f64) -> Vec<Vec<f64>> {
     let count = motions.len();
     // All motions of an unknown side by side: the matrix is read once.
     let mut moved = vec![[0.0; 6]; unknowns.len()];
     for (b, motion) in motions.iter().enumerate() {
         moved.iter_mut().zip(motion).for_each(|(moved, &v)| moved[b] = v);
     }
-    let mut energies = vec![vec![0.0; count]; count];
-    for (own, &i) in moved.iter().zip(unknowns) {
-        let mut force = [0.0; 6];
+    let mut forces = vec![[0.0; 6]; unknowns.len()];
+    for (at, &i) in unknowns.iter().enumerate() {
         let (columns, values) = k.row(i as usize);
         for (&j, &v) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
-            let moved = &moved[place[j as usize] as usize];
-            (0..6).for_each(|b| force[b] += v * moved[b]);
+            let other = place[j as usize] as usize;
+            (0..6).for_each(|b| forces[at][b] += v * moved[other][b]);
+            if other != at {
+                (0..6).for_each(|b| forces[other][b] += v * moved[at][b]);
+            }
         }
+    }
+    let mut energies = vec![vec![0.0; count]; count];
+    for (own, force) in moved.iter().zip(&forces) {
         for b in 0..count {
             (0..=b).for_each(|a| energies[a][b] += own[a] * force[b]);
         }

@@ -50,7 +50,7 @@ pub(super) const BYTES_PER_SECOND: f64 = 8e9;
 /// If the form asked for, or with [`Form::Auto`] either form, needs more than the memory limit: how much is needed,
 /// how much there is, and what to do.
 pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choice, Error> {
-    let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
+    let graph = NodeGraph::of_symmetric(&problem.K, problem.node_of.as_deref());
     let order = nested_dissection(&graph);
     let touched = touched_unknowns(problem);
     let solves = || candidate(problem, &graph, &order, &touched, Form::Solves);

@@ -1,6 +1,6 @@
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::{Csr, axpy, dot};
+use crate::linalg::{SymmetricCsr, axpy, dot};
 
 /// What the dual operator knows of bodies that nothing but contact holds: their rigid motions `R`, of which there are
 /// `k`, and the springs that stand for the missing supports in the factor. Without such bodies `k = 0`.
@@ -23,7 +23,7 @@ impl Floating {
         let jumps = motions.jumps(&problem.isotropic_rows());
         // As stiff as the body itself is there: neither the springs nor the body decide the condition.
         let springs: Vec<(u32, f64)> =
-            motions.fixing().into_iter().map(|i| (i, problem.K.entry(i as usize, i as usize))).collect();
+            motions.fixing().into_iter().map(|i| (i, problem.K.diagonal(i as usize))).collect();
         Floating { motions, jumps, springs }
     }
 
@@ -48,14 +48,10 @@ impl Floating {
     }
 
     /// `K` with the springs.
-    pub(super) fn held(&self, k: &Csr) -> Csr {
+    pub(super) fn held(&self, k: &SymmetricCsr) -> SymmetricCsr {
         let mut held = k.clone();
         for &(i, stiffness) in &self.springs {
-            let i = i as usize;
-            let (columns, _) = k.row(i);
-            if let Ok(place) = columns.binary_search(&(i as u32)) {
-                held.value[k.start[i] + place] += stiffness;
-            }
+            held.entry_mut(i as usize, i as usize).into_iter().for_each(|entry| *entry += stiffness);
         }
         held
     }

@@ -13,7 +13,7 @@ pub use floating::Floating;
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::components;
-use crate::linalg::{Cholesky, Csr, Path, Trailing};
+use crate::linalg::{Cholesky, Csr, Path, SymmetricCsr, Trailing};
 
 /// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ impl Dual {
             }
         };
         let b_touched = problem.isotropic_rows().select_columns(&touched);
-        let k_touched = problem.K.select_rows(&touched).select_columns(&touched);
+        let k_touched = problem.K.principal(&touched);
         let b_shared = shared(problem, &b_touched, &touched);
         let (products, solves) = Default::default();
         Ok(Dual {
@@ -145,24 +145,20 @@ impl Dual {
     /// compliances add, as those of springs in a row do: the stiffness is about that of the softer.
     pub fn local_stiffness(problem: &ContactProblem) -> Vec<f64> {
         let body = bodies(&problem.K);
-        let mut dense = vec![0.0; problem.unknowns()];
-        let mut compliance = |part: &[Entry]| {
+        let compliance = |part: &[Entry]| {
             let square: f64 = part.iter().map(|e| e.value * e.value).sum();
-            part.iter().for_each(|e| dense[e.column as usize] = e.value);
-            let product = |j: u32| {
-                let (k, a) = problem.K.row(j as usize);
-                k.iter().zip(a).map(|(&k, a)| a * dense[k as usize]).sum::<f64>()
+            let product = |a: &Entry| -> f64 {
+                part.iter().map(|b| problem.K.entry(a.column as usize, b.column as usize) * b.value).sum()
             };
-            let energy: f64 = part.iter().map(|e| e.value * product(e.column)).sum();
-            part.iter().for_each(|e| dense[e.column as usize] = 0.0);
+            let energy: f64 = part.iter().map(|e| e.value * product(e)).sum();
             if energy > 0.0 { square * square / energy } else { 0.0 }
         };
-        let mut row_stiffness = |i: usize| {
+        let row_stiffness = |i: usize| {
             let entries = entries_by_body(&problem.B, i, |j| body[j as usize]);
-            let compliance: f64 = entries.chunk_by(|a, b| a.body == b.body).map(&mut compliance).sum();
+            let compliance: f64 = entries.chunk_by(|a, b| a.body == b.body).map(compliance).sum();
             if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
         };
-        (0..problem.B.rows).map(&mut row_stiffness).collect()
+        (0..problem.B.rows).map(row_stiffness).collect()
     }
 }
 
@@ -184,7 +180,7 @@ fn entries_by_body(b: &Csr, i: usize, body: impl Fn(u32) -> u32) -> Vec<Entry> {
 
 /// The body of each unknown: the connected components of the graph of `K`.
 #[allow(non_snake_case)]
-fn bodies(K: &Csr) -> Vec<u32> {
+fn bodies(K: &SymmetricCsr) -> Vec<u32> {
     let mut body = vec![0; K.rows];
     for (number, unknowns) in components(K).iter().enumerate() {
         unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
@@ -202,8 +198,7 @@ fn shared(problem: &ContactProblem, b: &Csr, touched: &[u32]) -> Csr {
         let mut weight = Vec::new(); // body, square of its part, compliance
         for part in entries.chunk_by(|a, b| a.body == b.body) {
             let square: f64 = part.iter().map(|e| e.value * e.value).sum();
-            let diagonal =
-                |e: &Entry| problem.K.entry(touched[e.column as usize] as usize, touched[e.column as usize] as usize);
+            let diagonal = |e: &Entry| problem.K.diagonal(touched[e.column as usize] as usize);
             let energy: f64 = part.iter().map(|e| e.value * e.value * diagonal(e)).sum();
             weight.push((part[0].body, square, if energy > 0.0 { square / energy } else { 0.0 }));
         }

@@ -6,7 +6,7 @@ use super::sums::Sums;
 use super::turned::turn_block;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
-use crate::linalg::{Csr, in_huge_pages};
+use crate::linalg::{Csr, SymmetricCsr, in_huge_pages};
 use crate::mesh::v3::V3;
 
 /// Poses `K u = f` at time `t`: stiffness, loads and prescribed displacements, split into unknown and prescribed.
@@ -25,7 +25,8 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     };
     let (incidence, acting) = rayon::join(|| Incidence::new(solid.mesh), acting);
     let (incidence, (dofs, force)) = (incidence?, acting?);
-    let ranges = NodeRange::all(&incidence, &cells);
+    let held: Vec<bool> = dofs.unknown.as_chunks::<3>().0.iter().map(|dofs| dofs.contains(&u32::MAX)).collect();
+    let ranges = NodeRange::all(&incidence, &cells, &held);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
     let mut model = with_pattern(dofs, &ranges);
@@ -37,7 +38,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     let turned = turned_of_node(dofs);
     let free_rows = rows_of_ranges(&dofs.free, &ranges);
     let support_rows = rows_of_ranges(&dofs.prescribed, &ranges);
-    let rows = split_rows(stiffness, &free_rows)
+    let rows = split_lower(stiffness, &free_rows)
         .into_iter()
         .zip(split_rows(support_stiffness, &support_rows))
         .zip(split_rows(support_support, &support_rows))
@@ -46,7 +47,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .par_iter()
         .zip(rows.collect::<Vec<_>>())
         .map_init(
-            || Sums::new(solid, &laws, &cells, &incidence),
+            || Sums::new(solid, &laws, &cells, &incidence, &held),
             |sums, (range, (((free_free, support_free), support_support), load))| {
                 Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
                     .fill(range, sums)
@@ -65,7 +66,7 @@ struct Rows<'a> {
     number: &'a [u32],
     /// For each node its place in `dofs.turned`, or `u32::MAX`; empty if none is turned.
     turned: &'a [u32],
-    free_free: Entries<'a>,
+    free_free: LowerEntries<'a>,
     support_free: Entries<'a>,
     support_support: Entries<'a>,
     load: &'a mut [f64],
@@ -89,20 +90,22 @@ impl Rows<'_> {
 
     /// Stores the row of node `i`, whose first free component has the row `free_row` of the range.
     fn store(&mut self, i: usize, neighbours: &[u32], row: &[[V3; 3]], free_row: &mut usize) {
+        self.store_columns(i, neighbours);
         for a in 0..3 {
             let free = self.is_free(3 * i + a);
             for (&j, block) in neighbours.iter().zip(row) {
                 let first = 3 * j as usize;
-                let column = self.number[first];
-                // Nearly everywhere: all three components of both nodes are unknown and follow one another.
-                if free && (0..3).all(|b| self.dofs.unknown[first + b] == column + b as u32) {
-                    self.free_free.push_three(column, block[a]);
+                // Nearly everywhere: all three components of both nodes are unknown.
+                if free && (j as usize) < i && (0..3).all(|b| self.is_free(first + b)) {
+                    self.free_free.push_three(block[a]);
                     continue;
                 }
                 for (b, &value) in block[a].iter().enumerate() {
                     let column = self.number[first + b];
                     match (free, self.is_free(first + b)) {
-                        (true, true) => self.free_free.push(column, value),
+                        // The lower triangle alone.
+                        (true, true) if first + b <= 3 * i + a => self.free_free.push(value),
+                        (true, true) => {}
                         (true, false) => self.load[*free_row] -= value * self.dofs.value[column as usize],
                         (false, true) => self.support_free.push(column, value),
                         (false, false) => self.support_support.push(column, value),
@@ -110,6 +113,17 @@ impl Rows<'_> {
                 }
             }
             *free_row += free as usize;
+        }
+    }
+
+    /// The columns that the unknowns of node `i` share: those of the nodes before it, then its own.
+    fn store_columns(&mut self, i: usize, neighbours: &[u32]) {
+        if !(0..3).any(|a| self.is_free(3 * i + a)) {
+            return;
+        }
+        for &j in neighbours.iter().take_while(|&&j| j as usize <= i) {
+            let unknowns = &self.dofs.unknown[3 * j as usize..3 * j as usize + 3];
+            unknowns.iter().filter(|&&unknown| unknown != u32::MAX).for_each(|&unknown| self.free_free.share(unknown));
         }
     }
 
@@ -140,13 +154,31 @@ impl Entries<'_> {
         self.value[self.filled] = value;
         self.filled += 1;
     }
+}
 
-    /// Three values in columns that follow one another.
-    fn push_three(&mut self, first: u32, values: V3) {
-        let to = self.filled..self.filled + 3;
-        self.column[to.clone()].copy_from_slice(&[first, first + 1, first + 2]);
-        self.value[to].copy_from_slice(&values);
-        self.filled += 3;
+/// Consecutive rows of a lower triangle, written in order.
+struct LowerEntries<'a> {
+    column: &'a mut [u32],
+    value: &'a mut [f64],
+    columns: usize,
+    values: usize,
+}
+
+impl LowerEntries<'_> {
+    /// The next of the columns that rows share.
+    fn share(&mut self, column: u32) {
+        self.column[self.columns] = column;
+        self.columns += 1;
+    }
+
+    fn push(&mut self, value: f64) {
+        self.value[self.values] = value;
+        self.values += 1;
+    }
+
+    fn push_three(&mut self, values: V3) {
+        self.value[self.values..self.values + 3].copy_from_slice(&values);
+        self.values += 3;
     }
 }
 
@@ -154,7 +186,7 @@ impl Entries<'_> {
 fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     let (n, p) = (dofs.free.len(), dofs.prescribed.len());
     let mut model = FeModel {
-        stiffness: Csr::zero(n, n),
+        stiffness: SymmetricCsr::default(),
         load: Vec::new(),
         support_stiffness: Csr::zero(p, n),
         support_support: Csr::zero(p, p),
@@ -165,14 +197,20 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     let unknown = &model.dofs.unknown;
     let free_of_node: Vec<u8> =
         unknown.chunks_exact(3).map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8).collect();
-    let (mut free_row, mut support_row) = (0, 0);
+    let (mut start, mut first) = (Vec::with_capacity(n + 1), Vec::with_capacity(n));
+    start.push(0);
+    let (mut columns, mut support_row) = (0, 0);
     for (range, i) in ranges.iter().flat_map(|range| range.nodes.clone().map(move |i| (range, i))) {
         let neighbours = range.neighbours(i);
-        let free: usize = neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum();
-        for _ in 0..free_of_node[i] {
-            model.stiffness.start[free_row + 1] = model.stiffness.start[free_row] + free;
-            free_row += 1;
+        let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
+        let own = free_of_node[i] as usize;
+        let (before, free) =
+            (count(&neighbours[..neighbours.partition_point(|&j| (j as usize) < i)]), count(neighbours));
+        for a in 0..own {
+            first.push(columns);
+            start.push(start[first.len() - 1] + before + a + 1);
         }
+        columns += if own > 0 { before + own } else { 0 };
         for _ in free_of_node[i]..3 {
             let start = &mut model.support_stiffness.start;
             start[support_row + 1] = start[support_row] + free;
@@ -181,7 +219,9 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
             support_row += 1;
         }
     }
-    for matrix in [&mut model.stiffness, &mut model.support_stiffness, &mut model.support_support] {
+    let (column, value) = (in_huge_pages(vec![0; columns]), in_huge_pages(vec![0.0; start[n]]));
+    model.stiffness = SymmetricCsr { rows: n, start, first, column, value };
+    for matrix in [&mut model.support_stiffness, &mut model.support_support] {
         let entries = matrix.start[matrix.rows];
         matrix.column = in_huge_pages(vec![0; entries]);
         matrix.value = in_huge_pages(vec![0.0; entries]);
@@ -216,6 +256,16 @@ fn split_rows<'a>(matrix: &'a mut Csr, ends: &[usize]) -> Vec<Entries<'a>> {
     let ends: Vec<usize> = ends.iter().map(|&row| matrix.start[row]).collect();
     let columns = split(&mut matrix.column, &ends).into_iter();
     columns.zip(split(&mut matrix.value, &ends)).map(|(column, value)| Entries { column, value, filled: 0 }).collect()
+}
+
+/// The same of a lower triangle.
+fn split_lower<'a>(matrix: &'a mut SymmetricCsr, ends: &[usize]) -> Vec<LowerEntries<'a>> {
+    let columns: Vec<usize> =
+        ends.iter().map(|&row| matrix.first.get(row).copied().unwrap_or(matrix.column.len())).collect();
+    let values: Vec<usize> = ends.iter().map(|&row| matrix.start[row]).collect();
+    let columns = split(&mut matrix.column, &columns).into_iter();
+    let both = columns.zip(split(&mut matrix.value, &values));
+    both.map(|(column, value)| LowerEntries { column, value, columns: 0, values: 0 }).collect()
 }
 
 /// `whole`, cut at the ascending positions `ends`.

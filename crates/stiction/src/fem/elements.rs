@@ -165,11 +165,16 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
     /// selective integration procedures") keeps the deviatoric part, `-2μ/3` in the place of `λ`, and adds the
     /// bulk modulus times the mean dilatation.
     pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
+        self.part_of_row(i, law, &[true; N])
+    }
+
+    /// The blocks that are `needed` of [`Self::row`]; the others are zero or not.
+    pub fn part_of_row(&self, i: usize, law: Law, needed: &[bool; N]) -> [[V3; 3]; N] {
         // One point is its own mean, and quadratic cells would lose an order by a constant one.
         let bbar = law.mean_dilatation && N == 8;
         let lambda = if bbar { -2.0 / 3.0 * law.mu } else { law.lambda };
         let mut row = [[[0.0; 3]; 3]; N];
-        for (j, block) in row.iter_mut().enumerate() {
+        for (j, block) in row.iter_mut().enumerate().filter(|(j, _)| needed[*j]) {
             let mut gram = [[0.0; 3]; 3];
             for (w, gradient) in self.weight.iter().zip(&self.gradient) {
                 // The weight multiplies the product, so that K_ij and K_jiᵀ are equal to the bit.

@@ -49,18 +49,19 @@ impl Incidence {
     }
 }
 
-/// A contiguous range of nodes and their neighbours: the 3 x 3 blocks of its rows of the stiffness matrix.
+/// A contiguous range of nodes and their neighbours: the 3 x 3 blocks of its rows of the stiffness matrix that are needed,
+/// those up to the diagonal and those that prescribed displacements touch.
 pub(super) struct NodeRange {
     pub nodes: Range<usize>,
     /// The `k`-th node of the range has the blocks `start[k]..start[k + 1]`.
     start: Vec<usize>,
-    /// Nodes that share a cell with it, itself included, ascending.
+    /// Nodes that share a cell with it and whose blocks are needed, itself included, ascending.
     neighbour: Vec<u32>,
 }
 
 impl NodeRange {
-    /// All nodes in ranges of a fixed size, with their neighbours.
-    pub fn all(incidence: &Incidence, cells: &CellList) -> Vec<NodeRange> {
+    /// All nodes in ranges of a fixed size, with their neighbours; some displacement of the nodes `held` is prescribed.
+    pub fn all(incidence: &Incidence, cells: &CellList, held: &[bool]) -> Vec<NodeRange> {
         let nodes = incidence.start.len() - 1;
         let ranges = (0..nodes.div_ceil(NODES_PER_RANGE)).into_par_iter();
         ranges
@@ -68,21 +69,21 @@ impl NodeRange {
                 || vec![u32::MAX; nodes],
                 |seen_by, r| {
                     let range = r * NODES_PER_RANGE..((r + 1) * NODES_PER_RANGE).min(nodes);
-                    NodeRange::new(range, incidence, cells, seen_by)
+                    NodeRange::new(range, incidence, cells, held, seen_by)
                 },
             )
             .collect()
     }
 
     /// `seen_by[j]` is the last node that listed `j` as its neighbour.
-    fn new(nodes: Range<usize>, incidence: &Incidence, cells: &CellList, seen_by: &mut [u32]) -> Self {
-        let mut neighbour = Vec::with_capacity(nodes.len() * 20);
+    fn new(nodes: Range<usize>, incidence: &Incidence, cells: &CellList, held: &[bool], seen_by: &mut [u32]) -> Self {
+        let mut neighbour = Vec::with_capacity(nodes.len() * 10);
         let mut start = vec![0];
         for i in nodes.clone() {
             let first = neighbour.len();
             for &cell in incidence.at(i) {
                 for &j in cells.get(cell as usize).1 {
-                    if seen_by[j as usize] != i as u32 {
+                    if is_needed(i, j as usize, held) && seen_by[j as usize] != i as u32 {
                         seen_by[j as usize] = i as u32;
                         neighbour.push(j);
                     }
@@ -105,7 +106,7 @@ impl NodeRange {
         self.start[k]..self.start[k + 1]
     }
 
-    /// Neighbours of node `i`, itself included, ascending.
+    /// Neighbours of node `i` whose blocks are needed, itself included, ascending.
     pub fn neighbours(&self, i: usize) -> &[u32] {
         &self.neighbour[self.row(i)]
     }
@@ -124,4 +125,9 @@ impl NodeRange {
         touching.sort_unstable();
         touching
     }
+}
+
+/// Whether the block of nodes `i` and `j` is needed: the unknowns among themselves take one of it and its mirror image.
+pub(super) fn is_needed(i: usize, j: usize, held: &[bool]) -> bool {
+    j <= i || held[i] || held[j]
 }

@@ -1,5 +1,5 @@
 use super::{Field, Turned};
-use crate::linalg::Csr;
+use crate::linalg::{Csr, SymmetricCsr};
 
 /// A load on boundary faces (indices into `Mesh::faces`) or cells.
 #[derive(Debug, Clone)]
@@ -68,8 +68,8 @@ pub struct DofMap {
 #[derive(Debug, Clone)]
 pub struct FeModel {
     pub dofs: DofMap,
-    /// `K`, `n x n`, symmetric, both triangles stored; every 3x3 block of two neighbouring nodes is stored in full.
-    pub stiffness: Csr,
+    /// `K`, `n x n`; unknowns of nodes that share a cell have an entry each, zero or not.
+    pub stiffness: SymmetricCsr,
     /// Forces on the unknowns less what the prescribed displacements demand, length `n`, newton.
     pub load: Vec<f64>,
     /// Rows of the prescribed degrees of freedom: `p x n`.

@@ -4,7 +4,7 @@ use super::FeModel;
 use super::faces::{face_coordinates, face_points};
 use super::turned::turn_block;
 use crate::Error;
-use crate::linalg::Csr;
+use crate::linalg::{Csr, SymmetricCsr};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{norm, scale};
 
@@ -65,7 +65,7 @@ pub fn add_springs(mesh: &Mesh, springs: &[Spring], model: &mut FeModel) -> Resu
         for (&column, &value) in columns.iter().zip(values) {
             let column = column as usize;
             match (row < n, column < n) {
-                (true, true) => add(&mut model.stiffness, row, column, value),
+                (true, true) => add_lower(&mut model.stiffness, row, column, value),
                 (true, false) => model.load[row] -= value * model.dofs.value[column - n],
                 (false, true) => add(&mut model.support_stiffness, row - n, column, value),
                 (false, false) => add(&mut model.support_support, row - n, column - n, value),
@@ -95,6 +95,12 @@ fn refuse(mesh: &Mesh, spring: &Spring) -> Result<(), Error> {
         return Err(Error::new("", what, "give one of them a positive stiffness per area, and none a negative one"));
     }
     Ok(())
+}
+
+fn add_lower(matrix: &mut SymmetricCsr, row: usize, column: usize, value: f64) {
+    if column <= row {
+        matrix.entry_mut(row, column).into_iter().for_each(|entry| *entry += value);
+    }
 }
 
 /// Adds to an entry of the pattern: nodes of a face share a cell, so their blocks are stored.

@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 
 use super::Solid;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
-use super::incidence::{Incidence, NodeRange};
+use super::incidence::{Incidence, NodeRange, is_needed};
 use super::integrated::Shapes;
 use super::solid::CellList;
 use crate::Error;
@@ -19,13 +19,21 @@ pub(super) struct Sums<'a> {
     laws: &'a [Law<'a>],
     cells: &'a CellList<'a>,
     incidence: &'a Incidence,
+    /// Nodes of which some displacement is prescribed.
+    held: &'a [bool],
     shapes: Shapes,
     blocks: Vec<[V3; 3]>,
 }
 
 impl<'a> Sums<'a> {
-    pub fn new(solid: &'a Solid<'a>, laws: &'a [Law<'a>], cells: &'a CellList<'a>, incidence: &'a Incidence) -> Self {
-        Sums { solid, laws, cells, incidence, shapes: Shapes::new(), blocks: Vec::new() }
+    pub fn new(
+        solid: &'a Solid<'a>,
+        laws: &'a [Law<'a>],
+        cells: &'a CellList<'a>,
+        incidence: &'a Incidence,
+        held: &'a [bool],
+    ) -> Self {
+        Sums { solid, laws, cells, incidence, held, shapes: Shapes::new(), blocks: Vec::new() }
     }
 
     /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
@@ -42,21 +50,21 @@ impl<'a> Sums<'a> {
         let at = &self.solid.mesh.nodes;
         let material = self.solid.material_of_cell[cell];
         let law = self.laws[material as usize];
-        let sums = &mut self.blocks;
+        let (held, sums) = (self.held, &mut self.blocks);
         let added = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
+            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
             CellKind::Hex8 => {
                 let x = corners(at, nodes);
                 match self.shapes.rows(cell, &x, material, law) {
                     Some(rows) => {
-                        add_rows(|i| &rows[i], nodes, range, sums);
+                        add_rows(|i, _| &rows[i], nodes, range, held, sums);
                         Some(())
                     }
-                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, sums)),
+                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, held, sums)),
                 }
             }
-            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
-            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, sums)),
+            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
+            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
         };
         added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
     }
@@ -68,16 +76,18 @@ fn add<const N: usize, const Q: usize>(
     law: Law,
     nodes: &[u32],
     range: &NodeRange,
+    held: &[bool],
     sums: &mut [[V3; 3]],
 ) {
-    add_rows(|i| element.row(i, law), nodes, range, sums);
+    add_rows(|i, needed| element.part_of_row(i, law, needed), nodes, range, held, sums);
 }
 
-/// The same of a cell whose node `i` has the row `row(i)`.
+/// The same of a cell whose node `i` has the row `row(i, needed)`.
 fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
-    row: impl Fn(usize) -> R,
+    row: impl Fn(usize, &[bool; N]) -> R,
     nodes: &[u32],
     range: &NodeRange,
+    held: &[bool],
     sums: &mut [[V3; 3]],
 ) {
     for (i, &node) in nodes.iter().enumerate() {
@@ -86,7 +96,9 @@ fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
         }
         let neighbours = range.neighbours(node as usize);
         let to = &mut sums[range.row(node as usize)];
-        for (&other, from) in nodes.iter().zip(row(i).borrow()) {
+        let needed: [bool; N] = std::array::from_fn(|j| is_needed(node as usize, nodes[j] as usize, held));
+        let row = row(i, &needed);
+        for ((&other, from), _) in nodes.iter().zip(row.borrow()).zip(needed).filter(|(_, needed)| *needed) {
             // They are few: counting them all takes less time than the jumps of a bisection.
             let place = neighbours.iter().map(|&j| u32::from(j < other)).sum::<u32>();
             let to = to[place as usize].as_flattened_mut();

@@ -15,7 +15,7 @@ use super::storage::{Storage, matrix};
 use super::{fclib::Contents, matrix_market};
 use crate::Error;
 use crate::contact::{ContactProblem, DiscreteProblem, Friction, GlobalProblem, LocalProblem};
-use crate::linalg::Csr;
+use crate::linalg::{Csr, SymmetricCsr};
 
 /// Where arrays come from.
 trait Source {
@@ -64,6 +64,7 @@ fn contents(source: &dyn Source) -> Result<Contents, Error> {
         let coulomb = |&coefficient: &f64| Friction::Coulomb { coefficient };
         let laws = mu()?.iter().map(coulomb).collect();
         let (K, B) = (source.matrix("K")?, source.matrix("B")?);
+        let K = SymmetricCsr::from_full(&K, "K")?;
         let posed = ContactProblem::from_matrices(K, source.vector("f")?, B, source.vector("gap")?, laws);
         posed.validate()?;
         DiscreteProblem::Global(GlobalProblem::of(&posed)?)

@@ -7,10 +7,10 @@ use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, text, u32s, usi
 use super::replace::Pending;
 use crate::Error;
 use crate::contact::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
-use crate::linalg::Csr;
+use crate::linalg::{Csr, SymmetricCsr};
 
 /// Writes a problem and the tolerance its solution is held against. Sparse matrices are in compressed rows, `K` as its
-/// lower triangle `L` with the diagonal, `K = L + Lᵀ - diag L`, where it is symmetric to the bit.
+/// lower triangle `L` with the diagonal, `K = L + Lᵀ - diag L`.
 pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
     begin_problem(path, problem, tolerance)?.commit()
 }
@@ -36,20 +36,11 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
         ("pair_ends".to_string(), Array::usize(&ends)),
     ];
-    let lower = lower(&problem.K);
-    match &lower {
-        Some(rows) => {
-            let ends = rows.iter().scan(0, |sum, row| {
-                *sum += row.len();
-                Some(*sum)
-            });
-            let start: Vec<usize> = std::iter::once(0).chain(ends).collect();
-            arrays.push(("K_lower_start".into(), Array::usize(&start)));
-            arrays.push(("K_lower_column".into(), Array::u32_parts(&problem.K.column, rows)));
-            arrays.push(("K_lower_value".into(), Array::f64_parts(&problem.K.value, rows)));
-        }
-        None => matrix(&mut arrays, "K", &problem.K),
-    }
+    let rows: Vec<Range<usize>> =
+        (0..problem.K.rows).map(|i| problem.K.first[i]..problem.K.first[i] + problem.K.row(i).0.len()).collect();
+    arrays.push(("K_lower_start".into(), Array::usize(&problem.K.start)));
+    arrays.push(("K_lower_column".into(), Array::u32_parts(&problem.K.column, &rows)));
+    arrays.push(("K_lower_value".into(), Array::f64(&problem.K.value)));
     matrix(&mut arrays, "B", &problem.B);
     if let Some(across) = &problem.friction_across {
         arrays.push(("friction_across".into(), Array::f64(across)));
@@ -125,9 +116,9 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let friction = friction.collect::<Result<_, _>>()?;
     let problem = ContactProblem {
         K: if arrays.contains_key("K_lower_start") {
-            whole(csr(arrays, "K_lower", n, n)?)?
+            SymmetricCsr::from_lower(&csr(arrays, "K_lower", n, n)?, "K_lower")?
         } else {
-            csr(arrays, "K", n, n)?
+            SymmetricCsr::from_full(&csr(arrays, "K", n, n)?, "K")?
         },
         B: csr(arrays, "B", 3 * m, n)?,
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
@@ -241,65 +232,6 @@ fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Err
     Ok(matrix)
 }
 
-/// Where the entries of each row up to the diagonal stand, if the matrix is symmetric to the bit: half of the largest
-/// file there is.
-fn lower(matrix: &Csr) -> Option<Vec<Range<usize>>> {
-    let mut rows = Vec::with_capacity(matrix.rows);
-    // Where the next entry of each row right of its diagonal stands: columns are met in the order of the rows.
-    let after = |i: usize| matrix.start[i] + matrix.row(i).0.partition_point(|&j| j as usize <= i);
-    let mut next: Vec<usize> = (0..matrix.rows).map(after).collect();
-    for i in 0..matrix.rows {
-        let (columns, values) = matrix.row(i);
-        // Only rows below move it on.
-        let end = next[i];
-        for (&j, &v) in columns.iter().zip(values).take_while(|(j, _)| (**j as usize) < i) {
-            let j = j as usize;
-            let place = next[j];
-            if place >= matrix.start[j + 1] || matrix.column[place] as usize != i || matrix.value[place] != v {
-                return None;
-            }
-            next[j] += 1;
-        }
-        rows.push(matrix.start[i]..end);
-    }
-    let all_met = (0..matrix.rows).all(|i| next[i] == matrix.start[i + 1]);
-    all_met.then_some(rows)
-}
-
-/// The matrix of a lower triangle.
-fn whole(lower: Csr) -> Result<Csr, Error> {
-    let n = lower.rows;
-    let mut start = vec![0usize; n + 1];
-    for i in 0..n {
-        for &j in lower.row(i).0 {
-            let j = j as usize;
-            if j > i {
-                return Err(damaged(format!("K_lower has the entry ({i}, {j}) above its diagonal")));
-            }
-            start[i + 1] += 1;
-            start[j + 1] += usize::from(j < i);
-        }
-    }
-    (0..n).for_each(|i| start[i + 1] += start[i]);
-    let mut next = start.clone();
-    let (mut column, mut value) = (vec![0; start[n]], vec![0.0; start[n]]);
-    let mut put = |i: usize, j: usize, v: f64| {
-        (column[next[i]], value[next[i]]) = (j as u32, v);
-        next[i] += 1;
-    };
-    // The left part of every row is complete before the rows below add to its right part in ascending order.
-    for i in 0..n {
-        let (columns, values) = lower.row(i);
-        for (&j, &v) in columns.iter().zip(values) {
-            put(i, j as usize, v);
-            if (j as usize) < i {
-                put(j as usize, i, v);
-            }
-        }
-    }
-    Ok(Csr { rows: n, cols: n, start, column, value })
-}
-
 fn sixes(rows: &[[f64; 6]]) -> Array<'_> {
     Array { shape: vec![rows.len(), 6], data: Data::F64(rows.as_flattened().into()) }
 }
@@ -314,35 +246,4 @@ fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>,
 
 fn damaged(what: impl Into<String>) -> Error {
     Error::new("", what, "the file is damaged or not of this program; solve the case again")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn matrix(entries: &[(usize, usize, f64)]) -> Csr {
-        Csr::from_triplets(3, 3, entries)
-    }
-
-    #[test]
-    fn a_symmetric_matrix_comes_back_from_its_lower_triangle() {
-        let symmetric = [(0, 0, 2.0), (0, 2, -0.1), (1, 1, 3.0), (1, 2, 0.5), (2, 0, -0.1), (2, 1, 0.5), (2, 2, 4.0)];
-        let full = matrix(&symmetric);
-        let half = lower(&full).unwrap();
-        assert_eq!(half.iter().map(Range::len).sum::<usize>(), 5);
-        let entries = half.iter().enumerate().flat_map(|(i, row)| row.clone().map(move |k| (i, k)));
-        let entries: Vec<_> = entries.map(|(i, k)| (i, full.column[k] as usize, full.value[k])).collect();
-        assert_eq!(whole(matrix(&entries)).unwrap(), full);
-        // Zeros that are stored on one side only, values apart by a bit, entries without a counterpart.
-        assert!(lower(&matrix(&[(0, 0, 1.0), (2, 0, 1.0)])).is_none());
-        assert!(lower(&matrix(&[(0, 0, 1.0), (0, 2, 1.0)])).is_none());
-        let apart = 0.5 * (1.0 + f64::EPSILON);
-        assert!(lower(&matrix(&[(1, 2, apart), (2, 1, 0.5)])).is_none());
-    }
-
-    #[test]
-    fn an_entry_above_the_diagonal_of_a_lower_triangle_is_named() {
-        let error = whole(matrix(&[(0, 0, 1.0), (0, 2, 1.0)])).unwrap_err().to_string();
-        assert!(error.contains("(0, 2)"), "{error}");
-    }
 }

@@ -10,7 +10,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 use super::symbolic::permuted;
-use super::{Csr, NodeGraph, Plan, Trailing, axpy, in_huge_pages, kernels, max_abs};
+use super::{NodeGraph, Plan, SymmetricCsr, Trailing, axpy, in_huge_pages, kernels, max_abs};
 use crate::Error;
 
 /// `P K Pᵀ = L Lᵀ`, `L` by supernodes: dense panels of columns that share their structure.
@@ -44,7 +44,7 @@ impl Cholesky {
     /// # Errors
     /// If `k` is not positive definite (the unknown with the failing pivot is named), or the factor does not solve
     /// a system to the accuracy a stable factorisation has.
-    pub fn new(k: &Csr, graph: &NodeGraph, plan: Plan) -> Result<Self, Error> {
+    pub fn new(k: &SymmetricCsr, graph: &NodeGraph, plan: Plan) -> Result<Self, Error> {
         let n = k.rows;
         let (start, rows, entries) = permuted(k, graph, &plan);
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &rows);
@@ -72,7 +72,7 @@ impl Cholesky {
     }
 
     /// One system with a known right-hand side: a factor that is wrong anywhere shows here.
-    fn verify(&self, k: &Csr) -> Result<(), Error> {
+    fn verify(&self, k: &SymmetricCsr) -> Result<(), Error> {
         let b: Vec<f64> = (0..k.rows).map(|i| 1.0 + (i as f64 * 0.7).sin()).collect();
         let x = self.solve(&b);
         let mut residual = k.times(&x);
@@ -228,10 +228,10 @@ mod tests {
     };
 
     use super::*;
-    use crate::linalg::{last, nested_dissection, plan};
+    use crate::linalg::{Csr, last, nested_dissection, plan};
 
     /// Two unknowns a node on an `n x n` grid of nodes: positive definite, not diagonally scaled.
-    fn matrix(n: usize) -> (Csr, Vec<u32>) {
+    fn matrix(n: usize) -> (SymmetricCsr, Vec<u32>) {
         let node = |i: usize, j: usize| i * n + j;
         let mut entries = Vec::new();
         let mut couple = |a: usize, b: usize, v: f64| {
@@ -251,12 +251,13 @@ mod tests {
             }
         }
         let unknowns = 2 * n * n;
-        (Csr::from_triplets(unknowns, unknowns, &entries), (0..unknowns as u32).map(|i| i / 2).collect())
+        let full = Csr::from_triplets(unknowns, unknowns, &entries);
+        (SymmetricCsr::from_full(&full, "K").unwrap(), (0..unknowns as u32).map(|i| i / 2).collect())
     }
 
-    fn factor(n: usize, late: impl Fn(usize) -> bool) -> (Csr, Cholesky) {
+    fn factor(n: usize, late: impl Fn(usize) -> bool) -> (SymmetricCsr, Cholesky) {
         let (k, node_of) = matrix(n);
-        let graph = NodeGraph::new(&k, Some(&node_of));
+        let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
         let is_last: Vec<bool> = (0..graph.len()).map(late).collect();
         let trailing = is_last.iter().filter(|&&l| l).count();
         let plan = plan(&graph, &last(&nested_dissection(&graph), &is_last), trailing);
@@ -264,7 +265,7 @@ mod tests {
         (k, factor)
     }
 
-    fn residual(k: &Csr, x: &[f64], b: &[f64]) -> f64 {
+    fn residual(k: &SymmetricCsr, x: &[f64], b: &[f64]) -> f64 {
         let mut r = k.times(x);
         axpy(-1.0, b, &mut r);
         max_abs(&r)
@@ -273,7 +274,7 @@ mod tests {
     #[test]
     fn the_plan_is_the_elimination_tree_with_its_counts() {
         let (k, node_of) = matrix(13);
-        let graph = NodeGraph::new(&k, Some(&node_of));
+        let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
         let plan = plan(&graph, &nested_dissection(&graph), 0);
         let (start, rows, _) = permuted(&k, &graph, &plan);
         let pattern = SymbolicSparseColMatRef::new_checked(k.rows, k.rows, &start, None, &rows);
@@ -319,9 +320,8 @@ mod tests {
     #[test]
     fn an_indefinite_matrix_is_refused_by_name() {
         let (mut k, node_of) = matrix(5);
-        let place = k.start[20] + k.row(20).0.iter().position(|&j| j == 20).unwrap();
-        k.value[place] = -1.0;
-        let graph = NodeGraph::new(&k, Some(&node_of));
+        *k.entry_mut(20, 20).unwrap() = -1.0;
+        let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
         let plan = plan(&graph, &nested_dissection(&graph), 0);
         assert!(Cholesky::new(&k, &graph, plan).unwrap_err().what.contains("not positive definite"));
     }

@@ -61,15 +61,6 @@ impl Csr {
 
     /// Checks lengths, ascending columns and finite values; `name` is used in the message.
     pub fn validate(&self, name: &str) -> Result<(), Error> {
-        self.validate_with(name, |_| Ok(()))
-    }
-
-    /// The same with a further check of each row that has passed, while it is at hand.
-    pub(crate) fn validate_with(
-        &self,
-        name: &str,
-        further: impl Fn(usize) -> Result<(), Error> + Sync,
-    ) -> Result<(), Error> {
         let bad = |what: String| Err(Error::new(name, what, "give a matrix by compressed rows with ascending columns"));
         if self.start.len() != self.rows + 1 || self.start[0] != 0 || self.start[self.rows] != self.column.len() {
             return bad(format!("row pointers do not fit {} rows and {} entries", self.rows, self.column.len()));
@@ -91,7 +82,7 @@ impl Csr {
             if values.iter().any(|v| !v.is_finite()) {
                 return bad(format!("row {i} holds a value that is not finite"));
             }
-            further(i)
+            Ok(())
         };
         // Of several faults the one in the first row is told.
         let rows = (0..self.rows).into_par_iter().with_min_len(ROWS_PER_TASK);

@@ -14,6 +14,7 @@ mod selected;
 mod small;
 mod symbolic;
 mod symmetric;
+mod symmetric_csr;
 mod trailing;
 mod vectorised;
 
@@ -28,6 +29,7 @@ pub use selected::inverse_forms;
 pub use small::{SmallLu, symmetric_eigen};
 pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;
+pub use symmetric_csr::SymmetricCsr;
 pub use trailing::Trailing;
 pub(crate) use vectorised::vectorised;
 

@@ -62,6 +62,23 @@ impl Pattern {
         Pattern { start, column }
     }
 
+    /// The pattern with the transposed one: an entry at `(j, i)` for each at `(i, j)`.
+    pub fn mirrored(&self) -> Pattern {
+        let rows = self.start.len() - 1;
+        let mut start = vec![0usize; rows + 1];
+        self.column.iter().for_each(|&j| start[j as usize + 1] += 1);
+        (0..rows).for_each(|j| start[j + 1] += start[j]);
+        let (mut next, mut column) = (start.clone(), vec![0u32; self.column.len()]);
+        for i in 0..rows {
+            for &j in self.row(i) {
+                column[next[j as usize]] = i as u32;
+                next[j as usize] += 1;
+            }
+        }
+        let transposed = Pattern { start, column };
+        Pattern::new(rows, rows, |i, name| self.row(i).iter().chain(transposed.row(i)).for_each(|&j| name(j)))
+    }
+
     pub fn row(&self, i: usize) -> &[u32] {
         &self.column[self.start[i]..self.start[i + 1]]
     }

@@ -1,4 +1,4 @@
-use super::{Csr, NodeGraph};
+use super::{NodeGraph, SymmetricCsr};
 
 /// An elimination order with what a Cholesky factor in that order will cost, known before any arithmetic.
 #[derive(Debug, Clone)]
@@ -176,8 +176,9 @@ fn expand(graph: &NodeGraph, order: &[u32], parent: &[u32], weight: &[u32], trai
 
 /// The matrix `k` in the order of `plan`, both triangles, with an entry wherever two unknowns of neighbouring nodes
 /// meet: as (column starts, rows, values) of its columns.
-pub(super) fn permuted(k: &Csr, graph: &NodeGraph, plan: &Plan) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
+pub(super) fn permuted(k: &SymmetricCsr, graph: &NodeGraph, plan: &Plan) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
     let n = k.rows;
+    let k = k.full();
     let mut node_of = vec![0u32; n];
     for v in 0..graph.len() {
         graph.unknowns_of(v).iter().for_each(|&i| node_of[i as usize] = v as u32);

@@ -68,7 +68,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
     let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
-    problem.validate_assembled()?;
+    problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };

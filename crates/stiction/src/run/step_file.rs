@@ -158,9 +158,9 @@ fn fingerprint(prepared: &Prepared) -> u64 {
         // The low bits would never learn of the high ones.
         hash ^= hash >> 32;
     };
-    for matrix in [&problem.K, &problem.B] {
-        matrix.column.iter().for_each(|&j| word(j.into()));
-        matrix.value.iter().for_each(|v| word(v.to_bits()));
+    for (column, value) in [(&problem.K.column, &problem.K.value), (&problem.B.column, &problem.B.value)] {
+        column.iter().for_each(|&j| word(j.into()));
+        value.iter().for_each(|v| word(v.to_bits()));
     }
     acting.rest.iter().for_each(|v| word(v.to_bits()));
     let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();

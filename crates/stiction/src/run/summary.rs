@@ -9,7 +9,6 @@ use super::{BoltState, Outcome, Path, Prepared, Span, Totals, bolt_states, field
 use crate::certificate::{BodyBalance, Certificate};
 use crate::contact::equilibrium::in_words;
 use crate::friction::Status;
-use crate::linalg::Csr;
 use crate::mesh::v3::{add, scale};
 
 /// The text of `summary.json` but for the names of the pictures, which are known once they are written; numbers are
@@ -234,14 +233,15 @@ pub(super) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
 /// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
 fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
     let (problem, u) = (&prepared.problem, &outcome.solution.u);
-    let unknowns = potential(&problem.K, &problem.f, u);
-    let supports = problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own, &s.load, &s.displacement));
+    let unknowns = potential(&problem.K.times(u), &problem.f, u);
+    let supports =
+        problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own.times(&s.displacement), &s.load, &s.displacement));
     unknowns + supports + prepared.acting.initial.energy
 }
 
-/// `1/2 u'Ku - f'u`.
-fn potential(stiffness: &Csr, load: &[f64], u: &[f64]) -> f64 {
-    stiffness.times(u).iter().zip(load).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
+/// `1/2 u'Ku - f'u` for `elastic` `= K u`.
+fn potential(elastic: &[f64], load: &[f64], u: &[f64]) -> f64 {
+    elastic.iter().zip(load).zip(u).map(|((k, f), u)| (0.5 * k - f) * u).sum()
 }
 
 /// The force of all supports on the body.

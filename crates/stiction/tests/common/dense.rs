@@ -1,18 +1,18 @@
 //! Dense linear algebra of the tests' own: a second road past the library's factorisation.
 
 use stiction::contact::ContactProblem;
-use stiction::linalg::Csr;
+use stiction::linalg::{Csr, SymmetricCsr};
 
 /// A dense symmetric positive definite matrix as its Cholesky factor, rows of the lower triangle.
 pub struct Factor(Vec<Vec<f64>>);
 
 impl Factor {
-    pub fn new(a: &Csr) -> Factor {
+    pub fn new(a: &SymmetricCsr) -> Factor {
         let mut l: Vec<Vec<f64>> = Vec::with_capacity(a.rows);
         for i in 0..a.rows {
             let mut row = vec![0.0; i + 1];
             let (columns, values) = a.row(i);
-            columns.iter().zip(values).filter(|&(&j, _)| j as usize <= i).for_each(|(&j, &v)| row[j as usize] += v);
+            columns.iter().zip(values).for_each(|(&j, &v)| row[j as usize] += v);
             for j in 0..i {
                 let s: f64 = row[..j].iter().zip(&l[j][..j]).map(|(a, b)| a * b).sum();
                 row[j] = (row[j] - s) / l[j][j];
@@ -78,7 +78,8 @@ pub fn block(a: &[Vec<f64>], range: std::ops::Range<usize>) -> Vec<Vec<f64>> {
 pub fn inverse(a: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = a.len();
     let entries: Vec<_> = (0..n * n).map(|k| (k / n, k % n, a[k / n][k % n])).collect();
-    let factor = Factor::new(&Csr::from_triplets(n, n, &entries));
+    let full = Csr::from_triplets(n, n, &entries);
+    let factor = Factor::new(&SymmetricCsr::from_full(&full, "K").unwrap());
     let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
     (0..n).map(|i| factor.solve(&unit(i))).collect()
 }

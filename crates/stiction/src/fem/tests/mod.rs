@@ -11,7 +11,7 @@ use std::sync::Arc;
 use faer::linalg::solvers::Solve;
 
 use super::*;
-use crate::linalg::Csr;
+use crate::linalg::{Csr, SymmetricCsr};
 use crate::mesh::{Block, BlockElement, CellKind, Cells, Face, Mesh, block, v3};
 
 /// A box `[0, size]` of `cells` bricks, hexahedra or five tetrahedra each.
@@ -138,10 +138,10 @@ fn solve(mesh: &Mesh, material: &Material, loads: &[Load], fixes: &[Fix]) -> Vec
 }
 
 /// `A x = b` by faer's sparse Cholesky factorisation.
-fn solve_spd(a: &Csr, b: &[f64]) -> Vec<f64> {
+fn solve_spd(a: &SymmetricCsr, b: &[f64]) -> Vec<f64> {
     let rows = (0..a.rows).flat_map(|i| a.row(i).0.iter().zip(a.row(i).1).map(move |(&j, &v)| (i, j as usize, v)));
     let entries: Vec<_> = rows.map(|(i, j, v)| faer::sparse::Triplet::new(i, j, v)).collect();
-    let a = faer::sparse::SparseColMat::<usize, f64>::try_new_from_triplets(a.rows, a.cols, &entries).unwrap();
+    let a = faer::sparse::SparseColMat::<usize, f64>::try_new_from_triplets(a.rows, a.rows, &entries).unwrap();
     let x = a.sp_cholesky(faer::Side::Lower).unwrap().solve(faer::Col::from_fn(b.len(), |i| b[i]));
     (0..b.len()).map(|i| x[i]).collect()
 }

@@ -83,7 +83,7 @@ impl Turned {
     /// (own: no other point's rows reach it) or on a much stiffer body than the one it touches, nodes with more than three
     /// unknowns, a matrix that does not get coarser.
     pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Error> {
-        let graph = NodeGraph::new(&problem.K, problem.node_of.as_deref());
+        let graph = NodeGraph::of_symmetric(&problem.K, problem.node_of.as_deref());
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes)

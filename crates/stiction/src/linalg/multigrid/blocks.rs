@@ -3,7 +3,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, tasks, with_room};
-use crate::linalg::{Csr, NodeGraph, in_huge_pages, vectorised};
+use crate::linalg::{NodeGraph, SymmetricCsr, in_huge_pages, vectorised};
 
 /// A dense block, by rows.
 pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
@@ -225,7 +225,7 @@ impl Nodes {
     }
 
     /// The matrix by nodes; components no unknown stands for get the identity, so that it stays positive definite.
-    pub fn blocks(&self, k: &Csr, graph: &NodeGraph) -> Blocks<3, 3> {
+    pub fn blocks(&self, k: &SymmetricCsr, graph: &NodeGraph) -> Blocks<3, 3> {
         let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
             name(v as u32);
             graph.neighbours_of(v).iter().for_each(|&w| name(w));
@@ -242,6 +242,24 @@ impl Nodes {
                     for (&j, &a) in columns.iter().zip(values) {
                         let (w, c) = self.of[j as usize];
                         row.at(w)[r][c as usize] += a;
+                    }
+                }
+                // What is right of the diagonal stands in the rows of the neighbours, in the columns of the node.
+                let (Some(&lowest), Some(&highest)) = (own.first(), own.last()) else { return };
+                for &w in graph.neighbours_of(v).iter().chain([&(v as u32)]) {
+                    let block = row.at(w);
+                    for (c, &j) in graph.unknowns_of(w as usize).iter().enumerate().filter(|(_, j)| **j > lowest) {
+                        let (columns, values) = k.row(j as usize);
+                        let begin = columns.partition_point(|&i| i < lowest);
+                        for (&i, &a) in columns[begin..].iter().zip(&values[begin..]) {
+                            let (of, r) = self.of[i as usize];
+                            if i > highest || i == j {
+                                break;
+                            }
+                            if of as usize == v {
+                                block[r as usize][c] += a;
+                            }
+                        }
                     }
                 }
                 let diagonal = row.at(v as u32);
