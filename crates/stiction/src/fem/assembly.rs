@@ -6,7 +6,7 @@ use super::sums::Sums;
 use super::turned::turn_block;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
-use crate::linalg::{Csr, SymmetricCsr, in_huge_pages};
+use crate::linalg::{Csr, SymmetricCsr, in_huge_pages, piece};
 use crate::mesh::v3::V3;
 
 /// Poses `K u = f` at time `t`: stiffness, loads and prescribed displacements, split into unknown and prescribed.
@@ -45,6 +45,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .zip(split(load, &free_rows));
     ranges
         .par_iter()
+        .with_max_len(piece(ranges.len()))
         .zip(rows.collect::<Vec<_>>())
         .map_init(
             || Sums::new(solid, &laws, &cells, &incidence, &held),

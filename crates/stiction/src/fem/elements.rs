@@ -160,34 +160,32 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
     }
 
     /// The 3 x 3 blocks `K_i0 .. K_i(N-1)` of the stiffness matrix, force per length.
+    pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
+        let dilatation = self.dilatation(law);
+        std::array::from_fn(|j| self.block(i, j, law, dilatation.as_ref()))
+    }
+
+    /// The block `K_ij` of the stiffness matrix with the mean dilatation of the same law, force per length.
     ///
     /// With `G = ∫ ∇N_i ⊗ ∇N_j` the block is `λ G + μ Gᵀ + μ tr(G) I`. B-bar (Hughes 1980, "Generalization of
     /// selective integration procedures") keeps the deviatoric part, `-2μ/3` in the place of `λ`, and adds the
     /// bulk modulus times the mean dilatation.
-    pub fn row(&self, i: usize, law: Law) -> [[V3; 3]; N] {
-        self.part_of_row(i, law, &[true; N])
-    }
-
-    /// The blocks that are `needed` of [`Self::row`]; the others are zero or not.
-    pub fn part_of_row(&self, i: usize, law: Law, needed: &[bool; N]) -> [[V3; 3]; N] {
-        // One point is its own mean, and quadratic cells would lose an order by a constant one.
-        let bbar = law.mean_dilatation && N == 8;
-        let lambda = if bbar { -2.0 / 3.0 * law.mu } else { law.lambda };
-        let mut row = [[[0.0; 3]; 3]; N];
-        for (j, block) in row.iter_mut().enumerate().filter(|(j, _)| needed[*j]) {
-            let mut gram = [[0.0; 3]; 3];
-            for (w, gradient) in self.weight.iter().zip(&self.gradient) {
-                // The weight multiplies the product, so that K_ij and K_jiᵀ are equal to the bit.
-                for a in 0..3 {
-                    for b in 0..3 {
-                        gram[a][b] += w * (gradient[i][a] * gradient[j][b]);
-                    }
+    #[inline(always)]
+    pub fn block(&self, i: usize, j: usize, law: Law, dilatation: Option<&Dilatation<N>>) -> [V3; 3] {
+        let mut gram = [[0.0; 3]; 3];
+        for (w, gradient) in self.weight.iter().zip(&self.gradient) {
+            // The weight multiplies the product, so that K_ij and K_jiᵀ are equal to the bit.
+            for a in 0..3 {
+                for b in 0..3 {
+                    gram[a][b] += w * (gradient[i][a] * gradient[j][b]);
                 }
             }
-            if let Some(stiffness) = law.stiffness {
-                *block = contract(stiffness, &gram);
-                continue;
-            }
+        }
+        let mut block = [[0.0; 3]; 3];
+        if let Some(stiffness) = law.stiffness {
+            block = contract(stiffness, &gram);
+        } else {
+            let lambda = if dilatation.is_some() { -2.0 / 3.0 * law.mu } else { law.lambda };
             let trace = law.mu * (gram[0][0] + gram[1][1] + gram[2][2]);
             for a in 0..3 {
                 for b in 0..3 {
@@ -196,19 +194,31 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
                 block[a][a] += trace;
             }
         }
-        if bbar {
-            let mean = self.integrated_gradient();
-            let bulk = (law.lambda + 2.0 / 3.0 * law.mu) / self.volume();
-            for (block, g) in row.iter_mut().zip(&mean) {
-                for a in 0..3 {
-                    for b in 0..3 {
-                        block[a][b] += bulk * (mean[i][a] * g[b]);
-                    }
+        if let Some(Dilatation { bulk, gradient }) = dilatation {
+            for a in 0..3 {
+                for b in 0..3 {
+                    block[a][b] += bulk * (gradient[i][a] * gradient[j][b]);
                 }
             }
         }
-        row
+        block
     }
+
+    /// The mean dilatation of the cell, where the law averages it.
+    pub fn dilatation(&self, law: Law) -> Option<Dilatation<N>> {
+        // One point is its own mean, and quadratic cells would lose an order by a constant one.
+        let bulk = || (law.lambda + 2.0 / 3.0 * law.mu) / self.volume();
+        (law.mean_dilatation && N == 8).then(|| Dilatation { bulk: bulk(), gradient: self.integrated_gradient() })
+    }
+}
+
+/// The part of a stiffness matrix that belongs to the mean dilatation: `bulk` times the square of `gradient`.
+#[derive(Debug, Clone, Copy)]
+pub struct Dilatation<const N: usize> {
+    /// Bulk modulus over volume.
+    bulk: f64,
+    /// Integrals of the gradients of the shape functions, area.
+    gradient: [V3; N],
 }
 
 /// A point of a volume quadrature.

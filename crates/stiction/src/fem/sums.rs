@@ -1,7 +1,5 @@
 //! The rows of the stiffness matrix, summed over the cells.
 
-use std::borrow::Borrow;
-
 use super::Solid;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
 use super::incidence::{Incidence, NodeRange, is_needed};
@@ -57,7 +55,7 @@ impl<'a> Sums<'a> {
                 let x = corners(at, nodes);
                 match self.shapes.rows(cell, &x, material, law) {
                     Some(rows) => {
-                        add_rows(|i, _| &rows[i], nodes, range, held, sums);
+                        add_blocks(|i, j| rows[i][j], nodes, range, held, sums);
                         Some(())
                     }
                     None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, held, sums)),
@@ -70,7 +68,7 @@ impl<'a> Sums<'a> {
     }
 }
 
-/// Adds the rows of the nodes of one cell that belong to the range.
+/// Adds what one cell contributes to the rows of the range.
 fn add<const N: usize, const Q: usize>(
     element: &Element<N, Q>,
     law: Law,
@@ -79,12 +77,14 @@ fn add<const N: usize, const Q: usize>(
     held: &[bool],
     sums: &mut [[V3; 3]],
 ) {
-    add_rows(|i, needed| element.part_of_row(i, law, needed), nodes, range, held, sums);
+    let dilatation = element.dilatation(law);
+    add_blocks(|i, j| element.block(i, j, law, dilatation.as_ref()), nodes, range, held, sums);
 }
 
-/// The same of a cell whose node `i` has the row `row(i, needed)`.
-fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
-    row: impl Fn(usize, &[bool; N]) -> R,
+/// The same of a cell whose nodes `i` and `j` have the block `block(i, j)`.
+#[inline(always)]
+fn add_blocks(
+    block: impl Fn(usize, usize) -> [V3; 3],
     nodes: &[u32],
     range: &NodeRange,
     held: &[bool],
@@ -96,12 +96,13 @@ fn add_rows<const N: usize, R: Borrow<[[V3; 3]; N]>>(
         }
         let neighbours = range.neighbours(node as usize);
         let to = &mut sums[range.row(node as usize)];
-        let needed: [bool; N] = std::array::from_fn(|j| is_needed(node as usize, nodes[j] as usize, held));
-        let row = row(i, &needed);
-        for ((&other, from), _) in nodes.iter().zip(row.borrow()).zip(needed).filter(|(_, needed)| *needed) {
+        for (j, &other) in nodes.iter().enumerate() {
+            if !is_needed(node as usize, other as usize, held) {
+                continue;
+            }
             // They are few: counting them all takes less time than the jumps of a bisection.
             let place = neighbours.iter().map(|&j| u32::from(j < other)).sum::<u32>();
-            let to = to[place as usize].as_flattened_mut();
+            let (to, from) = (to[place as usize].as_flattened_mut(), block(i, j));
             to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
         }
     }

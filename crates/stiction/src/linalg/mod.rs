@@ -31,6 +31,7 @@ pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;
 pub use symmetric_csr::SymmetricCsr;
 pub use trailing::Trailing;
+pub(crate) use pattern::piece;
 pub(crate) use vectorised::vectorised;
 
 /// Euclidean norm.

@@ -15,6 +15,15 @@ pub fn tasks(rows: Range<usize>) -> Vec<Range<usize>> {
     rows.clone().step_by(at_a_time).map(|first| first..rows.end.min(first + at_a_time)).collect()
 }
 
+/// Pieces of equal work a thread takes at least: the pages of one may come slower than those of another, and rayon does not
+/// divide what a thread has begun with.
+const PIECES: usize = 8;
+
+/// How many of so many tasks are left together at most.
+pub fn piece(tasks: usize) -> usize {
+    tasks.div_ceil(PIECES * rayon::current_num_threads()).max(1)
+}
+
 /// Room for a few longer rows behind so many entries: memory that is not written costs nothing, and an array that outgrows
 /// its own is copied.
 pub fn with_room(entries: usize) -> usize {
@@ -33,7 +42,9 @@ pub struct Pattern {
 impl Pattern {
     /// Row `i` has the columns that `columns` names, in any order, repeated or not.
     pub fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
-        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks(0..rows).into_par_iter())
+        let tasks = tasks(0..rows);
+        let at_once = piece(tasks.len());
+        let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.into_par_iter().with_max_len(at_once))
             .map_init(
                 || vec![u32::MAX; cols],
                 |seen, own| {

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, tasks, with_room};
+use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, piece, tasks, with_room};
 use crate::linalg::{NodeGraph, SymmetricCsr, in_huge_pages, vectorised};
 
 /// A dense block, by rows.
@@ -56,7 +56,8 @@ impl Pattern {
             slices.push((rows.clone(), own));
             (rest, place) = (tail, start[rows.end]);
         }
-        slices.into_par_iter().for_each_init(
+        let at_once = piece(slices.len());
+        slices.into_par_iter().with_max_len(at_once).for_each_init(
             || vec![0u32; cols],
             |slot, (rows, slice)| {
                 let base = start[rows.start];
