@@ -42,6 +42,11 @@ pub fn pose(
         rows.par_extend(dofs.par_iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))));
         rows
     };
+    let (bodies, motions) = rayon::join(
+        || bodies(mesh, model, center),
+        || [&model.dofs.free, &model.dofs.prescribed].map(|dofs| rigid(dofs)),
+    );
+    let [motions, of_supports] = motions;
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let problem = ContactProblem {
@@ -56,7 +61,7 @@ pub fn pose(
         share: points.iter().map(|p| p.share).collect(),
         pairs,
         node_of: Some(model.dofs.free.iter().map(|d| d / 3).collect()),
-        near_kernel: Some(rigid(&model.dofs.free)),
+        near_kernel: Some(motions),
         supports: Some(Supports {
             K: model.support_stiffness.clone(),
             K_own: model.support_support.clone(),
@@ -64,10 +69,10 @@ pub fn pose(
             free_load,
             displacement: model.dofs.value.clone(),
             B: held,
-            rigid: rigid(&model.dofs.prescribed),
+            rigid: of_supports,
             springs: model.springs.clone(),
         }),
-        bodies: Some(bodies(mesh, model, center)),
+        bodies: Some(bodies),
     };
     Ok((problem, facts))
 }

@@ -1,5 +1,7 @@
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::Error;
 use crate::linalg::{Csr, SymmetricCsr};
 
@@ -221,7 +223,7 @@ impl ContactProblem {
             return Err(Error::new("contact problem", what, "give consecutive ranges from 0 to m"));
         }
         self.K.validate("K")?;
-        if let Some(i) = (0..n).find(|&i| self.K.diagonal(i) <= 0.0) {
+        if let Some(i) = (0..n).into_par_iter().with_min_len(4096).find_first(|&i| self.K.diagonal(i) <= 0.0) {
             let what = format!("K has the diagonal entry {} at unknown {i}", self.K.diagonal(i));
             return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
         }

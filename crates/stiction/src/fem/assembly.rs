@@ -198,15 +198,22 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     let unknown = &model.dofs.unknown;
     let free_of_node: Vec<u8> =
         unknown.chunks_exact(3).map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8).collect();
-    let (mut start, mut first) = (Vec::with_capacity(n + 1), Vec::with_capacity(n));
+    let (mut start, mut first) = (in_huge_pages(Vec::with_capacity(n + 1)), in_huge_pages(Vec::with_capacity(n)));
     start.push(0);
     let (mut columns, mut support_row) = (0, 0);
-    for (range, i) in ranges.iter().flat_map(|range| range.nodes.clone().map(move |i| (range, i))) {
-        let neighbours = range.neighbours(i);
-        let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
+    let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
+    let counts = |range: &NodeRange| -> Vec<[usize; 2]> {
+        let of_node = |i: usize| {
+            let neighbours = range.neighbours(i);
+            let before = neighbours.partition_point(|&j| (j as usize) < i);
+            [count(&neighbours[..before]), count(neighbours)]
+        };
+        range.nodes.clone().map(of_node).collect()
+    };
+    let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(counts).collect();
+    let nodes = ranges.iter().flat_map(|range| range.nodes.clone().map(move |i| (range, i)));
+    for ((range, i), &[before, free]) in nodes.zip(counts.iter().flatten()) {
         let own = free_of_node[i] as usize;
-        let (before, free) =
-            (count(&neighbours[..neighbours.partition_point(|&j| (j as usize) < i)]), count(neighbours));
         for a in 0..own {
             first.push(columns);
             start.push(start[first.len() - 1] + before + a + 1);
@@ -216,7 +223,7 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
             let start = &mut model.support_stiffness.start;
             start[support_row + 1] = start[support_row] + free;
             let start = &mut model.support_support.start;
-            start[support_row + 1] = start[support_row] + 3 * neighbours.len() - free;
+            start[support_row + 1] = start[support_row] + 3 * range.neighbours(i).len() - free;
             support_row += 1;
         }
     }

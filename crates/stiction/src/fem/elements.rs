@@ -84,6 +84,7 @@ const fn hex_derivatives() -> [[V3; 8]; 8] {
 }
 
 /// Determinant and rows of the inverse of a Jacobian given by its columns; `None` unless its volume is positive.
+#[inline(always)]
 fn inverse(column: [V3; 3]) -> Option<(f64, [V3; 3])> {
     let normal = [cross(column[1], column[2]), cross(column[2], column[0]), cross(column[0], column[1])];
     let det = dot(column[0], normal[0]);
@@ -92,6 +93,7 @@ fn inverse(column: [V3; 3]) -> Option<(f64, [V3; 3])> {
 
 impl Tet4 {
     /// The tetrahedron on the corners `x`; `None` unless its volume is positive.
+    #[inline]
     pub fn new(x: &[V3; 4]) -> Option<Self> {
         let (det, [g1, g2, g3]) = inverse(tet_jacobian(x))?;
         let g0 = scale(-1.0, add(add(g1, g2), g3));

@@ -6,8 +6,11 @@ use super::solid::CellList;
 use crate::Error;
 use crate::mesh::Mesh;
 
-/// Nodes whose rows are assembled as one task. Fixed, so that no result depends on the number of threads.
-const NODES_PER_RANGE: usize = 2048;
+/// Nodes whose rows are assembled as one task, which no result depends on: the more they are, the fewer cells belong to
+/// several tasks and are integrated for each of them, until the sums of a task no longer stay near the processor.
+const NODES_PER_RANGE: Range<usize> = 2048..16384;
+/// Ranges for each thread at least, where they do not get shorter than that.
+const RANGES_PER_THREAD: usize = 8;
 
 /// The cells at each node, ascending: node `i` has `cell[start[i]..start[i + 1]]`.
 pub(super) struct Incidence {
@@ -60,15 +63,17 @@ pub(super) struct NodeRange {
 }
 
 impl NodeRange {
-    /// All nodes in ranges of a fixed size, with their neighbours; some displacement of the nodes `held` is prescribed.
+    /// All nodes in ranges, with their neighbours; some displacement of the nodes `held` is prescribed.
     pub fn all(incidence: &Incidence, cells: &CellList, held: &[bool]) -> Vec<NodeRange> {
         let nodes = incidence.start.len() - 1;
-        let ranges = (0..nodes.div_ceil(NODES_PER_RANGE)).into_par_iter();
+        let size = nodes / (RANGES_PER_THREAD * rayon::current_num_threads());
+        let size = size.clamp(NODES_PER_RANGE.start, NODES_PER_RANGE.end);
+        let ranges = (0..nodes.div_ceil(size)).into_par_iter();
         ranges
             .map_init(
                 || vec![u32::MAX; nodes],
                 |seen_by, r| {
-                    let range = r * NODES_PER_RANGE..((r + 1) * NODES_PER_RANGE).min(nodes);
+                    let range = r * size..((r + 1) * size).min(nodes);
                     NodeRange::new(range, incidence, cells, held, seen_by)
                 },
             )

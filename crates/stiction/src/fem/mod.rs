@@ -36,6 +36,7 @@ pub use initial::{InitialStrain, initial_strain};
 pub use loads::external_forces;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
 pub use model::{DofMap, FeModel, Fix, Load, Temperature};
+pub(crate) use recovery::cell_stress_as;
 pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
 pub use rigid::{Motion, Unheld, rigid_motions, unheld_motions};
 pub use solid::{Solid, notes};

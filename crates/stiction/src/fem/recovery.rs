@@ -42,28 +42,40 @@ pub fn reactions(model: &FeModel, u_free: &[f64]) -> Vec<f64> {
 /// # Panics
 /// If `u_full` has not three entries per node.
 pub fn cell_stress(solid: &Solid, u_full: &[f64], initial: &[Voigt]) -> Vec<Voigt> {
-    assert_eq!(u_full.len(), 3 * solid.mesh.nodes.len());
+    cell_stress_as(solid, u_full, initial, |stress| stress).collect()
+}
+
+/// What `told` makes of the [`cell_stress`] of each cell, cell by cell and by all threads.
+pub(crate) fn cell_stress_as<'a, T: Send>(
+    solid: &Solid<'a>,
+    u_full: &'a [f64],
+    initial: &'a [Voigt],
+    told: impl Fn(Voigt) -> T + Send + Sync + 'a,
+) -> impl IndexedParallelIterator<Item = T> + 'a {
+    let Solid { mesh, materials, material_of_cell } = *solid;
+    assert_eq!(u_full.len(), 3 * mesh.nodes.len());
     let cells = solid.cells();
-    let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
-    let of_cell = |(cell, &material): (usize, &u32)| {
+    let laws: Vec<Law> = materials.iter().map(Law::new).collect();
+    let of_cell = move |(cell, &material): (usize, &u32)| {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
-        let x = &solid.mesh.nodes;
+        let x = &mesh.nodes;
         let strain = match kind {
             CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
             CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
         };
-        let Some(mut strain) = strain else { return [f64::NAN; 6] };
+        let Some(mut strain) = strain else { return told([f64::NAN; 6]) };
         if let Some(free) = initial.get(cell) {
             strain.iter_mut().zip(free).for_each(|(e, free)| *e -= free);
         }
-        law.stress(&strain)
+        told(law.stress(&strain))
     };
-    solid.material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell).collect()
+    material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell)
 }
 
+#[inline]
 pub(super) fn mean_strain<const N: usize, const Q: usize>(e: &Element<N, Q>, nodes: &[u32], u: &[f64]) -> Voigt {
     let mut h = [[0.0; 3]; 3]; // mean displacement gradient, h[a][b] = ∂u_a/∂x_b
     let per_volume = 1.0 / e.volume();

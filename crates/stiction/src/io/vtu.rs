@@ -103,6 +103,7 @@ impl<'a> Grid<'a> {
 #[derive(Debug, Clone, Copy)]
 pub enum Data<'a> {
     F64(&'a [f64]),
+    F32(&'a [f32]),
     I32(&'a [i32]),
 }
 
@@ -110,6 +111,7 @@ impl Data<'_> {
     fn len(&self) -> usize {
         match self {
             Data::F64(v) => v.len(),
+            Data::F32(v) => v.len(),
             Data::I32(v) => v.len(),
         }
     }
@@ -132,6 +134,11 @@ impl<'a> Array<'a> {
         Array { name, components: 1, component_names: &[], data: Data::F64(values) }
     }
 
+    /// One number a point or cell in single precision.
+    pub fn single(name: &'a str, values: &'a [f32]) -> Self {
+        Array { name, components: 1, component_names: &[], data: Data::F32(values) }
+    }
+
     /// One integer a point or cell.
     pub fn integer(name: &'a str, values: &'a [i32]) -> Self {
         Array { name, components: 1, component_names: &[], data: Data::I32(values) }
@@ -142,10 +149,10 @@ impl<'a> Array<'a> {
         Array { name, components: 3, component_names: &["x", "y", "z"], data: Data::F64(values.as_flattened()) }
     }
 
-    /// A symmetric tensor a point or cell, in the order xx yy zz xy yz xz.
-    pub fn tensor(name: &'a str, values: &'a [[f64; 6]]) -> Self {
+    /// A symmetric tensor a point or cell in single precision, in the order xx yy zz xy yz xz.
+    pub fn tensor(name: &'a str, values: &'a [[f32; 6]]) -> Self {
         let component_names = &["xx", "yy", "zz", "xy", "yz", "xz"];
-        Array { name, components: 6, component_names, data: Data::F64(values.as_flattened()) }
+        Array { name, components: 6, component_names, data: Data::F32(values.as_flattened()) }
     }
 }
 
@@ -344,6 +351,7 @@ fn encoded(array: &Array, of_file: bool) -> Encoded {
     }
     match array.data {
         Data::F64(values) => Encoded::new("Float64", &attributes, array.name, values, true),
+        Data::F32(values) => Encoded::new("Float32", &attributes, array.name, values, true),
         Data::I32(values) => Encoded::new("Int32", &attributes, array.name, values, true),
     }
 }
@@ -380,9 +388,29 @@ const SAMPLE: usize = 1 << 16;
 fn compress<T: Number>(values: &[T], level: Compression) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(values.len() * T::BYTES);
     values.iter().for_each(|v| v.put(&mut bytes));
-    let capacity = if level == Compression::none() { bytes.len() + bytes.len() / 64 + 64 } else { bytes.len() / 2 };
-    let mut encoder = ZlibEncoder::new(Vec::with_capacity(capacity), level);
+    if level == Compression::none() {
+        return stored(&bytes);
+    }
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len() / 2), level);
     encoder.write_all(&bytes).and_then(|()| encoder.finish()).expect("memory takes every byte")
+}
+
+/// The bytes as they are in the format of zlib (RFC 1950 and 1951); the encoder would move each of them several times.
+fn stored(bytes: &[u8]) -> Vec<u8> {
+    const MOST: usize = u16::MAX as usize;
+    let parts = bytes.len().div_ceil(MOST);
+    let mut stream = Vec::with_capacity(bytes.len() + 5 * parts + 6);
+    // Deflate with a window of 32 KB, compressed as fast as can be.
+    stream.extend([0x78, 0x01]);
+    for (number, part) in (1..).zip(bytes.chunks(MOST)) {
+        let length = part.len() as u16;
+        stream.push(u8::from(number == parts));
+        stream.extend(length.to_le_bytes());
+        stream.extend((!length).to_le_bytes());
+        stream.extend_from_slice(part);
+    }
+    stream.extend(simd_adler32::adler32(&bytes).to_be_bytes());
+    stream
 }
 
 /// A number as the file stores it, little endian.
@@ -402,6 +430,7 @@ macro_rules! number {
     };
 }
 number!(f64, f64);
+number!(f32, f32);
 number!(i32, i32);
 number!(u32, i64);
 number!(u64, i64);

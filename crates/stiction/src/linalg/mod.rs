@@ -25,13 +25,13 @@ pub use lanczos::{Ritz, largest_eigenvalue};
 pub use lu::Lu;
 pub use ordering::{NodeGraph, nested_dissection};
 pub use pages::{copy_in_huge_pages, in_huge_pages};
+pub(crate) use pattern::piece;
 pub use selected::inverse_forms;
 pub use small::{SmallLu, symmetric_eigen};
 pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;
 pub use symmetric_csr::SymmetricCsr;
 pub use trailing::Trailing;
-pub(crate) use pattern::piece;
 pub(crate) use vectorised::vectorised;
 
 /// Euclidean norm.

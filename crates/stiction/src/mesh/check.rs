@@ -121,10 +121,14 @@ fn cells_without(
     raw: &RawMesh,
     what: &str,
     remedy: &str,
-    good: impl Fn(CellKind, &[u32]) -> bool,
+    good: impl Fn(CellKind, &[u32]) -> bool + Sync,
 ) -> Result<(), Error> {
-    let cells = raw.cell_iter().enumerate();
-    let bad: Vec<usize> = cells.filter(|(_, (kind, cell))| !good(*kind, cell)).map(|(i, _)| i).collect();
+    let (mut bad, mut offset) = (Vec::new(), 0);
+    for block in &raw.cells {
+        let cells = block.nodes.par_chunks(block.kind.nodes()).with_min_len(1024).enumerate();
+        bad.par_extend(cells.filter(|(_, cell)| !good(block.kind, cell)).map(|(i, _)| offset + i));
+        offset += block.nodes.len().div_ceil(block.kind.nodes());
+    }
     cells_error(raw, &bad, &format!("with a {what}"), remedy)
 }
 

@@ -72,7 +72,7 @@ impl<'a> FaceTable<'a> {
             rest = tail;
         }
         let sort = |keyed: &mut Vec<u128>, (starts, faces): (&[u32], &mut [u32])| table.sort(keyed, starts, faces);
-        let parts: Vec<Encounters> = tasks.into_par_iter().map_init(Vec::new, sort).collect();
+        let parts: Vec<Encounters> = tasks.into_par_iter().with_max_len(1).map_init(Vec::new, sort).collect();
         let mut seen = parts.into_iter().fold(Encounters::default(), Encounters::and);
         seen.put_in_order();
         (FaceTable { starts, faces, ..table }, seen)

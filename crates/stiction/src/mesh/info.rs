@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::v3::norm;
-use super::{CellKind, Mesh, bodies, quality};
+use super::{CellKind, Mesh, bodies};
 
 /// A summary of a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +34,7 @@ pub struct MeshInfo {
 pub struct CellInfo {
     pub kind: CellKind,
     pub count: usize,
-    /// Least and mean of [`quality`], in (0, 1].
+    /// Least and mean of [`quality`](super::quality), in (0, 1].
     pub min_quality: f64,
     pub mean_quality: f64,
     /// Number of the cell with the least quality.
@@ -57,53 +59,64 @@ pub struct GroupInfo {
 /// Counts, sizes, quality and groups of a mesh.
 pub fn info(mesh: &Mesh) -> MeshInfo {
     let bodies = bodies(mesh).iter().max().map_or(0, |&last| last as usize + 1);
-    info_with(mesh, &mesh.cell_volumes(), bodies)
+    info_with(mesh, &mesh.cell_shapes(), bodies)
 }
 
-/// The same where the volumes of the cells are known, one a cell, and the number of bodies.
-pub(crate) fn info_with(mesh: &Mesh, volumes: &[f64], bodies: usize) -> MeshInfo {
+/// What is to be known of the shape of a cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CellShape {
+    pub volume: f64,
+    pub quality: f64,
+}
+
+/// The same where the shapes of the cells are known, one a cell, and the number of bodies.
+pub(crate) fn info_with(mesh: &Mesh, shapes: &[CellShape], bodies: usize) -> MeshInfo {
     let [open_edges, non_manifold_edges] = edges(mesh);
     MeshInfo {
         nodes: mesh.nodes.len(),
-        cells: cells(mesh),
+        cells: cells(mesh, shapes),
         bounding_box: mesh.bounding_box(),
-        volume: volumes.iter().sum(),
+        volume: shapes.iter().map(|shape| shape.volume).sum(),
         faces: mesh.faces.len(),
         area: (0..mesh.faces.len()).map(|f| mesh.face_area(f)).sum(),
         bodies,
         open_edges,
         non_manifold_edges,
-        groups: mesh.groups.iter().map(|g| group(mesh, g, volumes)).collect(),
+        groups: mesh.groups.iter().map(|g| group(mesh, g, shapes)).collect(),
     }
 }
 
-fn cells(mesh: &Mesh) -> Vec<CellInfo> {
+fn cells(mesh: &Mesh, shapes: &[CellShape]) -> Vec<CellInfo> {
     let mut infos: Vec<CellInfo> = Vec::new();
-    let kinds = mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
-    for (number, (kind, q)) in kinds.zip(mesh.of_cells(quality)).enumerate() {
+    let mut first = 0;
+    for block in &mesh.cells {
+        let kind = block.kind;
         let at = infos.iter().position(|info| info.kind == kind).unwrap_or_else(|| {
-            infos.push(CellInfo { kind, count: 0, min_quality: f64::INFINITY, mean_quality: 0.0, worst: number });
+            infos.push(CellInfo { kind, count: 0, min_quality: f64::INFINITY, mean_quality: 0.0, worst: first });
             infos.len() - 1
         });
         let info = &mut infos[at];
-        info.count += 1;
-        info.mean_quality += q; // a sum until all are counted
-        if q < info.min_quality {
-            (info.min_quality, info.worst) = (q, number);
+        for (number, shape) in (first..).zip(&shapes[first..first + block.len()]) {
+            info.mean_quality += shape.quality; // a sum until all are counted
+            if shape.quality < info.min_quality {
+                (info.min_quality, info.worst) = (shape.quality, number);
+            }
         }
+        info.count += block.len();
+        first += block.len();
     }
     infos.iter_mut().for_each(|info| info.mean_quality /= info.count as f64);
     infos
 }
 
-fn group(mesh: &Mesh, group: &super::Group, volumes: &[f64]) -> GroupInfo {
+fn group(mesh: &Mesh, group: &super::Group, shapes: &[CellShape]) -> GroupInfo {
     GroupInfo {
         name: group.name.clone(),
         cells: group.cells.len(),
         faces: group.faces.len(),
         interior_faces: group.interior_faces.len(),
         nodes: mesh.group_nodes(group).len(),
-        volume: group.cells.iter().map(|&c| volumes[c as usize]).sum(),
+        volume: group.cells.iter().map(|&c| shapes[c as usize].volume).sum(),
         area: group.faces.iter().map(|&f| mesh.face_area(f as usize)).sum(),
     }
 }
@@ -118,7 +131,7 @@ fn edges(mesh: &Mesh) -> [usize; 2] {
             edges.push([a.min(b), a.max(b)]);
         }
     }
-    edges.sort_unstable();
+    edges.par_sort_unstable();
     let runs = edges.chunk_by(|a, b| a == b);
     runs.fold([0, 0], |[open, many], run| [open + usize::from(run.len() == 1), many + usize::from(run.len() > 2)])
 }

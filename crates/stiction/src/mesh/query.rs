@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use super::geometry::{cell_volume, curved_area, vector_area};
+use super::info::CellShape;
+use super::quality::quality;
 use super::v3::{V3, norm};
 use super::{CellKind, Cells, Group, Mesh};
 
@@ -49,14 +51,14 @@ impl Mesh {
         cell_volume(&self.nodes, kind, nodes)
     }
 
-    /// Volumes of all cells.
-    pub(crate) fn cell_volumes(&self) -> Vec<f64> {
-        self.of_cells(cell_volume)
+    /// Volume and [`quality`] of all cells.
+    pub(crate) fn cell_shapes(&self) -> Vec<CellShape> {
+        self.of_cells(|x, kind, cell| CellShape { volume: cell_volume(x, kind, cell), quality: quality(x, kind, cell) })
     }
 
     /// What is to be known of each cell by its nodes and its kind, in the order of their numbers.
-    pub(super) fn of_cells(&self, of_cell: fn(&[V3], CellKind, &[u32]) -> f64) -> Vec<f64> {
-        let of_block = |block: &Cells| -> Vec<f64> {
+    pub(super) fn of_cells<T: Send>(&self, of_cell: fn(&[V3], CellKind, &[u32]) -> T) -> Vec<T> {
+        let of_block = |block: &Cells| -> Vec<T> {
             let cells = block.nodes.par_chunks_exact(block.kind.nodes());
             cells.map(|cell| of_cell(&self.nodes, block.kind, cell)).collect()
         };
@@ -65,7 +67,7 @@ impl Mesh {
 
     /// Volume of all cells.
     pub fn volume(&self) -> f64 {
-        self.cell_volumes().iter().sum()
+        self.of_cells(cell_volume).iter().sum()
     }
 
     /// Lowest and highest coordinates; infinite and reversed for a mesh without nodes.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Outcome, Prepared};
 use crate::contact::{Counterpart, Role};
-use crate::fem::{Solid, cell_stress, full_displacement, reactions, von_mises};
+use crate::fem::{Solid, cell_stress_as, full_displacement, reactions, von_mises};
 use crate::friction::PointState;
 use crate::mesh::v3::{add, scale};
 
@@ -62,17 +62,18 @@ pub(super) struct BodyFields {
     pub displacement: Vec<[f64; 3]>,
     /// Force of the supports on the body, springs included; zero away from them.
     pub reaction: Vec<[f64; 3]>,
-    /// xx, yy, zz, xy, yz, xz of each cell.
-    pub stress: Vec<[f64; 6]>,
-    pub von_mises: Vec<f64>,
+    /// xx, yy, zz, xy, yz, xz of each cell; in single precision, beyond which a mean over a cell tells nothing.
+    pub stress: Vec<[f32; 6]>,
+    pub von_mises: Vec<f32>,
 }
 
 pub(super) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let Prepared { mesh, materials, material_of_cell, model, .. } = prepared;
     let u = full_displacement(model, &outcome.solution.u);
     let reaction = reaction(prepared, outcome);
-    let stress = cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &prepared.acting.initial.strain);
-    let von_mises = stress.par_iter().map(von_mises).collect();
+    let solid = Solid { mesh, materials, material_of_cell };
+    let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
+    let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.acting.initial.strain, single).unzip();
     BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
 }
 

@@ -45,8 +45,9 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let mut pictures = names
         .map(|name| Ok(Picture { name: name.to_string(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
-    pictures_smaller(&mut pictures);
-    let view = view(folder, mesh, &summary, plot::units(summary["units"].as_str()))?;
+    let units = plot::units(summary["units"].as_str());
+    let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || pictures_smaller(&mut pictures));
+    let view = view?;
     let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });
     folder::write_text(&folder.join(REPORT), &text)?;
     Ok(text.len())

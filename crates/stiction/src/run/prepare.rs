@@ -14,7 +14,7 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, Spot};
-use crate::mesh::{Mesh, MeshNotes, info_with};
+use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
 
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
@@ -67,7 +67,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
-    let (problem, surface_facts) = pose(&mesh, &mut model, &surfaces).map_err(|error| at_contact(case, error))?;
+    let (posed, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
+    let (problem, surface_facts) = posed.map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
@@ -82,12 +83,11 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     notes.extend(
         moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
     );
-    let volumes = mesh.cell_volumes();
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
-        mesh: info_with(&mesh, &volumes, problem.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
-        materials: material_facts(&solid, &volumes),
+        mesh: info_with(&mesh, &shapes, problem.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
+        materials: material_facts(&solid, &shapes),
         fixes: fix_facts,
         springs: spring_facts,
         loads: load_facts,
@@ -164,11 +164,11 @@ fn all_notes(
     all
 }
 
-fn material_facts(solid: &Solid, volumes: &[f64]) -> Vec<MaterialFacts> {
+fn material_facts(solid: &Solid, shapes: &[CellShape]) -> Vec<MaterialFacts> {
     let mut made_of = vec![(0, 0.0); solid.materials.len()];
-    for (volume, &number) in volumes.iter().zip(solid.material_of_cell) {
+    for (shape, &number) in shapes.iter().zip(solid.material_of_cell) {
         let (count, sum) = &mut made_of[number as usize];
-        (*count, *sum) = (*count + 1, *sum + volume);
+        (*count, *sum) = (*count + 1, *sum + shape.volume);
     }
     let fact = |(m, (count, volume)): (&Material, (usize, f64))| {
         let Material { name, young, poisson, density, .. } = m.clone();

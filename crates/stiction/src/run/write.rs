@@ -140,7 +140,7 @@ pub(super) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, b
         &[Array::vector("displacement", &body.displacement), Array::vector("reaction", &body.reaction)],
         &[
             Array::tensor("stress", &body.stress),
-            Array::scalar("von_mises", &body.von_mises),
+            Array::single("von_mises", &body.von_mises),
             Array::integer("material", &material),
         ],
         &[],

@@ -6,7 +6,7 @@ use super::camera::{Area, Camera, Vec3, add, bounds, norm};
 use super::canvas::Canvas;
 use super::color::{INK, Paint, Rgb, range_of};
 use super::decor;
-use super::edges::{Edge, edges};
+use super::edges::{Edge, edges_of};
 use super::raster::Raster;
 use super::scene::{self, Surface};
 use super::ticks::{number, round_down};
@@ -65,8 +65,7 @@ pub fn deformed(path: &Path, plot: &DeformedPlot) -> Result<f64, Error> {
         values: &magnitude,
         range: range_of(&used.iter().map(|&i| magnitude[i as usize]).collect::<Vec<_>>()),
     };
-    let before = edges(plot.points, plot.faces);
-    let after = edges(&moved, plot.faces);
+    let [before, after] = edges_of([plot.points, &moved], plot.faces);
     let mut raster = Raster::new(&mut canvas);
     scene::draw(&mut raster, &camera, surface, &after, paint, true);
     let seen = |edges: &'_ [Edge]| edges.iter().filter(|e| e.outlines(toward)).map(|e| e.nodes).collect::<Vec<_>>();

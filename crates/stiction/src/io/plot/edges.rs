@@ -11,7 +11,12 @@ pub(super) struct Edge {
 
 /// All edges, each once.
 pub(super) fn edges(points: &[Vec3], faces: &[&[u32]]) -> Vec<Edge> {
-    let normals: Vec<Vec3> = faces.iter().map(|f| unit(area_vector(points, f))).collect();
+    let [edges] = edges_of([points], faces);
+    edges
+}
+
+/// The same of several positions of the points.
+pub(super) fn edges_of<const P: usize>(positions: [&[Vec3]; P], faces: &[&[u32]]) -> [Vec<Edge>; P] {
     let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(4 * faces.len());
     for (i, face) in faces.iter().enumerate() {
         for (k, &a) in face.iter().enumerate() {
@@ -21,11 +26,14 @@ pub(super) fn edges(points: &[Vec3], faces: &[&[u32]]) -> Vec<Edge> {
     }
     sides.sort_unstable();
     let same_edge = |a: &(u32, u32, u32), b: &(u32, u32, u32)| (a.0, a.1) == (b.0, b.1);
-    let edge = |side: &[(u32, u32, u32)]| Edge {
-        nodes: [side[0].0, side[0].1],
-        normals: [Some(normals[side[0].2 as usize]), side.get(1).map(|s| normals[s.2 as usize])],
-    };
-    sides.chunk_by(same_edge).map(edge).collect()
+    positions.map(|points| {
+        let normals: Vec<Vec3> = faces.iter().map(|f| unit(area_vector(points, f))).collect();
+        let edge = |side: &[(u32, u32, u32)]| Edge {
+            nodes: [side[0].0, side[0].1],
+            normals: [Some(normals[side[0].2 as usize]), side.get(1).map(|s| normals[s.2 as usize])],
+        };
+        sides.chunk_by(same_edge).map(edge).collect()
+    })
 }
 
 impl Edge {
