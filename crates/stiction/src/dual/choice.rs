@@ -106,7 +106,9 @@ fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched
         Form::Solves | Form::Auto => 16.0 * plan.path_entries(touched),
     };
     // Merged supernodes store about a tenth more than the factor has entries.
-    let numbers = 1.1 * plan.entries() + 2.0 * problem.K.value.len() as f64 + (plan.trailing as f64).powi(2);
+    // Both triangles of `K` with the places of its entries are there as well.
+    let copy = 2.0 * (2 * problem.K.value.len() - problem.unknowns()) as f64;
+    let numbers = 1.1 * plan.entries() + copy + (plan.trailing as f64).powi(2);
     let empty = NodeGraph { first: vec![0], unknowns: vec![], start: vec![0], neighbours: vec![] };
     Choice {
         form,

@@ -24,13 +24,25 @@ pub mod surface;
 pub mod vtu;
 pub mod vtu_read;
 
+use std::io::Read as _;
 use std::path::Path;
 
 use crate::Error;
+use crate::linalg::in_huge_pages;
 
 /// The bytes of a mesh file.
 fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|e| {
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut file = std::fs::File::open(path)?;
+        let length = file.metadata()?.len().try_into().unwrap_or(0);
+        let mut bytes = Vec::new();
+        // What does not fit is told as an error, not by an abort.
+        bytes.try_reserve_exact(length)?;
+        bytes = in_huge_pages(bytes);
+        file.read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    read().map_err(|e| {
         let what = format!("the mesh file cannot be read ({e})");
         Error::new(path.display().to_string(), what, "check its path and permissions")
     })

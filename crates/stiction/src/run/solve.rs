@@ -153,12 +153,6 @@ impl Outcome {
     }
 }
 
-/// Drops what a solve has kept beside whatever comes next: gigabytes take the system a while.
-fn give_back(kept: Kept) {
-    // Without a thread it is dropped here.
-    let _ = std::thread::Builder::new().name("give-back".into()).spawn(move || drop(kept));
-}
-
 /// Below so many unknowns either path takes about a tenth of a second, and the direct one tells more about uniqueness.
 const SMALL: usize = 10_000;
 /// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
@@ -226,7 +220,6 @@ pub fn solve(
     outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     uniqueness_facts(prepared, &kept, &mut outcome, observer);
-    give_back(kept);
     Ok(outcome)
 }
 

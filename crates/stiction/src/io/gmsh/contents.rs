@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::cursor::{Cursor, DAMAGED};
+use rayon::prelude::*;
+
+use super::cursor::{Cursor, DAMAGED, Records};
 use super::data::Data;
 use super::tags::Tags;
 use super::types::{ElementType, Role};
@@ -79,6 +81,26 @@ impl Contents {
         };
         self.element_nodes.push(node);
         Ok(())
+    }
+
+    /// Adds elements of one kind, a number and the nodes each, whose nodes are known.
+    pub fn push_elements(&mut self, kind: ElementType, records: Records) -> Result<(), Error> {
+        let Some(labels) = &self.nodes_known else { return Ok(()) };
+        records.iter().for_each(|record| self.element_tags.push(records.size(record, 0)));
+        let first = self.element_nodes.len();
+        self.element_nodes.resize(first + records.iter().len() * kind.nodes, 0);
+        let nodes = self.element_nodes[first..].par_chunks_exact_mut(kind.nodes);
+        let unknown = nodes.zip(records.par_iter()).with_min_len(1024).find_map_first(|(nodes, record)| {
+            nodes.iter_mut().zip(1..).find_map(|(node, place)| {
+                let tag = records.size(record, place);
+                match labels.find(tag) {
+                    Some(found) => *node = found,
+                    None => return Some(unknown(records.size(record, 0), tag)),
+                }
+                None
+            })
+        });
+        unknown.map_or(Ok(()), Err)
     }
 
     /// Notes elements that cannot be used; whether they can.

@@ -1,5 +1,7 @@
 //! A place in the bytes of a file, and the numbers that follow it.
 
+use rayon::slice::ParallelSlice;
+
 use crate::Error;
 use crate::io::number::{float, integer};
 
@@ -13,6 +15,45 @@ pub(super) enum Encoding {
     Text,
     /// Big-endian or not; bytes of a `size_t`, 4 or 8.
     Binary { big: bool, size: usize },
+}
+
+/// Records of binary numbers of type `size_t`.
+#[derive(Clone, Copy)]
+pub(super) struct Records<'a> {
+    bytes: &'a [u8],
+    big: bool,
+    /// Bytes of a number.
+    size: usize,
+    /// Numbers of a record.
+    numbers: usize,
+}
+
+impl<'a> Records<'a> {
+    pub fn iter(&self) -> std::slice::ChunksExact<'a, u8> {
+        self.bytes.chunks_exact(self.size * self.numbers)
+    }
+
+    pub fn par_iter(&self) -> rayon::slice::ChunksExact<'a, u8> {
+        self.bytes.par_chunks_exact(self.size * self.numbers)
+    }
+
+    /// Number `place` of a record.
+    pub fn size(&self, record: &[u8], place: usize) -> u64 {
+        let bytes = &record[place * self.size..][..self.size];
+        match (bytes.first_chunk::<8>(), bytes.first_chunk::<4>()) {
+            (Some(&bytes), _) => {
+                if self.big {
+                    u64::from_be_bytes(bytes)
+                } else {
+                    u64::from_le_bytes(bytes)
+                }
+            }
+            (_, Some(&bytes)) => {
+                u64::from(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+            }
+            _ => 0,
+        }
+    }
 }
 
 pub(super) struct Cursor<'a> {
@@ -136,6 +177,16 @@ impl<'a> Cursor<'a> {
             Encoding::Binary { big, size: 4 } => Ok(u64::from(u32::from_le_bytes(self.little(big)?))),
             Encoding::Binary { big, .. } => Ok(u64::from_le_bytes(self.little(big)?)),
         }
+    }
+
+    /// The next `count` records of `numbers` of type `size_t` each, of a binary file.
+    pub fn records(&mut self, count: usize, numbers: usize) -> Result<Records<'a>, Error> {
+        let Encoding::Binary { big, size } = self.encoding else {
+            return Err(self.fail("records are those of binary files", DAMAGED));
+        };
+        // Whoever asks has seen that they are there.
+        let bytes = self.take(count * numbers * size)?;
+        Ok(Records { bytes, big, size, numbers })
     }
 
     /// Bytes of a `size_t`, or of the shortest text that could stand for one.

@@ -107,6 +107,10 @@ pub(super) fn elements(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
             contents.run(kind, entity, 0).count += n;
             contents.element_nodes.reserve(n * kind.nodes);
         }
+        if usable && at.binary() && contents.nodes_known.is_some() {
+            at.records(n, 1 + kind.nodes).and_then(|records| contents.push_elements(kind, records))?;
+            continue;
+        }
         for _ in 0..n {
             let tag = at.size("the number of an element")?;
             if usable {

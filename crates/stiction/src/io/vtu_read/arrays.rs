@@ -1,8 +1,10 @@
 //! Numbers of arrays.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
+use rayon::prelude::*;
 
 use super::document::{Array, Document, Format, Number, Section};
 use super::stream::Stream;
@@ -14,6 +16,8 @@ use crate::io::number::{float, integer};
 const ZLIB_MOST: usize = 1032;
 /// Bytes decoded at a time: a multiple of the size of every number.
 const PART: usize = 1 << 16;
+/// Bytes of the blocks that are decompressed at a time, by all threads.
+const TOGETHER: usize = 1 << 20;
 
 /// Makes room for another of `count` things: no more than a half beyond those that have come, since the count may be wrong.
 pub(super) fn grow<T>(things: &mut Vec<T>, count: usize) {
@@ -35,18 +39,21 @@ impl<'a> Document<'a> {
             return self.words(array, text, count, |word| integer(word).map(&mut push));
         }
         let unused = 64 - 8 * array.size as u32;
-        self.numbers(array, count, &mut |chunk| {
-            let mut bytes = [0; 8];
-            bytes[..chunk.len()].copy_from_slice(chunk);
-            if self.big {
-                bytes[..chunk.len()].reverse();
-            }
-            let wide = u64::from_le_bytes(bytes);
+        let mut give = |wide: u64| {
             push(match array.number {
                 Number::Signed => (wide << unused) as i64 >> unused,
                 // beyond 63 bits it is no number of anything
                 _ => i64::try_from(wide).unwrap_or(i64::MAX),
             });
+        };
+        let eight = |b: &[u8; 8]| if self.big { u64::from_be_bytes(*b) } else { u64::from_le_bytes(*b) };
+        let four = |b: &[u8; 4]| u64::from(if self.big { u32::from_be_bytes(*b) } else { u32::from_le_bytes(*b) });
+        let two = |b: &[u8; 2]| u64::from(if self.big { u16::from_be_bytes(*b) } else { u16::from_le_bytes(*b) });
+        self.numbers(array, count, &mut |part| match array.size {
+            8 => part.as_chunks().0.iter().map(eight).for_each(&mut give),
+            4 => part.as_chunks().0.iter().map(four).for_each(&mut give),
+            2 => part.as_chunks().0.iter().map(two).for_each(&mut give),
+            _ => part.iter().map(|&byte| u64::from(byte)).for_each(&mut give),
         })
     }
 
@@ -63,16 +70,18 @@ impl<'a> Document<'a> {
             self.integers(array, count, |x| values.push(x as f64))?;
             return Ok(values);
         }
-        let (mut short, mut long) = ([0; 4], [0; 8]);
-        self.numbers(array, count, &mut |chunk| {
-            grow(&mut values, count);
-            values.push(if chunk.len() == 4 {
-                short.copy_from_slice(chunk);
-                f64::from(if self.big { f32::from_be_bytes(short) } else { f32::from_le_bytes(short) })
+        let short = |b: &[u8; 4]| f64::from(if self.big { f32::from_be_bytes(*b) } else { f32::from_le_bytes(*b) });
+        let long = |b: &[u8; 8]| if self.big { f64::from_be_bytes(*b) } else { f64::from_le_bytes(*b) };
+        self.numbers(array, count, &mut |part| {
+            let mut push = |x| {
+                grow(&mut values, count);
+                values.push(x);
+            };
+            if array.size == 4 {
+                part.as_chunks().0.iter().map(short).for_each(&mut push);
             } else {
-                long.copy_from_slice(chunk);
-                if self.big { f64::from_be_bytes(long) } else { f64::from_le_bytes(long) }
-            });
+                part.as_chunks().0.iter().map(long).for_each(&mut push);
+            }
         })?;
         Ok(values)
     }
@@ -107,7 +116,7 @@ impl<'a> Document<'a> {
         Err(self.fail(array, format!("it holds {read} numbers where {count} are needed")))
     }
 
-    /// The bytes of each of `count` numbers, given to `visit` as they are decoded.
+    /// The bytes of `count` numbers, given to `visit` as they are decoded: some whole numbers each time.
     fn numbers(&self, array: &Array<'a>, count: usize, visit: &mut dyn FnMut(&[u8])) -> Result<(), Error> {
         let ends = || self.fail(array, "its data end too early or are no base64".to_string());
         let mut stream = match array.format {
@@ -134,7 +143,7 @@ impl<'a> Document<'a> {
             let mut left = needed;
             while left > 0 {
                 let part = left.min(PART);
-                stream.take(part).ok_or_else(ends)?.chunks_exact(array.size).for_each(&mut *visit);
+                visit(&stream.take(part).ok_or_else(ends)?);
                 left -= part;
             }
             return Ok(());
@@ -154,19 +163,35 @@ impl<'a> Document<'a> {
         if needed / ZLIB_MOST > stream.remaining() {
             return Err(ends());
         }
-        let mut out: Vec<u8> = Vec::new();
-        for (i, size) in sizes.into_iter().enumerate() {
-            let packed = stream.take(size).ok_or_else(ends)?;
+        let unpacked = |(i, packed): (usize, &Cow<[u8]>)| {
             let expected = if i + 1 == blocks { last } else { block };
-            let before = out.len();
+            // The promise alone takes no memory out of proportion.
+            let mut out = Vec::with_capacity((expected + 1).min(8 * packed.len()));
             // one more byte than there may be, so that a longer block is seen
-            let read = ZlibDecoder::new(&*packed).take(expected as u64 + 1).read_to_end(&mut out);
-            if read.is_err() || out.len() - before != expected {
-                return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
+            let read = ZlibDecoder::new(&**packed).take(expected as u64 + 1).read_to_end(&mut out);
+            (read.is_ok() && out.len() == expected).then_some(out)
+        };
+        let mut out: Vec<u8> = Vec::new();
+        // By all threads, and no more at a time than they need: whole arrays would take memory twice.
+        let at_once = rayon::current_num_threads().max(TOGETHER / block.max(1));
+        for (group, sizes) in sizes.chunks(at_once).enumerate() {
+            let packed = sizes.iter().map(|&size| stream.take(size)).collect::<Option<Vec<_>>>().ok_or_else(ends)?;
+            let first = group * at_once;
+            let parts: Vec<_> =
+                packed.par_iter().enumerate().map(|(k, packed)| unpacked((first + k, packed))).collect();
+            for (i, part) in (first..).zip(parts) {
+                let Some(part) = part else {
+                    return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
+                };
+                if out.is_empty() && part.len() % array.size == 0 {
+                    visit(&part);
+                    continue;
+                }
+                out.extend_from_slice(&part);
+                let whole = out.len() - out.len() % array.size;
+                visit(&out[..whole]);
+                out.drain(..whole); // a number may go on in the next block
             }
-            let whole = out.len() - out.len() % array.size;
-            out[..whole].chunks_exact(array.size).for_each(&mut *visit);
-            out.drain(..whole); // a number may go on in the next block
         }
         Ok(())
     }

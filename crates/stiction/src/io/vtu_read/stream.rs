@@ -42,7 +42,15 @@ impl<'a> Stream<'a> {
                 let mut out = std::mem::take(left);
                 out.reserve(n + 2);
                 while out.len() < n {
-                    group(text, &mut out)?;
+                    match text.split_first_chunk::<4>() {
+                        // Nearly always: four letters that stand for numbers.
+                        Some((letters, rest)) if letters.iter().all(|&letter| VALUE[usize::from(letter)] < 64) => {
+                            let bits = letters.iter().fold(0, |bits, &l| bits << 6 | u32::from(VALUE[usize::from(l)]));
+                            out.extend_from_slice(&bits.to_be_bytes()[1..]);
+                            *text = rest;
+                        }
+                        _ => group(text, &mut out)?,
+                    }
                 }
                 *left = out.split_off(n);
                 Some(Cow::Owned(out))
@@ -51,23 +59,30 @@ impl<'a> Stream<'a> {
     }
 }
 
+/// What each letter of base64 stands for (RFC 4648), 64 for what is none.
+const VALUE: [u8; 256] = {
+    let letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let (mut table, mut value) = ([64; 256], 0);
+    while value < 64 {
+        table[letters[value] as usize] = value as u8;
+        value += 1;
+    }
+    table
+};
+
 /// Decodes the next four letters.
 fn group(text: &mut &[u8], out: &mut Vec<u8>) -> Option<()> {
     let (mut bits, mut letters, mut padding) = (0u32, 0, 0);
     while letters < 4 {
         let (&letter, rest) = text.split_first()?;
         *text = rest;
-        let value = match letter {
-            b'A'..=b'Z' => letter - b'A',
-            b'a'..=b'z' => letter - b'a' + 26,
-            b'0'..=b'9' => letter - b'0' + 52,
-            b'+' => 62,
-            b'/' => 63,
-            b'=' if letters >= 2 => {
+        let value = match (letter, VALUE[usize::from(letter)]) {
+            (_, value @ 0..64) => value,
+            (b'=', _) if letters >= 2 => {
                 padding += 1;
                 0
             }
-            b' ' | b'\t' | b'\r' | b'\n' => continue,
+            (b' ' | b'\t' | b'\r' | b'\n', _) => continue,
             _ => return None,
         };
         if padding > 0 && letter != b'=' {
