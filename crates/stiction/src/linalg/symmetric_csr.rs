@@ -9,8 +9,8 @@ use crate::Error;
 /// A sparse symmetric matrix by the rows of its lower triangle. Every row holds its diagonal, as its last entry.
 ///
 /// Rows that follow one another and are coupled to the same unknowns, as those of a node in elasticity are, share their
-/// columns: the columns of each are the first of those of the next. A matrix of elasticity takes a third of the memory of
-/// its full rows that way, and memory is what its assembly and its products wait for.
+/// columns: the columns of each are the first of those of the next. A matrix of elasticity takes two fifths of the memory
+/// of its full rows that way, and memory is what its assembly and its products wait for.
 #[derive(Debug, Clone)]
 pub struct SymmetricCsr {
     pub rows: usize,
