@@ -266,3 +266,21 @@ impl ContactProblem {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_without_stiffness_is_named() {
+        let with = |entries: &[(usize, usize, f64)]| {
+            let k = SymmetricCsr::from_full(&Csr::from_triplets(3, 3, entries), "K").unwrap();
+            ContactProblem::from_matrices(k, vec![0.0; 3], Csr::zero(0, 3), Vec::new(), Vec::new()).validate()
+        };
+        assert!(with(&[(0, 0, 2.0), (1, 1, 2.0), (2, 2, 2.0), (0, 2, -1.0), (2, 0, -1.0)]).is_ok());
+        for (entries, found) in [(&[(0, 0, 2.0), (2, 2, 2.0)][..], 0), (&[(0, 0, 2.0), (1, 1, -2.0), (2, 2, 2.0)], -2)] {
+            let what = with(entries).unwrap_err().what;
+            assert!(what.contains(&format!("diagonal entry {found} at unknown 1")), "{what}");
+        }
+    }
+}
