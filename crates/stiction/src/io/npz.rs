@@ -24,7 +24,6 @@ pub enum Data<'a> {
     U32(Cow<'a, [u32]>),
     U8(Vec<u8>),
     /// The numbers at these places of a longer list, one part after the other; only written.
-    F64Parts(&'a [f64], &'a [Range<usize>]),
     U32Parts(&'a [u32], &'a [Range<usize>]),
 }
 
@@ -52,11 +51,6 @@ impl<'a> Array<'a> {
     /// A list of node numbers or the like.
     pub fn u32(values: &'a [u32]) -> Self {
         Array { shape: vec![values.len()], data: Data::U32(values.into()) }
-    }
-
-    /// What stands in `parts` of a list, which are within it.
-    pub fn f64_parts(values: &'a [f64], parts: &'a [Range<usize>]) -> Self {
-        Array { shape: vec![parts.iter().map(Range::len).sum()], data: Data::F64Parts(values, parts) }
     }
 
     /// What stands in `parts` of a list, which are within it.
@@ -90,13 +84,13 @@ impl<'a> Array<'a> {
             Data::I64(v) => v.len(),
             Data::U32(v) => v.len(),
             Data::U8(v) => v.len(),
-            Data::F64Parts(_, parts) | Data::U32Parts(_, parts) => parts.iter().map(Range::len).sum(),
+            Data::U32Parts(_, parts) => parts.iter().map(Range::len).sum(),
         }
     }
 
     fn kind(&self) -> &'static str {
         match &self.data {
-            Data::F64(_) | Data::F64Parts(..) => "float64",
+            Data::F64(_) => "float64",
             Data::I64(_) => "int64",
             Data::U32(_) | Data::U32Parts(..) => "uint32",
             Data::U8(_) => "uint8",
@@ -135,7 +129,6 @@ pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Er
                 Data::I64(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
                 Data::U32(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
                 Data::U8(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
-                Data::F64Parts(v, parts) => put(zip, &array.shape, parts.iter().map(|part| &v[part.clone()]))?,
                 Data::U32Parts(v, parts) => put(zip, &array.shape, parts.iter().map(|part| &v[part.clone()]))?,
             }
         }
