@@ -278,7 +278,8 @@ mod tests {
             ContactProblem::from_matrices(k, vec![0.0; 3], Csr::zero(0, 3), Vec::new(), Vec::new()).validate()
         };
         assert!(with(&[(0, 0, 2.0), (1, 1, 2.0), (2, 2, 2.0), (0, 2, -1.0), (2, 0, -1.0)]).is_ok());
-        for (entries, found) in [(&[(0, 0, 2.0), (2, 2, 2.0)][..], 0), (&[(0, 0, 2.0), (1, 1, -2.0), (2, 2, 2.0)], -2)] {
+        for (entries, found) in [(&[(0, 0, 2.0), (2, 2, 2.0)][..], 0), (&[(0, 0, 2.0), (1, 1, -2.0), (2, 2, 2.0)], -2)]
+        {
             let what = with(entries).unwrap_err().what;
             assert!(what.contains(&format!("diagonal entry {found} at unknown 1")), "{what}");
         }

@@ -116,7 +116,8 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let friction = friction.collect::<Result<_, _>>()?;
     let problem = ContactProblem {
         K: if arrays.contains_key("K_lower_start") {
-            SymmetricCsr::from_lower(&csr(arrays, "K_lower", n, n)?, "K_lower")?
+            SymmetricCsr::from_lower(&csr(arrays, "K_lower", n, n)?, "K_lower")
+                .map_err(|error| damaged(format!("K_lower: {}", error.what)))?
         } else {
             SymmetricCsr::from_full(&csr(arrays, "K", n, n)?, "K")?
         },

@@ -52,7 +52,7 @@ impl SymmetricCsr {
     pub fn from_full(full: &Csr, name: &str) -> Result<Self, Error> {
         full.validate(name)?;
         if full.rows != full.cols {
-            let what = format!("{name} has {} rows and {} columns", full.rows, full.cols);
+            let what = format!("{} rows and {} columns", full.rows, full.cols);
             return Err(Error::new(name, what, "give a square matrix"));
         }
         let mirrored = full.transpose();
@@ -75,7 +75,7 @@ impl SymmetricCsr {
                 let (lower, upper) = (entry((left, &mut a)), entry((below, &mut b)));
                 let j = j as usize;
                 if (upper - lower).abs() > ROUNDING * own.max(diagonal[j]) {
-                    let what = format!("{name} is not symmetric at ({j}, {i}): {upper} and {lower}");
+                    let what = format!("not symmetric at ({j}, {i}): {upper} and {lower}");
                     return Err(Error::new(name, what, "give both triangles of a symmetric matrix"));
                 }
                 columns.push(j as u32);
@@ -90,12 +90,15 @@ impl SymmetricCsr {
     ///
     /// # Errors
     /// If `lower`, called `name`, has an entry above its diagonal.
+    ///
+    /// # Panics
+    /// If `lower` does not pass [`Csr::validate`].
     pub fn from_lower(lower: &Csr, name: &str) -> Result<Self, Error> {
         let mut matrix = SymmetricCsr::default();
         for i in 0..lower.rows {
             let (columns, _) = lower.row(i);
             if let Some(&j) = columns.last().filter(|&&j| j as usize > i) {
-                let what = format!("{name} has the entry ({i}, {j}) above its diagonal");
+                let what = format!("the entry ({i}, {j}) stands above the diagonal");
                 return Err(Error::new(name, what, "give the lower triangle of a symmetric matrix"));
             }
             let ((left, values), diagonal) = (left_of(lower, i), lower.entry(i, i));
