@@ -373,6 +373,18 @@ mod tests {
     }
 
     #[test]
+    fn products_are_the_same_to_the_bit_for_any_number_of_threads() {
+        let (half, _) = chain(5000);
+        let x: Vec<f64> = (0..half.rows).map(|i| (i as f64 * 0.7).sin()).collect();
+        let by = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| half.times(&x))
+        };
+        let one = by(1);
+        assert!(one == by(2) && one == by(5));
+    }
+
+    #[test]
     fn rows_of_a_node_share_their_columns() {
         let (half, _) = chain(6);
         // Nodes of 1, 2, 3, 1, 2, 3 unknowns: the first three are coupled to all before them, the others to 5, 4 and 3.
