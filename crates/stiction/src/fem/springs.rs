@@ -97,16 +97,17 @@ fn refuse(mesh: &Mesh, spring: &Spring) -> Result<(), Error> {
     Ok(())
 }
 
-fn add_lower(matrix: &mut SymmetricCsr, row: usize, column: usize, value: f64) {
-    if column <= row {
-        matrix.entry_mut(row, column).into_iter().for_each(|entry| *entry += value);
-    }
-}
-
 /// Adds to an entry of the pattern: nodes of a face share a cell, so their blocks are stored.
 fn add(matrix: &mut Csr, row: usize, column: usize, value: f64) {
     let range = matrix.start[row]..matrix.start[row + 1];
     if let Ok(place) = matrix.column[range.clone()].binary_search(&(column as u32)) {
         matrix.value[range.start + place] += value;
+    }
+}
+
+/// The same of a symmetric matrix, which stores one of two mirror images.
+fn add_lower(matrix: &mut SymmetricCsr, row: usize, column: usize, value: f64) {
+    if column <= row {
+        matrix.entry_mut(row, column).into_iter().for_each(|entry| *entry += value);
     }
 }

@@ -39,21 +39,18 @@ impl<'a> Records<'a> {
 
     /// Number `place` of a record.
     pub fn size(&self, record: &[u8], place: usize) -> u64 {
-        let bytes = &record[place * self.size..][..self.size];
-        match (bytes.first_chunk::<8>(), bytes.first_chunk::<4>()) {
-            (Some(&bytes), _) => {
-                if self.big {
-                    u64::from_be_bytes(bytes)
-                } else {
-                    u64::from_le_bytes(bytes)
-                }
-            }
-            (_, Some(&bytes)) => {
-                u64::from(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-            }
-            _ => 0,
-        }
+        size_t(&record[place * self.size..][..self.size], self.big)
     }
+}
+
+/// The number in the four or eight bytes of a `size_t`.
+fn size_t(bytes: &[u8], big: bool) -> u64 {
+    let mut wide = [0; 8];
+    wide[..bytes.len()].copy_from_slice(bytes);
+    if big {
+        wide[..bytes.len()].reverse();
+    }
+    u64::from_le_bytes(wide)
 }
 
 pub(super) struct Cursor<'a> {
@@ -174,8 +171,7 @@ impl<'a> Cursor<'a> {
     pub fn size(&mut self, what: &str) -> Result<u64, Error> {
         match self.encoding {
             Encoding::Text => self.natural(what),
-            Encoding::Binary { big, size: 4 } => Ok(u64::from(u32::from_le_bytes(self.little(big)?))),
-            Encoding::Binary { big, .. } => Ok(u64::from_le_bytes(self.little(big)?)),
+            Encoding::Binary { big, size } => Ok(size_t(self.take(size)?, big)),
         }
     }
 
