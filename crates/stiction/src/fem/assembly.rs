@@ -92,15 +92,15 @@ impl Rows<'_> {
     /// Stores the row of node `i`, whose first free component has the row `free_row` of the range.
     fn store(&mut self, i: usize, neighbours: &[u32], row: &[[V3; 3]], free_row: &mut usize) {
         self.store_columns(i, neighbours);
+        // Nearly everywhere all but the last: all three components of a node before this one are unknown.
+        let is_plain = |&&j: &&u32| (j as usize) < i && (0..3).all(|b| self.is_free(3 * j as usize + b));
+        let plain = neighbours.iter().take_while(is_plain).count();
         for a in 0..3 {
             let free = self.is_free(3 * i + a);
-            for (&j, block) in neighbours.iter().zip(row) {
+            let stored = if free { plain } else { 0 };
+            row[..stored].iter().for_each(|block| self.free_free.push_three(block[a]));
+            for (&j, block) in neighbours.iter().zip(row).skip(stored) {
                 let first = 3 * j as usize;
-                // Nearly everywhere: all three components of both nodes are unknown.
-                if free && (j as usize) < i && (0..3).all(|b| self.is_free(first + b)) {
-                    self.free_free.push_three(block[a]);
-                    continue;
-                }
                 for (b, &value) in block[a].iter().enumerate() {
                     let column = self.number[first + b];
                     match (free, self.is_free(first + b)) {
@@ -186,55 +186,82 @@ impl LowerEntries<'_> {
 /// The model with its row pointers; columns and values are still zero.
 fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     let (n, p) = (dofs.free.len(), dofs.prescribed.len());
-    let mut model = FeModel {
-        stiffness: SymmetricCsr::default(),
-        load: Vec::new(),
-        support_stiffness: Csr::zero(p, n),
-        support_support: Csr::zero(p, p),
-        support_load: Vec::new(),
-        springs: None,
-        dofs,
-    };
-    let unknown = &model.dofs.unknown;
-    let free_of_node: Vec<u8> =
-        unknown.chunks_exact(3).map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8).collect();
-    let (mut start, mut first) = (in_huge_pages(Vec::with_capacity(n + 1)), in_huge_pages(Vec::with_capacity(n)));
-    start.push(0);
-    let (mut columns, mut support_row) = (0, 0);
-    let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
-    let counts = |range: &NodeRange| -> Vec<[usize; 2]> {
-        let of_node = |i: usize| {
-            let neighbours = range.neighbours(i);
-            let before = neighbours.partition_point(|&j| (j as usize) < i);
-            [count(&neighbours[..before]), count(neighbours)]
-        };
-        range.nodes.clone().map(of_node).collect()
-    };
-    let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(counts).collect();
-    let nodes = ranges.iter().flat_map(|range| range.nodes.clone().map(move |i| (range, i)));
-    for ((range, i), &[before, free]) in nodes.zip(counts.iter().flatten()) {
-        let own = free_of_node[i] as usize;
-        for a in 0..own {
-            first.push(columns);
-            start.push(start[first.len() - 1] + before + a + 1);
-        }
-        columns += if own > 0 { before + own } else { 0 };
-        for _ in free_of_node[i]..3 {
-            let start = &mut model.support_stiffness.start;
-            start[support_row + 1] = start[support_row] + free;
-            let start = &mut model.support_support.start;
-            start[support_row + 1] = start[support_row] + 3 * range.neighbours(i).len() - free;
-            support_row += 1;
+    let free_of_node: Vec<u8> = dofs
+        .unknown
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8)
+        .collect();
+    let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(|range| neighbouring(range, &free_of_node)).collect();
+    let [mut support_stiffness, mut support_support] = [n, p].map(|cols| Csr::zero(p, cols));
+    let mut support_row = 0;
+    for (range, counts) in ranges.iter().zip(&counts) {
+        for (i, &[_, free]) in range.nodes.clone().zip(counts) {
+            for _ in free_of_node[i]..3 {
+                let entries = [free, 3 * range.neighbours(i).len() - free];
+                for (matrix, entries) in [&mut support_stiffness, &mut support_support].into_iter().zip(entries) {
+                    matrix.start[support_row + 1] = matrix.start[support_row] + entries;
+                }
+                support_row += 1;
+            }
         }
     }
-    let (column, value) = (in_huge_pages(vec![0; columns]), in_huge_pages(vec![0.0; start[n]]));
-    model.stiffness = SymmetricCsr { rows: n, start, first, column, value };
-    for matrix in [&mut model.support_stiffness, &mut model.support_support] {
+    for matrix in [&mut support_stiffness, &mut support_support] {
         let entries = matrix.start[matrix.rows];
         matrix.column = in_huge_pages(vec![0; entries]);
         matrix.value = in_huge_pages(vec![0.0; entries]);
     }
-    model
+    let stiffness = lower_pattern(&dofs, ranges, &free_of_node, &counts);
+    let (load, support_load) = (Vec::new(), Vec::new());
+    FeModel { stiffness, load, support_stiffness, support_support, support_load, springs: None, dofs }
+}
+
+/// For each node of the range the unknowns of the neighbours before it, and of all of them.
+fn neighbouring(range: &NodeRange, free_of_node: &[u8]) -> Vec<[usize; 2]> {
+    let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
+    let of_node = |i: usize| {
+        let neighbours = range.neighbours(i);
+        let before = neighbours.partition_point(|&j| (j as usize) < i);
+        [count(&neighbours[..before]), count(neighbours)]
+    };
+    range.nodes.clone().map(of_node).collect()
+}
+
+/// `K` with its row pointers; `counts` are those of [`neighbouring`].
+fn lower_pattern(dofs: &DofMap, ranges: &[NodeRange], free_of_node: &[u8], counts: &[Vec<[usize; 2]>]) -> SymmetricCsr {
+    // Entries of the rows of a node with so many unknowns, of which its own block has a triangle.
+    let entries = |own: usize, before: usize| own * before + own * (own + 1) / 2;
+    let columns = |own: usize, before: usize| if own > 0 { before + own } else { 0 };
+    let nodes =
+        |k: usize| ranges[k].nodes.clone().map(|i| free_of_node[i] as usize).zip(counts[k].iter().map(|c| c[0]));
+    let sizes: Vec<[usize; 2]> = (0..ranges.len())
+        .into_par_iter()
+        .map(|k| {
+            nodes(k).fold([0; 2], |sum, (own, before)| [sum[0] + entries(own, before), sum[1] + columns(own, before)])
+        })
+        .collect();
+    let n = dofs.free.len();
+    let mut start = in_huge_pages(vec![0; n + 1]);
+    let mut first = in_huge_pages(vec![0; n]);
+    let rows = rows_of_ranges(&dofs.free, ranges);
+    let (mut filled, mut tasks) = ([0; 2], Vec::new());
+    for (k, (ends, firsts)) in split(&mut start[1..], &rows).into_iter().zip(split(&mut first, &rows)).enumerate() {
+        tasks.push((k, filled, ends, firsts));
+        filled = [filled[0] + sizes[k][0], filled[1] + sizes[k][1]];
+    }
+    tasks.into_par_iter().for_each(|(k, [mut entry, mut column], ends, firsts)| {
+        let mut rows = ends.iter_mut().zip(firsts);
+        for (own, before) in nodes(k) {
+            for (a, (end, first)) in rows.by_ref().take(own).enumerate() {
+                entry += before + a + 1;
+                (*end, *first) = (entry, column);
+            }
+            column += columns(own, before);
+        }
+    });
+    let (column, value) = (in_huge_pages(vec![0; filled[1]]), in_huge_pages(vec![0.0; filled[0]]));
+    SymmetricCsr { rows: n, start, first, column, value }
 }
 
 /// For each degree of freedom its number among the unknown, or among the prescribed where it is prescribed.

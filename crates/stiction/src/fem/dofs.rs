@@ -9,17 +9,20 @@ use crate::mesh::Mesh;
 /// Two prescriptions of one component agree if they differ by no more than this part of the larger.
 const SAME_VALUE: f64 = 1e-12;
 
+/// In the place of a prescribed displacement, all of which are finite: there is none.
+const FREE: f64 = f64::NAN;
+
 /// Which displacement components `fixes` prescribe at time `t`, and their values.
 ///
 /// An error where a node is prescribed two different values, where a value is not finite, or where a node is not
 /// of the mesh.
 pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
-    let mut prescribed: Vec<Option<f64>> = vec![None; 3 * mesh.nodes.len()];
+    let mut prescribed = vec![FREE; 3 * mesh.nodes.len()];
     for (number, fix) in fixes.iter().enumerate() {
         prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
     }
     let turned = turn(mesh, fixes, &mut prescribed)?;
-    let count = prescribed.iter().flatten().count();
+    let count = prescribed.iter().filter(|value| !value.is_nan()).count();
     let mut dofs = DofMap {
         unknown: Vec::with_capacity(prescribed.len()),
         free: Vec::with_capacity(prescribed.len() - count),
@@ -28,20 +31,20 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
         turned,
     };
     for (dof, value) in prescribed.into_iter().enumerate() {
-        if let Some(value) = value {
+        if value.is_nan() {
+            dofs.unknown.push(dofs.free.len() as u32);
+            dofs.free.push(dof as u32);
+        } else {
             dofs.unknown.push(u32::MAX);
             dofs.prescribed.push(dof as u32);
             dofs.value.push(value);
-        } else {
-            dofs.unknown.push(dofs.free.len() as u32);
-            dofs.free.push(dof as u32);
         }
     }
     Ok(dofs)
 }
 
 /// The nodes held along a direction that is no axis, with axes of which the first are `prescribed` then.
-fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [Option<f64>]) -> Result<Vec<Turned>, Error> {
+fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [f64]) -> Result<Vec<Turned>, Error> {
     let mut held: BTreeMap<u32, Held> = BTreeMap::new();
     for (number, fix) in fixes.iter().enumerate() {
         let Some(across) = fix.across else { continue };
@@ -56,24 +59,24 @@ fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [Option<f64>]) -> Result<Ve
     }
     let turned = |(node, held): (u32, Held)| {
         let (axes, values) = held.axes();
-        prescribed[3 * node as usize..][..3].copy_from_slice(&values);
+        prescribed[3 * node as usize..][..3].copy_from_slice(&values.map(|value| value.unwrap_or(FREE)));
         Turned { node, axes }
     };
     Ok(held.into_iter().map(turned).collect())
 }
 
 /// What is prescribed along x, y, z.
-fn along_axes(components: &[Option<f64>]) -> Held {
+fn along_axes(components: &[f64]) -> Held {
     let mut held = Held::default();
-    for (c, value) in components.iter().enumerate() {
+    for (c, &value) in components.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
         let axis = [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
         // Axes are across one another: the second cannot contradict the first.
-        value.map(|value| held.add(axis, value));
+        let _ = held.add(axis, value);
     }
     held
 }
 
-fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [Option<f64>]) -> Result<(), Error> {
+fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [f64]) -> Result<(), Error> {
     for &node in &fix.nodes {
         let Some(&x) = mesh.nodes.get(node as usize) else {
             let what = format!("node {node} does not exist, the mesh has {}", mesh.nodes.len());
@@ -83,7 +86,8 @@ fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [Option<f64>]) -> 
             let Some(field) = field else { continue };
             let value = field.finite_at(x, t)?;
             let entry = &mut prescribed[3 * node as usize + c];
-            let first = *entry.get_or_insert(value);
+            let first = if entry.is_nan() { value } else { *entry };
+            *entry = first;
             if (first - value).abs() > SAME_VALUE * first.abs().max(value.abs()) {
                 let axis = ["x", "y", "z"][c];
                 return Err(Error::new(

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::solid::CellList;
 use crate::Error;
-use crate::mesh::Mesh;
+use crate::mesh::{Buckets, Mesh};
 
 /// Nodes whose rows are assembled as one task, which no result depends on: the more they are, the fewer cells belong to
 /// several tasks and are integrated for each of them, until the sums of a task no longer stay near the processor.
@@ -12,43 +12,61 @@ const NODES_PER_RANGE: Range<usize> = 2048..16384;
 /// Ranges for each thread at least, where they do not get shorter than that.
 const RANGES_PER_THREAD: usize = 8;
 
-/// The cells at each node, ascending: node `i` has `cell[start[i]..start[i + 1]]`.
-pub(super) struct Incidence {
-    start: Vec<usize>,
-    cell: Vec<u32>,
-}
+/// The cells at each node, ascending.
+pub(super) struct Incidence(Buckets);
 
 impl Incidence {
-    /// Counting sort of the corners of all cells by their node. An error for a node without a cell.
+    /// An error for a node without a cell.
     pub fn new(mesh: &Mesh) -> Result<Self, Error> {
-        let mut start = vec![0usize; mesh.nodes.len() + 1];
-        let corners = || mesh.cells.iter().flat_map(|block| &block.nodes);
-        corners().for_each(|&i| start[i as usize + 1] += 1);
-        if let Some(node) = start[1..].iter().position(|&count| count == 0) {
+        let at = Buckets::new(mesh.nodes.len(), mesh.cell_count(), |range| {
+            mesh.cells_in(range).flat_map(|(cell, nodes)| nodes.iter().map(move |&node| [node, cell as u32]))
+        });
+        if let Some(node) = at.start.windows(2).position(|range| range[0] == range[1]) {
             let place = format!("node {node} at {}", super::field::point(mesh.nodes[node]));
             return Err(Error::new(place, "the node belongs to no cell", "remove it from the mesh"));
         }
-        for i in 0..mesh.nodes.len() {
-            start[i + 1] += start[i];
-        }
-        let mut place = start.clone();
-        let mut cell = vec![0; start[mesh.nodes.len()]];
-        let mut number = 0;
-        for block in &mesh.cells {
-            for nodes in block.nodes.chunks_exact(block.kind.nodes()) {
-                for &i in nodes {
-                    cell[place[i as usize]] = number;
-                    place[i as usize] += 1;
-                }
-                number += 1;
-            }
-        }
-        Ok(Incidence { start, cell })
+        Ok(Incidence(at))
     }
 
     /// Cells at node `i`, ascending.
     pub fn at(&self, i: usize) -> &[u32] {
-        &self.cell[self.start[i]..self.start[i + 1]]
+        self.0.at(i)
+    }
+
+    /// Number of nodes.
+    fn nodes(&self) -> usize {
+        self.0.start.len() - 1
+    }
+}
+
+/// The cells that touch a range of nodes: a bit for each cell of the mesh, all zero between two ranges.
+#[derive(Debug, Default)]
+pub(super) struct Touching(Vec<u64>);
+
+impl Touching {
+    /// Cells that touch the range, each once, ascending.
+    pub fn cells(&mut self, range: &NodeRange, incidence: &Incidence) -> Vec<u32> {
+        let Incidence(at) = incidence;
+        let own = &at.items[at.start[range.nodes.start]..at.start[range.nodes.end]];
+        let (mut low, mut high) = (usize::MAX, 0);
+        for &cell in own {
+            let word = cell as usize / 64;
+            if word >= self.0.len() {
+                self.0.resize(word + 1, 0);
+            }
+            self.0[word] |= 1 << (cell % 64);
+            (low, high) = (low.min(word), high.max(word));
+        }
+        // Each is met at two to eight of its nodes.
+        let mut cells = Vec::with_capacity(own.len() / 2);
+        for word in low..=high {
+            let mut bits = std::mem::take(&mut self.0[word]);
+            while bits != 0 {
+                cells.push(64 * word as u32 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+        cells
     }
 }
 
@@ -65,7 +83,7 @@ pub(super) struct NodeRange {
 impl NodeRange {
     /// All nodes in ranges, with their neighbours; some displacement of the nodes `held` is prescribed.
     pub fn all(incidence: &Incidence, cells: &CellList, held: &[bool]) -> Vec<NodeRange> {
-        let nodes = incidence.start.len() - 1;
+        let nodes = incidence.nodes();
         let size = nodes / (RANGES_PER_THREAD * rayon::current_num_threads());
         let size = size.clamp(NODES_PER_RANGE.start, NODES_PER_RANGE.end);
         let ranges = (0..nodes.div_ceil(size)).into_par_iter();
@@ -114,21 +132,6 @@ impl NodeRange {
     /// Neighbours of node `i` whose blocks are needed, itself included, ascending.
     pub fn neighbours(&self, i: usize) -> &[u32] {
         &self.neighbour[self.row(i)]
-    }
-
-    /// Cells that touch the range, each once, ascending.
-    pub fn cells(&self, incidence: &Incidence, cells: &CellList) -> Vec<u32> {
-        let mut touching = Vec::new();
-        for i in self.nodes.clone() {
-            // A cell is listed by the first of its corners that lies in the range.
-            let first = |cell: &&u32| {
-                let corners = cells.get(**cell as usize).1;
-                corners.iter().find(|&&j| self.nodes.contains(&(j as usize))) == Some(&(i as u32))
-            };
-            touching.extend(incidence.at(i).iter().filter(first));
-        }
-        touching.sort_unstable();
-        touching
     }
 }
 

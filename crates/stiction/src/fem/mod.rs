@@ -16,6 +16,7 @@ mod integrated;
 mod loads;
 mod material;
 mod model;
+mod ratios;
 mod recovery;
 mod rigid;
 mod solid;

@@ -1,6 +1,11 @@
+use rayon::prelude::*;
+
 use super::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
 use crate::Error;
 use crate::mesh::{CellKind, Cells, Mesh};
+
+/// Numbers that a thread looks through at a time.
+const AT_A_TIME: usize = 1 << 14;
 
 /// A mesh and what it is made of.
 #[derive(Debug, Clone, Copy)]
@@ -26,11 +31,13 @@ impl<'a> Solid<'a> {
             let what = format!("{} cells but materials for {}", cells, self.material_of_cell.len());
             return Err(Error::new("materials", what, "give each cell one material"));
         }
-        if let Some(cell) = self.material_of_cell.iter().position(|&m| m as usize >= self.materials.len()) {
+        let without = |materials: &[u32]| materials.iter().position(|&m| m as usize >= self.materials.len());
+        let parts = self.material_of_cell.par_chunks(AT_A_TIME).enumerate();
+        if let Some(cell) = parts.find_map_first(|(k, some)| Some(k * AT_A_TIME + without(some)?)) {
             return Err(Error::new(format!("cell {cell}"), "the cell has no material", "give each cell a material"));
         }
         for block in &self.mesh.cells {
-            if block.nodes.iter().any(|&i| i as usize >= self.mesh.nodes.len()) {
+            if block.nodes.par_chunks(AT_A_TIME).any(|some| some.iter().any(|&i| i as usize >= self.mesh.nodes.len())) {
                 let what = format!("a {} names a node beyond {}", block.kind.name(), self.mesh.nodes.len());
                 return Err(Error::new("mesh", what, "number nodes from zero"));
             }
@@ -57,6 +64,7 @@ pub(super) struct CellList<'a> {
 
 impl<'a> CellList<'a> {
     /// Kind and nodes of cell number `cell`.
+    #[inline]
     pub fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
         let (end, block) = self.blocks[self.blocks.partition_point(|&(end, _)| end <= cell)];
         (block.kind, block.cell(cell + block.len() - end))

@@ -1,32 +1,73 @@
 //! All faces of all cells, each findable by its nodes.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::{CellKind, Face, RawMesh};
+use super::{Buckets, CellKind, Face, RawMesh};
 
 /// Nodes whose faces a thread sorts at a time; the result does not depend on it.
 const NODES_PER_TASK: usize = 4096;
 
 /// Room for the faces of a cell: face number = `STRIDE * cell + local`.
-const STRIDE: u32 = 6;
+const STRIDE: u32 = 8;
 
 /// Largest number of cells whose faces can be numbered.
 pub(super) const MAX_CELLS: usize = (u32::MAX / STRIDE) as usize;
 
-/// The faces of all cells, sorted by their corners: `faces[starts[i]..starts[i + 1]]` have the lowest node `i`.
+/// The faces of all cells, each in the bucket of its lowest node, sorted there by their corners.
 ///
 /// Keys are read from the cells whenever they are needed, which costs less memory than keeping them.
 pub(super) struct FaceTable<'a> {
     blocks: Vec<Block<'a>>,
-    starts: Vec<u32>,
-    faces: Vec<u32>,
+    faces: Buckets,
 }
 
 /// Cells of one kind with their nodes.
 struct Block<'a> {
     kind: CellKind,
     nodes: &'a [u32],
-    cells: usize,
+    /// Numbers of its cells.
+    cells: Range<usize>,
+    /// Corners of the faces of a cell; [`NONE`] ends triangles.
+    corners: [[u8; 4]; 6],
+}
+
+/// No node of any cell.
+const NONE: u8 = u8::MAX;
+
+impl<'a> Block<'a> {
+    fn new(kind: CellKind, nodes: &'a [u32], first: usize) -> Self {
+        let mut corners = [[NONE; 4]; 6];
+        for (corners, face) in corners.iter_mut().zip(kind.linear().faces()) {
+            corners.iter_mut().zip(*face).for_each(|(corner, &i)| *corner = i as u8);
+        }
+        Block { kind, nodes, cells: first..first + nodes.len() / kind.nodes(), corners }
+    }
+
+    /// Nodes of cell number `cell`, which is one of the block.
+    fn cell(&self, cell: usize) -> &'a [u32] {
+        &self.nodes[(cell - self.cells.start) * self.kind.nodes()..][..self.kind.nodes()]
+    }
+
+    /// The faces of the cells that are in `range`, as their lowest node and their number; ascending.
+    fn faces_in(&self, range: Range<usize>) -> impl Iterator<Item = [u32; 2]> {
+        let (n, faces) = (self.kind.nodes(), self.kind.faces().len());
+        let own =
+            range.start.clamp(self.cells.start, self.cells.end)..range.end.clamp(self.cells.start, self.cells.end);
+        let cells = &self.nodes[(own.start - self.cells.start) * n..(own.end - self.cells.start) * n];
+        own.zip(cells.chunks_exact(n)).flat_map(move |(cell, nodes)| {
+            let number = move |local: usize| STRIDE * cell as u32 + local as u32;
+            (0..faces).map(move |local| [lowest(nodes, self.corners[local]), number(local)])
+        })
+    }
+}
+
+/// The lowest node of a face of a cell.
+fn lowest(nodes: &[u32], [a, b, c, d]: [u8; 4]) -> u32 {
+    let at = |i: u8| nodes[i as usize];
+    let three = at(a).min(at(b)).min(at(c));
+    nodes.get(d as usize).map_or(three, |&d| three.min(d))
 }
 
 /// How the cells meet.
@@ -47,42 +88,37 @@ pub(super) struct Encounters {
 impl<'a> FaceTable<'a> {
     /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range, and how its cells meet.
     pub fn new(raw: &'a RawMesh) -> (Self, Encounters) {
+        let mut first = 0;
         let block = |b: &'a super::RawCells| {
-            let (kind, nodes) = (b.kind, b.nodes.as_slice());
-            Block { kind, nodes, cells: nodes.len() / kind.nodes() }
+            let block = Block::new(b.kind, &b.nodes, first);
+            first = block.cells.end;
+            block
         };
-        let blocks = raw.cells.iter().map(block).collect();
-        let mut table = FaceTable { blocks, starts: vec![0; raw.nodes.len() + 1], faces: Vec::new() };
-        let mut starts = std::mem::take(&mut table.starts);
-        table.each_face(|_, lowest| starts[lowest as usize + 1] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut faces = vec![0; starts[raw.nodes.len()] as usize];
-        let mut next = starts.clone();
-        table.each_face(|face, lowest| {
-            faces[next[lowest as usize] as usize] = face;
-            next[lowest as usize] += 1;
-        });
-        let (mut tasks, mut rest) = (Vec::new(), faces.as_mut_slice());
+        let blocks: Vec<Block> = raw.cells.iter().map(block).collect();
+        let of_cells = |range: Range<usize>| blocks.iter().flat_map(move |block| block.faces_in(range.clone()));
+        let faces = Buckets::new(raw.nodes.len(), first, of_cells);
+        let mut table = FaceTable { blocks, faces };
+        let mut faces = std::mem::take(&mut table.faces);
+        let (mut tasks, mut rest) = (Vec::new(), faces.items.as_mut_slice());
+        let starts = &faces.start;
         for first in (0..raw.nodes.len()).step_by(NODES_PER_TASK) {
             let end = raw.nodes.len().min(first + NODES_PER_TASK);
-            let (own, tail) = rest.split_at_mut((starts[end] - starts[first]) as usize);
+            let (own, tail) = rest.split_at_mut(starts[end] - starts[first]);
             tasks.push((&starts[first..=end], own));
             rest = tail;
         }
-        let sort = |keyed: &mut Vec<u128>, (starts, faces): (&[u32], &mut [u32])| table.sort(keyed, starts, faces);
+        let sort = |keyed: &mut Vec<u128>, (starts, faces): (&[usize], &mut [u32])| table.sort(keyed, starts, faces);
         let parts: Vec<Encounters> = tasks.into_par_iter().with_max_len(1).map_init(Vec::new, sort).collect();
         let mut seen = parts.into_iter().fold(Encounters::default(), Encounters::and);
         seen.put_in_order();
-        (FaceTable { starts, faces, ..table }, seen)
+        (FaceTable { faces, ..table }, seen)
     }
 
     /// Sorts the faces of consecutive nodes, and sees how their cells meet.
-    fn sort(&self, keyed: &mut Vec<u128>, starts: &[u32], mut faces: &mut [u32]) -> Encounters {
+    fn sort(&self, keyed: &mut Vec<u128>, starts: &[usize], mut faces: &mut [u32]) -> Encounters {
         let mut seen = Encounters::default();
         for range in starts.windows(2) {
-            let (bucket, others) = faces.split_at_mut((range[1] - range[0]) as usize);
+            let (bucket, others) = faces.split_at_mut(range[1] - range[0]);
             faces = others;
             keyed.clear();
             // All have the same lowest corner: the others and the number make one number to sort by.
@@ -102,49 +138,24 @@ impl<'a> FaceTable<'a> {
         seen
     }
 
-    /// Calls `visit(face, lowest node)` for all faces, ascending.
-    fn each_face(&self, mut visit: impl FnMut(u32, u32)) {
-        let mut cell = 0;
-        for Block { kind, nodes, .. } in &self.blocks {
-            // Of one length, with a corner of a triangle twice, so that the loop over all cells has no other in it.
-            let corners_of = |face: &&[usize]| [0, 1, 2, 3].map(|i: usize| face[i.min(face.len() - 1)]);
-            let faces: Vec<[usize; 4]> = kind.linear().faces().iter().map(corners_of).collect();
-            for cell_nodes in nodes.chunks_exact(kind.nodes()) {
-                for (local, face) in (0..).zip(&faces) {
-                    let [a, b, c, d] = face.map(|i| cell_nodes[i]);
-                    visit(STRIDE * cell + local, a.min(b).min(c.min(d)));
-                }
-                cell += 1;
-            }
-        }
-    }
-
-    /// Kind and nodes of a cell.
-    fn cell(&self, cell: u32) -> (CellKind, &'a [u32]) {
-        let mut local = cell as usize;
-        for &Block { kind, nodes, cells } in &self.blocks {
-            if local < cells {
-                return (kind, &nodes[local * kind.nodes()..][..kind.nodes()]);
-            }
-            local -= cells;
-        }
-        unreachable!("the table numbers only faces of its own cells")
+    /// The block with that cell.
+    fn block(&self, cell: u32) -> &Block<'a> {
+        let of = |block: &&Block| (cell as usize) < block.cells.end;
+        self.blocks.iter().find(of).expect("the table numbers only faces of its own cells")
     }
 
     /// The face with that number.
     pub fn face(&self, face: u32) -> Face {
-        let (kind, nodes) = self.cell(face / STRIDE);
-        Face::of_cell(kind, nodes, face / STRIDE, (face % STRIDE) as u8)
+        let cell = face / STRIDE;
+        let block = self.block(cell);
+        Face::of_cell(block.kind, block.cell(cell as usize), cell, (face % STRIDE) as u8)
     }
 
     /// Its corners, counter-clockwise seen from outside; triangles end in `u32::MAX`.
     fn corners(&self, face: u32) -> [u32; 4] {
-        let (kind, nodes) = self.cell(face / STRIDE);
-        match *kind.linear().faces()[(face % STRIDE) as usize] {
-            [a, b, c, d] => [nodes[a], nodes[b], nodes[c], nodes[d]],
-            [a, b, c, ..] => [nodes[a], nodes[b], nodes[c], u32::MAX],
-            _ => unreachable!("a face has three corners or four"),
-        }
+        let block = self.block(face / STRIDE);
+        let nodes = block.cell((face / STRIDE) as usize);
+        block.corners[(face % STRIDE) as usize].map(|i| nodes.get(i as usize).copied().unwrap_or(u32::MAX))
     }
 
     fn key(&self, face: u32) -> [u32; 4] {
@@ -154,8 +165,7 @@ impl<'a> FaceTable<'a> {
     /// Numbers of the faces with these corners in any order, ascending; triangles end in `u32::MAX`.
     pub fn find(&self, corners: [u32; 4]) -> &[u32] {
         let key = sorted(corners);
-        let lowest = key[0] as usize;
-        let bucket = &self.faces[self.starts[lowest] as usize..self.starts[lowest + 1] as usize];
+        let bucket = self.faces.at(key[0] as usize);
         let from = bucket.partition_point(|&face| self.key(face) < key);
         let count = bucket[from..].iter().take_while(|&&face| self.key(face) == key).count();
         &bucket[from..from + count]
@@ -172,7 +182,7 @@ impl<'a> FaceTable<'a> {
 
     /// Two cells share a face: seen from outside, each must see the nodes turn the other way.
     fn meet(&self, a: u32, b: u32, seen: &mut Encounters) {
-        if [a, b].into_iter().all(|face| self.cell(face / STRIDE).0 == CellKind::Tet4) {
+        if [a, b].into_iter().all(|face| self.block(face / STRIDE).kind == CellKind::Tet4) {
             // Nearly always, and sooner said: one of two orders of the same three corners is even, the other odd.
             let odd = |[a, b, c, _]: [u32; 4]| (a > b) ^ (a > c) ^ (b > c);
             if odd(self.corners(a)) != odd(self.corners(b)) {
@@ -213,7 +223,7 @@ impl<'a> FaceTable<'a> {
     }
 
     fn cell_key(&self, cell: u32) -> Vec<u32> {
-        let mut nodes = self.cell(cell).1.to_vec();
+        let mut nodes = self.block(cell).cell(cell as usize).to_vec();
         nodes.sort_unstable();
         nodes
     }

@@ -57,6 +57,7 @@ impl HexEdges {
 }
 
 /// The corners of a cell, or of as many of its nodes as are asked for.
+#[inline]
 pub(crate) fn corners<const N: usize>(nodes: &[V3], cell: &[u32]) -> [V3; N] {
     std::array::from_fn(|i| nodes[cell[i] as usize])
 }

@@ -5,6 +5,7 @@
 
 mod arrays;
 pub mod block;
+mod buckets;
 mod build;
 mod check;
 mod components;
@@ -25,6 +26,7 @@ pub(crate) mod v3;
 
 pub use arrays::{CellArray, MeshArrays, NodeArray};
 pub use block::{Block, BlockElement, block};
+pub(crate) use buckets::Buckets;
 pub use build::build;
 pub use components::bodies;
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};

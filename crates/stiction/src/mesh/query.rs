@@ -1,5 +1,7 @@
 //! Questions other modules ask of a mesh.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::geometry::{cell_volume, curved_area, vector_area};
@@ -24,6 +26,17 @@ impl Mesh {
     /// Kind and nodes of all cells in the order of their numbers.
     pub fn cell_iter(&self) -> impl Iterator<Item = (CellKind, &[u32])> {
         self.cells.iter().flat_map(|block| block.nodes.chunks_exact(block.kind.nodes()).map(move |c| (block.kind, c)))
+    }
+
+    /// Number and nodes of the cells with numbers in `range`, ascending.
+    pub(crate) fn cells_in(&self, range: Range<usize>) -> impl Iterator<Item = (usize, &[u32])> {
+        let mut first = 0;
+        self.cells.iter().flat_map(move |block| {
+            let (n, offset) = (block.kind.nodes(), first);
+            first += block.len();
+            let [start, end] = [range.start, range.end].map(|cell| cell.clamp(offset, first));
+            (start..end).zip(block.nodes[(start - offset) * n..(end - offset) * n].chunks_exact(n))
+        })
     }
 
     /// Integral of the outward unit normal over boundary face number `face`; area.

@@ -8,6 +8,26 @@ use crate::mesh::Mesh;
 
 /// The materials, and for each cell its number among them.
 pub(super) fn materials(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<(Vec<Material>, Vec<u32>), Error> {
+    // One material for all is all there is to say, mostly.
+    let of_cell = match specs {
+        [MaterialSpec { on: None, .. }] => vec![0; mesh.cell_count()],
+        _ => of_groups(mesh, specs)?,
+    };
+    let material = |spec: &MaterialSpec| Material {
+        name: spec.name.clone(),
+        young: spec.young,
+        poisson: spec.poisson,
+        density: spec.density,
+        formulation: spec.formulation,
+        orthotropic: spec.orthotropic.clone(),
+        expansion: spec.expansion,
+        reference_temperature: spec.reference_temperature,
+    };
+    Ok((specs.iter().map(material).collect(), of_cell))
+}
+
+/// For each cell the number of the material whose groups it belongs to.
+fn of_groups(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<Vec<u32>, Error> {
     let mut of_cell = vec![u32::MAX; mesh.cell_count()];
     for (number, spec) in specs.iter().enumerate() {
         let cells = match &spec.on {
@@ -30,15 +50,5 @@ pub(super) fn materials(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<(Vec<Mate
         let what = format!("{} of {} cells have no material, {home}", bare.len(), of_cell.len());
         return Err(spec.spot.error(what, "name their group in the `on` of a material"));
     }
-    let material = |spec: &MaterialSpec| Material {
-        name: spec.name.clone(),
-        young: spec.young,
-        poisson: spec.poisson,
-        density: spec.density,
-        formulation: spec.formulation,
-        orthotropic: spec.orthotropic.clone(),
-        expansion: spec.expansion,
-        reference_temperature: spec.reference_temperature,
-    };
-    Ok((specs.iter().map(material).collect(), of_cell))
+    Ok(of_cell)
 }
