@@ -79,7 +79,7 @@ fn sections(mut file: Cow<[u8]>) -> Result<Contents, Error> {
         }
         section(&mut at, &mut read)?;
         let done = from + at.pos;
-        before = [before[0] + done - from, before[1] + cursor::newlines(&file[from..done])];
+        before = [before[0] + done - from, before[1] + super::newlines(&file[from..done])];
         from = done;
         if let Cow::Owned(bytes) = &mut file
             && from > bytes.len() / 8

@@ -27,6 +27,8 @@ pub mod vtu_read;
 use std::io::Read as _;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::Error;
 use crate::linalg::in_huge_pages;
 
@@ -35,17 +37,40 @@ fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = std::fs::File::open(path)?;
         let length = file.metadata()?.len().try_into().unwrap_or(0);
-        let mut bytes = Vec::new();
         // What does not fit is told as an error, not by an abort.
-        bytes.try_reserve_exact(length)?;
-        bytes = in_huge_pages(bytes);
-        file.read_to_end(&mut bytes)?;
+        Vec::<u8>::new().try_reserve_exact(length)?;
+        let mut bytes = in_huge_pages(vec![0; length]);
+        if !read_by_threads(&file, &mut bytes) {
+            bytes.clear();
+            file.read_to_end(&mut bytes)?;
+        }
         Ok(bytes)
     };
     read().map_err(|e| {
         let what = format!("the mesh file cannot be read ({e})");
         Error::new(path.display().to_string(), what, "check its path and permissions")
     })
+}
+
+/// Fills `bytes` from the start of the file; false where that must be left to one reader.
+#[cfg(unix)]
+fn read_by_threads(file: &std::fs::File, bytes: &mut [u8]) -> bool {
+    use std::os::unix::fs::FileExt as _;
+    /// Read at a time.
+    const PART: usize = 4 << 20;
+    let part = |(k, part): (usize, &mut [u8])| file.read_exact_at(part, (k * PART) as u64);
+    // What is no file of a known length, such as a pipe, has the length zero or cannot be read at a place.
+    !bytes.is_empty() && bytes.par_chunks_mut(PART).enumerate().try_for_each(part).is_ok()
+}
+
+#[cfg(not(unix))]
+fn read_by_threads(_: &std::fs::File, _: &mut [u8]) -> bool {
+    false
+}
+
+/// Ends of lines.
+fn newlines(bytes: &[u8]) -> usize {
+    memchr::memchr_iter(b'\n', bytes).count()
 }
 
 /// An error unless coordinates can be multiplied by `scale`.

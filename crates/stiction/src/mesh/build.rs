@@ -1,10 +1,17 @@
 //! From what a file says to a valid mesh.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
 use super::face_table::FaceTable;
 use super::notes::SHOWN;
 use super::v3::norm;
 use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, arrays, check, groups};
 use crate::Error;
+
+/// Node numbers that a thread looks through at a time.
+const AT_A_TIME: usize = 1 << 14;
 
 /// Boundary nodes closer than this fraction of the mesh's diagonal are reported as coincident.
 const COINCIDENT: f64 = 1e-9;
@@ -61,13 +68,23 @@ impl Former {
 
 /// Removes the nodes of no cell.
 fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
+    let used: Vec<AtomicBool> = raw.nodes.par_iter().map(|_| AtomicBool::new(false)).collect();
+    let mark = |&n: &u32| {
+        // What is set already is left alone: writing it again would take it from another thread.
+        if !used[n as usize].load(Ordering::Relaxed) {
+            used[n as usize].store(true, Ordering::Relaxed);
+        }
+    };
+    let nodes = raw.cells.par_iter().flat_map(|block| block.nodes.par_chunks(AT_A_TIME));
+    nodes.for_each(|some| some.iter().for_each(mark));
     let mut kept = vec![u32::MAX; raw.nodes.len()];
-    for (_, cell) in raw.cell_iter() {
-        cell.iter().for_each(|&n| kept[n as usize] = 0);
-    }
-    let orphans: Vec<usize> = (0..kept.len()).filter(|&i| kept[i] != 0).collect();
-    for (number, slot) in kept.iter_mut().filter(|k| **k == 0).enumerate() {
-        *slot = number as u32;
+    let mut orphans = Vec::new();
+    for ((i, slot), used) in kept.iter_mut().enumerate().zip(used) {
+        if used.into_inner() {
+            *slot = (i - orphans.len()) as u32;
+        } else {
+            orphans.push(i);
+        }
     }
     let mut former = Former { kept, ids: Vec::new() };
     if orphans.is_empty() {

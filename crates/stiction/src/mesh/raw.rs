@@ -66,9 +66,4 @@ impl RawMesh {
         }
         i as u64 + 1
     }
-
-    /// All cells with their numbers.
-    pub(super) fn cell_iter(&self) -> impl Iterator<Item = (CellKind, &[u32])> {
-        self.cells.iter().flat_map(|block| block.nodes.chunks(block.kind.nodes()).map(move |c| (block.kind, c)))
-    }
 }

@@ -1,6 +1,7 @@
 //! Keyword lines and the data between them.
 
 use crate::Error;
+use crate::io::newlines;
 
 /// The remedy for whatever a writer would not have written.
 pub(super) const DAMAGED: &str = "correct the line, or write the file again if it is damaged";
@@ -234,7 +235,7 @@ impl<'a> Fields<'a> {
     /// An error on this line.
     pub fn fail(&self, what: impl Into<String>) -> Error {
         let before = &self.data.bytes[..self.pos.min(self.data.bytes.len())];
-        let line = self.data.line + before.iter().filter(|&&b| b == b'\n').count();
+        let line = self.data.line + newlines(before);
         Error::new(format!("line {line}"), what, DAMAGED)
     }
 

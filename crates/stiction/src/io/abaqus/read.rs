@@ -8,6 +8,7 @@ use super::elements::Role;
 use super::keyword::{Data, Fields, Keyword, Piece, Pieces};
 use super::lines::{label, label_of, listed, ranges, surface};
 use crate::Error;
+use crate::io::newlines;
 use crate::io::number::float;
 
 /// Includes within includes, and includes altogether: more are taken for a file that includes itself.
@@ -359,7 +360,7 @@ impl Reader<'_> {
         let part = self.part();
         let before = part.nodes.len();
         // no node is shorter than six bytes, so that blank lines do not reserve memory
-        let lines = (1 + bytes.iter().filter(|&&b| b == b'\n').count()).min(1 + bytes.len() / 6);
+        let lines = (1 + newlines(bytes)).min(1 + bytes.len() / 6);
         part.nodes.reserve(lines);
         part.node_labels.reserve(lines);
         while fields.more() {
@@ -393,7 +394,7 @@ impl Reader<'_> {
         let Some(block) = blocks.last_mut() else { return Ok(()) };
         let (before, k) = (block.labels.len(), block.role.nodes());
         // the shortest element: one digit and one comma a number
-        let lines = bytes.iter().filter(|&&b| b == b'\n').count().min(bytes.len() / (2 * (k + 1)));
+        let lines = newlines(bytes).min(bytes.len() / (2 * (k + 1)));
         block.labels.reserve(lines + 1);
         block.nodes.reserve((lines + 1) * k);
         while fields.more() {

@@ -130,6 +130,18 @@ fn collect(
         cells.ids.reserve_exact(total);
         for run in runs {
             let targets: Vec<usize> = contents.physicals(run).iter().filter_map(|p| group_of.get(p)).copied().collect();
+            if !copies.may_hold(run) {
+                let first = before + cells.ids.len();
+                cells.ids.extend((run.first..run.first + run.count).map(|i| contents.element_tags.get(i)));
+                let nodes = contents.nodes_of(run).flat_map(|nodes| order(kind).iter().map(|&i| nodes[i]));
+                cells.nodes.extend(nodes);
+                let numbers = first as u32..(first + run.count) as u32;
+                targets.iter().for_each(|&g| raw.groups[g].cells.extend(numbers.clone()));
+                if wanted {
+                    places[run.first..][..run.count].iter_mut().zip(numbers).for_each(|(at, n)| *at = Place::Cell(n));
+                }
+                continue;
+            }
             for (i, nodes) in contents.nodes_of(run).enumerate() {
                 let number = copies.find_or_insert(run, nodes, before + cells.ids.len());
                 if number == before + cells.ids.len() {
@@ -191,12 +203,14 @@ impl Copies {
         Copies { entities: runs.iter().filter(several).map(|run| run.entity).collect(), cells: HashMap::new() }
     }
 
+    /// Whether a cell of the run may have come before.
+    fn may_hold(&self, run: &Run) -> bool {
+        self.entities.contains(&run.entity)
+    }
+
     /// The number of an equal cell of another physical group, or `next` if the cell is new. An equal cell of the
     /// same group is not merged: the file says twice what it should say once.
     fn find_or_insert(&mut self, run: &Run, nodes: &[u32], next: usize) -> usize {
-        if !self.entities.contains(&run.entity) {
-            return next;
-        }
         let (number, physical) = *self.cells.entry(nodes.to_vec()).or_insert((next, run.physical));
         if physical == run.physical { next } else { number }
     }

@@ -3,6 +3,7 @@
 use rayon::slice::ParallelSlice;
 
 use crate::Error;
+use crate::io::newlines;
 use crate::io::number::{float, integer};
 
 /// The remedy for whatever a writer would not have written.
@@ -245,9 +246,4 @@ impl<'a> Cursor<'a> {
             self.pos += 1;
         }
     }
-}
-
-/// Ends of lines.
-pub(super) fn newlines(bytes: &[u8]) -> usize {
-    bytes.iter().filter(|&&b| b == b'\n').count()
 }

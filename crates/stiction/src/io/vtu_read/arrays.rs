@@ -19,10 +19,11 @@ const PART: usize = 1 << 16;
 /// Bytes of the blocks that are decompressed at a time, by all threads.
 const TOGETHER: usize = 1 << 20;
 
-/// Makes room for another of `count` things: no more than a half beyond those that have come, since the count may be wrong.
-pub(super) fn grow<T>(things: &mut Vec<T>, count: usize) {
-    if things.len() == things.capacity() {
-        things.reserve_exact((things.len() / 2).max(1024).min(count.saturating_sub(things.len()).max(1)));
+/// Makes room for `more` of `count` things: no more than a half beyond those that have come, since the count may be wrong.
+fn grow<T>(things: &mut Vec<T>, more: usize, count: usize) {
+    if things.capacity() - things.len() < more {
+        let left = count.saturating_sub(things.len());
+        things.reserve_exact((things.len() / 2).max(1024).min(left).max(more));
     }
 }
 
@@ -33,57 +34,49 @@ impl<'a> Document<'a> {
         found.ok_or_else(|| Error::new("", format!("the grid has no array \"{name}\""), DAMAGED))
     }
 
-    /// `count` whole numbers, each given to `push`.
-    pub fn integers(&self, array: &Array, count: usize, mut push: impl FnMut(i64)) -> Result<(), Error> {
+    /// What `of` makes of `count` whole numbers.
+    pub fn integers<T: Send>(
+        &self,
+        array: &Array,
+        count: usize,
+        of: impl Fn(i64) -> T + Sync,
+    ) -> Result<Vec<T>, Error> {
         if let Format::Ascii(text) = array.format {
-            return self.words(array, text, count, |word| integer(word).map(&mut push));
+            return self.words(array, text, count, |word| integer(word).map(&of));
         }
         let unused = 64 - 8 * array.size as u32;
-        let mut give = |wide: u64| {
-            push(match array.number {
+        let value = |wide: u64| {
+            of(match array.number {
                 Number::Signed => (wide << unused) as i64 >> unused,
                 // beyond 63 bits it is no number of anything
                 _ => i64::try_from(wide).unwrap_or(i64::MAX),
-            });
+            })
         };
         let eight = |b: &[u8; 8]| if self.big { u64::from_be_bytes(*b) } else { u64::from_le_bytes(*b) };
         let four = |b: &[u8; 4]| u64::from(if self.big { u32::from_be_bytes(*b) } else { u32::from_le_bytes(*b) });
         let two = |b: &[u8; 2]| u64::from(if self.big { u16::from_be_bytes(*b) } else { u16::from_le_bytes(*b) });
-        self.numbers(array, count, &mut |part| match array.size {
-            8 => part.as_chunks().0.iter().map(eight).for_each(&mut give),
-            4 => part.as_chunks().0.iter().map(four).for_each(&mut give),
-            2 => part.as_chunks().0.iter().map(two).for_each(&mut give),
-            _ => part.iter().map(|&byte| u64::from(byte)).for_each(&mut give),
+        self.numbers(array, count, |part, values| match array.size {
+            8 => values.extend(part.as_chunks().0.iter().map(|b| value(eight(b)))),
+            4 => values.extend(part.as_chunks().0.iter().map(|b| value(four(b)))),
+            2 => values.extend(part.as_chunks().0.iter().map(|b| value(two(b)))),
+            _ => values.extend(part.iter().map(|&byte| value(u64::from(byte)))),
         })
     }
 
     /// `count` floating point numbers.
     pub fn floats(&self, array: &Array, count: usize) -> Result<Vec<f64>, Error> {
-        let mut values = Vec::new();
         if let Format::Ascii(text) = array.format {
-            values.reserve_exact(count.min(text.len()));
-            self.words(array, text, count, |word| float(word).map(|x| values.push(x)))?;
-            return Ok(values);
+            return self.words(array, text, count, float);
         }
         if array.number != Number::Float {
-            values.reserve_exact(count.min(1 << 16)); // grows once the bytes are known to be there
-            self.integers(array, count, |x| values.push(x as f64))?;
-            return Ok(values);
+            return self.integers(array, count, |x| x as f64);
         }
         let short = |b: &[u8; 4]| f64::from(if self.big { f32::from_be_bytes(*b) } else { f32::from_le_bytes(*b) });
         let long = |b: &[u8; 8]| if self.big { f64::from_be_bytes(*b) } else { f64::from_le_bytes(*b) };
-        self.numbers(array, count, &mut |part| {
-            let mut push = |x| {
-                grow(&mut values, count);
-                values.push(x);
-            };
-            if array.size == 4 {
-                part.as_chunks().0.iter().map(short).for_each(&mut push);
-            } else {
-                part.as_chunks().0.iter().map(long).for_each(&mut push);
-            }
-        })?;
-        Ok(values)
+        self.numbers(array, count, |part, values| match array.size {
+            4 => values.extend(part.as_chunks().0.iter().map(short)),
+            _ => values.extend(part.as_chunks().0.iter().map(long)),
+        })
     }
 
     fn fail(&self, array: &Array, what: String) -> Error {
@@ -91,33 +84,38 @@ impl<'a> Document<'a> {
     }
 
     /// Text: exactly `count` words.
-    fn words(
+    fn words<T>(
         &self,
         array: &Array,
         text: &[u8],
         count: usize,
-        mut push: impl FnMut(&[u8]) -> Option<()>,
-    ) -> Result<(), Error> {
+        of: impl Fn(&[u8]) -> Option<T>,
+    ) -> Result<Vec<T>, Error> {
+        let words = || text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let wrong = |read: usize| self.fail(array, format!("it holds {read} numbers where {count} are needed"));
         if count > text.len() {
-            let read = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
-            return Err(self.fail(array, format!("it holds {read} numbers where {count} are needed")));
+            return Err(wrong(words().count()));
         }
-        let mut read = 0;
-        for word in text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()) {
-            if read < count && push(word).is_none() {
+        let mut values = Vec::new();
+        for word in words().take(count) {
+            let Some(value) = of(word) else {
                 let shown = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
                 return Err(self.fail(array, format!("\"{shown}\" stands where a number was expected")));
-            }
-            read += 1;
+            };
+            grow(&mut values, 1, count);
+            values.push(value);
         }
-        if read == count {
-            return Ok(());
-        }
-        Err(self.fail(array, format!("it holds {read} numbers where {count} are needed")))
+        let read = words().count();
+        if read == count { Ok(values) } else { Err(wrong(read)) }
     }
 
-    /// The bytes of `count` numbers, given to `visit` as they are decoded: some whole numbers each time.
-    fn numbers(&self, array: &Array<'a>, count: usize, visit: &mut dyn FnMut(&[u8])) -> Result<(), Error> {
+    /// `count` numbers; `read` appends those whose bytes it is given.
+    fn numbers<T: Send>(
+        &self,
+        array: &Array<'a>,
+        count: usize,
+        read: impl Fn(&[u8], &mut Vec<T>) + Sync,
+    ) -> Result<Vec<T>, Error> {
         let ends = || self.fail(array, "its data end too early or are no base64".to_string());
         let mut stream = match array.format {
             Format::Ascii(text) => Stream::Raw(text),
@@ -140,17 +138,19 @@ impl<'a> Document<'a> {
             if needed > stream.remaining() {
                 return Err(ends());
             }
+            let mut values = Vec::new();
             let mut left = needed;
             while left > 0 {
                 let part = left.min(PART);
-                visit(&stream.take(part).ok_or_else(ends)?);
+                grow(&mut values, part / array.size, count);
+                read(&stream.take(part).ok_or_else(ends)?, &mut values);
                 left -= part;
             }
-            return Ok(());
+            return Ok(values);
         }
         let blocks = self.head(&mut stream).ok_or_else(ends)?;
         if blocks == 0 {
-            return checked(0);
+            return checked(0).map(|()| Vec::new());
         }
         let block = self.head(&mut stream).ok_or_else(ends)?;
         let partial = self.head(&mut stream).ok_or_else(ends)?;
@@ -171,29 +171,39 @@ impl<'a> Document<'a> {
             let read = ZlibDecoder::new(&**packed).take(expected as u64 + 1).read_to_end(&mut out);
             (read.is_ok() && out.len() == expected).then_some(out)
         };
-        let mut out: Vec<u8> = Vec::new();
+        let is_whole = block % array.size == 0;
+        let decoded = |packed: (usize, &Cow<[u8]>)| {
+            let bytes = unpacked(packed)?;
+            if !is_whole {
+                return Some((bytes, Vec::new()));
+            }
+            let mut values = Vec::with_capacity(bytes.len() / array.size);
+            read(&bytes, &mut values);
+            Some((Vec::new(), values))
+        };
+        let mut values = Vec::new();
+        // A number may go on in the next block.
+        let mut rest: Vec<u8> = Vec::new();
         // By all threads, and no more at a time than they need: whole arrays would take memory twice.
         let at_once = rayon::current_num_threads().max(TOGETHER / block.max(1));
         for (group, sizes) in sizes.chunks(at_once).enumerate() {
             let packed = sizes.iter().map(|&size| stream.take(size)).collect::<Option<Vec<_>>>().ok_or_else(ends)?;
             let first = group * at_once;
-            let parts: Vec<_> =
-                packed.par_iter().enumerate().map(|(k, packed)| unpacked((first + k, packed))).collect();
+            let parts: Vec<_> = packed.par_iter().enumerate().map(|(k, packed)| decoded((first + k, packed))).collect();
             for (i, part) in (first..).zip(parts) {
-                let Some(part) = part else {
+                let Some((bytes, mut part)) = part else {
                     return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
                 };
-                if out.is_empty() && part.len() % array.size == 0 {
-                    visit(&part);
-                    continue;
-                }
-                out.extend_from_slice(&part);
-                let whole = out.len() - out.len() % array.size;
-                visit(&out[..whole]);
-                out.drain(..whole); // a number may go on in the next block
+                grow(&mut values, part.len(), count);
+                values.append(&mut part);
+                rest.extend_from_slice(&bytes);
+                let whole = rest.len() - rest.len() % array.size;
+                grow(&mut values, whole / array.size, count);
+                read(&rest[..whole], &mut values);
+                rest.drain(..whole);
             }
         }
-        Ok(())
+        Ok(values)
     }
 
     /// A number that heads binary data.

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::arrays::grow;
+use rayon::prelude::*;
+
 use super::document::{Document, Number, Section};
 use super::types::{Role, role};
 use super::xml::DAMAGED;
@@ -13,6 +14,8 @@ use crate::mesh::{
 
 /// Arrays of more values are numbers of something else than groups.
 const MOST_GROUPS: usize = 1000;
+/// Numbers that a thread looks through at a time.
+const AT_A_TIME: usize = 1 << 14;
 /// Nodes of the largest cell.
 const MOST_NODES: usize = 20;
 
@@ -60,27 +63,21 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
 
 /// Reads the cells and sorts them by what they are.
 fn sort(document: &Document) -> Result<Sorted, Error> {
-    let mut codes: Vec<u8> = Vec::new();
-    let mut ends: Vec<u32> = Vec::new();
     let unknown = |n: i64| u32::try_from(n).unwrap_or(u32::MAX);
     let code = |n: i64| u8::try_from(n).unwrap_or(u8::MAX);
-    let cells = document.cells;
-    document.integers(document.needed(Section::Cells, "types")?, cells, |n| {
-        grow(&mut codes, cells);
-        codes.push(code(n));
-    })?;
-    document.integers(document.needed(Section::Cells, "offsets")?, cells, |n| {
-        grow(&mut ends, cells);
-        ends.push(unknown(n));
-    })?;
-    let mut nodes: Vec<u32> = Vec::new();
+    let codes = document.integers(document.needed(Section::Cells, "types")?, document.cells, code)?;
+    let ends = document.integers(document.needed(Section::Cells, "offsets")?, document.cells, unknown)?;
     let count = ends.last().map_or(0, |&end| end as usize);
-    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| {
-        grow(&mut nodes, count);
-        nodes.push(unknown(n));
-    })?;
+    let mut nodes = document.integers(document.needed(Section::Cells, "connectivity")?, count, unknown)?;
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
+    if let Some(which) = only_kind(document, &codes, &ends, &nodes) {
+        let mut blocks = CellKind::ALL.map(block);
+        blocks[which].nodes = nodes;
+        blocks[which].ids = (0..codes.len() as u64).collect();
+        let places = (0..codes.len() as u32).map(|i| Place::Cell(which as u8, i)).collect();
+        return Ok(Sorted { blocks, places, faces: Vec::new(), line_nodes: Vec::new(), lines: Vec::new() });
+    }
     // Nearly all cells of nearly every file are of one kind: they move to the front of the list they come in.
     let major = major(&codes, &ends);
     let mut front = 0;
@@ -154,6 +151,18 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     Ok(sorted)
 }
 
+/// The place in `CellKind::ALL` of the kind of all cells, if there is nothing to sort or to refuse.
+fn only_kind(document: &Document, codes: &[u8], ends: &[u32], nodes: &[u32]) -> Option<usize> {
+    let Role::Cell(kind, order) = role(*codes.first()?, *ends.first()? as usize) else { return None };
+    let n = order.len();
+    let follow = |(k, ends): (usize, &[u32])| (k * AT_A_TIME + 1..).zip(ends).all(|(i, &end)| end as usize == n * i);
+    let ordered = order.iter().enumerate().all(|(i, &place)| i == place)
+        && codes.par_chunks(AT_A_TIME).all(|some| some.iter().all(|code| *code == codes[0]))
+        && ends.par_chunks(AT_A_TIME).enumerate().all(follow)
+        && nodes.par_chunks(AT_A_TIME).all(|some| some.iter().all(|&node| (node as usize) < document.points));
+    if ordered { CellKind::ALL.iter().position(|&k| k == kind) } else { None }
+}
+
 /// The place in `CellKind::ALL` of the kind that most cells are of, and how many are.
 fn major(codes: &[u8], ends: &[u32]) -> Option<(usize, usize)> {
     let mut counts = [0; CellKind::ALL.len()];
@@ -171,8 +180,7 @@ fn major(codes: &[u8], ends: &[u32]) -> Option<(usize, usize)> {
 fn group_values(document: &Document, section: Section, count: usize) -> Result<Vec<(String, Vec<i64>, bool)>, Error> {
     let mut arrays = Vec::new();
     for array in document.arrays.iter().filter(|a| a.section == section && makes_groups(a)) {
-        let mut values = Vec::new();
-        document.integers(array, count, |n| values.push(n))?;
+        let values = document.integers(array, count, |n| n)?;
         let mut distinct: Vec<i64> = Vec::new();
         for value in &values {
             if let Err(at) = distinct.binary_search(value) {

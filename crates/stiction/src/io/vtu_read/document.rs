@@ -2,6 +2,7 @@
 
 use super::xml::{DAMAGED, Event, Tag, Xml};
 use crate::Error;
+use crate::io::newlines;
 
 /// Where an array belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -219,7 +220,7 @@ fn array<'a>(xml: &mut Xml<'a>, tag: &Tag<'a>, section: Section) -> Result<Optio
         },
         Some(other) => return fail(format!("the format \"{other}\" is not known")),
     };
-    let line = 1 + xml.bytes[..tag.pos].iter().filter(|&&b| b == b'\n').count();
+    let line = 1 + newlines(&xml.bytes[..tag.pos]);
     Ok(Some(Array { section, name, number, size, components, format, line }))
 }
 

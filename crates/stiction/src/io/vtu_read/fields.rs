@@ -126,10 +126,9 @@ fn fields(document: &Document, wanted: &[(Over, &str)]) -> Result<Fields, Error>
 fn polygons(document: &Document) -> Result<Polygons, Error> {
     let damaged = || Error::new("", "a cell names points that there are not", super::xml::DAMAGED);
     let points = document.floats(document.needed(Section::Points, "Points")?, document.points.saturating_mul(3))?;
-    let (mut ends, mut nodes) = (Vec::new(), Vec::new());
-    document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| ends.push(n))?;
+    let ends = document.integers(document.needed(Section::Cells, "offsets")?, document.cells, |n| n)?;
     let count = ends.last().map_or(Ok(0), |&n| usize::try_from(n)).map_err(|_| damaged())?;
-    document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| nodes.push(n))?;
+    let nodes = document.integers(document.needed(Section::Cells, "connectivity")?, count, |n| n)?;
     let (mut faces, mut from) = (Vec::with_capacity(ends.len()), 0);
     for end in ends {
         let end = usize::try_from(end).map_err(|_| damaged())?;

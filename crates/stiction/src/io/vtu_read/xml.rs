@@ -1,6 +1,7 @@
 //! Tags and text of an XML file, one after the other. Raw data behind the last tag of interest are never looked at.
 
 use crate::Error;
+use crate::io::newlines;
 
 /// The remedy for whatever a writer would not have written.
 pub(super) const DAMAGED: &str = "the file is damaged or incomplete; write it again";
@@ -41,7 +42,7 @@ impl<'a> Xml<'a> {
     /// An error at byte `pos`, named by its line.
     pub fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
         let before = &self.bytes[..pos.min(self.bytes.len())];
-        Error::new(format!("line {}", 1 + before.iter().filter(|&&b| b == b'\n').count()), what, remedy)
+        Error::new(format!("line {}", 1 + newlines(before)), what, remedy)
     }
 
     /// The next piece; `None` at the end of the file. Comments and declarations are passed over.
@@ -52,7 +53,7 @@ impl<'a> Xml<'a> {
                 return Ok(None);
             }
             if rest[0] != b'<' {
-                let end = rest.iter().position(|&b| b == b'<').unwrap_or(rest.len());
+                let end = memchr::memchr(b'<', rest).unwrap_or(rest.len());
                 self.pos += end;
                 return Ok(Some(Event::Text(&rest[..end])));
             }
