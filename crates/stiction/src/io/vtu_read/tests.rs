@@ -161,3 +161,68 @@ fn single_arrays_of_a_large_result_come_back_in_any_order() {
     assert_eq!((read.points, read.cells), (points.len(), points.len()));
     assert!(read.arrays == [Some(last), None, Some(first)]);
 }
+
+/// Numbers of every width, in both byte orders and in compressed blocks that cut them in two: the mesh of the text.
+#[test]
+fn numbers_are_read_in_every_width_and_byte_order() {
+    let (expected, _) = parse(edited("4", "4").as_bytes(), "part.vtu", 1.0).unwrap();
+    let bytes = |values: &[i64], size: usize, big: bool| -> Vec<u8> {
+        let number =
+            |v: &i64| if big { v.to_be_bytes()[8 - size..].to_vec() } else { v.to_le_bytes()[..size].to_vec() };
+        values.iter().flat_map(number).collect()
+    };
+    let head = |n: usize, big: bool| bytes(&[n as i64], 8, big);
+    // Blocks of five bytes end within most numbers.
+    let blocks = |data: &[u8], block: usize, big: bool| -> Vec<u8> {
+        let packed = |part: &[u8]| {
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+            std::io::Write::write_all(&mut encoder, part).unwrap();
+            encoder.finish().unwrap()
+        };
+        let parts: Vec<Vec<u8>> = data.chunks(block).map(packed).collect();
+        let sizes = parts.iter().map(Vec::len);
+        let heads = [parts.len(), block, data.len() % block].into_iter().chain(sizes).flat_map(|n| head(n, big));
+        heads.chain(parts.iter().flatten().copied()).collect()
+    };
+    for (size, name) in [(1, "Int8"), (2, "Int16"), (4, "Int32"), (8, "Int64"), (2, "UInt16"), (4, "UInt32")] {
+        for (big, block) in [(false, None), (true, None), (false, Some(5)), (true, Some(5)), (true, Some(16))] {
+            let mut text = edited("4", "4");
+            let mut appended: Vec<u8> = Vec::new();
+            for (kind, array, words) in [
+                ("Int32", "connectivity", "0 1 2 3 0 1 2"),
+                ("Int64", "offsets", "4 7"),
+                ("Int32", "on &lt;top&gt;", "0 1 0 0"),
+                ("Int32", "part", "-7 3"),
+            ] {
+                if name.starts_with('U') && words.contains('-') {
+                    continue;
+                }
+                let values: Vec<i64> = words.split(' ').map(|word| word.parse().unwrap()).collect();
+                let data = bytes(&values, size, big);
+                let from = format!("type=\"{kind}\" Name=\"{array}\" format=\"ascii\">{words}<");
+                assert!(text.contains(&from));
+                let to =
+                    format!("type=\"{name}\" Name=\"{array}\" format=\"appended\" offset=\"{}\"><", appended.len());
+                text = text.replacen(&from, &to, 1);
+                appended.extend(block.map_or_else(|| head(data.len(), big), |block| blocks(&data, block, big)));
+                appended.extend(if block.is_none() { data } else { Vec::new() });
+            }
+            if big {
+                text = text.replace("LittleEndian", "BigEndian");
+            }
+            if block.is_some() {
+                text = text.replace("header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
+            }
+            let (grid, end) = text.split_once("</VTKFile>").unwrap();
+            let file = [
+                grid.as_bytes(),
+                b"<AppendedData encoding=\"raw\">_",
+                &appended,
+                b"</AppendedData></VTKFile>",
+                end.as_bytes(),
+            ];
+            let (mesh, _) = parse(&file.concat(), "part.vtu", 1.0).unwrap();
+            assert_eq!(mesh, expected, "{name} {big} {block:?}");
+        }
+    }
+}
