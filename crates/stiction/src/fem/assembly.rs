@@ -193,7 +193,7 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
         .iter()
         .map(|dofs| dofs.iter().filter(|&&u| u != u32::MAX).count() as u8)
         .collect();
-    let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(|range| neighbouring(range, &free_of_node)).collect();
+    let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(|range| unknowns_around(range, &free_of_node)).collect();
     let [mut support_stiffness, mut support_support] = [n, p].map(|cols| Csr::zero(p, cols));
     let mut support_row = 0;
     for (range, counts) in ranges.iter().zip(&counts) {
@@ -218,7 +218,7 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
 }
 
 /// For each node of the range the unknowns of the neighbours before it, and of all of them.
-fn neighbouring(range: &NodeRange, free_of_node: &[u8]) -> Vec<[usize; 2]> {
+fn unknowns_around(range: &NodeRange, free_of_node: &[u8]) -> Vec<[usize; 2]> {
     let count = |neighbours: &[u32]| neighbours.iter().map(|&j| free_of_node[j as usize] as usize).sum::<usize>();
     let of_node = |i: usize| {
         let neighbours = range.neighbours(i);
@@ -228,7 +228,7 @@ fn neighbouring(range: &NodeRange, free_of_node: &[u8]) -> Vec<[usize; 2]> {
     range.nodes.clone().map(of_node).collect()
 }
 
-/// `K` with its row pointers; `counts` are those of [`neighbouring`].
+/// `K` with its row pointers; `counts` are those of [`unknowns_around`].
 fn lower_pattern(dofs: &DofMap, ranges: &[NodeRange], free_of_node: &[u8], counts: &[Vec<[usize; 2]>]) -> SymmetricCsr {
     // Entries of the rows of a node with so many unknowns, of which its own block has a triangle.
     let entries = |own: usize, before: usize| own * before + own * (own + 1) / 2;

@@ -86,8 +86,10 @@ fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [f64]) -> Result<(
             let Some(field) = field else { continue };
             let value = field.finite_at(x, t)?;
             let entry = &mut prescribed[3 * node as usize + c];
-            let first = if entry.is_nan() { value } else { *entry };
-            *entry = first;
+            if entry.is_nan() {
+                *entry = value;
+            }
+            let first = *entry;
             if (first - value).abs() > SAME_VALUE * first.abs().max(value.abs()) {
                 let axis = ["x", "y", "z"][c];
                 return Err(Error::new(

@@ -39,7 +39,7 @@ impl Incidence {
     }
 }
 
-/// The cells that touch a range of nodes: a bit for each cell of the mesh, all zero between two ranges.
+/// The cells that touch a range of nodes: a bit for each up to the highest met so far, all zero between two ranges.
 #[derive(Debug, Default)]
 pub(super) struct Touching(Vec<u64>);
 
@@ -57,7 +57,7 @@ impl Touching {
             self.0[word] |= 1 << (cell % 64);
             (low, high) = (low.min(word), high.max(word));
         }
-        // Each is met at two to eight of its nodes.
+        // Most are met at two nodes or more.
         let mut cells = Vec::with_capacity(own.len() / 2);
         for word in low..=high {
             let mut bits = std::mem::take(&mut self.0[word]);

@@ -16,7 +16,6 @@ mod integrated;
 mod loads;
 mod material;
 mod model;
-mod ratios;
 mod recovery;
 mod rigid;
 mod solid;

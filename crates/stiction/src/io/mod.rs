@@ -24,7 +24,8 @@ pub mod surface;
 pub mod vtu;
 pub mod vtu_read;
 
-use std::io::Read as _;
+use std::collections::TryReserveError;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -37,19 +38,28 @@ fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = std::fs::File::open(path)?;
         let length = file.metadata()?.len().try_into().unwrap_or(0);
-        // What does not fit is told as an error, not by an abort.
-        Vec::<u8>::new().try_reserve_exact(length)?;
+        fits(length)?;
         let mut bytes = in_huge_pages(vec![0; length]);
-        if !read_by_threads(&file, &mut bytes) {
+        if read_by_threads(&file, &mut bytes) {
+            file.seek(SeekFrom::Start(length as u64))?;
+        } else {
             bytes.clear();
-            file.read_to_end(&mut bytes)?;
         }
+        // All of it, or what it has grown by.
+        file.read_to_end(&mut bytes)?;
         Ok(bytes)
     };
     read().map_err(|e| {
         let what = format!("the mesh file cannot be read ({e})");
         Error::new(path.display().to_string(), what, "check its path and permissions")
     })
+}
+
+/// An error instead of an abort where so many bytes cannot be had.
+fn fits(bytes: usize) -> Result<(), TryReserveError> {
+    let mut room = Vec::<u8>::new();
+    // Room that nothing uses would not be asked for.
+    std::hint::black_box(&mut room).try_reserve_exact(bytes)
 }
 
 /// Fills `bytes` from the start of the file; false where that must be left to one reader.

@@ -1,4 +1,4 @@
-//! Numbers sorted into buckets by counting, by all threads.
+//! Numbers sorted into buckets by counting, by several threads.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};

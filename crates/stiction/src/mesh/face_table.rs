@@ -9,7 +9,7 @@ use super::{Buckets, CellKind, Face, RawMesh};
 /// Nodes whose faces a thread sorts at a time; the result does not depend on it.
 const NODES_PER_TASK: usize = 4096;
 
-/// Room for the faces of a cell: face number = `STRIDE * cell + local`.
+/// Room for the six faces of a cell, a power of two: face number = `STRIDE * cell + local`.
 const STRIDE: u32 = 8;
 
 /// Largest number of cells whose faces can be numbered.
@@ -95,10 +95,9 @@ impl<'a> FaceTable<'a> {
             block
         };
         let blocks: Vec<Block> = raw.cells.iter().map(block).collect();
-        let of_cells = |range: Range<usize>| blocks.iter().flat_map(move |block| block.faces_in(range.clone()));
-        let faces = Buckets::new(raw.nodes.len(), first, of_cells);
-        let mut table = FaceTable { blocks, faces };
-        let mut faces = std::mem::take(&mut table.faces);
+        let table = FaceTable { blocks, faces: Buckets::default() };
+        let of_cells = |range: Range<usize>| table.blocks.iter().flat_map(move |block| block.faces_in(range.clone()));
+        let mut faces = Buckets::new(raw.nodes.len(), first, of_cells);
         let (mut tasks, mut rest) = (Vec::new(), faces.items.as_mut_slice());
         let starts = &faces.start;
         for first in (0..raw.nodes.len()).step_by(NODES_PER_TASK) {

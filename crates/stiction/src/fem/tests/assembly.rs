@@ -45,8 +45,9 @@ fn the_split_matrices_are_the_parts_of_the_free_body() {
 #[test]
 fn the_result_is_the_same_to_the_bit_for_any_number_of_threads() {
     for kind in KINDS {
-        let cells = if kind.edges().is_empty() { [30, 16, 14] } else { [12, 7, 6] };
-        let mut mesh = brick(kind, cells, [3.0, 1.0, 1.0]); // several ranges of nodes
+        // Enough nodes for other ranges with other numbers of threads.
+        let cells = if kind.edges().is_empty() { [36, 24, 20] } else { [20, 12, 12] };
+        let mut mesh = brick(kind, cells, [3.0, 1.0, 1.0]);
         distort(&mut mesh, 0.01);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -55,7 +56,7 @@ fn the_result_is_the_same_to_the_bit_for_any_number_of_threads() {
             let fix = clamp(nodes_where(&mesh, |x| x[0] == 0.0), 0.1);
             pool.install(|| model_of(&mesh, &material(2.0, 0.47), &[load], &[fix]).unwrap())
         };
-        let (one, two) = (run(1), run(2));
+        let (one, two) = (run(1), run(5));
         assert!(one.stiffness.start.len() == two.stiffness.start.len() && one.stiffness == two.stiffness);
         assert!(one.load == two.load && one.support_load == two.support_load);
         assert!(one.support_stiffness == two.support_stiffness && one.support_support == two.support_support);
@@ -93,10 +94,9 @@ fn problems_that_cannot_be_posed_say_why() {
     assert!(assemble(&solid, &[], &[], 0.0).is_err());
 }
 
-/// Cells of which some are equal, of several materials, and some like no other; of one kind and of both. To the bit but
-/// for linear tetrahedra, whose sums are made of other terms.
+/// Cells of which some are equal, of two materials, and some like no other; of one kind and of both.
 #[test]
-fn the_stiffness_is_the_sum_over_the_cells() {
+fn the_stiffness_is_the_sum_over_the_cells_to_the_bit() {
     for kinds in [&[CellKind::Tet4][..], &[CellKind::Hex8], &[CellKind::Hex8, CellKind::Tet4]] {
         let mut mesh = brick(kinds[0], [32, 15, 10], [32.0, 15.0, 10.0]);
         for &kind in &kinds[1..] {
@@ -109,14 +109,8 @@ fn the_stiffness_is_the_sum_over_the_cells() {
         for x in mesh.nodes.iter_mut().filter(|x| x[0] > 6.0) {
             x[2] += 0.1 * (x[0] + 1.7 * x[1]).sin();
         }
-        // More of Poisson's ratios than are told apart, one of them twice.
-        let mut materials = [0.3, 0.47, 0.3, 0.1, 0.2, 0.0, -0.2, 0.25].map(|nu| material(2.0 + nu, nu));
-        materials[2].young = 5.0;
-        let axes = [[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        materials[7].orthotropic =
-            Orthotropic::new([3.0, 2.0, 1.0], [0.2; 3], [0.5, 0.7, 0.9], axes).ok().map(Box::new);
-        let count = materials.len() as u32;
-        let material_of_cell: Vec<u32> = (0..mesh.cell_count() as u32).map(|cell| cell / 7 % count).collect();
+        let materials = [material(2.0, 0.3), material(3.0, 0.47)];
+        let material_of_cell: Vec<u32> = (0..mesh.cell_count() as u32).map(|cell| cell / 7 % 2).collect();
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
         let mut entries = Vec::new();
         for ((kind, nodes), &m) in mesh.cell_iter().zip(&material_of_cell) {
@@ -136,13 +130,6 @@ fn the_stiffness_is_the_sum_over_the_cells() {
         }
         let n = 3 * mesh.nodes.len();
         let found = assemble(&solid, &[], &[], 0.0).unwrap().stiffness.full();
-        let expected = Csr::from_triplets(n, n, &entries);
-        if kinds == [CellKind::Hex8] {
-            assert!(found == expected);
-        }
-        assert!(found.start == expected.start && found.column == expected.column, "{kinds:?}");
-        let largest = expected.value.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-        let differ = found.value.iter().zip(&expected.value).filter(|(a, b)| (**a - **b).abs() > 2e-15 * largest);
-        assert_eq!(differ.count(), 0, "{kinds:?}");
+        assert!(found == Csr::from_triplets(n, n, &entries), "{kinds:?}");
     }
 }

@@ -96,8 +96,8 @@ impl<'a> Document<'a> {
         if count > text.len() {
             return Err(wrong(words().count()));
         }
-        let mut values = Vec::new();
-        for word in words().take(count) {
+        let (mut values, mut rest) = (Vec::new(), words());
+        for word in rest.by_ref().take(count) {
             let Some(value) = of(word) else {
                 let shown = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
                 return Err(self.fail(array, format!("\"{shown}\" stands where a number was expected")));
@@ -105,7 +105,7 @@ impl<'a> Document<'a> {
             grow(&mut values, 1, count);
             values.push(value);
         }
-        let read = words().count();
+        let read = values.len() + rest.count();
         if read == count { Ok(values) } else { Err(wrong(read)) }
     }
 
@@ -194,8 +194,12 @@ impl<'a> Document<'a> {
                 let Some((bytes, mut part)) = part else {
                     return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
                 };
-                grow(&mut values, part.len(), count);
-                values.append(&mut part);
+                if values.is_empty() {
+                    values = part;
+                } else {
+                    grow(&mut values, part.len(), count);
+                    values.append(&mut part);
+                }
                 rest.extend_from_slice(&bytes);
                 let whole = rest.len() - rest.len() % array.size;
                 grow(&mut values, whole / array.size, count);

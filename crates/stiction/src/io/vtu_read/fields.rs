@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::document::{Array, Document, Format, Section, document};
 use crate::Error;
+use crate::io::fits;
 use crate::mesh::Mesh;
 
 /// Named arrays of a grid as numbers.
@@ -69,8 +70,7 @@ fn with_holes(path: &Path, wanted: &[(Over, &str)]) -> std::io::Result<Option<Ve
     const HEAD: usize = 1 << 16;
     let mut file = File::open(path)?;
     let length = usize::try_from(file.metadata()?.len()).unwrap_or(0);
-    // A file longer than memory can be is an error and no end of the program.
-    Vec::<u8>::new().try_reserve_exact(length)?;
+    fits(length)?;
     let mut bytes = vec![0; length];
     let head = bytes.len().min(HEAD);
     file.read_exact(&mut bytes[..head])?;

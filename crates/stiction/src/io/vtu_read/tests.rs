@@ -184,7 +184,9 @@ fn numbers_are_read_in_every_width_and_byte_order() {
         let heads = [parts.len(), block, data.len() % block].into_iter().chain(sizes).flat_map(|n| head(n, big));
         heads.chain(parts.iter().flatten().copied()).collect()
     };
-    for (size, name) in [(1, "Int8"), (2, "Int16"), (4, "Int32"), (8, "Int64"), (2, "UInt16"), (4, "UInt32")] {
+    let signed = [(1, "Int8"), (2, "Int16"), (4, "Int32"), (8, "Int64")];
+    let unsigned = [(1, "UInt8"), (2, "UInt16"), (4, "UInt32"), (8, "UInt64")];
+    for (size, name) in signed.into_iter().chain(unsigned) {
         for (big, block) in [(false, None), (true, None), (false, Some(5)), (true, Some(5)), (true, Some(16))] {
             let mut text = edited("4", "4");
             let mut appended: Vec<u8> = Vec::new();
@@ -207,6 +209,23 @@ fn numbers_are_read_in_every_width_and_byte_order() {
                 appended.extend(block.map_or_else(|| head(data.len(), big), |block| blocks(&data, block, big)));
                 appended.extend(if block.is_none() { data } else { Vec::new() });
             }
+            let float = if size < 8 { "Float32" } else { "Float64" };
+            let data: Vec<u8> = [5.0f64, 7.0]
+                .iter()
+                .flat_map(|x| {
+                    let mut all = if size < 8 { (*x as f32).to_be_bytes().to_vec() } else { x.to_be_bytes().to_vec() };
+                    if !big {
+                        all.reverse();
+                    }
+                    all
+                })
+                .collect();
+            let to = format!("type=\"{float}\" Name=\"stress\" format=\"appended\" offset=\"{}\"><", appended.len());
+            let from = "type=\"Float64\" Name=\"stress\" format=\"ascii\">5 7<";
+            assert!(text.contains(from));
+            text = text.replacen(from, &to, 1);
+            appended.extend(block.map_or_else(|| head(data.len(), big), |block| blocks(&data, block, big)));
+            appended.extend(if block.is_none() { data } else { Vec::new() });
             if big {
                 text = text.replace("LittleEndian", "BigEndian");
             }
