@@ -48,18 +48,22 @@ impl Touching {
     pub fn cells(&mut self, range: &NodeRange, incidence: &Incidence) -> Vec<u32> {
         let Incidence(at) = incidence;
         let own = &at.items[at.start[range.nodes.start]..at.start[range.nodes.end]];
-        let (mut low, mut high) = (usize::MAX, 0);
+        // Words with a bit, of which a mesh numbered as it lies in space has few.
+        let mut words = Vec::new();
         for &cell in own {
             let word = cell as usize / 64;
             if word >= self.0.len() {
                 self.0.resize(word + 1, 0);
             }
+            if self.0[word] == 0 {
+                words.push(word);
+            }
             self.0[word] |= 1 << (cell % 64);
-            (low, high) = (low.min(word), high.max(word));
         }
+        words.sort_unstable();
         // Most are met at two nodes or more.
         let mut cells = Vec::with_capacity(own.len() / 2);
-        for word in low..=high {
+        for word in words {
             let mut bits = std::mem::take(&mut self.0[word]);
             while bits != 0 {
                 cells.push(64 * word as u32 + bits.trailing_zeros());
