@@ -24,14 +24,13 @@ pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
         return Err(Error::new("", what, format!("at most {} nodes and {MAX_CELLS} cells", u32::MAX - 1)));
     }
     let outside = |n: &u32| *n as usize >= nodes;
-    if !cells_are_sound(raw) {
-        cells_without(raw, "broken node list", "every node a cell names must be in the file", |kind, cell| {
-            cell.len() == kind.nodes() && !cell.iter().any(outside)
-        })?;
-        cells_without(raw, "repeated node", "split or remove collapsed cells", |_, cell| {
-            cell.iter().enumerate().all(|(i, node)| !cell[..i].contains(node))
-        })?;
-    }
+    let (broken, repeated): (Vec<usize>, Vec<usize>) = unsound(raw).into_iter().partition(|&cell| {
+        let (kind, own) = raw.cell(cell);
+        own.len() != kind.nodes() || own.iter().any(outside)
+    });
+    let remedy = "every node a cell names must be in the file";
+    cells_error(raw, &broken, "with a broken node list", remedy)?;
+    cells_error(raw, &repeated, "with a repeated node", "split or remove collapsed cells")?;
     for group in &raw.groups {
         let face = |f: &[u32; 4]| f[..3].iter().any(outside) || f[3] != u32::MAX && outside(&f[3]);
         let cell = |c: &u32| *c as usize >= cells;
@@ -55,18 +54,24 @@ pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
     Err(Error::new(format!("node {}", raw.node_id(first)), what, "write the file again"))
 }
 
-/// Whether all cells are whole, of different nodes that are there; nearly always, and sooner said of all than of each.
-fn cells_are_sound(raw: &RawMesh) -> bool {
-    raw.cells.par_iter().all(|block| match block.kind {
-        CellKind::Tet4 => are_sound::<4>(&block.nodes, raw.nodes.len()),
-        CellKind::Hex8 => are_sound::<8>(&block.nodes, raw.nodes.len()),
-        CellKind::Tet10 => are_sound::<10>(&block.nodes, raw.nodes.len()),
-        CellKind::Hex20 => are_sound::<20>(&block.nodes, raw.nodes.len()),
-    })
+/// Numbers of the cells that are not whole, name nodes that are not there, or a node twice; ascending.
+fn unsound(raw: &RawMesh) -> Vec<usize> {
+    let (mut bad, mut first) = (Vec::new(), 0);
+    for block in &raw.cells {
+        let own = match block.kind {
+            CellKind::Tet4 => unsound_of::<4>(&block.nodes, raw.nodes.len()),
+            CellKind::Hex8 => unsound_of::<8>(&block.nodes, raw.nodes.len()),
+            CellKind::Tet10 => unsound_of::<10>(&block.nodes, raw.nodes.len()),
+            CellKind::Hex20 => unsound_of::<20>(&block.nodes, raw.nodes.len()),
+        };
+        bad.extend(own.iter().map(|cell| first + cell));
+        first += block.nodes.len().div_ceil(block.kind.nodes());
+    }
+    bad
 }
 
-/// The same of cells with `N` nodes each, one after the other.
-fn are_sound<const N: usize>(cells: &[u32], nodes: usize) -> bool {
+/// The same of cells with `N` nodes each, one after the other, counted from 0.
+fn unsound_of<const N: usize>(cells: &[u32], nodes: usize) -> Vec<usize> {
     /// Looked through at a time.
     const CELLS: usize = 1 << 12;
     let (whole, rest) = cells.as_chunks::<N>();
@@ -75,7 +80,12 @@ fn are_sound<const N: usize>(cells: &[u32], nodes: usize) -> bool {
         let repeated = |i: usize| (0..i).fold(false, |bad, j| bad | (cell[i] == cell[j]));
         (0..N).fold(false, |bad, i| bad | (cell[i] as usize >= nodes) | repeated(i))
     };
-    rest.is_empty() && whole.par_chunks(CELLS).all(|some| !some.iter().fold(false, |bad, cell| bad | is_bad(cell)))
+    let of_part = |(k, part): (usize, &[[u32; N]])| -> Vec<usize> {
+        (k * CELLS..).zip(part).filter(|(_, cell)| is_bad(cell)).map(|(number, _)| number).collect()
+    };
+    let mut bad: Vec<usize> = whole.par_chunks(CELLS).enumerate().flat_map_iter(of_part).collect();
+    bad.extend((!rest.is_empty()).then_some(whole.len()));
+    bad
 }
 
 /// Each array has a number for every node or cell, and names faces that are there.
@@ -139,22 +149,6 @@ pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> 
     let remedy =
         "cells that touch are of one order and share the nodes of their edges; mesh all of a body with one order";
     cells_error(raw, &unlike, "at a face whose mid-side nodes the neighbour does not share", remedy)
-}
-
-/// An error naming the cells that do not satisfy `good`.
-fn cells_without(
-    raw: &RawMesh,
-    what: &str,
-    remedy: &str,
-    good: impl Fn(CellKind, &[u32]) -> bool + Sync,
-) -> Result<(), Error> {
-    let (mut bad, mut offset) = (Vec::new(), 0);
-    for block in &raw.cells {
-        let cells = block.nodes.par_chunks(block.kind.nodes()).with_min_len(1024).enumerate();
-        bad.par_extend(cells.filter(|(_, cell)| !good(block.kind, cell)).map(|(i, _)| offset + i));
-        offset += block.nodes.len().div_ceil(block.kind.nodes());
-    }
-    cells_error(raw, &bad, &format!("with a {what}"), remedy)
 }
 
 /// An error naming these cells, unless there are none.

@@ -66,4 +66,17 @@ impl RawMesh {
         }
         i as u64 + 1
     }
+
+    /// Kind and nodes of cell `i`, of a broken last one those that are there.
+    pub(super) fn cell(&self, i: usize) -> (CellKind, &[u32]) {
+        let mut local = i;
+        for block in &self.cells {
+            let n = block.kind.nodes();
+            if let Some(cell) = block.nodes.chunks(n).nth(local) {
+                return (block.kind, cell);
+            }
+            local -= block.nodes.len().div_ceil(n);
+        }
+        panic!("cell {i} of {}", self.cell_count())
+    }
 }
