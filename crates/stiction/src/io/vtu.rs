@@ -395,7 +395,7 @@ fn compress<T: Number>(values: &[T], level: Compression) -> Vec<u8> {
     encoder.write_all(&bytes).and_then(|()| encoder.finish()).expect("memory takes every byte")
 }
 
-/// The bytes as they are in the format of zlib (RFC 1950 and 1951); the encoder would move each of them several times.
+/// Bytes, at least one, as they are in the format of zlib (RFC 1950 and 1951); the encoder would move each of them several times.
 fn stored(bytes: &[u8]) -> Vec<u8> {
     const MOST: usize = u16::MAX as usize;
     let parts = bytes.len().div_ceil(MOST);

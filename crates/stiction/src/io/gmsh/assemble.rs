@@ -208,9 +208,8 @@ impl Copies {
         self.entities.contains(&run.entity)
     }
 
-    /// The number of an equal cell of another physical group, or `next` if the cell is new; of a run that it [may
-    /// hold](Self::may_hold). An equal cell of the
-    /// same group is not merged: the file says twice what it should say once.
+    /// The number of an equal cell of another physical group, or `next` if the cell is new; of a run that [may have come
+    /// before](Self::may_hold). An equal cell of the same group is not merged: the file says twice what it should say once.
     fn find_or_insert(&mut self, run: &Run, nodes: &[u32], next: usize) -> usize {
         let (number, physical) = *self.cells.entry(nodes.to_vec()).or_insert((next, run.physical));
         if physical == run.physical { next } else { number }

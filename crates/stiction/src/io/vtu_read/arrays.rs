@@ -1,6 +1,5 @@
 //! Numbers of arrays.
 
-use std::borrow::Cow;
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
@@ -163,17 +162,17 @@ impl<'a> Document<'a> {
         if needed / ZLIB_MOST > stream.remaining() {
             return Err(ends());
         }
-        let unpacked = |(i, packed): (usize, &Cow<[u8]>)| {
+        let unpacked = |i: usize, packed: &[u8]| {
             let expected = if i + 1 == blocks { last } else { block };
             // The promise alone takes no memory out of proportion.
             let mut out = Vec::with_capacity((expected + 1).min(8 * packed.len()));
             // one more byte than there may be, so that a longer block is seen
-            let read = ZlibDecoder::new(&**packed).take(expected as u64 + 1).read_to_end(&mut out);
+            let read = ZlibDecoder::new(packed).take(expected as u64 + 1).read_to_end(&mut out);
             (read.is_ok() && out.len() == expected).then_some(out)
         };
         let is_whole = block % array.size == 0;
-        let decoded = |packed: (usize, &Cow<[u8]>)| {
-            let bytes = unpacked(packed)?;
+        let decoded = |i: usize, packed: &[u8]| {
+            let bytes = unpacked(i, packed)?;
             if !is_whole {
                 return Some((bytes, Vec::new()));
             }
@@ -189,7 +188,7 @@ impl<'a> Document<'a> {
         for (group, sizes) in sizes.chunks(at_once).enumerate() {
             let packed = sizes.iter().map(|&size| stream.take(size)).collect::<Option<Vec<_>>>().ok_or_else(ends)?;
             let first = group * at_once;
-            let parts: Vec<_> = packed.par_iter().enumerate().map(|(k, packed)| decoded((first + k, packed))).collect();
+            let parts: Vec<_> = packed.par_iter().enumerate().map(|(k, packed)| decoded(first + k, packed)).collect();
             for (i, part) in (first..).zip(parts) {
                 let Some((bytes, mut part)) = part else {
                     return Err(self.fail(array, format!("block {i} of its compressed data is damaged")));
