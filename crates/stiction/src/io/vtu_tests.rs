@@ -41,7 +41,7 @@ fn doubles(bytes: &[u8]) -> Vec<f64> {
 }
 
 fn singles(bytes: &[u8]) -> Vec<f32> {
-    bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+    bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
 fn longs(bytes: &[u8]) -> Vec<i64> {

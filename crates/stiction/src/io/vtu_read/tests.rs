@@ -184,6 +184,10 @@ fn numbers_are_read_in_every_width_and_byte_order() {
         let heads = [parts.len(), block, data.len() % block].into_iter().chain(sizes).flat_map(|n| head(n, big));
         heads.chain(parts.iter().flatten().copied()).collect()
     };
+    let stored = |data: &[u8], block: Option<usize>, big: bool| match block {
+        Some(block) => blocks(data, block, big),
+        None => [&head(data.len(), big), data].concat(),
+    };
     let signed = [(1, "Int8"), (2, "Int16"), (4, "Int32"), (8, "Int64")];
     let unsigned = [(1, "UInt8"), (2, "UInt16"), (4, "UInt32"), (8, "UInt64")];
     for (size, name) in signed.into_iter().chain(unsigned) {
@@ -206,8 +210,7 @@ fn numbers_are_read_in_every_width_and_byte_order() {
                 let to =
                     format!("type=\"{name}\" Name=\"{array}\" format=\"appended\" offset=\"{}\"><", appended.len());
                 text = text.replacen(&from, &to, 1);
-                appended.extend(block.map_or_else(|| head(data.len(), big), |block| blocks(&data, block, big)));
-                appended.extend(if block.is_none() { data } else { Vec::new() });
+                appended.extend(stored(&data, block, big));
             }
             let float = if size < 8 { "Float32" } else { "Float64" };
             let data: Vec<u8> = [5.0f64, 7.0]
@@ -224,8 +227,7 @@ fn numbers_are_read_in_every_width_and_byte_order() {
             let from = "type=\"Float64\" Name=\"stress\" format=\"ascii\">5 7<";
             assert!(text.contains(from));
             text = text.replacen(from, &to, 1);
-            appended.extend(block.map_or_else(|| head(data.len(), big), |block| blocks(&data, block, big)));
-            appended.extend(if block.is_none() { data } else { Vec::new() });
+            appended.extend(stored(&data, block, big));
             if big {
                 text = text.replace("LittleEndian", "BigEndian");
             }
