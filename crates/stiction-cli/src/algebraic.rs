@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use stiction::Error;
-use stiction::friction::algebraic::{Form, Method, Settings, Status};
+use stiction::discrete::{Form, Method, Settings, Status};
 use stiction::run::{self, algebraic};
 
 use crate::{code, interrupt, output};

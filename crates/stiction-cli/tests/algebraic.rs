@@ -3,7 +3,7 @@
 mod common;
 
 use common::{CASE, Folder};
-use stiction::contact::{DiscreteProblem, LocalProblem};
+use stiction::discrete::{DiscreteProblem, LocalProblem};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;
 

@@ -13,6 +13,7 @@
 
 pub mod certificate;
 pub mod contact;
+pub mod discrete;
 pub mod dual;
 mod error;
 pub mod fem;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What each module may use besides itself and `Error`.
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 11] = [
     ("linalg", &[]),
     ("mesh", &[]),
     ("fem", &["linalg", "mesh"]),
@@ -13,8 +13,9 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("certificate", &["linalg", "contact"]),
     ("qp", &["linalg"]),
     ("friction", &["linalg", "contact", "dual", "certificate", "qp"]),
-    ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction"]),
-    ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "io"]),
+    ("discrete", &["linalg", "contact"]),
+    ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
+    ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io"]),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

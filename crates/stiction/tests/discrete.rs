@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 
 use proptest::prelude::*;
-use stiction::certificate::{Measures, measure};
-use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
-use stiction::friction::algebraic::{Form, Method, Settings, Solution, Status, condense, prepare, solve};
+use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::discrete::{Form, Method, Settings, Solution, Status, condense, prepare, solve};
+use stiction::discrete::{Measures, measure};
 use stiction::linalg::{Csr, norm};
 
 fn run(problem: &LocalProblem) -> Solution {

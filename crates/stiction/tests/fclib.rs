@@ -6,11 +6,10 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use common::{BrickLoad, brick, dual_of, settings};
-use stiction::contact::{
-    Bilateral, DiscreteProblem, Equalities, Friction, GlobalProblem, LocalProblem, SurfaceFriction,
-};
+use stiction::contact::{Friction, SurfaceFriction};
+use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::discrete::{Form, Settings, Status, condense};
 use stiction::dual::Form as DualForm;
-use stiction::friction::algebraic::{Form, Settings, Status, condense};
 use stiction::io::fclib::{self, Contents};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;

@@ -5,8 +5,9 @@ mod common;
 use std::ops::ControlFlow;
 
 use common::{BrickLoad, brick};
-use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem, SurfaceFriction};
-use stiction::friction::algebraic::{Form, Method, Settings, Solution, Status, prepare};
+use stiction::contact::SurfaceFriction;
+use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::discrete::{Form, Method, Settings, Solution, Status, prepare};
 use stiction::io::fclib::Contents;
 use stiction::linalg::{Csr, norm};
 use stiction::mesh::BlockElement;

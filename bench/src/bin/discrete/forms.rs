@@ -4,8 +4,8 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use cpu_time::ProcessTime;
-use stiction::contact::DiscreteProblem;
-use stiction::friction::algebraic::{Form, Method, Settings, prepare};
+use stiction::discrete::DiscreteProblem;
+use stiction::discrete::{Form, Method, Settings, prepare};
 use stiction::linalg::norm;
 
 use crate::made::brick;

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use stiction::contact::{DiscreteProblem, GlobalProblem};
+use stiction::discrete::{DiscreteProblem, GlobalProblem};
 use stiction::io::case;
 use stiction::linalg::{Csr, norm};
 use stiction::run;

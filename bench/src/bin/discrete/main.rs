@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use cpu_time::ProcessTime;
-use stiction::friction::algebraic::{Form, Method, Settings, Status, prepare};
+use stiction::discrete::{Form, Method, Settings, Status, prepare};
 use stiction::run::algebraic;
 
 /// Siconos 4.4.0, the best of its solvers, user seconds to 1e-8 by the first measure, one thread, busy machine (a

@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use cpu_time::ProcessTime;
-use stiction::contact::DiscreteProblem;
-use stiction::friction::algebraic::{Form, Method, Settings, Status, prepare};
+use stiction::discrete::DiscreteProblem;
+use stiction::discrete::{Form, Method, Settings, Status, prepare};
 use stiction::io::plot::{Align, Drawing};
 
 /// A solve ends after so many CPU seconds.

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use stiction::friction::algebraic::{Settings, Status, condense, solve};
+use stiction::discrete::{Settings, Status, condense, solve};
 
 use crate::made::{Normals, pile};
 

@@ -4,10 +4,8 @@
 //! an inequality against the tolerance, and does not change with the units.
 
 mod balance;
-mod discrete;
 mod duality;
 mod measures;
 
 pub use balance::{Balance, BodyBalance};
-pub use discrete::{Measures, measure};
 pub use measures::{Certificate, certify};

@@ -1,7 +1,6 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
 mod closest;
-mod discrete;
 pub mod equilibrium;
 mod flat;
 mod frame;
@@ -21,7 +20,6 @@ pub mod sliding;
 mod surface;
 mod triangles;
 
-pub use discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use obstacle::{Obstacle, Side};
 pub use patches::{Patch, patches};
 pub use pose::pose;

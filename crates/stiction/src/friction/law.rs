@@ -9,7 +9,7 @@ pub enum PointState {
 }
 
 /// The largest friction at a point whose augmented normal force is `a_n`, newton.
-pub(super) fn bound(friction: Friction, a_n: f64) -> f64 {
+pub(in crate::friction) fn bound(friction: Friction, a_n: f64) -> f64 {
     match friction {
         Friction::None => 0.0,
         Friction::Given { slip_bound } => slip_bound,
@@ -20,7 +20,7 @@ pub(super) fn bound(friction: Friction, a_n: f64) -> f64 {
 }
 
 /// The derivative of [`bound`] by the normal force where friction follows it, zero where a limit rules.
-pub(super) fn slope(friction: Friction, a_n: f64) -> f64 {
+pub(in crate::friction) fn slope(friction: Friction, a_n: f64) -> f64 {
     match friction {
         Friction::Coulomb { coefficient } => coefficient,
         Friction::Limited { coefficient, limit } if coefficient * a_n.max(0.0) < limit => coefficient,
@@ -29,7 +29,7 @@ pub(super) fn slope(friction: Friction, a_n: f64) -> f64 {
 }
 
 /// The law with the bound that friction has at the normal force `lambda_n`, newton.
-pub(super) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
+pub(in crate::friction) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
     match friction {
         Friction::Coulomb { .. } | Friction::Limited { .. } => {
             Friction::Given { slip_bound: bound(friction, lambda_n) }
@@ -39,7 +39,7 @@ pub(super) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
 }
 
 /// The state of one point from its augmented multiplier `a = lambda - r v`, `v = [gap - N u; -slip]`.
-pub(super) fn state(friction: Friction, a: [f64; 3]) -> PointState {
+pub(in crate::friction) fn state(friction: Friction, a: [f64; 3]) -> PointState {
     match friction {
         Friction::Bonded => PointState::Stick,
         _ if a[0] <= 0.0 => PointState::Open,
@@ -55,14 +55,14 @@ pub fn states(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Ve
 }
 
 /// `lambda - r v` at point `j`.
-pub(super) fn augmented(lambda: &[f64], v: &[f64], r: &[f64], j: usize) -> [f64; 3] {
+pub(in crate::friction) fn augmented(lambda: &[f64], v: &[f64], r: &[f64], j: usize) -> [f64; 3] {
     let m = r.len();
     [j, m + j, 2 * m + j].map(|i| lambda[i] - r[j] * v[i])
 }
 
 /// The projection of `lambda - r v` on what the law admits, newton, length `3m`; the radius of a friction disc is that of
 /// the augmented normal force.
-pub(super) fn projection(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
+pub(in crate::friction) fn projection(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
     let m = r.len();
     let mut p = vec![0.0; 3 * m];
     for (j, &law) in friction.iter().enumerate() {
@@ -81,7 +81,7 @@ pub(super) fn projection(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[
 
 /// The residual of Alart & Curnier (1991), newton, length `3m`: `lambda` less its [`projection`]. Zero exactly at
 /// solutions.
-pub(super) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
+pub(in crate::friction) fn residual(friction: &[Friction], lambda: &[f64], v: &[f64], r: &[f64]) -> Vec<f64> {
     let projected = projection(friction, lambda, v, r);
     lambda.iter().zip(projected).map(|(x, p)| x - p).collect()
 }

@@ -6,39 +6,18 @@
 //! method on copies of the multipliers, and the fixed point on the bounds of friction. [`run_method`] is the same on
 //! the dual energy alone ([`Quadratic`]), without displacements and certificate.
 
-pub mod algebraic;
-mod coulomb;
-mod discs;
-mod faces;
-mod fixed_point;
-mod given;
-mod lagrangian;
+pub mod direct;
 mod law;
-mod method;
-mod minimize;
-mod newton;
-mod newton_system;
-mod primal;
-mod proximal;
-mod quadratic;
-mod rigid_start;
-mod run_method;
+pub mod multigrid;
+pub mod reference;
 mod solution;
-mod solve;
-mod solve_with;
-mod squares;
 
-pub use coulomb::{CoulombFacts, coulomb_facts};
+pub use direct::{CoulombFacts, coulomb_facts, rigid_rest, solve};
 pub use law::{PointState, states};
-pub use method::{
-    CopiesAtOnce, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Minimization,
-    ObserveMethod, Penalty, Splitting, Start, Sweeps,
+pub use multigrid::{Primal, descend_primal, solve_primal};
+pub use reference::{
+    Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep,
+    Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, polygon, run_method,
+    solve_with,
 };
-pub use primal::{Primal, descend_primal, solve_primal};
-pub use quadratic::Quadratic;
-pub use rigid_start::rigid_rest;
-pub use run_method::{fixed_point_defect, run_method};
 pub use solution::{Counts, Phase, Progress, Settings, Solution, Status};
-pub use solve::solve;
-pub use solve_with::{Answer, solve_with};
-pub use squares::{Coupling, polygon};

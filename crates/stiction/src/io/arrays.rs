@@ -14,7 +14,8 @@ use super::npz::{self, Arrays, Data};
 use super::storage::{Storage, matrix};
 use super::{fclib::Contents, matrix_market};
 use crate::Error;
-use crate::contact::{ContactProblem, DiscreteProblem, Friction, GlobalProblem, LocalProblem};
+use crate::contact::{ContactProblem, Friction};
+use crate::discrete::{DiscreteProblem, GlobalProblem, LocalProblem};
 use crate::linalg::{Csr, SymmetricCsr};
 
 /// Where arrays come from.

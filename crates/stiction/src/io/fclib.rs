@@ -10,7 +10,7 @@ use hdf5_pure::{DType, File, Group};
 
 use super::storage::{Storage, matrix};
 use crate::Error;
-use crate::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use crate::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::linalg::Csr;
 
 /// What a file holds.

@@ -7,7 +7,7 @@ use hdf5_pure::{FileBuilder, FinishedGroup, GroupBuilder, LibVer};
 
 use super::replace::replace;
 use crate::Error;
-use crate::contact::{Bilateral, DiscreteProblem, Equalities};
+use crate::discrete::{Bilateral, DiscreteProblem, Equalities};
 use crate::linalg::Csr;
 
 /// A solution or a guess: impulses `r` and velocities `u` (`dm`), velocities of bodies `v` (`n`, empty for a local

@@ -8,11 +8,9 @@ use std::time::Instant;
 use serde_json::{Map, Value, json};
 
 use crate::Error;
-use crate::certificate::Measures;
-use crate::contact::DiscreteProblem;
-use crate::friction::algebraic::{
-    Form, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
-};
+use crate::discrete::DiscreteProblem;
+use crate::discrete::Measures;
+use crate::discrete::{Form, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank};
 use crate::io::fclib::Contents;
 use crate::io::fclib_write::{self, State};
 use crate::io::{arrays, fclib, folder};

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 #[path = "counting.rs"]
 mod counting;
 
-use stiction::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
 use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, surface, vtu_read};

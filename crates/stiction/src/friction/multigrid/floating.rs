@@ -4,7 +4,7 @@ use super::iteration::State;
 use super::sets::Law;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::RigidMotions;
-use crate::friction::rigid_start::{Foundation, balanced};
+use crate::friction::direct::rigid_start::{Foundation, balanced};
 
 /// Bodies that contact alone holds: what it takes to move each of them as a whole.
 pub(super) struct Floating<'a> {

@@ -2,8 +2,8 @@ use std::ops::ControlFlow;
 
 use super::V3;
 use super::law::project;
+use super::measures::Measures;
 use super::settings::{Counts, Progress, Settings, Solution, Status};
-use crate::certificate::Measures;
 use crate::linalg::norm;
 
 /// Impulses in the units of the problem, with their velocities and measures.

@@ -1,8 +1,8 @@
 use super::V3;
 use super::law::Linearised;
+use super::problem::LocalProblem;
 use super::sweeps::sweep;
 use super::system::{Shifted, System};
-use crate::contact::LocalProblem;
 use crate::linalg::{NodeGraph, nested_dissection};
 
 /// `W` and `q` of a problem scaled point by point, as blocks of 3 x 3 (two dimensions get a third that is zero).

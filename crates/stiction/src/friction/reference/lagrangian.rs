@@ -1,8 +1,8 @@
 use std::ops::Range;
 
-use super::PointState;
 use super::quadratic::Quadratic;
 use super::squares::{Coupling, Squares};
+use crate::friction::PointState;
 use crate::linalg::{Symmetric, axpy, norm};
 use crate::qp::Bounds;
 

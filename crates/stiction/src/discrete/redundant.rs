@@ -1,8 +1,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
+use super::problem::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::Error;
-use crate::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::linalg::{Csr, norm};
 
 /// A constraint whose coefficients, after elimination of the others, are this part of its own follows from them.

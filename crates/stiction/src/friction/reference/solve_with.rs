@@ -1,15 +1,15 @@
 use std::ops::ControlFlow;
 
-use super::law::states;
 use super::method::{Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Start};
 use super::quadratic::{MOST_STORED, Quadratic};
 use super::run_method::{is_exact, run_method};
-use super::solution::{Counts, Phase, Progress, Settings, Solution, Status};
-use super::solve::{make_admissible, solve};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::ContactProblem;
 use crate::dual::Dual;
+use crate::friction::direct::{make_admissible, solve};
+use crate::friction::law::states;
+use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
 
 /// A solution and what the method has to tell about how it got there.
 #[derive(Debug, Clone)]

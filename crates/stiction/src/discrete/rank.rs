@@ -1,5 +1,5 @@
 use super::blocks::Blocks;
-use crate::contact::LocalProblem;
+use super::problem::LocalProblem;
 
 /// Largest order of which the rank is computed: its square is held in memory.
 const LARGEST: usize = 6000;

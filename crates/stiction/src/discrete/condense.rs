@@ -1,5 +1,5 @@
+use super::problem::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::Error;
-use crate::contact::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::linalg::{Csr, Lu, NodeGraph, axpy, nested_dissection, norm, plan};
 
 /// A problem in impulses alone, and the way back to velocities and the impulses of bilateral constraints.

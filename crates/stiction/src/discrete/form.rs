@@ -3,14 +3,14 @@ use std::ops::ControlFlow;
 use super::V3;
 use super::condense::{Condensed, Recovered, components, condense, imbalance, symmetric_pattern};
 use super::course::{Course, Judged};
+use super::measures::{Measures, measure};
+use super::problem::{DiscreteProblem, GlobalProblem};
 use super::redundant::{Independent, independent};
 use super::saddle::Order;
 use super::settings::{Method, Progress, Settings, Solution};
 use super::solve::{iterate, solve};
 use super::sparse::Sparse;
 use crate::Error;
-use crate::certificate::{Measures, measure};
-use crate::contact::{DiscreteProblem, GlobalProblem};
 use crate::linalg::norm;
 
 /// Whether the velocities of bodies are eliminated.

@@ -1,10 +1,10 @@
 use super::given::{Adaptive, Record, adaptive_uzawa, relative, uzawa};
 use super::lagrangian::Copies;
-use super::law::bound;
 use super::method::{Given, MethodEnd, MethodSettings};
 use super::minimize::{Minimizer, norm_of_difference};
 use super::squares::boxes;
 use crate::contact::Friction;
+use crate::friction::law::bound;
 use crate::linalg::norm;
 
 /// The bounds of friction, newton: given where friction is given, `F lambda_n` where it is Coulomb's.

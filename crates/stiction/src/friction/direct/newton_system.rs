@@ -1,6 +1,6 @@
-use super::law::{augmented, bound, slope};
 use crate::contact::Friction;
 use crate::dual::{Dual, Inverse};
+use crate::friction::law::{augmented, bound, slope};
 use crate::linalg::{SmallLu, axpy, dot, gmres};
 
 /// One unknown of a Newton step.

@@ -11,8 +11,8 @@ use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::{ContactProblem, Friction};
+use crate::friction::direct::make_admissible;
 use crate::friction::rigid_rest;
-use crate::friction::solve::make_admissible;
 use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, Status};
 use crate::linalg::multigrid::Multigrid;
 

@@ -1,13 +1,13 @@
 use std::ops::ControlFlow;
 
-use super::PointState;
 use super::squares::Coupling;
+use crate::friction::PointState;
 use crate::qp::{BoundMethod, MprgpSettings};
 
 /// How contact with friction is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Method {
-    /// Newton's method on the law itself, with its fallbacks: [`super::solve`]. Needs no tuning.
+    /// Newton's method on the law itself, with its fallbacks: [`crate::friction::solve`]. Needs no tuning.
     #[default]
     Newton,
     /// Given friction.

@@ -1,8 +1,8 @@
 use std::cmp::Ordering;
 
-use super::law::{projection, residual, states};
 use super::newton::{End, Iterate, Newton, Observe};
 use super::newton_system::{Linearized, NewtonSystem, Step};
+use crate::friction::law::{projection, residual, states};
 use crate::linalg::{axpy, dot, norm};
 
 /// The parameter over that of the residual. It grows by `FACTOR` with every change of the multipliers, and falls where

@@ -1,8 +1,8 @@
-use super::law::{frozen, slope};
 use super::newton_system::{Linearized, NewtonSystem};
-use super::solution::Solution;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, Inverse};
+use crate::friction::law::{frozen, slope};
+use crate::friction::solution::Solution;
 use crate::linalg::{largest_eigenvalue, norm};
 
 /// What can be said about other solutions of a problem with Coulomb friction.

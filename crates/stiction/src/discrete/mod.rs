@@ -13,7 +13,9 @@ mod course;
 mod form;
 mod gradient;
 mod law;
+mod measures;
 mod newton;
+mod problem;
 mod proximal;
 mod rank;
 mod redundant;
@@ -27,6 +29,8 @@ mod system;
 
 pub use condense::{Condensed, Recovered, condense};
 pub use form::{Form, Prepared, prepare};
+pub use measures::{Measures, measure};
+pub use problem::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 pub use rank::rank;
 pub use settings::{Counts, Method, Progress, Settings, Solution, Status};
 pub use solve::solve;

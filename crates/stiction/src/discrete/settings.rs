@@ -1,4 +1,4 @@
-use crate::certificate::Measures;
+use super::measures::Measures;
 
 /// How a discrete problem is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -5,11 +5,11 @@ use super::admm::alternating_directions;
 use super::blocks::Blocks;
 use super::course::{Course, Judged};
 use super::gradient::{ROUND, fixed_point};
+use super::measures::measure;
+use super::problem::LocalProblem;
 use super::proximal::proximal;
 use super::settings::{Method, Progress, Settings, Solution, Status};
 use super::system::System;
-use crate::certificate::measure;
-use crate::contact::LocalProblem;
 use crate::linalg::norm;
 
 /// Solves a local problem without bilateral part by the method of the settings.

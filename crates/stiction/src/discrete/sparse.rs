@@ -2,11 +2,11 @@ use super::V3;
 use super::blocks::{length, plus};
 use super::condense::{Recovered, balance};
 use super::law::Linearised;
+use super::problem::GlobalProblem;
 use super::saddle::{Order, Saddle, Touch, bordered};
 use super::step::refined;
 use super::system::{Shifted, System};
 use crate::Error;
-use crate::contact::GlobalProblem;
 use crate::linalg::{Csr, Lu, axpy, inverse_forms, norm};
 
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.

@@ -1,8 +1,8 @@
 use super::V3;
 use super::law::Linearised;
+use super::problem::{Equalities, GlobalProblem};
 use super::sparse::Sparse;
 use super::step::dot;
-use crate::contact::{Equalities, GlobalProblem};
 use crate::linalg::{Csr, Lu, NodeGraph, Plan, nested_dissection, plan};
 
 /// An elimination order of the unknowns of a global problem, into which constraints and contact points are put right

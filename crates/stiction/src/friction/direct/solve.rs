@@ -1,16 +1,16 @@
 use std::ops::ControlFlow;
 
-use super::PointState;
-use super::law::{bound, frozen, residual, states};
 use super::newton::{End, Iterate, Newton, Observe, TAME_SLOPE, newton};
 use super::newton_system::{Linearized, NewtonSystem};
 use super::proximal::proximal;
 use super::rigid_start::{Foundation, Rest, balanced, keep_apart};
-use super::solution::{Counts, Phase, Progress, Settings, Solution, Status};
 use crate::certificate::certify;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
+use crate::friction::PointState;
+use crate::friction::law::{bound, frozen, residual, states};
+use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
 use crate::linalg::{axpy, norm};
 use crate::qp::{PointSet, accelerated_gradient};
 
@@ -68,7 +68,7 @@ pub fn solve(
 type Method = fn(&Newton<'_>, &mut Iterate, &mut usize, &mut Observe<'_>) -> End;
 
 /// The parameter of the residual at each point from the local stiffness of each row.
-pub(super) fn parameter(problem: &ContactProblem, stiffness: &[f64], factor: f64) -> Vec<f64> {
+pub(in crate::friction) fn parameter(problem: &ContactProblem, stiffness: &[f64], factor: f64) -> Vec<f64> {
     let local = |j: usize| {
         let rows = problem.rows(j).map(|i| stiffness[i]);
         let live = rows.iter().filter(|&&k| k > 0.0).count().max(1);
@@ -429,7 +429,7 @@ impl<'a> Solver<'a> {
 }
 
 /// Removes what rounding and the tolerance left outside the law's set: tension, and friction beyond its bound.
-pub(super) fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
+pub(in crate::friction) fn make_admissible(friction: &[Friction], lambda: &mut [f64]) {
     let m = friction.len();
     for (j, &law) in friction.iter().enumerate() {
         if law == Friction::Bonded {

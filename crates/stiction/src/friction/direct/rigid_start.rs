@@ -1,12 +1,12 @@
-use super::law::bound;
 use super::solve::parameter;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
+use crate::friction::law::bound;
 use crate::linalg::{SmallLu, axpy, dot, norm};
 
 /// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
-pub(super) struct Foundation<'a> {
+pub(in crate::friction) struct Foundation<'a> {
     pub friction: &'a [Friction],
     /// Columns of `G`, the jumps of the rigid motions.
     pub jumps: &'a [Vec<f64>],
@@ -19,7 +19,7 @@ pub(super) struct Foundation<'a> {
 }
 
 /// Rest of a rigid body on its foundation.
-pub(super) struct Rest {
+pub(in crate::friction) struct Rest {
     pub alpha: Vec<f64>,
     /// Forces of the foundation, `3m`.
     pub lambda: Vec<f64>,
@@ -54,14 +54,14 @@ pub fn rigid_rest(
 }
 
 /// `Rᵀ f` without what rounding leaves of loads in balance: bodies that nothing drives are to stay where they are.
-pub(super) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
+pub(in crate::friction) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
     let rounding = ROUNDING * motions.work_size(f);
     motions.work(f).iter().map(|&e| if e.abs() <= rounding { 0.0 } else { e }).collect()
 }
 
 /// Narrows all gaps (of an opening, length `3m`) by the length it returns: what nothing presses then lies beside its
 /// neighbours and not on them, where rounding would be its only force.
-pub(super) fn keep_apart(opening: &mut [f64]) -> f64 {
+pub(in crate::friction) fn keep_apart(opening: &mut [f64]) -> f64 {
     let margin = BESIDE * opening.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     let m = opening.len() / 3;
     opening[..m].iter_mut().for_each(|v| *v -= margin);

@@ -1,10 +1,10 @@
 use std::ops::ControlFlow;
 
-use super::PointState;
-use super::law::{residual, states};
 use super::newton_system::{Linearized, NewtonSystem};
 use crate::contact::Friction;
 use crate::dual::Dual;
+use crate::friction::PointState;
+use crate::friction::law::{residual, states};
 use crate::linalg::norm;
 
 /// The point the iteration has reached: multipliers, rigid motions of bodies that float, and
