@@ -8,7 +8,7 @@ use super::{sketches, study};
 use crate::Error;
 use crate::fem::full_displacement;
 use crate::io::plot::{Axis, FaceColors, SpacePlot, space};
-use crate::run::fields::{SurfaceFields, surfaces};
+use crate::run::results::fields::{SurfaceFields, surfaces};
 use crate::run::{Outcome, Prepared, Settings, solve};
 
 /// The largest displacement is drawn with this length, in the unit of the brick.

@@ -1,0 +1,285 @@
+//! Prescribed displacements and loads of a case, on the mesh.
+
+use super::arrays::{Found, find};
+use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::{place, regions};
+use crate::Error;
+use crate::contact::ContactProblem;
+use crate::contact::equilibrium::{in_words, unresisted};
+use crate::contact::rigid::{RigidMotions, rigid_motions};
+use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::io::report::triple;
+use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
+
+/// The time at which expressions are read without load steps: everything acts in full.
+const TIME: f64 = 1.0;
+
+/// The time a case is posed at: the end of its last step.
+pub(crate) fn end(case: &Case) -> f64 {
+    case.steps.last().map_or(TIME, |step| step.until)
+}
+
+/// Prescribed displacements; refused where two of them contradict each other.
+pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>), Error> {
+    let t = end(case);
+    let (mut fixes, mut facts) = (Vec::new(), Vec::new());
+    for spec in &case.fixes {
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
+        let fix = match spec.symmetry {
+            true => symmetry(mesh, spec, nodes)?,
+            false => Fix { nodes, value: spec.value.clone(), across: None },
+        };
+        facts.push(fact(mesh, spec, &fix));
+        fixes.push(fix);
+    }
+    let dofs = dof_map(mesh, &fixes, t).map_err(|error| {
+        // A contradiction is shown at the entry that makes it.
+        let culprit = (0..fixes.len()).find(|&i| dof_map(mesh, &fixes[..=i], t).is_err());
+        culprit.map_or(error.clone(), |i| place::at(&case.fixes[i].spot, error))
+    })?;
+    if dofs.free.is_empty() {
+        let what = "every displacement is prescribed: there is nothing to solve";
+        return Err(support_spot(case).error(what, "leave a part of the body free"));
+    }
+    Ok((fixes, facts))
+}
+
+/// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.
+const LEAN: f64 = 1e-6;
+/// Degrees by which the normals of the faces of a plane may differ from their mean: coordinates of six digits turn small
+/// faces by that much.
+const FLAT: f64 = 0.1;
+
+/// Holds the component along the normal of the faces, which have to be flat.
+fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> {
+    let faces = regions::faces(mesh, &spec.on, &spec.spot, "a plane of symmetry")?;
+    let normals: Vec<V3> = faces.iter().map(|&face| mesh.face_normal(face as usize)).collect();
+    // Faces may look either way: a sector has two sides.
+    let same_way = |n: V3| if dot(n, normals[0]) < 0.0 { scale(-1.0, n) } else { n };
+    let areas = faces.iter().map(|&face| mesh.face_area(face as usize));
+    let sum = normals.iter().zip(areas).fold([0.0; 3], |sum, (&n, area)| add(sum, scale(area, same_way(n))));
+    let mean = scale(1.0 / norm(sum), sum);
+    let angle = |n: V3| norm(cross(mean, n)).atan2(dot(mean, n).abs()).to_degrees();
+    let angles = faces.iter().zip(&normals).map(|(&face, &n)| (angle(n), face, n));
+    if let Some((angle, face, n)) = angles.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|worst| worst.0 > FLAT) {
+        let name = regions::name(&spec.on);
+        let corners = mesh.faces[face as usize].corners();
+        let place = scale(
+            1.0 / corners.len() as f64,
+            corners.iter().fold([0.0; 3], |sum, &c| add(sum, mesh.nodes[c as usize])),
+        );
+        let what = format!(
+            "{name} is not flat: its face at {} with the normal {} leans by {angle:.1} degrees from the mean normal {}",
+            triple(place),
+            triple(n),
+            triple(mean)
+        );
+        return Err(spec.spot.error(what, "name the faces of one plane of symmetry in each [[fix]]"));
+    }
+    let axis = (0..3).fold(0, |best, c| if mean[c].abs() > mean[best].abs() { c } else { best });
+    let lean = (0..3).filter(|&c| c != axis).map(|c| mean[c] * mean[c]).sum::<f64>().sqrt();
+    let mut fix = Fix { nodes, ..Fix::default() };
+    if lean <= LEAN {
+        fix.value[axis] = Some(Field::Constant(0.0));
+    } else {
+        fix.across = Some(mean);
+    }
+    Ok(fix)
+}
+
+/// Elastic foundations.
+pub(crate) fn springs(mesh: &Mesh, specs: &[SpringSpec]) -> Result<(Vec<Spring>, Vec<SpringFacts>), Error> {
+    let (mut springs, mut facts) = (Vec::new(), Vec::new());
+    for spec in specs {
+        let faces = regions::faces(mesh, &spec.on, &spec.spot, "the spring")?;
+        let area = faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
+        let (normal, tangential) = (spec.normal, spec.tangential);
+        facts.push(SpringFacts { on: regions::name(&spec.on), area, normal, tangential });
+        springs.push(Spring { faces, normal, tangential });
+    }
+    Ok((springs, facts))
+}
+
+/// Where the case says how the body is held: its last support, or the body itself where it has none.
+fn support_spot(case: &Case) -> &Spot {
+    case.fixes.last().map_or(&case.mesh.spot, |fix| &fix.spot)
+}
+
+fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
+    let components = match fix.across {
+        Some(normal) => format!("along {}", triple(normal)),
+        None => (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect(),
+    };
+    let at = match (&spec.on, fix.nodes.first()) {
+        (Region::Point(_), Some(&node)) => Some(mesh.nodes[node as usize]),
+        _ => None,
+    };
+    FixFacts { on: regions::name(&spec.on), nodes: fix.nodes.len(), components, at }
+}
+
+/// The motions of bodies that contact alone holds. Refused are bodies that can move rigidly where neither a support nor any
+/// contact point resists: nothing determines their displacement. Whether contact can also balance the loads shows in the
+/// solve.
+pub(crate) fn held_by_contact(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    problem: &ContactProblem,
+    case: &Case,
+) -> Result<RigidMotions, Error> {
+    let Some(unsupported) = unsupported(mesh, dofs, problem) else { return Ok(RigidMotions::default()) };
+    let motions = rigid_motions(problem);
+    let bare = problem.points() == 0 && case.springs.is_empty();
+    let free = if bare { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
+    free.map_or(Ok(motions), |error| Err(place::at(support_spot(case), error)))
+}
+
+fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Option<Error> {
+    let free = unresisted(problem, motions)?;
+    let why = if free.work > 0.0 { "the loads push it there" } else { "its displacement is not determined" };
+    let motion = in_words(problem, motions, &free.alpha);
+    let what = format!("no support, no spring and no contact resists a motion of {motion}; {why}");
+    Some(Error::new("", what, "add a [[fix]] or a [[spring]] that stops the motion, or friction to the contact"))
+}
+
+/// A body that supports do not hold.
+fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<Error> {
+    let mut body_of_node = vec![0; mesh.nodes.len()];
+    if let Some(bodies) = &problem.bodies {
+        let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
+        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dof as usize / 3] = body);
+    }
+    let unheld = unheld_motions(mesh, dofs, &body_of_node);
+    let first = unheld.first()?;
+    let count = body_of_node.iter().max().map_or(1, |&last| last + 1);
+    let who = if count == 1 {
+        "the body".to_string()
+    } else {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for (x, _) in mesh.nodes.iter().zip(&body_of_node).filter(|(_, body)| **body == first.body) {
+            (0..3).for_each(|c| (low[c], high[c]) = (low[c].min(x[c]), high[c].max(x[c])));
+        }
+        format!("body {} of {count} (from {low:?} to {high:?})", first.body + 1)
+    };
+    let what = if first.motions.len() == 6 {
+        format!("{who} is not held at all: it is free in all translations and rotations")
+    } else {
+        let motions: Vec<String> = first.motions.iter().map(ToString::to_string).collect();
+        format!("{who} is not held: it is free in {}", motions.join("; "))
+    };
+    Some(Error::new("", what, "add a [[fix]] or a [[contact]] that stops these motions"))
+}
+
+/// Loads with the force each adds up to at time `t`.
+pub(crate) fn loads(solid: &Solid, specs: &[LoadSpec], t: f64) -> Result<(Vec<Load>, Vec<LoadFacts>), Error> {
+    let (mut loads, mut facts) = (Vec::new(), Vec::new());
+    for spec in specs {
+        let load = load(solid.mesh, spec)?;
+        let forces = external_forces(solid, std::slice::from_ref(&load), t);
+        let forces = forces.map_err(|error| place::instead(&spec.spot, error))?;
+        let mut resultant = [0.0; 3];
+        forces.iter().enumerate().for_each(|(dof, force)| resultant[dof % 3] += force);
+        let range = temperatures(solid, &load, t);
+        facts.push(LoadFacts { extent: extent(solid.mesh, &load), range, ..describe(spec, resultant) });
+        loads.push(load);
+    }
+    Ok((loads, facts))
+}
+
+fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
+    let faces = || match &spec.on {
+        Some(region) => regions::faces(mesh, region, &spec.spot, "the load"),
+        None => Err(spec.spot.error("this load does not say where it acts", "add on = \"z-max\" or another group")),
+    };
+    let cells = || match &spec.on {
+        Some(region) => regions::cells(mesh, region, &spec.spot),
+        None => Ok((0..mesh.cell_count() as u32).collect()),
+    };
+    Ok(match &spec.kind {
+        LoadKind::Traction(value) => Load::Traction { faces: faces()?, value: value.clone() },
+        LoadKind::Pressure(value) => Load::Pressure { faces: faces()?, value: value.clone() },
+        LoadKind::Force(total) => Load::Force { faces: faces()?, total: total.clone() },
+        LoadKind::Resultant { force, moment, about } => {
+            Load::Resultant { faces: faces()?, force: force.clone(), moment: moment.clone(), about: *about }
+        }
+        LoadKind::Hydrostatic { weight, level, up } => {
+            Load::Hydrostatic { faces: faces()?, weight: *weight, level: level.clone(), up: *up }
+        }
+        LoadKind::Gravity(acceleration) => Load::Gravity { cells: cells()?, acceleration: acceleration.clone() },
+        LoadKind::Rotation { axis, point, speed } => {
+            Load::Rotation { cells: cells()?, axis: *axis, point: *point, speed: speed.clone() }
+        }
+        LoadKind::Temperature(field) => Load::Temperature { cells: cells()?, value: Temperature::Field(field.clone()) },
+        LoadKind::TemperatureArray { name, ramp, spot } => {
+            let ramp = ramp.clone();
+            let value = match find(mesh, name, spot)? {
+                Found::Nodes(array) => Temperature::Nodal { values: array.values.clone(), ramp },
+                Found::Cells(array) => Temperature::OfCells { values: array.values.clone(), ramp },
+            };
+            Load::Temperature { cells: cells()?, value }
+        }
+    })
+}
+
+/// Each cell has one temperature at most.
+pub(crate) fn one_temperature(mesh: &Mesh, loads: &[Load], specs: &[LoadSpec]) -> Result<(), Error> {
+    let mut heated = vec![false; mesh.cell_count()];
+    for (load, spec) in loads.iter().zip(specs) {
+        let Load::Temperature { cells, .. } = load else { continue };
+        let twice = cells.iter().filter(|&&cell| heated[cell as usize]).count();
+        if twice > 0 {
+            let what = format!("{twice} cells have a temperature already from a [[load]] above");
+            return Err(spec.spot.error(what, "give each cell one temperature: temperatures do not add up"));
+        }
+        cells.iter().for_each(|&cell| heated[cell as usize] = true);
+    }
+    Ok(())
+}
+
+/// The lowest and the highest temperature at the nodes of the heated cells.
+fn temperatures(solid: &Solid, load: &Load, t: f64) -> Option<[f64; 2]> {
+    let Load::Temperature { cells, value } = load else { return None };
+    let mut heated = vec![false; solid.mesh.cell_count()];
+    cells.iter().for_each(|&cell| heated[cell as usize] = true);
+    let all = solid.mesh.cell_iter().zip(heated).filter(|(_, heated)| *heated).flat_map(|((_, nodes), _)| nodes);
+    let range = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+    let at = |&node: &u32| match value {
+        Temperature::OfCells { .. } => f64::NAN,
+        Temperature::Field(field) => field.at(solid.mesh.nodes[node as usize], t),
+        Temperature::Nodal { values, .. } => values[node as usize],
+    };
+    if let Temperature::OfCells { values, .. } = value {
+        return Some(cells.iter().map(|&cell| values[cell as usize]).fold([f64::INFINITY, f64::NEG_INFINITY], range));
+    }
+    Some(all.map(at).fold([f64::INFINITY, f64::NEG_INFINITY], range))
+}
+
+fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
+    let kind = match spec.kind {
+        LoadKind::Traction(_) => "traction",
+        LoadKind::Pressure(_) => "pressure",
+        LoadKind::Force(_) => "force",
+        LoadKind::Resultant { .. } => "force and moment",
+        LoadKind::Hydrostatic { .. } => "hydrostatic pressure",
+        LoadKind::Gravity(_) => "gravity",
+        LoadKind::Rotation { .. } => "rotation",
+        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "temperature",
+    };
+    let on = spec.on.as_ref().map_or("the whole body".to_string(), regions::name);
+    LoadFacts { on, kind, extent: 0.0, resultant, range: None }
+}
+
+/// Area of the faces or volume of the cells a load acts on.
+fn extent(mesh: &Mesh, load: &Load) -> f64 {
+    match load {
+        Load::Traction { faces, .. }
+        | Load::Pressure { faces, .. }
+        | Load::Force { faces, .. }
+        | Load::Resultant { faces, .. }
+        | Load::Hydrostatic { faces, .. } => faces.iter().map(|&face| mesh.face_area(face as usize)).sum(),
+        Load::Gravity { cells, .. } | Load::Rotation { cells, .. } | Load::Temperature { cells, .. } => {
+            cells.iter().map(|&cell| mesh.cell_volume(cell as usize)).sum()
+        }
+    }
+}

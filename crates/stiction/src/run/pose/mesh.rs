@@ -1,0 +1,91 @@
+//! The mesh of a case.
+
+use std::path::Path;
+
+use super::place;
+use crate::Error;
+use crate::io::case::{MeshSource, MeshSpec};
+use crate::io::report::number;
+use crate::io::{abaqus, gmsh, machine, vtu_read};
+use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh, ring};
+
+/// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
+const BYTES_PER_NODE: f64 = 5000.0;
+
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format:
+/// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`.
+pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
+    match ending.as_str() {
+        "msh" => gmsh::read(path, scale),
+        "inp" => abaqus::read(path, scale),
+        "vtu" => vtu_read::read(path, scale),
+        _ => {
+            let what = match ending.as_str() {
+                "" => "the name of this mesh file has no ending that tells its format".to_string(),
+                _ => format!("mesh files ending in .{ending} cannot be read in this version"),
+            };
+            let remedy = "convert it to Gmsh's .msh (2.2 or 4.1), an Abaqus or CalculiX .inp, or VTK's .vtu";
+            Err(Error::new(path.display().to_string(), what, remedy))
+        }
+    }
+}
+
+/// Makes or reads the mesh that `spec` asks for; `memory` in bytes bounds what may be begun.
+pub(crate) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+    let made = match &spec.source {
+        MeshSource::Block(description) => {
+            fits(description.nodes(), memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
+        }
+        MeshSource::Ring(description) => {
+            let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
+            fits(nodes, memory).and_then(|()| ring(description)).map(|mesh| (mesh, MeshNotes::default()))
+        }
+        MeshSource::File { path, scale } => {
+            let read = read_mesh(path, *scale);
+            read.and_then(|read| fits(read.0.nodes.len() as f64, memory).map(|()| read))
+        }
+        MeshSource::Parts(parts) => return joined(parts, spec, memory),
+    };
+    let (mut mesh, notes) = made.map_err(|error| place::at(&spec.spot, error))?;
+    move_mesh(&mut mesh, spec.placing.turn.as_ref(), spec.placing.by);
+    Ok((mesh, notes))
+}
+
+/// All parts in one mesh; what their readers noted is kept.
+fn joined(parts: &[(String, MeshSpec)], spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+    let (mut meshes, mut notes) = (Vec::new(), Vec::new());
+    for (name, part) in parts {
+        let (made, noted) = mesh(part, memory)?;
+        meshes.push((name.clone(), made));
+        notes.extend(noted.0);
+    }
+    let nodes: f64 = meshes.iter().map(|(_, mesh)| mesh.nodes.len() as f64).sum();
+    let cells: f64 = meshes.iter().map(|(_, mesh)| mesh.cell_count() as f64).sum();
+    let countable = 3.0 * nodes < f64::from(u32::MAX) && cells < f64::from(u32::MAX);
+    if !countable {
+        let what = format!("the parts have {:.0} million nodes together, more than can be numbered", nodes / 1e6);
+        return Err(spec.spot.error(what, "use fewer cells"));
+    }
+    fits(nodes, memory).map_err(|error| place::at(&spec.spot, error))?;
+    let mut joined = join(meshes);
+    move_mesh(&mut joined, spec.placing.turn.as_ref(), spec.placing.by);
+    Ok((joined, MeshNotes(notes)))
+}
+
+/// Refuses a mesh whose matrix alone would not fit: nobody should find that out by the machine running out of memory.
+fn fits(nodes: f64, memory: Option<u64>) -> Result<(), Error> {
+    let needed = nodes * BYTES_PER_NODE;
+    match memory.or_else(machine::available_memory) {
+        Some(limit) if needed > limit as f64 => {
+            let what = format!(
+                "a mesh of {nodes:.0} nodes needs about {} GB for its matrix and {} GB may be used",
+                number(needed / 1e9),
+                number(limit as f64 / 1e9)
+            );
+            let remedy = "take fewer cells, raise `memory` under [solver], or use a machine with more memory";
+            Err(Error::new("", what, remedy))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,294 @@
+//! What acts at a time: loads, prescribed displacements, and where the obstacles have moved to.
+
+use super::bolts::{Bolt, thermal_forces};
+use super::frames::{PointFrame, frames};
+use super::{Prepared, place};
+use crate::Error;
+use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
+use crate::fem::{DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, initial_strain};
+use crate::io::case::{Case, Spot, StepSpec};
+use crate::mesh::v3::{dot, norm, scale, sub};
+
+/// Displacements below this part of others are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// What the case says as functions of time, with its places for errors.
+#[derive(Debug, Clone)]
+pub struct Acting {
+    pub loads: Vec<Load>,
+    pub load_spots: Vec<Spot>,
+    pub fixes: Vec<Fix>,
+    pub fix_spots: Vec<Spot>,
+    /// Translation of the obstacle of each pair, length.
+    pub motions: Vec<Option<[Field; 3]>>,
+    pub contact_spots: Vec<Spot>,
+    pub steps: Vec<StepSpec>,
+    /// Gap and tangential offset of the undeformed body before anything is prescribed or has moved, length, `3m`.
+    pub rest: Vec<f64>,
+    /// How far each point had slid over its obstacle before the step that is posed, length, `2m`.
+    pub slid: Vec<f64>,
+    /// Thermal strain now, and what tightened bolts do.
+    pub initial: Initial,
+    pub bolts: Vec<Bolt>,
+}
+
+/// Strain without stress, over unknowns and prescribed displacements; its forces are part of the loads as well.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Initial {
+    /// Newton, length `n`; empty where there is none.
+    pub load: Vec<f64>,
+    /// Length `p`.
+    pub support_load: Vec<f64>,
+    /// Energy of the strain itself.
+    pub energy: f64,
+    /// Mean strain of each cell; empty where there is none or it is not known.
+    pub strain: Vec<Voigt>,
+    /// Shortening of each bolt, length.
+    pub shortening: Vec<f64>,
+    /// Force through the cut of each bolt that the thermal strain of the cells beyond it causes while no node moves.
+    pub thermal_force: Vec<f64>,
+}
+
+impl Acting {
+    /// As the case says; `rest` is found by [`posed`](Self::posed).
+    pub(crate) fn new(case: &Case, loads: Vec<Load>, fixes: Vec<Fix>) -> Self {
+        Acting {
+            loads,
+            load_spots: case.loads.iter().map(|l| l.spot.clone()).collect(),
+            fixes,
+            fix_spots: case.fixes.iter().map(|f| f.spot.clone()).collect(),
+            motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
+            contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
+            steps: case.steps.clone(),
+            rest: Vec::new(),
+            slid: Vec::new(),
+            initial: Initial::default(),
+            bolts: Vec::new(),
+        }
+    }
+
+    /// The same for a problem as `pose` left it.
+    pub(crate) fn posed(mut self, problem: &ContactProblem) -> Self {
+        self.rest = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
+        if let Some(s) = &problem.supports {
+            self.rest.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(rest, held)| *rest += held);
+        }
+        self.slid = vec![0.0; 2 * problem.points()];
+        self
+    }
+
+    /// Whether there is strain without stress.
+    pub(crate) fn strains(&self) -> bool {
+        !self.bolts.is_empty() || self.loads.iter().any(|load| matches!(load, Load::Temperature { .. }))
+    }
+
+    /// Whether some obstacle moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.motions.iter().any(Option::is_some)
+    }
+}
+
+/// What acts at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Moment {
+    /// External forces at the unknowns, newton, length `n`.
+    pub load: Vec<f64>,
+    /// External forces at the prescribed degrees of freedom, newton, length `p`.
+    pub support_load: Vec<f64>,
+    /// Prescribed displacements, length `p`.
+    pub displacement: Vec<f64>,
+    /// How far the obstacles have moved along the rows of `B`, length, `3m`; towards the body where it is negative in
+    /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step.
+    pub motion: Vec<f64>,
+    pub initial: Initial,
+}
+
+impl Moment {
+    /// Before the first step: nothing acts, and the obstacles touch the undeformed body at most.
+    pub fn start(prepared: &Prepared) -> Self {
+        let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
+        let p = prepared.model.dofs.prescribed.len();
+        Moment {
+            load: vec![0.0; n],
+            support_load: vec![0.0; p],
+            displacement: vec![0.0; p],
+            motion: vec![0.0; 3 * m],
+            initial: Initial::default(),
+        }
+    }
+}
+
+/// What acts at time `t`.
+///
+/// # Errors
+/// Expressions that are not finite at `t`, prescribed displacements that contradict each other then, or motion along
+/// the surface at a node whose friction cannot follow it; shown at their place in the case file.
+pub(crate) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
+    let Prepared { mesh, materials, material_of_cell, model, acting, .. } = prepared;
+    let solid = Solid { mesh, materials, material_of_cell };
+    let mut force = vec![0.0; 3 * mesh.nodes.len()];
+    let mut strained: Option<InitialStrain> = None;
+    let mut thermal_force = vec![0.0; acting.bolts.len()];
+    for (load, spot) in acting.loads.iter().zip(&acting.load_spots) {
+        if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
+            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
+            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
+            let through = thermal_forces(&solid, &acting.bolts, load, t).map_err(|e| place::instead(spot, e))?;
+            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
+            continue;
+        }
+        let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
+        force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
+    }
+    let dofs = dof_map(mesh, &acting.fixes, t).map_err(|error| {
+        let culprit = (0..acting.fixes.len()).find(|&i| dof_map(mesh, &acting.fixes[..=i], t).is_err());
+        culprit.map_or(error.clone(), |i| place::at(&acting.fix_spots[i], error))
+    })?;
+    let motion = motion(prepared, &dofs, t)?;
+    refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
+    let at_both = |force: &mut [f64]| {
+        model.dofs.to_components(force);
+        let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
+        [at(&model.dofs.free), at(&model.dofs.prescribed)]
+    };
+    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, mut force, energy }| {
+        let [load, support_load] = at_both(&mut force);
+        Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
+    });
+    let [load, support_load] = at_both(&mut force);
+    Ok(Moment { load, support_load, displacement: dofs.value, motion, initial })
+}
+
+/// Strains of different cells.
+fn added(mut sum: InitialStrain, more: InitialStrain) -> InitialStrain {
+    sum.energy += more.energy;
+    sum.force.iter_mut().zip(&more.force).for_each(|(a, b)| *a += b);
+    for (a, b) in sum.strain.iter_mut().zip(&more.strain) {
+        (0..6).for_each(|k| a[k] += b[k]);
+    }
+    sum
+}
+
+fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
+    let (problem, acting) = (&prepared.problem, &prepared.acting);
+    let m = problem.points();
+    let mut motion: Vec<f64> = acting.rest[..m].iter().map(|rest| rest.min(0.0)).collect();
+    motion.resize(3 * m, 0.0);
+    let frames = frames(prepared);
+    for ((pair, field), spot) in problem.pairs.iter().zip(&acting.motions).zip(&acting.contact_spots) {
+        let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
+        for j in pair.points.clone() {
+            let frame = &frames[j];
+            refuse_dragging(prepared, dofs, frame, translation, problem.friction[j])
+                .map_err(|error| place::at(spot, error))?;
+            let translation = scale(problem.share[j], translation);
+            motion[j] += dot(frame.normal, translation);
+            motion[m + j] += dot(frame.tangents[0], translation);
+            motion[2 * m + j] += dot(frame.tangents[1], translation);
+        }
+    }
+    Ok(motion)
+}
+
+fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
+    let Some([x, y, z]) = field else { return Ok([0.0; 3]) };
+    // A translation has no place: an expression that reads one gives NaN and is refused.
+    let at = |field: &Field| field.finite_at([f64::NAN; 3], t);
+    Ok([at(x)?, at(y)?, at(z)?])
+}
+
+/// A node that cannot move along the normal carries no contact point; nothing would keep it out of its obstacle.
+fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<(), Error> {
+    let Prepared { mesh, problem, acting, .. } = prepared;
+    let frames = frames(prepared);
+    for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.pairs).enumerate() {
+        let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
+        if surface.friction == SurfaceFriction::Bonded {
+            continue;
+        }
+        let d = translation(acting.motions[i].as_ref(), t)?;
+        let carries: std::collections::HashSet<u32> = pair.points.clone().map(|j| frames[j].node).collect();
+        for node in mesh.face_nodes(&surface.faces) {
+            let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
+            let value = [0, 1, 2].map(held);
+            let x = mesh.nodes[node as usize];
+            let Some((distance, away)) = obstacle.distance(x) else { continue };
+            if carries.contains(&node) || value.iter().all(Option::is_none) {
+                continue;
+            }
+            let [away, d] = [away, d].map(|v| dofs.components(node, v));
+            let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
+            let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
+            if distance + apart < 0.0 && apart < -rounding {
+                let depth = -distance - apart;
+                let what =
+                    format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
+                let remedy = "reduce the motion, or take the node out of the contact surface";
+                return Err(place::at(&acting.contact_spots[i], Error::new("", what, remedy)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Friction acts in the free directions of a node only: a node with some components held must not slide in those.
+fn refuse_dragging(
+    prepared: &Prepared,
+    dofs: &DofMap,
+    frame: &PointFrame,
+    translation: [f64; 3],
+    friction: Friction,
+) -> Result<(), Error> {
+    let held = |c: usize| dofs.prescribed.binary_search(&(3 * frame.node + c as u32)).ok();
+    let [normal, translation] = [frame.normal, translation].map(|v| dofs.components(frame.node, v));
+    let relative = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i] - translation[c]));
+    let along = match friction {
+        Friction::None => return Ok(()),
+        Friction::Bonded => relative,
+        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
+            sub(relative, scale(dot(relative, normal), normal))
+        }
+    };
+    let value = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i]));
+    if norm(along) <= ROUNDING * norm(value).max(norm(translation)) {
+        return Ok(());
+    }
+    let x = prepared.mesh.nodes[frame.node as usize];
+    let what = format!("node {} at {x:?} is held in a direction in which it slides over the obstacle", frame.node + 1);
+    Err(Error::new("", what, "hold none of its components, or let its support and the obstacle move together"))
+}
+
+/// Puts what acts into the problem; `slid` is how far each point has slid over its obstacle so far, length, `2m`.
+pub(crate) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
+    let Prepared { problem, model, acting, .. } = prepared;
+    let m = problem.points();
+    let place = |j: usize| (if j < m { acting.rest[j].max(0.0) } else { acting.rest[j] }) + moment.motion[j];
+    let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
+    offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
+    if let Some(supports) = &mut problem.supports {
+        offset.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(o, held)| *o -= held);
+        supports.load.clone_from(&moment.support_load);
+        supports.free_load.clone_from(&moment.load);
+        supports.displacement.clone_from(&moment.displacement);
+    }
+    problem.slip_reference = offset.split_off(m);
+    problem.gap = offset;
+    acting.slid = slid.to_vec();
+    acting.initial.clone_from(&moment.initial);
+    let demanded = model.support_stiffness.transpose_times(&moment.displacement);
+    problem.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
+    model.load.clone_from(&problem.f);
+    model.support_load.clone_from(&moment.support_load);
+    model.dofs.value.clone_from(&moment.displacement);
+}
+
+/// How far each point has slid over its obstacle since the start, length, `2m`.
+pub(crate) fn slid(prepared: &Prepared, moment: &Moment, u: &[f64]) -> Vec<f64> {
+    let problem = &prepared.problem;
+    let m = problem.points();
+    let mut jump = problem.B.times(u);
+    if let Some(supports) = &problem.supports {
+        jump.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(j, held)| *j += held);
+    }
+    (m..3 * m).map(|i| jump[i] - moment.motion[i] - prepared.acting.rest[i]).collect()
+}

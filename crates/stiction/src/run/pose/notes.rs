@@ -1,0 +1,112 @@
+//! What a person should know of a posed contact and did not ask.
+
+use super::facts::ContactFacts;
+use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Side, SurfaceFriction};
+use crate::io::report::number;
+
+impl ContactFacts {
+    /// What a person should know about the pair, one sentence each.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let s = &self.surface;
+        if let Some(pair) = &s.pair {
+            let notes = of_pair(self, pair).into_iter();
+            return notes.map(|note| format!("contact \"{}\": {note}", s.name)).collect();
+        }
+        let mut notes = Vec::new();
+        if let Counterpart::Obstacle(Obstacle::Surface(surface)) = &self.against {
+            if surface.collapsed > 0 {
+                let what = "triangles of the obstacle have two corners at the same place and are left out";
+                notes.push(format!("contact \"{}\": {} {what}", s.name, surface.collapsed));
+            }
+            let inwards = if surface.side == Side::Outside { surface.volume < 0.0 } else { surface.volume > 0.0 };
+            if inwards {
+                let what = "the body lies within the closed surface of the obstacle; otherwise change `side`";
+                notes.push(format!("contact \"{}\": {what}", s.name));
+            }
+        }
+        let mut note = |count: usize, what: String| {
+            if count > 0 {
+                notes.push(format!("contact \"{}\": {}", s.name, what));
+            }
+        };
+        let dropped = s.clamped + s.held_along_normal;
+        let why = match s.clamped {
+            0 => "are held along the normal".to_string(),
+            all if all == dropped => "are fixed".to_string(),
+            some => format!("are held along the normal, {some} of them altogether,"),
+        };
+        let area = number(s.dropped_area);
+        note(dropped, format!("{dropped} nodes {why} and carry no contact force; they stand for the area {area}"));
+        let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
+        note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
+        note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
+        note(
+            s.facing_away,
+            format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),
+        );
+        notes
+    }
+}
+
+/// What a person should know about a pair, one sentence each.
+fn of_pair(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
+    let s = &contact.surface;
+    let mut notes = Vec::new();
+    if s.points == 0 {
+        notes.push(nothing(contact, pair));
+    }
+    let mut note = |count: usize, why: &str| {
+        if count > 0 {
+            notes.push(format!("{count} nodes {why}: their neighbours carry the pressure there"));
+        }
+    };
+    note(s.clamped, "are fixed");
+    note(s.held_along_normal, "are held along the normal");
+    note(pair.shared, "belong to both surfaces");
+    note(pair.taken, "are used by another contact");
+    note(pair.barely_covered, "hardly look at the other surface");
+    if s.dropped_area > 0.0 {
+        notes.push(format!(
+            "the area {} carries no contact force: its nodes are all held or used",
+            number(s.dropped_area)
+        ));
+    }
+    if s.guided > 0 && contact.friction != SurfaceFriction::None {
+        notes.push(format!("{} points are guided: friction acts in their free directions only", s.guided));
+    }
+    let deep = -s.gap_min;
+    let size = pair.face_size[0].min(pair.face_size[1]);
+    if s.points > 0 && deep > size {
+        let what = "the surfaces overlap by";
+        notes.push(format!("{what} {}, more than a face ({}); check positions and units", number(deep), number(size)));
+    } else if s.overlapping > 0 && as_meshed(contact) {
+        let what = format!("the meshes overlap by up to {}, which presses the bodies apart", number(deep));
+        notes.push(format!("{what}; gap = \"closed\" would ignore it"));
+    }
+    if pair.averted && s.points > 0 && pair.uncovered > s.points {
+        notes.push("parts of the surfaces look the same way instead of at one another".into());
+    }
+    notes
+}
+
+fn as_meshed(contact: &ContactFacts) -> bool {
+    let gap = match &contact.against {
+        Counterpart::Surface(master) => master.gap,
+        Counterpart::Obstacle(_) => InitialGap::Uniform(0.0),
+    };
+    gap == InitialGap::AsMeshed && contact.friction != SurfaceFriction::Bonded
+}
+
+/// Why there is no contact point at all.
+fn nothing(contact: &ContactFacts, pair: &PairFacts) -> String {
+    let [on, against] = &contact.names;
+    if pair.covered_area > 0.0 {
+        return format!("no node of {on} and {against} can carry contact: all are held or used by other contacts");
+    }
+    if pair.averted {
+        return format!("{on} and {against} look the same way and cannot touch; name the sides that face one another");
+    }
+    let away = pair.nearest.map_or(String::new(), |d| format!(", the nearest points are {} apart", number(d)));
+    let reach = number(pair.search);
+    format!("{on} and {against} nowhere face one another within {reach}{away}; check positions, or set `search`")
+}

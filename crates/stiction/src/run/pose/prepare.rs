@@ -1,0 +1,179 @@
+//! From a case to a posed problem.
+
+use super::axis::Position;
+use super::bolts::{bolts, tightened};
+use super::coarser::{Coarser, coarser};
+use super::facts::{ContactFacts, Facts, MaterialFacts};
+use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
+use super::moment::{Acting, apply, moment};
+use super::path::multigrid_first;
+use super::seconds::{Span, stopwatch};
+use super::{coefficients, materials, mesh, place, surfaces};
+use crate::Error;
+use crate::contact::rigid::RigidMotions;
+use crate::contact::{ContactProblem, ContactSurface, pose};
+use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
+use crate::io::case::{Case, ContactSpec, Spot};
+use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
+
+/// A case on its mesh, ready to be solved.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    pub mesh: Mesh,
+    /// Where the case describes the mesh, for errors that its size causes.
+    pub mesh_spot: Spot,
+    pub materials: Vec<Material>,
+    /// Index into `materials` for each cell.
+    pub material_of_cell: Vec<u32>,
+    /// The elastic body; its stiffness has moved to `problem` and is empty here.
+    pub model: FeModel,
+    pub surfaces: Vec<ContactSurface>,
+    /// As it stands at the end of the last step, or of the step that is being solved.
+    pub problem: ContactProblem,
+    pub acting: Acting,
+    pub facts: Facts,
+    /// Motions of bodies that only contact holds.
+    pub motions: RigidMotions,
+    /// Whether multigrid is tried before the direct path.
+    pub multigrid_first: bool,
+    /// The same case on a coarser mesh, where there is one and its solution is worth having.
+    pub coarser: Option<Coarser>,
+    /// Time taken by the mesh, by assembly and by posing the contact.
+    pub seconds: [Span; 3],
+}
+
+/// Makes or reads the mesh, resolves every name of the case in it, assembles the body and poses the contact.
+///
+/// # Errors
+/// Whatever makes the case impossible to pose, shown at its place in the case file where it has one.
+pub fn prepare(case: &Case) -> Result<Prepared, Error> {
+    let mut lap = stopwatch();
+    let memory = case.solver.memory.map(|gigabytes| (gigabytes * 1e9) as u64);
+    let (mesh, mesh_notes) = mesh::mesh(&case.mesh, memory)?;
+    let meshed = lap();
+    let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
+    let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+    let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
+    let (fixes, fix_facts) = fixes(&mesh, case)?;
+    let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
+    one_temperature(&mesh, &loads, &case.loads)?;
+    let (springs, spring_facts) = springs(&mesh, &case.springs)?;
+    let mut model = assemble(&solid, &loads, &fixes, end(case))?;
+    add_springs(&mesh, &springs, &mut model)?;
+    let assembled = lap();
+    surfaces::assign(&solid, &model.dofs, &mut surfaces);
+    let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
+    let named =
+        |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
+    let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
+    coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
+    let (posed, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
+    let (problem, surface_facts) = posed.map_err(|error| at_contact(case, error))?;
+    problem.validate()?;
+    let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
+    let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
+    let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
+
+    let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
+        ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
+    });
+    let contacts: Vec<ContactFacts> = contacts.collect();
+    let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
+    let moving = case.contacts.iter().filter(|contact| contact.motion.is_some());
+    notes.extend(
+        moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
+    );
+    let facts = Facts {
+        title: case.title.clone(),
+        units: case.units.clone(),
+        mesh: info_with(&mesh, &shapes, problem.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
+        materials: material_facts(&solid, &shapes),
+        fixes: fix_facts,
+        springs: spring_facts,
+        loads: load_facts,
+        bolts: bolt_facts,
+        contacts,
+        steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
+        unknowns: problem.unknowns(),
+        points: problem.points(),
+        notes,
+    };
+    let seconds = [meshed, assembled, lap()];
+    let mesh_spot = case.mesh.spot.clone();
+    let multigrid_first = multigrid_first(&case.solver, &problem);
+    // A step starts from the one before it, which is nearer than any coarser problem.
+    let coarser = if multigrid_first && case.steps.is_empty() { coarser(case) } else { None };
+    let mut prepared = Prepared {
+        mesh,
+        mesh_spot,
+        materials,
+        material_of_cell,
+        model,
+        surfaces,
+        problem,
+        acting,
+        facts,
+        multigrid_first,
+        motions,
+        coarser,
+        seconds,
+    };
+    for t in planned(case) {
+        moment(&prepared, t)?;
+    }
+    if prepared.acting.moves() || prepared.acting.strains() {
+        let unslid = vec![0.0; 2 * prepared.problem.points()];
+        let last = moment(&prepared, end(case))?;
+        let last = tightened(&prepared, last, &prepared.acting.given_shortening(end(case))?);
+        apply(&mut prepared, &last, &unslid);
+    }
+    Ok(prepared)
+}
+
+/// The times at which steps end, unless they are halved: what acts then is looked at before anything is solved.
+fn planned(case: &Case) -> Vec<f64> {
+    let (mut at, mut times) = (Position::start(), Vec::new());
+    while let Some([_, t]) = at.span(&case.steps) {
+        times.push(t);
+        at = at.advance(&case.steps);
+    }
+    times
+}
+
+/// An error of `pose`, which knows contacts by their names, at the contact's place in the case file.
+fn at_contact(case: &Case, error: Error) -> Error {
+    let named = case.contacts.iter().find(|c| error.place == format!("contact \"{}\"", c.name));
+    match named {
+        Some(contact) => place::at(&contact.spot, error),
+        None => error,
+    }
+}
+
+fn all_notes(
+    solid: &Solid,
+    mesh_notes: &MeshNotes,
+    contacts: &[ContactFacts],
+    surfaces: &[ContactSurface],
+) -> Vec<String> {
+    let mut all: Vec<String> = mesh_notes.0.iter().map(ToString::to_string).collect();
+    all.extend(notes(solid));
+    all.extend(contacts.iter().flat_map(ContactFacts::notes));
+    for (a, b, count) in surfaces::shared(surfaces) {
+        all.push(format!("contacts \"{a}\" and \"{b}\" share {count} faces: check that both are meant"));
+    }
+    all
+}
+
+fn material_facts(solid: &Solid, shapes: &[CellShape]) -> Vec<MaterialFacts> {
+    let mut made_of = vec![(0, 0.0); solid.materials.len()];
+    for (shape, &number) in shapes.iter().zip(solid.material_of_cell) {
+        let (count, sum) = &mut made_of[number as usize];
+        (*count, *sum) = (*count + 1, *sum + shape.volume);
+    }
+    let fact = |(m, (count, volume)): (&Material, (usize, f64))| {
+        let Material { name, young, poisson, density, .. } = m.clone();
+        let orthotropic = m.orthotropic.as_ref().map(|it| [it.young, it.poisson, it.shear]);
+        MaterialFacts { name, young, poisson, orthotropic, density, cells: count, volume }
+    };
+    solid.materials.iter().zip(made_of).map(fact).collect()
+}

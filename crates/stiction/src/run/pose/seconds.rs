@@ -1,0 +1,81 @@
+//! Where the time goes.
+
+use std::time::Instant;
+
+use crate::io::machine;
+
+/// Time that something took, seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Span {
+    pub wall: f64,
+    /// Of all threads; on a machine with other work to do this is what can be compared.
+    pub cpu: f64,
+}
+
+impl std::ops::Add for Span {
+    type Output = Span;
+
+    fn add(self, other: Span) -> Span {
+        Span { wall: self.wall + other.wall, cpu: self.cpu + other.cpu }
+    }
+}
+
+/// Time by phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Seconds {
+    pub mesh: Span,
+    pub assembly: Span,
+    pub contact: Span,
+    /// The multigrid hierarchy.
+    pub setup: Span,
+    pub ordering: Span,
+    pub factorisation: Span,
+    pub iteration: Span,
+    pub coulomb: Span,
+    pub output: Span,
+}
+
+impl Seconds {
+    /// All phases with their names.
+    pub fn phases(&self) -> [(&'static str, Span); 9] {
+        [
+            ("mesh", self.mesh),
+            ("assembly", self.assembly),
+            ("contact", self.contact),
+            ("setup", self.setup),
+            ("ordering", self.ordering),
+            ("factorisation", self.factorisation),
+            ("iteration", self.iteration),
+            ("coulomb", self.coulomb),
+            ("output", self.output),
+        ]
+    }
+
+    /// Adds what a step has taken.
+    pub(crate) fn add(&mut self, other: &Seconds) {
+        let Seconds { mesh, assembly, contact, setup, ordering, factorisation, iteration, coulomb, output } = *other;
+        self.mesh = self.mesh + mesh;
+        self.assembly = self.assembly + assembly;
+        self.contact = self.contact + contact;
+        self.setup = self.setup + setup;
+        self.ordering = self.ordering + ordering;
+        self.factorisation = self.factorisation + factorisation;
+        self.iteration = self.iteration + iteration;
+        self.coulomb = self.coulomb + coulomb;
+        self.output = self.output + output;
+    }
+
+    pub fn total(&self) -> Span {
+        self.phases().iter().fold(Span::default(), |sum, (_, span)| sum + *span)
+    }
+}
+
+/// The time since the last call, or since the watch was made.
+pub(crate) fn stopwatch() -> impl FnMut() -> Span {
+    let (mut clock, mut cpu) = (Instant::now(), machine::cpu_seconds());
+    move || {
+        let wall = std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
+        let now = machine::cpu_seconds();
+        Span { wall, cpu: now - std::mem::replace(&mut cpu, now) }
+    }
+}

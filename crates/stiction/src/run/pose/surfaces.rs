@@ -1,0 +1,116 @@
+//! Contact surfaces of a case, on the mesh.
+
+use std::sync::Arc;
+
+use super::{place, regions};
+use crate::Error;
+use crate::contact::{
+    ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave, reverse_where_held,
+};
+use crate::fem::{DofMap, Solid};
+use crate::io::case::{AgainstSpec, ContactSpec, Placing, SurfaceFile};
+use crate::io::surface;
+use crate::mesh::Mesh;
+use crate::mesh::v3::add;
+
+/// The surfaces and what they may touch; of a pair the surface of `on` is the slave for now.
+pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<ContactSurface>, Error> {
+    let surface = |spec: &ContactSpec| {
+        let against = match &spec.against {
+            AgainstSpec::Obstacle(obstacle) => Counterpart::Obstacle(obstacle.clone()),
+            AgainstSpec::File(file) => {
+                Counterpart::Obstacle(triangles(file).map_err(|error| place::at(&spec.spot, error))?)
+            }
+            AgainstSpec::Surface { region, gap, slave, search } => Counterpart::Surface(Master {
+                faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
+                gap: *gap,
+                search: *search,
+                slave: slave.unwrap_or(Role::On),
+                reason: match slave {
+                    Some(_) => Reason::Asked,
+                    None if spec.friction.is_array() => Reason::Array,
+                    None => Reason::First,
+                },
+            }),
+        };
+        Ok(ContactSurface {
+            name: spec.name.clone(),
+            faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
+            against,
+            friction: spec.friction.clone(),
+        })
+    };
+    specs.iter().map(surface).collect()
+}
+
+/// The obstacle in a file, put where the case wants it.
+fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
+    let mut raw = surface::read(&file.path, file.scale)?;
+    let Placing { turn, by } = &file.placing;
+    for x in &mut raw.points {
+        *x = add(turn.as_ref().map_or(*x, |turn| turn.apply(*x)), *by);
+    }
+    let name = file.path.display().to_string();
+    let short = file.path.file_name().map_or(name.clone(), |name| name.to_string_lossy().into_owned());
+    let built = Triangles::new(raw, &short, file.side, file.feature_angle).map_err(|error| error.at(&name))?;
+    Ok(Obstacle::Surface(Arc::new(built)))
+}
+
+/// Lets the slave of each pair be what the case asks for or [`choose_slave`] finds.
+pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
+    for surface in surfaces {
+        let Counterpart::Surface(master) = &mut surface.against else { continue };
+        if ![Reason::Asked, Reason::Array].contains(&master.reason) {
+            let young = [young(solid, &surface.faces), young(solid, &master.faces)];
+            (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
+        }
+        if master.slave == Role::Against {
+            std::mem::swap(&mut surface.faces, &mut master.faces);
+        }
+    }
+}
+
+/// Gives the faces of slaves that are prescribed altogether the other role, and returns the contact of the case that each
+/// surface is of: a surface that is prescribed in part makes two, the second at the end.
+pub(crate) fn reverse(solid: &Solid, dofs: &DofMap, surfaces: &mut Vec<ContactSurface>) -> Vec<usize> {
+    let mut of: Vec<usize> = (0..surfaces.len()).collect();
+    for number in 0..surfaces.len() {
+        if let Some(other) = reverse_where_held(solid.mesh, dofs, &mut surfaces[number]) {
+            surfaces.push(other);
+            of.push(number);
+        }
+    }
+    of
+}
+
+/// Mean modulus of the cells behind the faces.
+fn young(solid: &Solid, faces: &[u32]) -> f64 {
+    let of = |&face: &u32| {
+        let cell = solid.mesh.faces[face as usize].cell as usize;
+        solid.materials[solid.material_of_cell[cell] as usize].young
+    };
+    faces.iter().map(of).sum::<f64>() / faces.len().max(1) as f64
+}
+
+/// What the case calls a surface and, for a pair, its counterpart.
+pub(crate) fn names(spec: &ContactSpec) -> [String; 2] {
+    let against = match &spec.against {
+        AgainstSpec::Obstacle(_) | AgainstSpec::File(_) => String::new(),
+        AgainstSpec::Surface { region, .. } => regions::name(region),
+    };
+    [regions::name(&spec.on), against]
+}
+
+/// Pairs of surfaces that share faces, and how many.
+pub(crate) fn shared(surfaces: &[ContactSurface]) -> Vec<(String, String, usize)> {
+    let mut shared = Vec::new();
+    for (i, a) in surfaces.iter().enumerate() {
+        for b in &surfaces[i + 1..] {
+            let count = a.faces.iter().filter(|face| b.faces.binary_search(face).is_ok()).count();
+            if count > 0 {
+                shared.push((a.name.clone(), b.name.clone(), count));
+            }
+        }
+    }
+    shared
+}

@@ -1,0 +1,129 @@
+//! The load steps of a result folder, judged anew.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::check::{compare, stored_certificate};
+use super::step_file::step_file;
+use crate::Error;
+use crate::certificate::{Certificate, certify};
+use crate::contact::ContactProblem;
+use crate::io::step::{StepFile, read_step};
+use crate::run::pose::moment::{Initial, Moment};
+use crate::run::solve::balance::{Balance, BodyState, balance};
+
+/// What the files of one step amount to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckedStep {
+    /// From 1.
+    pub number: usize,
+    pub t: f64,
+    pub certificate: Certificate,
+    /// Where the summary or another step says something else: name, what it says, what was recomputed.
+    pub differences: Vec<(String, f64, f64)>,
+}
+
+/// Lengths of two steps that should be one agree to this part of the largest displacement, forces to this part of the
+/// largest.
+const SAME: f64 = 1e-9;
+/// Energies agree to this part of the largest.
+const SAME_ENERGY: f64 = 1e-6;
+
+/// Judges every step that the summary lists. `problem` is that of the last one and becomes that of each in turn.
+///
+/// Besides the certificate of each step: its slip is measured from where the step before it ended, its gaps differ
+/// from the others by what has moved, its loads and its energies are what the summary and the others say.
+///
+/// # Errors
+/// If a file is missing, damaged, or does not fit the others.
+pub(crate) fn check_steps(
+    folder: &Path,
+    entries: &[Value],
+    problem: &mut ContactProblem,
+    tolerance: f64,
+) -> Result<Vec<CheckedStep>, Error> {
+    let (n, m) = (problem.unknowns(), problem.points());
+    let p = problem.supports.as_ref().map_or(0, |s| s.load.len());
+    let vectors = |problem: &ContactProblem| (problem.f.clone(), problem.gap.clone(), problem.slip_reference.clone());
+    let as_it_was = vectors(problem);
+    let nothing = Moment {
+        load: vec![0.0; n],
+        support_load: vec![0.0; p],
+        displacement: vec![0.0; p],
+        motion: vec![0.0; 3 * m],
+        initial: Initial::default(),
+    };
+    let mut body =
+        BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
+    let mut slid = vec![0.0; 2 * m];
+    let mut first: Option<Vec<f64>> = None;
+    let mut checked = Vec::new();
+    for (number, entry) in (1..).zip(entries) {
+        let path = step_file(folder, number);
+        let file = read_step(&path, n, p, m)?;
+        file.put_into(problem);
+        problem.validate().map_err(|e| e.at(&path.display().to_string()))?;
+        let certificate = certify(problem, &file.u, &file.lambda, tolerance);
+        let stored = stored_certificate(entry).map_err(|e| e.at(&format!("summary.json: step {number}")))?;
+        let normal_force = file.lambda.iter().zip(&problem.share).map(|(force, share)| share * force).sum();
+        let mut differences = compare(stored, &certificate, normal_force)?;
+        let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {
+            // Written so that NaN differs.
+            let same = (old - new).abs() <= allowed;
+            if !same {
+                differences.push((name.to_string(), old, new));
+            }
+        };
+        let moment = moment_of(&file);
+        let size = largest(&file.u).max(largest(&moment.displacement)).max(largest(&moment.motion));
+        let held = problem.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&moment.displacement));
+        // Gap and slip reference without what has moved or slid since the start: the same in every step.
+        let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
+        let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - moment.motion[i]).collect();
+        let first = first.get_or_insert_with(|| rest.clone());
+        let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
+        differ("gap", 0.0, apart(0..m), SAME * size.max(largest(&first[..m])));
+        differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(largest(&slid)));
+        let demanded = problem.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&moment.displacement));
+        let off = (0..n).map(|i| (moment.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
+        differ("load", 0.0, off, SAME * largest(&moment.load).max(largest(&demanded)));
+
+        let new = balance(problem, &body, &moment, &file.u, &file.lambda);
+        let scale = new.work.abs().max(new.elastic).max(new.dissipation.abs());
+        let told = |name: &str| entry["balance"][name].as_f64().unwrap_or(f64::NAN);
+        for (name, value) in [("work", new.work), ("elastic", new.elastic), ("dissipation", new.dissipation)] {
+            differ(name, told(name), value, SAME_ENERGY * scale);
+        }
+        differ("t", entry["t"].as_f64().unwrap_or(f64::NAN), file.t, 0.0);
+        if number == entries.len() {
+            let same = vectors(problem) == as_it_was;
+            differ("problem.npz is that of the last step", 1.0, f64::from(u8::from(same)), 0.0);
+        }
+        let jump = problem.B.times(&file.u);
+        slid = (m..3 * m).map(|i| jump[i] + held[i] - moment.motion[i] - first[i]).collect();
+        body = BodyState { moment, u: file.u.clone(), lambda: file.lambda.clone(), balance: new };
+        checked.push(CheckedStep { number, t: file.t, certificate, differences });
+    }
+    Ok(checked)
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, v| v.abs().max(largest))
+}
+
+fn moment_of(file: &StepFile) -> Moment {
+    Moment {
+        load: file.support_free_load.clone(),
+        support_load: file.support_load.clone(),
+        displacement: file.support_displacement.clone(),
+        motion: file.motion.clone(),
+        initial: Initial {
+            load: file.initial_load.iter().take(file.u.len()).copied().collect(),
+            support_load: file.initial_load.iter().skip(file.u.len()).copied().collect(),
+            energy: file.initial_energy,
+            shortening: file.shortening.clone(),
+            ..Initial::default()
+        },
+    }
+}

@@ -1,0 +1,163 @@
+//! Fields over the body and over the contact surfaces, in global axes.
+
+use rayon::prelude::*;
+
+use crate::fem::{Solid, cell_stress_as, full_displacement, reactions, von_mises};
+use crate::friction::PointState;
+use crate::mesh::v3::{add, scale};
+use crate::run::pose::Prepared;
+use crate::run::pose::frames::{PointFrame, frames};
+use crate::run::solve::Outcome;
+
+/// Fields over the whole body.
+#[derive(Debug, Clone)]
+pub(crate) struct BodyFields {
+    pub displacement: Vec<[f64; 3]>,
+    /// Force of the supports on the body, springs included; zero away from them.
+    pub reaction: Vec<[f64; 3]>,
+    /// xx, yy, zz, xy, yz, xz of each cell; in single precision, beyond which a mean over a cell tells nothing.
+    pub stress: Vec<[f32; 6]>,
+    pub von_mises: Vec<f32>,
+}
+
+pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
+    let Prepared { mesh, materials, material_of_cell, model, .. } = prepared;
+    let u = full_displacement(model, &outcome.solution.u);
+    let reaction = reaction(prepared, outcome);
+    let solid = Solid { mesh, materials, material_of_cell };
+    let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
+    let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.acting.initial.strain, single).unzip();
+    BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
+}
+
+/// Force of the supports on the body at each node; zero away from them.
+pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> {
+    let Prepared { mesh, model, problem, .. } = prepared;
+    let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
+    let put = |reaction: &mut [[f64; 3]], dof: u32, force: f64| {
+        let at = &mut reaction[dof as usize / 3];
+        *at = add(*at, scale(force, model.dofs.direction(dof)));
+    };
+    let mut force = reactions(model, &outcome.solution.u);
+    if let Some(supports) = &problem.supports {
+        // What the obstacle takes at a node that is held in part does not come from the support.
+        let contact = supports.B.transpose_times(&outcome.solution.lambda);
+        force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
+    }
+    for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
+        put(&mut reaction, dof, force);
+    }
+    let springs = problem.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
+    for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
+        put(&mut reaction, dof, force);
+    }
+    reaction
+}
+
+/// Which of the two surfaces of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Side {
+    /// That with the contact points.
+    #[default]
+    Slave,
+    Master,
+}
+
+/// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and
+/// NaN where there is nothing to tell; of a master [`sides`](super::sides::sides) tells what it has.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SurfaceFields {
+    pub name: String,
+    /// Number of the pair.
+    pub pair: usize,
+    pub side: Side,
+    pub points: Vec<[f64; 3]>,
+    /// Faces by indices into `points`: corners, then the middles of edges.
+    pub faces: Vec<Vec<u32>>,
+    /// The same in the order of their border.
+    pub borders: Vec<Vec<u32>>,
+    /// Number of the node in the mesh.
+    pub nodes: Vec<i32>,
+    /// `lambda_n` over area.
+    pub pressure: Vec<f64>,
+    /// `lambda_t` over area: what the body exerts on its counterpart, along the slip.
+    pub shear: Vec<[f64; 3]>,
+    /// Sliding of the body over its counterpart, with load steps that of the last one.
+    pub slip: Vec<[f64; 3]>,
+    /// The same since the start of the first step.
+    pub slid: Vec<[f64; 3]>,
+    /// The gap that is left; of a bonded surface the opening.
+    pub gap: Vec<f64>,
+    /// 0 open, 1 stick, 2 slip, -1 no contact point.
+    pub status: Vec<i32>,
+    /// Force of the body on its counterpart.
+    pub lambda: Vec<[f64; 3]>,
+}
+
+/// The fields of each contact surface.
+pub(crate) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
+    let frames = frames(prepared);
+    let opening = prepared.problem.opening(&outcome.solution.u);
+    let pairs = prepared.surfaces.iter().zip(&prepared.problem.pairs).enumerate();
+    pairs
+        .map(|(number, (surface, pair))| {
+            let mut fields = empty(prepared, &surface.name, &surface.faces);
+            fields.pair = number;
+            pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &opening, j));
+            fields
+        })
+        .collect()
+}
+
+/// Nothing known on these faces of the mesh.
+pub(crate) fn empty(prepared: &Prepared, name: &str, faces: &[u32]) -> SurfaceFields {
+    let mesh = &prepared.mesh;
+    let nodes = mesh.face_nodes(faces);
+    let local = |node: &u32| nodes.partition_point(|other| other < node) as u32;
+    let count = nodes.len();
+    SurfaceFields {
+        name: name.into(),
+        pair: 0,
+        side: Side::Slave,
+        points: nodes.iter().map(|&node| mesh.nodes[node as usize]).collect(),
+        faces: faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
+        borders: faces.iter().map(|&f| mesh.faces[f as usize].border().iter().map(local).collect()).collect(),
+        pressure: vec![f64::NAN; count],
+        shear: vec![[f64::NAN; 3]; count],
+        slip: vec![[f64::NAN; 3]; count],
+        slid: vec![[f64::NAN; 3]; count],
+        gap: vec![f64::NAN; count],
+        status: vec![-1; count],
+        lambda: vec![[0.0; 3]; count],
+        nodes: nodes.iter().map(|&node| node as i32).collect(),
+    }
+}
+
+fn fill(
+    fields: &mut SurfaceFields,
+    prepared: &Prepared,
+    outcome: &Outcome,
+    frame: &PointFrame,
+    opening: &[f64],
+    j: usize,
+) {
+    let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
+    let m = problem.points();
+    let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
+    let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
+    fields.pressure[at] = normal / problem.area[j];
+    let share = problem.share[j];
+    let told = frame.sign / share;
+    fields.shear[at] = friction.map(|force| frame.sign * force / problem.area[j]);
+    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| told * slip);
+    fields.gap[at] = opening[j] / share;
+    let before = &prepared.acting.slid;
+    fields.slid[at] =
+        frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]).map(|slip| told * slip);
+    fields.status[at] = match outcome.solution.states[j] {
+        PointState::Open => 0,
+        PointState::Stick => 1,
+        PointState::Slip => 2,
+    };
+    fields.lambda[at] = [0, 1, 2].map(|c| frame.sign * share * (normal * frame.normal[c] + friction[c]));
+}

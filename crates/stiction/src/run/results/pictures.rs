@@ -1,0 +1,173 @@
+//! The pictures of a result.
+
+use std::path::Path;
+use std::thread;
+
+use serde_json::Value;
+
+use super::fields::{BodyFields, Side, SurfaceFields};
+use crate::Error;
+use crate::io::plot::{
+    ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
+    surface_map, units,
+};
+use crate::mesh::Face;
+use crate::run::pose::Prepared;
+use crate::run::solve::Outcome;
+
+/// Draws all pictures and returns their names.
+pub(crate) fn write(
+    folder: &Path,
+    prepared: &Prepared,
+    outcome: &Outcome,
+    body: &BodyFields,
+    surfaces: &[SurfaceFields],
+) -> Result<Vec<String>, Error> {
+    let units = Units::of(prepared.facts.units.as_deref());
+    let mesh = &prepared.mesh;
+    let borders: Vec<Vec<u32>> = mesh.faces.iter().map(Face::border).collect();
+    let faces: Vec<&[u32]> = borders.iter().map(Vec::as_slice).collect();
+    let title = &prepared.facts.title;
+    let plot = DeformedPlot {
+        points: &mesh.nodes,
+        faces: &faces,
+        displacement: &body.displacement,
+        title,
+        unit_label: units.length,
+        scale: None,
+    };
+    let slaves: Vec<&SurfaceFields> = surfaces.iter().filter(|s| s.side == Side::Slave).collect();
+    let of_surface = |surface: &SurfaceFields| {
+        let suffix = if slaves.len() > 1 { format!("-{}", file_name(&slaves, surface.pair)) } else { String::new() };
+        maps(folder, title, &suffix, surface, &units)
+    };
+    let mut files = vec!["deformed.png".to_string()];
+    // The body takes about as long as a contact surface.
+    let (drawn, of_surfaces) = thread::scope(|scope| {
+        let drawing = scope.spawn(|| deformed(&folder.join("deformed.png"), &plot));
+        let of_surfaces: Vec<Result<Vec<String>, Error>> = surfaces.iter().map(of_surface).collect();
+        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), of_surfaces)
+    });
+    drawn?;
+    for names in of_surfaces {
+        files.extend(names?);
+    }
+    if prepared.problem.points() > 0 {
+        let points: Vec<ConvergencePoint> = (outcome.solution.history.iter())
+            .map(|p| ConvergencePoint { iteration: p.iteration, products: p.products, residual: p.residual })
+            .collect();
+        let tolerance = outcome.solution.certificate.tolerance;
+        convergence(&folder.join("convergence.png"), &points, tolerance, title)?;
+        files.push("convergence.png".into());
+    }
+    if !outcome.steps.is_empty() {
+        forces_over_time(folder, title, &outcome.steps, units.force)?;
+        files.push("history.png".into());
+    }
+    Ok(files)
+}
+
+fn forces_over_time(folder: &Path, title: &str, steps: &[Value], unit_label: &str) -> Result<(), Error> {
+    // The body begins at rest.
+    let curve = |value: &dyn Fn(&Value) -> Option<f64>| -> Vec<f64> {
+        let values = steps.iter().map(|entry| value(entry).unwrap_or(f64::NAN));
+        std::iter::once(0.0).chain(values).collect()
+    };
+    let friction = |c: usize| curve(&|entry| entry["contact"]["tangential_force"][c].as_f64());
+    let times = curve(&|entry| entry["t"].as_f64());
+    let mut forces = vec![("normal", curve(&|entry| entry["contact"]["normal_force"].as_f64()))];
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
+    let negligible = 1e-9 * forces.iter().map(|(_, values)| largest(values)).sum::<f64>();
+    let components = ["friction x", "friction y", "friction z"].into_iter().zip((0..3).map(friction));
+    forces.extend(components.filter(|(_, values)| largest(values) > negligible));
+    let energies = vec![
+        ("work", curve(&|entry| entry["balance"]["work"].as_f64())),
+        ("elastic", curve(&|entry| entry["balance"]["elastic"].as_f64())),
+        ("dissipated", curve(&|entry| entry["balance"]["dissipation"].as_f64())),
+    ];
+    let panels = [
+        HistoryPanel { label: "Force of contact on the body", unit_label, curves: forces },
+        HistoryPanel { label: "Energy since the start", unit_label: "", curves: energies },
+    ];
+    let count = format!("{} load steps", steps.len());
+    history(&folder.join("history.png"), &times, &panels, title, &count)
+}
+
+fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Units) -> Result<Vec<String>, Error> {
+    let faces: Vec<&[u32]> = s.borders.iter().map(Vec::as_slice).collect();
+    let shear: Vec<f64> = s.shear.iter().map(|t| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt()).collect();
+    // No state of the legend stands for points that are not in contact at all.
+    let status: Vec<u8> = s.status.iter().map(|&state| u8::try_from(state).unwrap_or(u8::MAX)).collect();
+    let of_pair = if suffix.is_empty() { String::new() } else { format!(", {}", s.name) };
+    let arrows = MapVectors { values: &s.shear, label: "Shear on counterpart", unit_label: units.stress };
+    let pressure = MapValues::Scalar(&s.pressure);
+    let pictures = match s.side {
+        Side::Slave => vec![
+            ("pressure", "contact pressure", "Pressure", pressure, None),
+            ("shear", "shear traction on the counterpart", "Shear traction", MapValues::Scalar(&shear), Some(arrows)),
+            ("status", "state of contact", "", MapValues::Status(&status), None),
+        ],
+        // The word comes first: no name of a pair can make this the name of another picture.
+        Side::Master => vec![
+            ("master-pressure", "contact pressure on the master", "Pressure", pressure, None),
+            (
+                "master-shear",
+                "shear traction, master's side",
+                "Shear traction",
+                MapValues::Scalar(&shear),
+                Some(arrows),
+            ),
+        ],
+    };
+    let touching: Vec<bool> = match s.side {
+        Side::Slave => s.status.iter().map(|&state| state > 0).collect(),
+        Side::Master => s.lambda.iter().map(|force| force.iter().any(|&f| f != 0.0)).collect(),
+    };
+    let mut files = Vec::new();
+    for (name, subject, label, values, vectors) in pictures {
+        if name.ends_with("shear") && !shear.iter().any(|&t| t > 0.0) {
+            continue;
+        }
+        let title = format!("{title}{of_pair}: {subject}");
+        let map = SurfaceMap {
+            points: &s.points,
+            faces: &faces,
+            values,
+            vectors,
+            focus: Some(&touching),
+            title: &title,
+            label,
+            unit_label: units.stress,
+            length_label: units.length,
+        };
+        let file = format!("{name}{suffix}.png");
+        surface_map(&folder.join(&file), &map)?;
+        files.push(file);
+    }
+    Ok(files)
+}
+
+/// The name of a pair as part of a file name, different for each pair.
+fn file_name(surfaces: &[&SurfaceFields], number: usize) -> String {
+    let plain = |s: &SurfaceFields| -> String {
+        s.name.chars().take(60).map(|c| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '_' }).collect()
+    };
+    let own = plain(surfaces[number]);
+    // File systems may not tell upper from lower case.
+    let same = |s: &&SurfaceFields| plain(s).to_lowercase() == own.to_lowercase();
+    if surfaces.iter().copied().filter(same).count() > 1 { format!("{own}-{}", number + 1) } else { own }
+}
+
+/// Labels of the units, empty where the case names none.
+struct Units<'a> {
+    length: &'a str,
+    force: &'a str,
+    stress: &'a str,
+}
+
+impl<'a> Units<'a> {
+    fn of(text: Option<&'a str>) -> Self {
+        let [length, force, stress] = units(text);
+        Units { length, force, stress }
+    }
+}

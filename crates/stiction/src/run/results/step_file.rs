@@ -1,0 +1,173 @@
+//! The files of a stepped run as it goes on: each step is on the disk before the next one begins.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::fields::body;
+use super::sides::sides;
+use super::write::{encoded, log, write_body, write_contact};
+use crate::Error;
+use crate::io::step::{read_step, write_step};
+use crate::io::vtu::EncodedGrid;
+use crate::io::{folder, vtu};
+use crate::run::pose::Prepared;
+use crate::run::solve::{Restart, Step};
+
+/// What has been finished, beside the files of the steps.
+const STATE: &str = "steps.json";
+/// Numbered files of a step: the front and the end of their names.
+const NUMBERED: [(&str, &str); 3] = [("result-", ".vtu"), ("contact-", ".vtu"), ("step-", ".npz")];
+
+/// Where the steps of a run are kept.
+#[derive(Debug, Clone)]
+pub struct StepFiles {
+    folder: PathBuf,
+    /// Of the case on its mesh: no step of another problem is taken for one of this.
+    fingerprint: u64,
+    /// `log.jsonl` so far.
+    log: String,
+    /// The mesh as the files of all steps have it.
+    grid: EncodedGrid,
+}
+
+/// Makes `folder` ready for the steps of a prepared case. With `resume` the steps that it holds already are read, if
+/// there are any; otherwise the files of an earlier run are removed.
+///
+/// # Errors
+/// If files cannot be read or written, or `resume` is asked for and the folder holds the steps of another case.
+pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(StepFiles, Option<Restart>), Error> {
+    folder::create(folder)?;
+    let (fingerprint, grid) = (fingerprint(prepared), encoded(prepared, true)?);
+    let mut files = StepFiles { folder: folder.to_path_buf(), fingerprint, log: String::new(), grid };
+    let restart = if resume { restart(prepared, &mut files)? } else { None };
+    folder::remove(&folder.join("summary.json"))?;
+    if restart.is_none() {
+        remove_steps(folder)?;
+        for name in ["result.vtu", "contact.vtu"] {
+            folder::remove(&folder.join(name))?;
+        }
+    }
+    Ok((files, restart))
+}
+
+/// Removes what a stepped run has left.
+pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
+    folder::remove(&folder.join(STATE))?;
+    for name in ["result.pvd", "contact.pvd", "history.png"] {
+        folder::remove(&folder.join(name))?;
+    }
+    let numbered = |name: &str| {
+        NUMBERED.iter().any(|(front, end)| {
+            let number = name.strip_prefix(front).and_then(|rest| rest.strip_suffix(end));
+            number.is_some_and(|n| n.len() >= 4 && n.bytes().all(|b| b.is_ascii_digit()))
+        })
+    };
+    let names = folder::names(folder)?;
+    names.iter().filter(|name| numbered(name)).try_for_each(|name| folder::remove(&folder.join(name)))
+}
+
+/// Writes the files of a step. The list of finished steps comes last: a step it names is whole.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
+    let (folder, number) = (&files.folder, step.number);
+    write_step(&step_file(folder, number), &step.file)?;
+    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, &files.grid, &body(prepared, step.outcome))?;
+    let times: Vec<f64> = step.entries.iter().map(|entry| entry["t"].as_f64().unwrap_or(f64::NAN)).collect();
+    let collection = |name: &str| {
+        let parts: Vec<(f64, String)> =
+            times.iter().zip(1..).map(|(&t, number)| (t, format!("{name}-{number:04}.vtu"))).collect();
+        vtu::write_collection(&folder.join(format!("{name}.pvd")), &parts)
+    };
+    let surfaces = sides(prepared, step.outcome);
+    if !surfaces.is_empty() {
+        write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces, true)?;
+        collection("contact")?;
+    }
+    collection("result")?;
+    files.log += &log(step.outcome, Some(number));
+    folder::write_text(&folder.join("log.jsonl"), &files.log)?;
+    if step.finished {
+        let state = json!({
+            "format": 1,
+            "fingerprint": format!("{:016x}", files.fingerprint),
+            "steps": step.entries,
+        });
+        folder::write_text(&folder.join(STATE), &format!("{state:#}\n"))?;
+    }
+    Ok(())
+}
+
+pub(crate) fn step_file(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("step-{number:04}.npz"))
+}
+
+/// The steps that are finished in the folder, if there are any.
+fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>, Error> {
+    let path = files.folder.join(STATE);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let place = path.display().to_string();
+    let fail = |what: &str, remedy: &str| Err(Error::new(&place, what, remedy));
+    let again = "solve the case from its beginning, without --resume";
+    let state: Value = match serde_json::from_str(&folder::read_text(&path)?) {
+        Ok(state) => state,
+        Err(error) => return fail(&format!("this is no list of finished steps ({error})"), again),
+    };
+    if state["format"] != 1 {
+        return fail("the list of finished steps has another format than this version reads", again);
+    }
+    if state["fingerprint"] != format!("{:016x}", files.fingerprint) {
+        let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
+                      solve without --resume";
+        return fail(
+            "the finished steps in this folder are of another case: mesh, loads, contacts or steps differ",
+            remedy,
+        );
+    }
+    let Some(entries) = state["steps"].as_array().filter(|steps| !steps.is_empty()) else { return Ok(None) };
+    let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
+    let read = |number: usize| read_step(&step_file(&files.folder, number), n, prepared.model.dofs.prescribed.len(), m);
+    let last = read(entries.len())?;
+    let before = if entries.len() > 1 { Some(read(entries.len() - 1)?) } else { None };
+    if entries.last().and_then(|entry| entry["t"].as_f64()) != Some(last.t) {
+        return fail("the list of finished steps and the file of the last one differ", again);
+    }
+    files.log = finished_log(&files.folder, entries.len());
+    Ok(Some(Restart { entries: entries.clone(), last, before }))
+}
+
+/// The lines of the log that belong to the first `count` steps; a log that is lost is no reason to stop.
+fn finished_log(folder: &Path, count: usize) -> String {
+    let text = folder::read_text(&folder.join("log.jsonl")).unwrap_or_default();
+    let step = |line: &str| serde_json::from_str::<Value>(line).ok().and_then(|line| line["step"].as_u64());
+    let kept = text.lines().filter(|line| step(line).is_some_and(|step| step <= count as u64));
+    kept.map(|line| format!("{line}\n")).collect()
+}
+
+/// A number that differs where the posed problem, what acts on it, or the time axis differs (FNV-1a, by words).
+fn fingerprint(prepared: &Prepared) -> u64 {
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0100_0000_01b3;
+    let (problem, acting) = (&prepared.problem, &prepared.acting);
+    let mut hash = OFFSET;
+    let mut word = |word: u64| {
+        hash = (hash ^ word).wrapping_mul(PRIME);
+        // The low bits would never learn of the high ones.
+        hash ^= hash >> 32;
+    };
+    for (column, value) in [(&problem.K.column, &problem.K.value), (&problem.B.column, &problem.B.value)] {
+        column.iter().for_each(|&j| word(j.into()));
+        value.iter().for_each(|v| word(v.to_bits()));
+    }
+    acting.rest.iter().for_each(|v| word(v.to_bits()));
+    let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
+    let law = (&problem.friction, &problem.friction_across);
+    let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", acting.loads, acting.fixes, acting.motions);
+    let text = format!("{text} {:?}", acting.bolts);
+    text.bytes().for_each(|byte| word(byte.into()));
+    hash
+}

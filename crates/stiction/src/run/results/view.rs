@@ -1,0 +1,282 @@
+//! The interactive view of a result folder, from its files.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::Error;
+use crate::io::report::{Field, FieldKind, Frame, View, thin};
+use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
+use crate::mesh::{CellKind, Mesh};
+
+/// Most faces of the view: what a browser on a small machine still turns smoothly, some 5 MB of the page.
+const MOST_FACES: usize = 150_000;
+/// Most bytes of all frames before they are written in base64.
+const MOST_FRAME_BYTES: usize = 6_000_000;
+
+const ON_BODY: [(Over, &str); 2] = [(Over::Points, "displacement"), (Over::Cells, "von_mises")];
+const ON_CONTACT: [(Over, &str); 8] = [
+    (Over::Points, "pressure"),
+    (Over::Points, "shear_traction"),
+    (Over::Points, "slip"),
+    (Over::Points, "gap"),
+    (Over::Points, "status"),
+    (Over::Points, "node"),
+    (Over::Points, "slid"),
+    (Over::Points, "side"),
+];
+
+/// Vertices of the view by what they are in the files.
+struct Vertices {
+    node: Vec<u32>,
+    /// Point of `contact.vtu`; `u32::MAX` on the body.
+    contact: Vec<u32>,
+}
+
+/// Reads the surface of the bodies, the contact surfaces and the fields of all steps of the folder.
+pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Value, units: [&str; 3]) -> Result<View, Error> {
+    let steps = summary["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    let has_contact = summary["contact"]["points"].as_u64().unwrap_or(0) > 0;
+    let name = |front: &str, number: usize| match number {
+        0 => folder.join(format!("{front}.vtu")),
+        _ => folder.join(format!("{front}-{number:04}.vtu")),
+    };
+    let last = steps.len();
+    let read;
+    let (mesh, last_body) = match mesh.filter(|mesh| comes_back(mesh)) {
+        Some(mesh) => (mesh, read_fields(&name("result", last), &ON_BODY)?),
+        None => {
+            let body;
+            (read, body) = read_body(&name("result", last), &ON_BODY)?;
+            (&read, body)
+        }
+    };
+    let (polygons, last_contact) = match has_contact {
+        true => read_polygons(&name("contact", last), &ON_CONTACT)?,
+        false => Default::default(),
+    };
+    let (mut view, mut vertices) = geometry(mesh, &polygons, &last_contact)?;
+    let before = view.faces.len();
+    if let Some(kept) = thin(&mut view, MOST_FACES) {
+        vertices.node = kept.iter().map(|&v| vertices.node[v as usize]).collect();
+        vertices.contact = kept.iter().map(|&v| vertices.contact[v as usize]).collect();
+        view.notes.push(format!(
+            "The view shows a coarser surface, {} of {before} faces; the numbers at its vertices are those of the mesh.",
+            view.faces.len()
+        ));
+    }
+    let stepped = !steps.is_empty();
+    view.fields = fields(units, has_contact, stepped);
+    let numbers = frames_shown(steps.len(), view.points.len() * (6 + 2 * view.fields.len()));
+    if numbers.len() < steps.len() {
+        view.notes.push(format!("Of {} load steps the view shows {}.", steps.len(), numbers.len()));
+    }
+    for number in numbers {
+        let (body, contact);
+        let (body, contact) = if number == last {
+            (&last_body, &last_contact)
+        } else {
+            body = read_fields(&name("result", number), &ON_BODY)?;
+            let read = |path| read_fields(path, &ON_CONTACT);
+            contact = if has_contact { read(&name("contact", number))? } else { Fields::default() };
+            (&body, &contact)
+        };
+        let entry = number.checked_sub(1).and_then(|i| steps.get(i));
+        let called = entry.map_or(String::new(), |entry| {
+            let name =
+                entry["name"].as_str().filter(|name| !name.is_empty()).map_or(String::new(), |n| format!("{n}, "));
+            format!("step {number}: {name}t = {}", entry["t"].as_f64().unwrap_or(f64::NAN))
+        });
+        let frame = frame(mesh, &vertices, body, contact, stepped).map(|frame| Frame { name: called, ..frame });
+        view.frames.push(frame.map_err(|e| e.at(&name("result", number).display().to_string()))?);
+    }
+    Ok(view)
+}
+
+/// Whether reading the file of a mesh gives its cells in their order: kinds are sorted when it is read.
+fn comes_back(mesh: &Mesh) -> bool {
+    let place = |kind: CellKind| CellKind::ALL.iter().position(|&k| k == kind);
+    mesh.cells.windows(2).all(|pair| place(pair[0].kind) < place(pair[1].kind))
+}
+
+/// Numbers of the steps that fit, the last among them; 0 stands for a result without steps.
+fn frames_shown(steps: usize, bytes: usize) -> Vec<usize> {
+    let fit = (MOST_FRAME_BYTES / bytes.max(1)).max(1);
+    match steps {
+        0 => vec![0],
+        n if n <= fit => (1..=n).collect(),
+        n => (1..=fit).map(|i| i * n / fit).collect(),
+    }
+}
+
+fn fields([length, _, stress]: [&str; 3], has_contact: bool, stepped: bool) -> Vec<Field> {
+    let scalar = |label, unit: &str| Field { label, unit: unit.to_string(), kind: FieldKind::Scalar };
+    let mut fields = vec![scalar("Von Mises stress", stress)];
+    if has_contact {
+        fields.extend([
+            scalar("Contact pressure", stress),
+            scalar("Shear traction", stress),
+            scalar("Slip", length),
+            scalar("Gap", length),
+            Field { label: "State of contact", unit: String::new(), kind: FieldKind::Status },
+        ]);
+        if stepped {
+            fields.push(scalar("Slid since the start", length));
+        }
+    }
+    fields
+}
+
+/// Whether each contact point belongs to a master.
+fn on_master(contact: &Fields) -> Vec<bool> {
+    match contact.arrays.get(7) {
+        Some(Some(side)) if side.len() == contact.points => side.iter().map(|&side| side > 0.0).collect(),
+        _ => vec![false; contact.points],
+    }
+}
+
+/// `values`, `width` a point, where a node of several masters has the mean of what the pairs tell: each of them covers a
+/// part of the faces around it.
+fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec<f64> {
+    let nodes = contact.arrays[5].as_deref().unwrap_or(&[]);
+    let masters: Vec<(usize, u64)> = (nodes.iter().map(|node| node.to_bits()).enumerate())
+        .zip(on_master(contact))
+        .filter(|(_, m)| *m)
+        .map(|(p, _)| p)
+        .collect();
+    for c in 0..width {
+        let mut told: HashMap<u64, (f64, f64)> = HashMap::new();
+        for &(point, node) in &masters {
+            let value = values[width * point + c];
+            if !value.is_nan() {
+                let (sum, count) = told.entry(node).or_default();
+                (*sum, *count) = (*sum + value, *count + 1.0);
+            }
+        }
+        let mean = |node| told.get(node).map_or(f64::NAN, |(sum, count)| sum / count);
+        masters.iter().for_each(|(point, node)| values[width * point + c] = mean(node));
+    }
+    values
+}
+
+/// The boundary of the mesh without contact surfaces, then these: slaves, and masters where no slave is.
+fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View, Vertices), Error> {
+    let own_node = nodes_of(polygons, contact, mesh.nodes.len())?;
+    let key = |corners: [u32; 4]| {
+        let mut key = corners;
+        key.sort_unstable();
+        key
+    };
+    let master = on_master(contact);
+    let key_of = |face: &[u32]| key(corners(face).map(|v| own_node[v as usize]));
+    let is_master = |face: &[u32]| master.get(face[0] as usize) == Some(&true);
+    let mut in_contact: HashSet<[u32; 4]> =
+        polygons.faces.iter().filter(|face| !is_master(face)).map(|face| key_of(face)).collect();
+    // Of a face in several pairs one is enough, and the slave tells more.
+    let shown: Vec<&Vec<u32>> =
+        polygons.faces.iter().filter(|face| !is_master(face) || in_contact.insert(key_of(face))).collect();
+    let free = mesh.faces.iter().map(|face| corners(face.nodes())).filter(|&face| !in_contact.contains(&key(face)));
+    let mut vertex = vec![u32::MAX; mesh.nodes.len()];
+    let mut vertices = Vertices { node: Vec::new(), contact: Vec::new() };
+    let mut view = View::default();
+    for face in free {
+        view.faces.push(face.map(|node| {
+            let slot = &mut vertex[node as usize];
+            if *slot == u32::MAX {
+                *slot = vertices.node.len() as u32;
+                vertices.node.push(node);
+            }
+            *slot
+        }));
+    }
+    let first = vertices.node.len() as u32;
+    vertices.contact = vec![u32::MAX; vertices.node.len()];
+    vertices.contact.extend(0..own_node.len() as u32);
+    vertices.node.extend(&own_node);
+    view.first_contact_point = first as usize;
+    view.first_contact_face = view.faces.len();
+    view.faces.extend(shown.iter().map(|face| corners(face).map(|v| first + v)));
+    view.points = vertices.node.iter().map(|&node| mesh.nodes[node as usize]).collect();
+    Ok((view, vertices))
+}
+
+/// Node of the mesh of each contact point.
+fn nodes_of(polygons: &Polygons, contact: &Fields, nodes: usize) -> Result<Vec<u32>, Error> {
+    if polygons.points.is_empty() {
+        return Ok(Vec::new());
+    }
+    let numbers = contact.arrays[5].as_deref().unwrap_or(&[]);
+    let own: Vec<u32> = numbers.iter().map(|&n| n as u32).collect();
+    let whole = own.len() == polygons.points.len() && own.iter().all(|&n| (n as usize) < nodes);
+    let polygonal = polygons.faces.iter().all(|face| face.len() >= 3);
+    if whole && polygonal { Ok(own) } else { Err(unfit()) }
+}
+
+fn unfit() -> Error {
+    Error::new("", "the files of the result do not fit one another", "solve the case again")
+}
+
+/// Corners of a face of any order, a triangle's last one twice.
+fn corners(face: &[u32]) -> [u32; 4] {
+    match face.len() {
+        3 | 6 => [face[0], face[1], face[2], face[2]],
+        _ => [face[0], face[1], face[2], face[3]],
+    }
+}
+
+fn frame(mesh: &Mesh, vertices: &Vertices, body: &Fields, contact: &Fields, stepped: bool) -> Result<Frame, Error> {
+    let of = |fields: &'_ Fields, i: usize, length: usize| -> Result<Vec<f64>, Error> {
+        fields.arrays.get(i).cloned().flatten().filter(|a| a.len() == length).ok_or_else(unfit)
+    };
+    let displacement = of(body, 0, 3 * mesh.nodes.len())?;
+    let displacement: &[[f64; 3]] = displacement.as_chunks().0;
+    let von_mises = at_nodes(mesh, &of(body, 1, mesh.cell_count())?);
+    let mut values = vec![vertices.node.iter().map(|&node| von_mises[node as usize]).collect::<Vec<f64>>()];
+    if contact.points > 0 {
+        let count = contact.points;
+        let size = |v: &[f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        let all_sizes = |v: Vec<f64>| v.as_chunks().0.iter().map(size).collect::<Vec<f64>>();
+        let sizes = |i| of(contact, i, 3 * count).map(all_sizes);
+        let pressure = brought_together(contact, of(contact, 0, count)?, 1);
+        let shear = all_sizes(brought_together(contact, of(contact, 1, 3 * count)?, 3));
+        let mut on_contact = vec![pressure, shear, sizes(2)?, of(contact, 3, count)?, of(contact, 4, count)?];
+        if stepped {
+            on_contact.push(sizes(6)?);
+        }
+        for field in on_contact {
+            values.push(vertices.contact.iter().map(|&v| field.get(v as usize).copied().unwrap_or(f64::NAN)).collect());
+        }
+    }
+    let displacement = vertices.node.iter().map(|&node| displacement[node as usize]).collect();
+    Ok(Frame { name: String::new(), displacement, values })
+}
+
+/// The mean over the cells at each node.
+fn at_nodes(mesh: &Mesh, of_cells: &[f64]) -> Vec<f64> {
+    let (mut sum, mut count) = (vec![0.0; mesh.nodes.len()], vec![0.0; mesh.nodes.len()]);
+    let mut number = 0;
+    for cells in &mesh.cells {
+        for i in 0..cells.len() {
+            for &node in cells.cell(i) {
+                sum[node as usize] += of_cells[number];
+                count[node as usize] += 1.0;
+            }
+            number += 1;
+        }
+    }
+    sum.iter().zip(&count).map(|(sum, count)| sum / count).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_do_not_fit_are_left_out_but_never_the_last() {
+        assert_eq!(frames_shown(0, 100), [0]);
+        assert_eq!(frames_shown(3, 100), [1, 2, 3]);
+        assert_eq!(frames_shown(10, MOST_FRAME_BYTES / 4), [2, 5, 7, 10]);
+        assert_eq!(frames_shown(7, usize::MAX), [7]);
+    }
+}

@@ -1,0 +1,252 @@
+//! The result folder.
+
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use serde_json::json;
+
+use super::fields::{BodyFields, Side, SurfaceFields, body};
+use super::sides::sides;
+use super::step_file::remove_steps;
+use super::{Ahead, REPORT, pictures};
+use crate::Error;
+use crate::contact::{Counterpart, Obstacle};
+use crate::friction::Phase;
+use crate::io::vtu::{self, Array, EncodedGrid, Grid};
+use crate::io::{folder, machine, problem};
+use crate::run::pose::{Prepared, stopwatch};
+use crate::run::solve::Outcome;
+
+pub use crate::io::folder::writable;
+
+/// Where a case came from: its text and the options that changed it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Origin {
+    /// The case file, if it is one; it is not replaced by its copy where it lies in the result folder itself.
+    pub path: Option<PathBuf>,
+    pub case_text: String,
+    /// Keys and values.
+    pub overrides: Vec<(String, String)>,
+    /// The command that was given, if it was one.
+    pub command: Option<String>,
+}
+
+/// Writes all files of a result into `folder`, which is created, and returns their names.
+///
+/// Each file is whole or absent, and `summary.json` comes last: a folder that has one is complete. `outcome` learns
+/// how long it took.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(prepared: &Prepared, outcome: &mut Outcome, origin: &Origin, folder: &Path) -> Result<Vec<String>, Error> {
+    write_with(prepared, outcome, origin, folder, Ahead::default())
+}
+
+/// The same after [`solve_writing`](super::solve_writing) into the same folder.
+///
+/// # Errors
+/// If a file cannot or could not be written.
+pub fn write_with(
+    prepared: &Prepared,
+    outcome: &mut Outcome,
+    origin: &Origin,
+    folder: &Path,
+    ahead: Ahead,
+) -> Result<Vec<String>, Error> {
+    let mut lap = stopwatch();
+    folder::create(folder)?;
+    folder::remove(&folder.join("summary.json"))?;
+    // That of an earlier run would tell of other numbers.
+    folder::remove(&folder.join(REPORT))?;
+    let stepped = !outcome.steps.is_empty();
+    if !stepped {
+        remove_steps(folder)?;
+    }
+    let (body, surfaces) = (body(prepared, outcome), sides(prepared, outcome));
+    // Pictures and numbers take about as long, and neither needs the other.
+    let (drawn, written) = thread::scope(|scope| {
+        let drawing = scope.spawn(|| pictures::write(folder, prepared, outcome, &body, &surfaces));
+        let written = write_numbers(prepared, outcome, origin, folder, ahead, &body, &surfaces);
+        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), written)
+    });
+    let mut files = written?;
+    let pictures = drawn?;
+    files.extend(pictures.iter().cloned());
+    outcome.seconds.output = outcome.seconds.output + lap();
+    outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
+    let mut told = super::summary::whole(prepared, outcome, origin);
+    told.insert("pictures".into(), json!(pictures));
+    folder::write_text(&folder.join("summary.json"), &format!("{:#}\n", serde_json::Value::Object(told)))?;
+    files.push("summary.json".into());
+    Ok(files)
+}
+
+/// All but the pictures and the summary.
+fn write_numbers(
+    prepared: &Prepared,
+    outcome: &Outcome,
+    origin: &Origin,
+    folder: &Path,
+    ahead: Ahead,
+    body: &BodyFields,
+    surfaces: &[SurfaceFields],
+) -> Result<Vec<String>, Error> {
+    let stepped = !outcome.steps.is_empty();
+    let mut files = Vec::new();
+    let names: &[&str] = if surfaces.is_empty() { &["result"] } else { &["result", "contact"] };
+    if stepped {
+        // The files of the steps are there already.
+        files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
+    } else {
+        let grid = ahead.grid.map_or_else(|| encoded(prepared, true), Ok)?;
+        write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
+        if !surfaces.is_empty() {
+            write_contact(&folder.join("contact.vtu"), surfaces, false)?;
+        }
+        files.extend(names.iter().map(|name| format!("{name}.vtu")));
+    }
+    if write_obstacles(&folder.join("obstacles.vtu"), prepared)? {
+        files.push("obstacles.vtu".into());
+    }
+    let solution = &outcome.solution;
+    match ahead.problem {
+        Some(written) => written?.commit()?,
+        None => {
+            problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
+        }
+    }
+    problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
+    if !stepped {
+        folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
+    }
+    files.extend(["problem.npz", "solution.npz", "log.jsonl"].map(String::from));
+    let copy = folder.join("case.toml");
+    if !origin.path.as_ref().is_some_and(|path| folder::same(path, &copy)) {
+        folder::write_text(&copy, &case(origin))?;
+        files.push("case.toml".into());
+    }
+    Ok(files)
+}
+
+/// The mesh as files of the body have it, encoded by the threads of rayon or by the caller alone.
+pub(crate) fn encoded(prepared: &Prepared, by_threads: bool) -> Result<EncodedGrid, Error> {
+    EncodedGrid::new(&Grid::from_mesh(&prepared.mesh), by_threads)
+}
+
+pub(crate) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, body: &BodyFields) -> Result<(), Error> {
+    let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
+    vtu::write_encoded(
+        path,
+        grid,
+        &[Array::vector("displacement", &body.displacement), Array::vector("reaction", &body.reaction)],
+        &[
+            Array::tensor("stress", &body.stress),
+            Array::single("von_mises", &body.von_mises),
+            Array::integer("material", &material),
+        ],
+        &[],
+    )
+}
+
+/// The obstacles that are surfaces of triangles, where they are before they move; false if there are none.
+fn write_obstacles(path: &Path, prepared: &Prepared) -> Result<bool, Error> {
+    let mut surfaces = Vec::new();
+    for (number, surface) in (0..).zip(&prepared.surfaces) {
+        if let Counterpart::Obstacle(Obstacle::Surface(triangles)) = &surface.against {
+            surfaces.push((number, triangles));
+        }
+    }
+    let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|(_, s)| s.points().iter().copied()).collect();
+    let mut grid = Grid::new(&points);
+    let (mut first, mut pair) = (0, Vec::new());
+    for (number, surface) in &surfaces {
+        surface.triangles().iter().for_each(|t| grid.push(vtu::TRIANGLE, &t.map(|point| first + point)));
+        pair.extend(std::iter::repeat_n(*number, surface.points().len()));
+        first += surface.points().len() as u32;
+    }
+    if surfaces.is_empty() {
+        return folder::remove(path).map(|()| false);
+    }
+    vtu::write(path, &grid, &[Array::integer("pair", &pair)], &[], &[]).map(|()| true)
+}
+
+/// The surfaces of all pairs one after the other, of each the slave (`side` 0) and then the master (1); a node of two
+/// surfaces stands there twice. With load steps `slid` is
+/// what each point has slid since the start, `slip` what it has in the step.
+pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bool) -> Result<(), Error> {
+    let points: Vec<[f64; 3]> = surfaces.iter().flat_map(|s| s.points.iter().copied()).collect();
+    let mut grid = Grid::new(&points);
+    let (mut first, mut pair, mut side) = (0, Vec::new(), Vec::new());
+    for surface in surfaces {
+        for face in &surface.faces {
+            let nodes: Vec<u32> = face.iter().map(|node| first + node).collect();
+            grid.push(vtu::face_code(nodes.len()), &nodes);
+        }
+        first += surface.points.len() as u32;
+        pair.extend(std::iter::repeat_n(surface.pair as i32, surface.points.len()));
+        side.extend(std::iter::repeat_n(i32::from(surface.side == Side::Master), surface.points.len()));
+    }
+    let scalars = |of: fn(&SurfaceFields) -> &Vec<f64>| surfaces.iter().flat_map(of).copied().collect::<Vec<f64>>();
+    let vectors = |of: fn(&SurfaceFields) -> &Vec<[f64; 3]>| surfaces.iter().flat_map(of).copied().collect::<Vec<_>>();
+    let integers = |of: fn(&SurfaceFields) -> &Vec<i32>| surfaces.iter().flat_map(of).copied().collect::<Vec<i32>>();
+    let (pressure, gap) = (scalars(|s| &s.pressure), scalars(|s| &s.gap));
+    let [shear, slip, slid, lambda] =
+        [vectors(|s| &s.shear), vectors(|s| &s.slip), vectors(|s| &s.slid), vectors(|s| &s.lambda)];
+    let (status, nodes) = (integers(|s| &s.status), integers(|s| &s.nodes));
+    let mut arrays = vec![
+        Array::scalar("pressure", &pressure),
+        Array::vector("shear_traction", &shear),
+        Array::vector("slip", &slip),
+        Array::scalar("gap", &gap),
+        Array::integer("status", &status),
+        Array::vector("lambda", &lambda),
+        Array::integer("pair", &pair),
+        Array::integer("side", &side),
+        Array::integer("node", &nodes),
+    ];
+    if stepped {
+        arrays.push(Array::vector("slid", &slid));
+    }
+    vtu::write(path, &grid, &arrays, &[], &[])
+}
+
+/// One line an iteration, with the number of its load step if there are any.
+pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
+    let line = |(step, seconds): (&crate::friction::Progress, &f64)| {
+        let phase = match step.phase {
+            Phase::Newton => "newton",
+            Phase::Gradient => "gradient",
+            Phase::FixedPoint => "fixed_point",
+            Phase::Proximal => "proximal",
+            Phase::Uzawa => "uzawa",
+            Phase::Multigrid => "multigrid",
+        };
+        let mut line = json!({
+            "iteration": step.iteration,
+            "phase": phase,
+            "residual": step.residual,
+            "products": step.products,
+            "open": step.open,
+            "stick": step.stick,
+            "slip": step.slip,
+            "seconds": seconds,
+        });
+        if let Some(number) = number {
+            line["step"] = json!(number);
+        }
+        format!("{line}\n")
+    };
+    outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
+}
+
+/// The case file, with the options that changed it as comments.
+fn case(origin: &Origin) -> String {
+    let mut text = origin.case_text.clone();
+    for (number, (key, value)) in origin.overrides.iter().enumerate() {
+        if number == 0 {
+            text += "\n# Solved with these options, which are not part of the text above:\n";
+        }
+        text += &format!("# --set {key}={}\n", value.replace(['\n', '\r'], " "));
+    }
+    text
+}

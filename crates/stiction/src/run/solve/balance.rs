@@ -1,0 +1,92 @@
+//! The balance of energy from the start of the first load step.
+
+use crate::contact::ContactProblem;
+use crate::run::pose::moment::{Initial, Moment};
+
+/// Energies since the start, force times length.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Balance {
+    /// Work of loads, temperature, supports and moving obstacles on the body: mean of the forces before and after each step, times
+    /// the displacement of the step.
+    pub work: f64,
+    /// Elastic energy of body and springs now, `1/2 u'Ku` over all degrees of freedom, less thermal strain.
+    pub elastic: f64,
+    /// Sum of `lambda_t . slip` over points and steps, >= 0: what friction takes under the law of each step.
+    pub dissipation: f64,
+}
+
+impl Balance {
+    /// What the balance misses, `work - elastic - dissipation`. A step of length `dt` adds `O(dt²)` to it: half the
+    /// change of friction times the slip (implicit Euler), and half the force of what closes or opens times its way.
+    pub fn drift(&self) -> f64 {
+        self.work - self.elastic - self.dissipation
+    }
+}
+
+/// The body at the end of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BodyState {
+    pub moment: Moment,
+    /// Displacements of the unknowns, length `n`.
+    pub u: Vec<f64>,
+    /// Newton, length `3m`.
+    pub lambda: Vec<f64>,
+    pub balance: Balance,
+}
+
+/// The balance after the step from `before` to the solution `(u, lambda)` of `problem`, which holds what acts at
+/// `moment`.
+pub(crate) fn balance(
+    problem: &ContactProblem,
+    before: &BodyState,
+    moment: &Moment,
+    u: &[f64],
+    lambda: &[f64],
+) -> Balance {
+    let (old, m) = (&before.moment, problem.points());
+    let mean_dot = |a: &[f64], b: &[f64], x: &[f64], y: &[f64]| -> f64 {
+        a.iter().zip(b).zip(x.iter().zip(y)).map(|((a, b), (x, y))| 0.5 * (a + b) * (y - x)).sum()
+    };
+    let mut work = before.balance.work;
+    work += mean_dot(&old.load, &moment.load, &before.u, u);
+    work -= mean_dot(&before.lambda, lambda, &old.motion, &moment.motion);
+    if problem.supports.is_some() {
+        let (first, last) =
+            (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, moment));
+        work += mean_dot(&first, &last, &old.displacement, &moment.displacement);
+    }
+    work += initial_energy(&moment.initial, u, &moment.displacement)
+        - initial_energy(&old.initial, &before.u, &old.displacement);
+    let slip = problem.opening(u);
+    let taken: f64 = (m..3 * m).map(|i| -lambda[i] * slip[i]).sum();
+    Balance {
+        work,
+        elastic: elastic(problem, u, &moment.displacement) + initial_energy(&moment.initial, u, &moment.displacement),
+        dissipation: before.balance.dissipation + taken,
+    }
+}
+
+/// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.
+fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], moment: &Moment) -> Vec<f64> {
+    let Some(supports) = &problem.supports else { return Vec::new() };
+    let mut force = supports.K.times(u);
+    force.iter_mut().zip(supports.K_own.times(&moment.displacement)).for_each(|(f, k)| *f += k);
+    force.iter_mut().zip(supports.B.transpose_times(lambda)).for_each(|(f, b)| *f += b);
+    force
+}
+
+/// What strain without stress changes in the elastic energy: `1/2 ∫ (e - e0) C (e - e0) - 1/2 ∫ e C e`. Its forces are
+/// among the loads, whose work is that of the temperature but for this.
+fn initial_energy(initial: &Initial, u: &[f64], held: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    initial.energy - dot(&initial.load, u) - dot(&initial.support_load, held)
+}
+
+fn elastic(problem: &ContactProblem, u: &[f64], held: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let mixed = problem.supports.as_ref().map_or(0.0, |s| {
+        let (from_free, own) = (s.K.times(u), s.K_own.times(held));
+        dot(&from_free, held) + 0.5 * dot(&own, held)
+    });
+    0.5 * dot(&problem.K.times(u), u) + mixed
+}

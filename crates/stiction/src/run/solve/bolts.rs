@@ -1,0 +1,107 @@
+//! The force and the shortening of bolts in an answer, and the search for the shortening that gives a force.
+
+use std::ops::ControlFlow;
+
+use super::Outcome;
+use crate::fem::full_displacement;
+use crate::linalg::SmallLu;
+use crate::run::pose::Prepared;
+use crate::run::pose::bolts::{Bolt, Target};
+
+/// A bolt in an answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoltState {
+    pub name: String,
+    /// Tension through the cut, newton.
+    pub force: f64,
+    /// Length.
+    pub shortening: f64,
+}
+
+/// Force and shortening of each bolt: the force is what the elastic energy grows by with the shortening.
+pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
+    if prepared.acting.bolts.is_empty() {
+        return Vec::new();
+    }
+    let u = full_displacement(&prepared.model, &outcome.solution.u);
+    let initial = &prepared.acting.initial;
+    let state = |(number, bolt): (usize, &Bolt)| {
+        let shortening = initial.shortening.get(number).copied().unwrap_or(0.0);
+        let thermal = initial.thermal_force.get(number).copied().unwrap_or(0.0);
+        let from_body: f64 = bolt.cut.force.iter().map(|&(dof, unit)| unit * u[dof as usize]).sum();
+        let force = bolt.cut.stiffness * shortening - from_body + thermal;
+        BoltState { name: bolt.name.clone(), force, shortening }
+    };
+    prepared.acting.bolts.iter().enumerate().map(state).collect()
+}
+
+/// Broyden's method for the shortenings of the bolts whose force is given.
+#[derive(Debug)]
+pub(crate) struct BoltSearch {
+    /// Of all bolts.
+    pub shortening: Vec<f64>,
+    /// Those that are searched, and their forces.
+    sought: Vec<(usize, f64)>,
+    /// Approximate derivative of the forces by the shortenings.
+    slope: Vec<Vec<f64>>,
+    /// The last step, and the forces before it.
+    last: Option<(Vec<f64>, Vec<f64>)>,
+    /// Force.
+    allowed: f64,
+    left: usize,
+}
+
+/// Forces are met to this multiple of the tolerance of the solver, as a part of the largest.
+const FORCE_TOLERANCE: f64 = 10.0;
+
+impl BoltSearch {
+    /// From the shortenings `before` (empty: none).
+    pub fn new(bolts: &[Bolt], targets: &[Target], before: &[f64], tolerance: f64) -> Self {
+        let old = |number: usize| before.get(number).copied().unwrap_or(0.0);
+        let start = |(number, target): (usize, &Target)| match target {
+            Target::Shortening(s) => *s,
+            // From rest where nothing could be learnt: the least shortening the force can take.
+            Target::Force(force) if old(number) == 0.0 => force / bolts[number].cut.stiffness,
+            Target::Force(_) | Target::Locked => old(number),
+        };
+        let shortening = targets.iter().enumerate().map(start).collect();
+        let force = |(number, target): (usize, &Target)| match target {
+            Target::Force(force) => Some((number, *force)),
+            _ => None,
+        };
+        let sought: Vec<(usize, f64)> = targets.iter().enumerate().filter_map(force).collect();
+        let count = sought.len();
+        let mut slope = vec![vec![0.0; count]; count];
+        (0..count).for_each(|k| slope[k][k] = bolts[sought[k].0].cut.stiffness);
+        let allowed = FORCE_TOLERANCE * tolerance * sought.iter().fold(0.0, |a: f64, s| a.max(s.1.abs()));
+        // A linear problem takes twice as many steps as there are bolts; contact opens and closes on top of that.
+        BoltSearch { shortening, sought, slope, last: None, allowed, left: 20 + 4 * count }
+    }
+
+    /// Takes the forces found; breaks with whether they are those wanted, or goes on with other shortenings.
+    pub fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
+        let found: Vec<f64> = self.sought.iter().map(|&(bolt, _)| forces[bolt]).collect();
+        let missing: Vec<f64> = self.sought.iter().zip(&found).map(|(s, f)| s.1 - f).collect();
+        if missing.iter().all(|m| m.abs() <= self.allowed) {
+            return ControlFlow::Break(true);
+        }
+        self.left -= 1;
+        if self.left == 0 || missing.iter().any(|m| !m.is_finite()) {
+            return ControlFlow::Break(false);
+        }
+        if let Some((step, before)) = &self.last {
+            let square: f64 = step.iter().map(|s| s * s).sum();
+            for (row, (f, b)) in self.slope.iter_mut().zip(found.iter().zip(before)) {
+                let wrong = f - b - row.iter().zip(step).map(|(r, s)| r * s).sum::<f64>();
+                row.iter_mut().zip(step).for_each(|(r, s)| *r += wrong * s / square);
+            }
+        }
+        let step = SmallLu::new(self.slope.clone()).solve(&missing);
+        if step.iter().any(|s| !s.is_finite()) || step.iter().all(|s| *s == 0.0) {
+            return ControlFlow::Break(false);
+        }
+        self.sought.iter().zip(&step).for_each(|(&(bolt, _), s)| self.shortening[bolt] += s);
+        self.last = Some((step, found));
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,87 @@
+//! Nested iteration (Kornhuber & Krause 2001, for contact): the same case on a coarser block gives displacements to
+//! start from. Most of a contact surface then has its state already, which a start from zero finds a few rows of
+//! nodes at a time.
+
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+
+use crate::fem::full_displacement;
+use crate::friction::{Primal, Settings, solve_primal};
+use crate::run::pose::{Coarser, Prepared};
+
+/// Accuracy of the coarse solution; a better one saves no fine cycles, one of 0.1 costs one now and then.
+const TOLERANCE: f64 = 0.03;
+/// Cycles allowed for it.
+const CYCLES: usize = 100;
+
+/// Displacements of the unknowns of `fine` by interpolation of the solution on the coarser block ([`weights`]); nothing
+/// if it is not found.
+pub(crate) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
+    let problem = &coarser.prepared.problem;
+    let mut primal = Primal::new(problem).ok()?;
+    let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared));
+    let settings = Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
+    let solution = solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()));
+    if !solution.certificate.passed {
+        return None;
+    }
+    if !fine.model.dofs.turned.is_empty() {
+        return None; // the interpolation is along x, y, z
+    }
+    let u = full_displacement(&coarser.prepared.model, &solution.u);
+    let sizes = [0, 1, 2].map(|c| coarser.axes[c].len());
+    let at = |x: [f64; 3]| -> [f64; 3] {
+        let [along_x, along_y, along_z] = [0, 1, 2].map(|c| weights(&coarser.axes[c], x[c]));
+        let mut sum = [0.0; 3];
+        for &(k, in_z) in &along_z {
+            for &(j, in_y) in &along_y {
+                let row = sizes[0] * (j + sizes[1] * k);
+                for &(i, in_x) in &along_x {
+                    (0..3).for_each(|c| sum[c] += in_z * in_y * in_x * u[3 * (row + i) + c]);
+                }
+            }
+        }
+        sum
+    };
+    let all: Vec<[f64; 3]> = fine.mesh.nodes.par_iter().map(|&x| at(x)).collect();
+    Some(fine.model.dofs.free.iter().map(|&dof| all.as_flattened()[dof as usize]).collect())
+}
+
+/// Nodes along an axis from which on interpolation is cubic; what linear interpolation leaves in the balance costs a cycle
+/// more, and on fewer nodes a cubic swings about what contact makes of the coarse displacements.
+const CUBIC: usize = 5;
+
+/// Interpolation along an axis: the nodes around a place and their weights.
+fn weights(axis: &[f64], x: f64) -> [(usize, f64); 4] {
+    let used = if axis.len() < CUBIC { 2 } else { 4 };
+    let first = axis.partition_point(|&a| a <= x).saturating_sub(used / 2).min(axis.len() - used);
+    let mut result = [(first, 0.0); 4];
+    for (node, entry) in (first..first + used).zip(&mut result) {
+        let others = (first..first + used).filter(|&other| other != node);
+        *entry = (node, others.map(|other| (x - axis[other]) / (axis[node] - axis[other])).product());
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_reproduce_cubics_and_on_few_nodes_what_is_linear() {
+        let axis = [0.0, 0.1, 0.35, 0.8, 1.3, 2.5];
+        let poly = |x: f64, degree: i32| (0..=degree).map(|k| f64::from(k + 1) * (x - 0.7).powi(k)).sum::<f64>();
+        for (nodes, degree) in [(6, 3), (5, 3), (4, 1), (3, 1)] {
+            let axis = &axis[..nodes];
+            for step in 0..=40 {
+                let x = axis[nodes - 1] * f64::from(step) / 40.0;
+                let found: f64 = weights(axis, x).iter().map(|&(i, weight)| weight * poly(axis[i], degree)).sum();
+                assert!((found - poly(x, degree)).abs() < 1e-12, "{nodes} nodes, {x}: {found}");
+                // The nodes are those around x.
+                let used: Vec<f64> = weights(axis, x).iter().filter(|w| w.1 != 0.0).map(|w| axis[w.0]).collect();
+                assert!(used.iter().any(|&a| a <= x) && used.iter().any(|&a| a >= x), "{x}: {used:?}");
+            }
+        }
+    }
+}

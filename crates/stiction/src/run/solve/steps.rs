@@ -1,0 +1,391 @@
+//! Load steps: one static problem after the other, each with the slip of the last one as its reference.
+//!
+//! Implicit Euler: the slip rate in Coulomb's law is the slip since the last step over the time between them, and the
+//! time cancels. Stiffness and `B` stand, so that one factor or one multigrid hierarchy serves all steps.
+
+use std::ops::ControlFlow;
+
+use serde_json::{Value, json};
+
+use super::balance::{Balance, BodyState, balance};
+use super::bolts::{BoltSearch, bolt_states};
+use super::clearance::close_clearance;
+use super::path::{Kept, sliding, solve_again, uniqueness_facts};
+use super::{Event, Outcome, Path, Settings, StepLine, totals};
+use crate::Error;
+use crate::certificate::certify;
+use crate::friction::{self, Counts, PointState, Solution, Status};
+use crate::io::step::StepFile;
+use crate::run::pose::axis::Position;
+use crate::run::pose::bolts::tightened;
+use crate::run::pose::moment::{Moment, apply, moment, slid};
+use crate::run::pose::{Prepared, Seconds};
+use crate::run::results::summary;
+
+/// A load step, told to whom keeps it.
+#[derive(Debug)]
+pub struct Step<'a> {
+    /// From 1.
+    pub number: usize,
+    /// Whether it is solved: a step that is not is the last one, and no run goes on from it.
+    pub finished: bool,
+    pub outcome: &'a Outcome,
+    /// What a later run needs to go on from here.
+    pub file: StepFile,
+    /// Entries of `steps` in the summary, this one the last.
+    pub entries: &'a [Value],
+}
+
+/// The steps an earlier run of the same case has finished.
+#[derive(Debug, Clone)]
+pub struct Restart {
+    /// Entries of `steps` in the summary.
+    pub entries: Vec<Value>,
+    /// The last of them.
+    pub last: StepFile,
+    /// The one before it.
+    pub before: Option<StepFile>,
+}
+
+/// Told each step before the next one begins.
+pub type KeepStep<'a> = dyn FnMut(&Prepared, &Step) -> Result<(), Error> + 'a;
+
+/// Where the loop stands.
+struct March {
+    at: Position,
+    body: BodyState,
+    /// Sliding of each point since the start, length, `2m`.
+    slid: Vec<f64>,
+    /// The last two answers with what acted, the later one last.
+    answers: Vec<Answer>,
+    /// The last step with the slip reference it had.
+    last: Option<(Outcome, Vec<f64>)>,
+    entries: Vec<Value>,
+    /// Solves of the present step, those that failed included.
+    attempts: usize,
+}
+
+/// What acts at a time, and the answer.
+struct Answer {
+    t: f64,
+    f: Vec<f64>,
+    gap: Vec<f64>,
+    u: Vec<f64>,
+    lambda: Vec<f64>,
+}
+
+/// Solves all load steps of a prepared case, from the start or from where `restart` ends; the answer is that of the
+/// last step, and `prepared` holds the problem it solves.
+///
+/// A step that does not end certified is tried again from zero, then halved up to six times; after that the run ends
+/// with the status of the shortest. An interrupted run ends with its last finished step.
+///
+/// # Errors
+/// As [`solve`](super::solve()); expressions that are not finite; what `keep` returns.
+pub fn solve_steps(
+    prepared: &mut Prepared,
+    settings: &Settings,
+    restart: Option<Restart>,
+    keep: &mut KeepStep,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let steps = prepared.acting.steps.clone();
+    let [mesh, assembly, contact] = prepared.seconds;
+    let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
+    let by_factor = restart.as_ref().and_then(|r| r.entries.last()).is_some_and(|e| e["path"] != "multigrid");
+    let mut kept = Kept::none(by_factor);
+    let mut march = start(prepared, settings, restart)?;
+    let mut interrupted = false;
+    while let Some([begin, t]) = march.at.span(&steps) {
+        let number = march.entries.len() + 1;
+        if observer(&Event::Step { number, t, dt: t - begin }).is_break() {
+            interrupted = true;
+            break;
+        }
+        let (moment, mut outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
+        seconds.add(&outcome.seconds);
+        let finished = match outcome.solution.status {
+            Status::Solved | Status::Uncertified => true,
+            Status::Interrupted => {
+                interrupted = true;
+                if march.last.is_none() {
+                    march.last = Some((outcome, prepared.problem.slip_reference.clone()));
+                }
+                break;
+            }
+            Status::MaxIterations | Status::Stalled | Status::NoEquilibrium => {
+                if let Some(shorter) = march.at.halve() {
+                    march.at = shorter;
+                    let dt = march.at.span(&steps).map_or(0.0, |[begin, t]| t - begin);
+                    let _ = observer(&Event::Halved { t: begin, dt });
+                    continue;
+                }
+                let solved = march.body.lambda.iter().any(|&force| force != 0.0);
+                let lambda = if solved { &march.body.lambda } else { &outcome.solution.lambda };
+                outcome.sliding = sliding(prepared, outcome.solution.status, lambda);
+                false
+            }
+        };
+        let line = finish(prepared, &mut march, moment, &outcome, [begin, t], finished);
+        let file = file(prepared, &march, &outcome, t);
+        keep(prepared, &Step { number, finished, outcome: &outcome, file, entries: &march.entries })?;
+        march.last = Some((outcome, prepared.problem.slip_reference.clone()));
+        if !finished {
+            break;
+        }
+        let _ = observer(&Event::Finished(line));
+    }
+    end(prepared, march, seconds, &kept, interrupted, observer)
+}
+
+fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>) -> Result<March, Error> {
+    let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
+    let nothing = Moment::start(prepared);
+    let body = BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
+    let begin = March {
+        at: Position::start(),
+        body,
+        slid: vec![0.0; 2 * m],
+        answers: Vec::new(),
+        last: None,
+        entries: Vec::new(),
+        attempts: 0,
+    };
+    let Some(Restart { entries, last, before }) = restart else { return Ok(begin) };
+    let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
+        Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
+    })?;
+    if last.shortening.len() != prepared.acting.bolts.len() {
+        let what = "the last finished step has other bolts than the case";
+        return Err(Error::new("", what, "solve the case from its beginning"));
+    }
+    let moment = tightened(prepared, moment(prepared, last.t)?, &last.shortening);
+    let unslid = vec![0.0; 2 * m];
+    apply(prepared, &moment, &unslid);
+    prepared.problem.slip_reference.clone_from(&last.slip_reference);
+    let slid = slid(prepared, &moment, &last.u);
+    let outcome = restored(prepared, settings, &last, &entries);
+    let [work, elastic, dissipation] = last.energy;
+    let balance = Balance { work, elastic, dissipation };
+    let answer =
+        |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
+    let answers = before.iter().chain([&last]).map(answer).collect();
+    let body = BodyState { moment, u: last.u, lambda: last.lambda, balance };
+    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), entries, ..begin })
+}
+
+/// The answer of a step that an earlier run has found, judged anew.
+fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: &[Value]) -> Outcome {
+    let certificate = certify(&prepared.problem, &last.u, &last.lambda, settings.solver.tolerance);
+    let status = if certificate.passed { Status::Solved } else { Status::Uncertified };
+    let state = |&code: &usize| [PointState::Open, PointState::Stick, PointState::Slip][code.min(2)];
+    let solution = Solution {
+        status,
+        u: last.u.clone(),
+        lambda: last.lambda.clone(),
+        states: last.states.iter().map(state).collect(),
+        certificate,
+        counts: Counts::default(),
+        history: Vec::new(),
+    };
+    let path = match entries.last().and_then(|e| e["path"].as_str()) {
+        Some("multigrid") => Path::Multigrid,
+        Some("dense") => Path::Dense,
+        _ => Path::Solves,
+    };
+    Outcome::new(solution, settings, path)
+}
+
+/// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)
+/// for the shortenings: the force through a cut grows with them, at most by the stiffness of its cells, and in proportion
+/// as long as no point changes its state.
+fn tighten(
+    prepared: &mut Prepared,
+    settings: &Settings,
+    march: &mut March,
+    kept: &mut Kept,
+    t: f64,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<(Moment, Outcome), Error> {
+    let base = moment(prepared, t)?;
+    let targets = prepared.acting.targets(march.at.step, t)?;
+    let before = &march.body.moment.initial.shortening;
+    let mut search = BoltSearch::new(&prepared.acting.bolts, &targets, before, settings.solver.tolerance);
+    let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
+    apply(prepared, &base, &march.slid);
+    close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
+    let mut from = None;
+    let mut spent = Seconds::default();
+    loop {
+        let moment = tightened(prepared, base.clone(), &search.shortening);
+        apply(prepared, &moment, &march.slid);
+        let start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
+        let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
+        spent.add(&outcome.seconds);
+        let solved = matches!(outcome.solution.status, Status::Solved | Status::Uncertified);
+        let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
+        let found = search.next(&forces);
+        if !solved || found.is_break() {
+            if solved && found == ControlFlow::Break(false) {
+                outcome.solution.status = Status::Stalled;
+            }
+            outcome.seconds = spent;
+            return Ok((moment, outcome));
+        }
+        from = Some((outcome.solution.lambda, outcome.solution.u));
+    }
+}
+
+/// Solves the step from the multipliers and displacements given, and if that fails from zero.
+fn attempt(
+    prepared: &Prepared,
+    settings: &Settings,
+    march: &mut March,
+    from: &(Vec<f64>, Vec<f64>),
+    kept: &mut Kept,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let with = |start: Option<Vec<f64>>, start_displacement: Option<Vec<f64>>| Settings {
+        solver: friction::Settings { start, start_displacement, ..settings.solver.clone() },
+        ..settings.clone()
+    };
+    march.attempts += 1;
+    if from.0.iter().any(|&x| x != 0.0) {
+        let warm = solve_again(prepared, &with(Some(from.0.clone()), Some(from.1.clone())), kept, observer)?;
+        if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
+            return Ok(warm);
+        }
+        march.attempts += 1;
+    }
+    solve_again(prepared, &with(None, None), kept, observer)
+}
+
+/// Multipliers and displacements at `t`: those of the last step, or on the line through the last two where what acts is
+/// nearer to that line. Loads that grow in proportion are met at once as long as no point changes its state.
+fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>) {
+    let problem = &prepared.problem;
+    if let [before, last] = &march.answers[..] {
+        let scale = (t - last.t) / (last.t - before.t);
+        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
+            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
+        };
+        let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let nearer =
+            |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
+        if nearer(&before.f, &last.f, &problem.f) && nearer(&before.gap, &last.gap, &problem.gap) {
+            return (line(&before.lambda, &last.lambda), line(&before.u, &last.u));
+        }
+    }
+    (march.body.lambda.clone(), march.body.u.clone())
+}
+
+/// Takes the solved step into the march.
+fn finish(
+    prepared: &Prepared,
+    march: &mut March,
+    moment: Moment,
+    outcome: &Outcome,
+    [begin, t]: [f64; 2],
+    finished: bool,
+) -> StepLine {
+    let (problem, steps) = (&prepared.problem, &prepared.acting.steps);
+    let Solution { u, lambda, .. } = &outcome.solution;
+    let balance = balance(problem, &march.body, &moment, u, lambda);
+    let number = march.entries.len() + 1;
+    let mut entry = serde_json::Map::from_iter([
+        ("step".to_string(), json!(number)),
+        ("name".to_string(), json!(steps[march.at.step].name)),
+        ("t".to_string(), json!(t)),
+        ("dt".to_string(), json!(t - begin)),
+        ("attempts".to_string(), json!(march.attempts)),
+    ]);
+    entry.extend(summary::answer(prepared, outcome));
+    entry.insert("load".into(), json!(summary::load(prepared)));
+    entry.insert("balance".into(), summary::balance(&balance));
+    march.entries.push(Value::Object(entry));
+    let all = totals(prepared, outcome);
+    let [x, y, z] = all.tangential_force;
+    let counts = &outcome.solution.counts;
+    let iterations = outcome.method.as_ref().map_or(counts.newton_steps.max(counts.cycles), |r| r.counts.iterations);
+    let line = StepLine {
+        number,
+        t,
+        iterations,
+        open: all.open,
+        stick: all.stick,
+        slip: all.slip,
+        normal_force: all.normal_force,
+        tangential_force: (x * x + y * y + z * z).sqrt(),
+        dissipation: balance.dissipation,
+    };
+    march.slid = slid(prepared, &moment, u);
+    if march.answers.len() == 2 {
+        march.answers.remove(0);
+    }
+    let (f, gap) = (problem.f.clone(), problem.gap.clone());
+    march.answers.push(Answer { t, f, gap, u: u.clone(), lambda: lambda.clone() });
+    march.body = BodyState { moment, u: u.clone(), lambda: lambda.clone(), balance };
+    march.attempts = 0;
+    if finished {
+        march.at = march.at.advance(steps);
+    }
+    line
+}
+
+fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFile {
+    let (problem, body) = (&prepared.problem, &march.body);
+    let code = |state: &PointState| match state {
+        PointState::Open => 0,
+        PointState::Stick => 1,
+        PointState::Slip => 2,
+    };
+    StepFile {
+        t,
+        f: problem.f.clone(),
+        gap: problem.gap.clone(),
+        slip_reference: problem.slip_reference.clone(),
+        motion: body.moment.motion.clone(),
+        support_load: body.moment.support_load.clone(),
+        support_free_load: body.moment.load.clone(),
+        support_displacement: body.moment.displacement.clone(),
+        initial_load: [body.moment.initial.load.as_slice(), &body.moment.initial.support_load].concat(),
+        initial_energy: body.moment.initial.energy,
+        shortening: body.moment.initial.shortening.clone(),
+        u: body.u.clone(),
+        lambda: body.lambda.clone(),
+        states: outcome.solution.states.iter().map(code).collect(),
+        energy: [body.balance.work, body.balance.elastic, body.balance.dissipation],
+        position: march.at.write(),
+    }
+}
+
+fn end(
+    prepared: &mut Prepared,
+    march: March,
+    seconds: Seconds,
+    kept: &Kept,
+    interrupted: bool,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let March { body, last, entries, .. } = march;
+    let Some((mut outcome, reference)) = last else {
+        return Err(Error::new("", "interrupted before the first step", "solve the case again"));
+    };
+    if interrupted && !entries.is_empty() {
+        // What acts in the step that was left is taken back.
+        apply(prepared, &body.moment, &vec![0.0; 2 * prepared.problem.points()]);
+        prepared.problem.slip_reference = reference;
+    }
+    if !interrupted {
+        uniqueness_facts(prepared, kept, &mut outcome, observer);
+    }
+    let doubtful = entries.iter().any(|entry| entry["status"] == "uncertified");
+    outcome.solution.status = match outcome.solution.status {
+        _ if interrupted => Status::Interrupted,
+        Status::Solved if doubtful => Status::Uncertified,
+        status => status,
+    };
+    outcome.seconds = Seconds { coulomb: outcome.seconds.coulomb, ..seconds };
+    outcome.steps = entries;
+    Ok(outcome)
+}

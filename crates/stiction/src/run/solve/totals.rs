@@ -1,0 +1,75 @@
+//! Forces, counts and areas of contact, over all pairs and for each.
+
+use std::ops::Range;
+
+use super::Outcome;
+use crate::friction::PointState;
+use crate::run::pose::Prepared;
+use crate::run::pose::frames::{PointFrame, frames};
+
+/// Sums and extremes over contact points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Totals {
+    pub points: usize,
+    pub open: usize,
+    pub stick: usize,
+    pub slip: usize,
+    pub open_area: f64,
+    pub stick_area: f64,
+    pub slip_area: f64,
+    /// Sum of `lambda_n`, with what points carry for dropped neighbours.
+    pub normal_force: f64,
+    /// Resultant of friction as a force on the body; of a pair, on the body of `on`.
+    pub tangential_force: [f64; 3],
+    pub max_lambda_n: f64,
+    /// Largest `|lambda_t|`.
+    pub max_lambda_t: f64,
+    /// Largest `lambda_n` over the area of its point, and where.
+    pub max_pressure: f64,
+    pub max_pressure_at: Option<[f64; 3]>,
+    /// Largest `|lambda_t|` over the area of its point.
+    pub max_shear: f64,
+}
+
+/// The totals of all pairs together.
+pub fn totals(prepared: &Prepared, outcome: &Outcome) -> Totals {
+    over(prepared, outcome, &frames(prepared), 0..prepared.problem.points())
+}
+
+/// The totals of each pair with its name.
+pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Totals)> {
+    let frames = frames(prepared);
+    let pairs = prepared.problem.pairs.iter();
+    pairs.map(|pair| (pair.name.clone(), over(prepared, outcome, &frames, pair.points.clone()))).collect()
+}
+
+fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: Range<usize>) -> Totals {
+    let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
+    let mut t = Totals { points: points.len(), ..Totals::default() };
+    for j in points {
+        let (area, share) = (prepared.problem.area[j], prepared.problem.share[j]);
+        let (count, sum) = match outcome.solution.states[j] {
+            PointState::Open => (&mut t.open, &mut t.open_area),
+            PointState::Stick => (&mut t.stick, &mut t.stick_area),
+            PointState::Slip => (&mut t.slip, &mut t.slip_area),
+        };
+        *count += 1;
+        // of what it carries for others its own part stands there already
+        *sum += area * share.min(1.0);
+        let (normal, friction) = (lambda[j], [lambda[m + j], lambda[2 * m + j]]);
+        let size = friction[0].hypot(friction[1]);
+        t.normal_force += share * normal;
+        let along = frames[j].tangential(friction);
+        (0..3).for_each(|c| t.tangential_force[c] -= frames[j].sign * share * along[c]);
+        t.max_lambda_n = t.max_lambda_n.max(normal);
+        t.max_lambda_t = t.max_lambda_t.max(size);
+        if area > 0.0 {
+            t.max_shear = t.max_shear.max(size / area);
+            if normal / area > t.max_pressure {
+                t.max_pressure = normal / area;
+                t.max_pressure_at = prepared.mesh.nodes.get(frames[j].node as usize).copied();
+            }
+        }
+    }
+    t
+}
