@@ -132,7 +132,7 @@ fn run(element: &str, down: f64, n: usize) -> Result<Solved, Box<dyn Error>> {
         let m = problem.points();
         let mut lambda = outcome.solution.lambda;
         lambda[m..].fill(0.0);
-        let nodal = problem.B.transpose_times(&lambda);
+        let nodal = problem.contact.B.transpose_times(&lambda);
         let (mut force, mut moment) = (0.0, 0.0);
         for (f, &dof) in nodal.iter().zip(&dofs.free).filter(|(_, dof)| *dof % 3 == 2) {
             let x = prepared.mesh.nodes[dof as usize / 3];
@@ -146,8 +146,8 @@ fn run(element: &str, down: f64, n: usize) -> Result<Solved, Box<dyn Error>> {
         for (j, &node) in nodes.iter().enumerate() {
             let x = prepared.mesh.nodes[node as usize];
             let wanted = (1.0 - (x[0] * x[0] + x[1] * x[1]) / (a * a)).max(0.0).sqrt();
-            let area = problem.area[j] * problem.share[j];
-            off += area * (lambda[j] / problem.area[j] / greatest - wanted).powi(2);
+            let area = problem.labels.area[j] * problem.labels.share[j];
+            off += area * (lambda[j] / problem.labels.area[j] / greatest - wanted).powi(2);
             all += area * wanted * wanted;
         }
         solved.pressure[k] = f64::sqrt(off / all);

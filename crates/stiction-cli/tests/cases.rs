@@ -247,7 +247,7 @@ impl Solved {
             }
             "pressure" => {
                 let point = self.nodes().iter().position(|&n| n == node).unwrap();
-                self.outcome.solution.lambda[point] / self.prepared.problem.area[point]
+                self.outcome.solution.lambda[point] / self.prepared.problem.labels.area[point]
             }
             other => panic!("no field {other}"),
         }
@@ -269,8 +269,9 @@ impl Solved {
     fn contact_force(&self) -> [f64; 3] {
         let (problem, dofs) = (&self.prepared.problem, &self.prepared.model.dofs);
         let lambda = &self.outcome.solution.lambda;
-        let free = problem.B.transpose_times(lambda).into_iter().zip(&dofs.free);
-        let held = problem.supports.as_ref().unwrap().B.transpose_times(lambda).into_iter().zip(&dofs.prescribed);
+        let free = problem.contact.B.transpose_times(lambda).into_iter().zip(&dofs.free);
+        let held =
+            problem.labels.supports.as_ref().unwrap().B.transpose_times(lambda).into_iter().zip(&dofs.prescribed);
         let mut sum = [0.0; 3];
         free.chain(held).for_each(|(force, dof)| sum[*dof as usize % 3] -= force);
         sum
@@ -309,14 +310,14 @@ impl Solved {
     fn hertz(&self, name: &str) -> f64 {
         let (radius, young, poisson) = (10.0, 210e3, 0.3f64);
         let problem = &self.prepared.problem;
-        let (m, lambda, share) = (problem.points(), &self.outcome.solution.lambda, &problem.share);
+        let (m, lambda, share) = (problem.points(), &self.outcome.solution.lambda, &problem.labels.share);
         let nodes = self.nodes();
         let x = |j: usize| self.prepared.mesh.nodes[nodes[j]];
         let r2 = |j: usize| x(j)[0].powi(2) + x(j)[1].powi(2);
         // what each point stands for, and the forces that act at the nodes: those of a point in the middle of an edge
         // of a quadratic face act at the ends as well
-        let area: Vec<f64> = (0..m).map(|j| problem.area[j] * share[j]).collect();
-        let pressure = |j: usize| lambda[j] / problem.area[j];
+        let area: Vec<f64> = (0..m).map(|j| problem.labels.area[j] * share[j]).collect();
+        let pressure = |j: usize| lambda[j] / problem.labels.area[j];
         let quarter: f64 = (0..m).map(|j| lambda[j] * share[j]).sum();
         let moment: f64 = self.nodal_forces().iter().map(|(x, force)| force * (x[0].powi(2) + x[1].powi(2))).sum();
         let sum = |term: &dyn Fn(usize) -> f64| (0..m).map(term).sum::<f64>();
@@ -356,7 +357,7 @@ impl Solved {
         let r2 = |j: usize| self.prepared.mesh.nodes[nodes[j]][..2].iter().map(|x| x * x).sum::<f64>();
         let force: f64 = l[..m].iter().sum();
         let radius = (3.0 * (0..m).map(|j| l[j] * r2(j)).sum::<f64>() / force).sqrt();
-        let (area, shape) = (&self.prepared.problem.area, |j: usize| (radius / r2(j).sqrt()).max(1.0).acosh());
+        let (area, shape) = (&self.prepared.problem.labels.area, |j: usize| (radius / r2(j).sqrt()).max(1.0).acosh());
         match name {
             "mean_error" => 4.0 * force / (std::f64::consts::PI * radius * radius) / mean - 1.0,
             // Beside the tip, where the pressure has no bound.
@@ -374,7 +375,7 @@ impl Solved {
         let Prepared { mesh, model, problem, .. } = &self.prepared;
         let (m, mut lambda) = (problem.points(), self.outcome.solution.lambda.clone());
         lambda[m..].fill(0.0);
-        let forces = problem.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
+        let forces = problem.contact.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
         let along = forces.filter(|(_, dof)| *dof % 3 == 2);
         along.map(|(f, &dof)| (mesh.nodes[dof as usize / 3], -f)).collect()
     }
@@ -385,7 +386,7 @@ impl Solved {
     /// gives the radius as that of the pressure gives the radius of contact.
     fn mindlin(&self, name: &str, step: usize) -> f64 {
         let (coefficient, radius, young, poisson) = (0.3, 10.0, 210e3, 0.49f64);
-        let (m, area, nodes) = (self.prepared.problem.points(), &self.prepared.problem.area, self.nodes());
+        let (m, area, nodes) = (self.prepared.problem.points(), &self.prepared.problem.labels.area, self.nodes());
         let r2 = |j: usize| {
             let x = self.prepared.mesh.nodes[nodes[j]];
             x[0].powi(2) + x[1].powi(2)
@@ -438,7 +439,7 @@ impl Solved {
     fn cattaneo(&self, name: &str, step: usize) -> f64 {
         let (coefficient, radius, young, poisson) = (0.3, 50.0, 210e3, 0.3f64);
         let combined = young / (2.0 * (1.0 - poisson * poisson));
-        let (m, area, nodes) = (self.prepared.problem.points(), &self.prepared.problem.area, self.nodes());
+        let (m, area, nodes) = (self.prepared.problem.points(), &self.prepared.problem.labels.area, self.nodes());
         let x = |j: usize| self.prepared.mesh.nodes[nodes[j]][0];
         let number = |value: &Value| value.as_f64().unwrap();
         let forces = |step: usize| &self.summary["steps"][step - 1]["contact"];

@@ -62,7 +62,7 @@ fn a_step_that_forgets_its_predecessor_fails_its_check() {
     folder.run(&["solve", "case.toml"]).ends(0, &[]);
     let results = folder.path.join("case-results");
     let problem = stiction::io::problem::read_problem(&results.join("problem.npz")).unwrap().0;
-    let (n, m, p) = (problem.unknowns(), problem.points(), problem.supports.as_ref().unwrap().load.len());
+    let (n, m, p) = (problem.unknowns(), problem.points(), problem.labels.supports.as_ref().unwrap().load.len());
     let path = results.join("step-0003.npz");
     let right = stiction::io::step::read_step(&path, n, p, m).unwrap();
     // Points in contact slide a little further than told: the law is still obeyed where the reference moves along.

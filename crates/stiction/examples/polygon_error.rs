@@ -40,7 +40,7 @@ fn main() -> Result<(), stiction::Error> {
         for squares in [2, 4, 8, 16, 32, 64] {
             let settings =
                 MethodSettings { squares, tolerance: 1e-9, inner_tolerance: 1e-11, ..MethodSettings::new(method) };
-            let lambda = run_method(&q, &problem.friction, &settings, &mut |_| Continue(()))?.lambda;
+            let lambda = run_method(&q, &problem.contact.friction, &settings, &mut |_| Continue(()))?.lambda;
             let n = squares as f64;
             let difference: Vec<f64> = lambda.iter().zip(&disc).map(|(a, b)| a - b).collect();
             let (error, energy) = (norm(&difference) / norm(&disc), (energy(&lambda) / energy(&disc) - 1.0).abs());

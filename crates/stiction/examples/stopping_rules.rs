@@ -26,7 +26,7 @@ fn main() -> Result<(), stiction::Error> {
     let problem = prepare(&case::parse(BRICK, "brick", &[])?)?.problem;
     let dual = Dual::new(&problem, choose(&problem, &DualSettings::default())?)?;
     let q = Quadratic::new(&problem, &dual);
-    let run = |settings: &MethodSettings| run_method(&q, &problem.friction, settings, &mut |_| Continue(()));
+    let run = |settings: &MethodSettings| run_method(&q, &problem.contact.friction, settings, &mut |_| Continue(()));
     let other = MethodSettings::new(Method::FixedPoint(Given::AdaptiveUzawa));
     let exact = run(&MethodSettings { tolerance: 1e-9, inner_tolerance: 1e-11, ..other })?.slip_bound;
 

@@ -36,13 +36,13 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
     let shift = a.problem.unknowns();
     let size = shift + b.problem.unknowns();
     let points = a.problem.points();
-    let mut rows = triplets(&a.problem.B, 0, 0);
+    let mut rows = triplets(&a.problem.contact.B, 0, 0);
     let unknown_of = |node: usize, c: usize| b.model.dofs.free.iter().position(|&d| d as usize == 3 * node + c);
     let top: Vec<(usize, [f64; 3])> =
         lower.mesh.nodes.iter().copied().enumerate().filter(|(_, x)| x[2] > 0.5 - 1e-9).collect();
     let h = 1.0 / m as f64;
     for j in 0..points {
-        let (columns, values) = a.problem.B.row(j);
+        let (columns, values) = a.problem.contact.B.row(j);
         let own = columns[values.iter().position(|v| v.abs() > 0.5).unwrap()] as usize;
         let node = a.model.dofs.free[own] as usize / 3;
         let x = upper.mesh.nodes[node];
@@ -52,7 +52,7 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
                 continue;
             }
             for i in a.problem.rows(j) {
-                let (columns, values) = a.problem.B.row(i);
+                let (columns, values) = a.problem.contact.B.row(i);
                 for (&column, &value) in columns.iter().zip(values) {
                     let c = a.model.dofs.free[column as usize] as usize % 3;
                     rows.push((i, shift + unknown_of(v, c).unwrap(), -w * value));
@@ -60,7 +60,7 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
             }
         }
     }
-    let k = [triplets(&a.problem.K.full(), 0, 0), triplets(&b.problem.K.full(), shift, shift)].concat();
+    let k = [triplets(&a.problem.elastic.K.full(), 0, 0), triplets(&b.problem.elastic.K.full(), shift, shift)].concat();
     let both = |x: &Option<Vec<[f64; 6]>>, y: &Option<Vec<[f64; 6]>>, up: f64| {
         // Rigid motions about one centre: the upper block stands half a unit higher.
         let lifted = x.iter().flatten().zip(&a.model.dofs.free).map(|(r, d)| {
@@ -74,17 +74,17 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
         });
         Some(lifted.chain(y.iter().flatten().copied()).collect::<Vec<_>>())
     };
-    let nodes = a.problem.node_of.iter().flatten().copied();
-    let nodes_b = b.problem.node_of.iter().flatten().map(|v| v + upper.mesh.nodes.len() as u32);
+    let nodes = a.problem.elastic.node_of.iter().flatten().copied();
+    let nodes_b = b.problem.elastic.node_of.iter().flatten().map(|v| v + upper.mesh.nodes.len() as u32);
     let mut problem = ContactProblem::from_matrices(
         SymmetricCsr::from_full(&Csr::from_triplets(size, size, &k), "K").unwrap(),
-        [a.problem.f.clone(), b.problem.f.clone()].concat(),
+        [a.problem.elastic.f.clone(), b.problem.elastic.f.clone()].concat(),
         Csr::from_triplets(3 * points, size, &rows),
         vec![0.0; points],
         vec![friction; points],
     );
-    problem.node_of = Some(nodes.chain(nodes_b).collect());
-    problem.near_kernel = both(&a.problem.near_kernel, &b.problem.near_kernel, 0.5);
+    problem.elastic.node_of = Some(nodes.chain(nodes_b).collect());
+    problem.elastic.near_kernel = both(&a.problem.elastic.near_kernel, &b.problem.elastic.near_kernel, 0.5);
     problem.validate().unwrap();
     problem
 }
@@ -134,7 +134,7 @@ fn a_body_held_by_contact_alone_needs_no_more_than_one_on_supports() {
         assert!((sum(0..m) - 1e6).abs() < 1e-2 && (tangential - shear).abs() < 1e-2);
         // The same at a distance: nothing touches at first.
         let mut lifted = floating.clone();
-        lifted.gap.fill(1e-5);
+        lifted.contact.gap.fill(1e-5);
         assert_solved(&by_multigrid(&lifted, 1e-8));
     }
     // Beyond the limit of friction there is no equilibrium, and no answer that claims one.
@@ -191,10 +191,10 @@ tolerance = 1e-11
                 assert!(u[0].abs().max(u[1].abs()) < 1e-10 * strain, "{label} {x:?} {u:?}");
             }
             let p = &prepared.problem;
-            for (lambda, area) in outcome.solution.lambda.iter().zip(&p.area) {
+            for (lambda, area) in outcome.solution.lambda.iter().zip(&p.labels.area) {
                 assert!((lambda / area / (2e11 * strain) - 1.0).abs() < 1e-8, "{label} {}", lambda / area);
             }
-            let whole: f64 = (0..p.points()).map(|j| p.share[j] * p.area[j]).sum();
+            let whole: f64 = (0..p.points()).map(|j| p.labels.share[j] * p.labels.area[j]).sum();
             assert!((whole - 1.0).abs() < 1e-9, "{label}: points stand for {whole} of the unit square");
         }
     }

@@ -125,7 +125,7 @@ fn a_penetrating_point_is_refused() {
     let largest = s.u.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let j = with_state(&s, PointState::Slip);
     let mut deep = s.u.clone();
-    let (columns, values) = p.B.row(j);
+    let (columns, values) = p.contact.B.row(j);
     columns.iter().zip(values).for_each(|(&c, v)| deep[c as usize] += 1e-7 * largest * v);
     assert_refused(&p, &deep, &s.lambda, &["penetration"]);
     assert_silent(&p, &deep, &s.lambda, &["tension", "cone"]);
@@ -144,7 +144,7 @@ fn the_answer_to_other_loads_is_refused() {
     let mut less = brick(4, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35));
     less.loads.remove(0);
     let less = less.pose().problem;
-    assert_eq!(less.f.len(), p.f.len());
+    assert_eq!(less.elastic.f.len(), p.elastic.f.len());
     assert_refused(&less, &s.u, &s.lambda, &["equilibrium", "force_balance", "moment_balance"]);
 }
 
@@ -153,7 +153,7 @@ fn the_answer_to_other_friction_is_refused() {
     let (p, s) = good();
     for coefficient in [0.3, 0.4] {
         let law = stiction::contact::Friction::Coulomb { coefficient };
-        let other = ContactProblem { friction: vec![law; p.points()], ..p.clone() };
+        let other = with_friction(&p, vec![law; p.points()]);
         assert_refused(&other, &s.u, &s.lambda, &["natural_residual"]);
     }
 }
@@ -177,7 +177,7 @@ fn what_is_not_a_number_is_refused() {
 fn a_bonded_point_that_moves_is_refused() {
     let p = brick(4, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::Bonded).pose().problem;
     let s = solved(&p, 1e-11);
-    let free = ContactProblem { friction: vec![stiction::contact::Friction::None; p.points()], ..p.clone() };
+    let free = with_friction(&p, vec![stiction::contact::Friction::None; p.points()]);
     let loose = solved(&free, 1e-11);
     assert_refused(&p, &loose.u, &loose.lambda, &["penetration", "natural_residual"]);
     assert_refused(&free, &s.u, &s.lambda, &["tension", "cone"]);
@@ -194,12 +194,12 @@ fn in_units(p: &ContactProblem, length: f64, force: f64) -> ContactProblem {
         rows.iter().map(|r| [r[0], r[1], r[2], r[3] * length, r[4] * length, r[5] * length]).collect()
     };
     let mut q = p.clone();
-    q.K.value = times(&p.K.value, force / length);
-    q.f = times(&p.f, force);
-    q.gap = times(&p.gap, length);
-    q.slip_reference = times(&p.slip_reference, length);
-    q.near_kernel = p.near_kernel.as_deref().map(rows);
-    let s = q.supports.as_mut().unwrap();
+    q.elastic.K.value = times(&p.elastic.K.value, force / length);
+    q.elastic.f = times(&p.elastic.f, force);
+    q.contact.gap = times(&p.contact.gap, length);
+    q.contact.slip_reference = times(&p.contact.slip_reference, length);
+    q.elastic.near_kernel = p.elastic.near_kernel.as_deref().map(rows);
+    let s = q.labels.supports.as_mut().unwrap();
     (s.K, s.K_own) = (scaled(&s.K, force / length), scaled(&s.K_own, force / length));
     (s.load, s.free_load) = (times(&s.load, force), times(&s.free_load, force));
     (s.displacement, s.rigid) = (times(&s.displacement, length), rows(&s.rigid));
@@ -244,7 +244,7 @@ fn the_duality_gap_bounds_the_energy_of_the_error() {
             }
             let u = dual.displacement(&p, &lambda);
             let d: Vec<f64> = u.iter().zip(&s.u).map(|(a, b)| a - b).collect();
-            let error = 0.5 * d.iter().zip(p.K.times(&d)).map(|(a, b)| a * b).sum::<f64>();
+            let error = 0.5 * d.iter().zip(p.elastic.K.times(&d)).map(|(a, b)| a * b).sum::<f64>();
             let gap = certify(&p, &u, &lambda, TOLERANCE).duality_gap.unwrap();
             println!("{load:?} {size}: error {error:.3e} gap {gap:.3e}");
             assert!(error <= gap, "{size}: {error} {gap}");

@@ -49,10 +49,10 @@ fn a_block_pushed_below_the_friction_limit_does_not_move() {
             assert!(s.states.iter().all(|&s| s == PointState::Stick));
             for j in 0..m {
                 let friction = s.lambda[m + j].hypot(s.lambda[2 * m + j]);
-                assert!(close(s.lambda[j], PRESSURE * p.area[j], 1e-9));
-                assert!(close(friction, shear * p.area[j], 1e-9));
+                assert!(close(s.lambda[j], PRESSURE * p.labels.area[j], 1e-9));
+                assert!(close(friction, shear * p.labels.area[j], 1e-9));
             }
-            assert!(p.B.times(&s.u)[m..].iter().all(|slip| slip.abs() < 1e-11 * LIMIT));
+            assert!(p.contact.B.times(&s.u)[m..].iter().all(|slip| slip.abs() < 1e-11 * LIMIT));
             let [fx, fy] = friction_on_body(p, &s.lambda);
             assert!(fx.hypot(fy) < COEFFICIENT * normal_force(p, &s.lambda));
         }
@@ -68,10 +68,10 @@ fn a_block_pushed_above_the_friction_limit_slips_along_the_push_by_the_excess() 
             let (p, m) = (&posed.problem, posed.problem.points());
             let s = solved(p, 1e-11);
             assert!(s.states.iter().all(|&s| s == PointState::Slip));
-            let slip = &p.B.times(&s.u)[m..];
+            let slip = &p.contact.B.times(&s.u)[m..];
             for j in 0..m {
-                assert!(close(s.lambda[j], PRESSURE * p.area[j], 1e-9));
-                let slipped = 0.001 * LIMIT * p.share[j];
+                assert!(close(s.lambda[j], PRESSURE * p.labels.area[j], 1e-9));
+                let slipped = 0.001 * LIMIT * p.labels.share[j];
                 assert!((slip[j] - slipped * direction.cos()).abs() < 1e-9 * LIMIT);
                 assert!((slip[m + j] - slipped * direction.sin()).abs() < 1e-9 * LIMIT);
             }
@@ -123,7 +123,7 @@ fn without_friction_a_shortened_block_has_uniform_pressure_whatever_its_contract
             .contact("z-min", FLOOR, SurfaceFriction::None);
         let posed = case.pose();
         let s = solved(&posed.problem, 1e-11);
-        for (force, area) in s.lambda.iter().zip(&posed.problem.area) {
+        for (force, area) in s.lambda.iter().zip(&posed.problem.labels.area) {
             assert!(close(*force, PRESSURE * area, 1e-9));
         }
         // u_x = nu p x / E
@@ -209,7 +209,7 @@ fn coulomb_friction_is_a_fixed_point_of_given_friction() {
         let p = brick(4, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(0.35)).pose().problem;
         let coulomb = solved(&p, 1e-11);
         let given = |j: usize| Friction::Given { slip_bound: 0.35 * coulomb.lambda[j] };
-        let frozen = stiction::contact::ContactProblem { friction: (0..p.points()).map(given).collect(), ..p.clone() };
+        let frozen = with_friction(&p, (0..p.points()).map(given).collect());
         let s = solved(&frozen, 1e-11);
         assert!(distance(&s.lambda, &coulomb.lambda) < 1e-8);
         assert!(distance(&s.u, &coulomb.u) < 1e-8);
@@ -236,7 +236,8 @@ fn areas_of_contact_points_add_up_to_the_surface() {
         let case = brick(4, element, BrickLoad::Lift, SurfaceFriction::None);
         let all: f64 = nodal_areas(&case.mesh, &case.faces("z-min")).iter().map(|a| a.1).sum();
         let posed = case.pose();
-        let kept: f64 = posed.problem.area.iter().zip(&posed.problem.share).map(|(area, share)| area * share).sum();
+        let kept: f64 =
+            posed.problem.labels.area.iter().zip(&posed.problem.labels.share).map(|(area, share)| area * share).sum();
         assert!(close(all, 3.0, 1e-13) && close(kept + posed.facts[0].dropped_area, 3.0, 1e-13));
         assert!(close(posed.facts[0].area, 3.0, 1e-13));
     }

@@ -179,7 +179,7 @@ fn laws_the_format_does_not_know_are_refused() {
     let posed = brick(2, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::None).pose();
     for law in [Friction::Bonded, Friction::Given { slip_bound: 1.0 }] {
         let mut problem = posed.problem.clone();
-        problem.friction[3] = law;
+        problem.contact.friction[3] = law;
         assert!(GlobalProblem::of(&problem).unwrap_err().to_string().contains("point 3"));
     }
 }
@@ -248,10 +248,10 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     let file = std::env::temp_dir().join(format!("stiction-posed-{}.npz", std::process::id()));
     let coefficients = vec![0.35; p.points()];
     let arrays = [
-        ("K", dense(&p.K.full())),
-        ("B", dense(&p.B)),
-        ("f", Array::f64(&p.f)),
-        ("gap", Array::f64(&p.gap)),
+        ("K", dense(&p.elastic.K.full())),
+        ("B", dense(&p.contact.B)),
+        ("f", Array::f64(&p.elastic.f)),
+        ("gap", Array::f64(&p.contact.gap)),
         ("mu", Array::f64(&coefficients)),
     ];
     npz::write(&file, &arrays).unwrap();

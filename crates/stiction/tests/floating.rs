@@ -68,7 +68,7 @@ fn rigid_motions_are_those_that_no_support_stops() {
                 let mut u = vec![0.0; problem.unknowns()];
                 motions.add(&unit(k), &mut u);
                 assert!((norm(&u) - 1.0).abs() < 1e-12);
-                assert!(max_abs(&problem.K.times(&u)) < 1e-12 * problem.K.max_abs());
+                assert!(max_abs(&problem.elastic.K.times(&u)) < 1e-12 * problem.elastic.K.max_abs());
                 assert!(motions.work(&u).iter().zip(unit(k)).all(|(w, e)| (w - e).abs() < 1e-12));
                 let moved = motions.fixing().iter().map(|&i| u[i as usize].powi(2)).sum::<f64>().sqrt();
                 assert!(moved > 0.3 / (problem.unknowns() as f64).sqrt());
@@ -113,7 +113,7 @@ fn a_block_pressed_on_the_floor_is_held_by_friction_alone() {
         let floating = floating.pose();
         let s = solved(&floating.problem, 1e-10);
         assert!(s.counts.newton_steps <= 4, "{:?}", s.counts);
-        for (j, area) in floating.problem.area.iter().enumerate() {
+        for (j, area) in floating.problem.labels.area.iter().enumerate() {
             assert!((s.lambda[j] - 1e6 * area).abs() < 1e-9 * 1e6 * area);
         }
         for (x, u) in floating.full(&s.u).iter().zip(&pressed(element, 1e6, 0.0, SurfaceFriction::None).mesh.nodes) {
@@ -199,13 +199,13 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
     let tops = cases[0].nodes("z-max");
     let (mut k, mut b) = (Vec::new(), Vec::new());
     for (level, part) in parts.iter().enumerate() {
-        let full = part.K.full();
+        let full = part.elastic.K.full();
         for i in 0..n {
             let (columns, values) = full.row(i);
             columns.iter().zip(values).for_each(|(&j, &v)| k.push((level * n + i, level * n + j as usize, v)));
         }
         for i in 0..3 * m {
-            let (columns, values) = part.B.row(i);
+            let (columns, values) = part.contact.B.row(i);
             for (&j, &v) in columns.iter().zip(values) {
                 let row = i / m * 3 * m + level * m + i % m;
                 b.push((row, level * n + j as usize, v));
@@ -216,26 +216,26 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
         }
     }
     let all = |of: fn(&ContactProblem) -> &Vec<f64>| parts.iter().flat_map(of).copied().collect::<Vec<f64>>();
-    let friction: Vec<Friction> = parts.iter().flat_map(|p| &p.friction).copied().collect();
+    let friction: Vec<Friction> = parts.iter().flat_map(|p| &p.contact.friction).copied().collect();
     let k = SymmetricCsr::from_full(&Csr::from_triplets(3 * n, 3 * n, &k), "K").unwrap();
     let b = Csr::from_triplets(9 * m, 3 * n, &b);
-    let mut problem = ContactProblem::from_matrices(k, all(|p| &p.f), b, vec![clearance; 3 * m], friction);
-    problem.near_kernel = Some(parts.iter().flat_map(|p| p.near_kernel.clone().unwrap()).collect());
+    let mut problem = ContactProblem::from_matrices(k, all(|p| &p.elastic.f), b, vec![clearance; 3 * m], friction);
+    problem.elastic.near_kernel = Some(parts.iter().flat_map(|p| p.elastic.near_kernel.clone().unwrap()).collect());
     let body = |name: &str, level: usize| {
-        let part = parts[level].bodies.as_ref().unwrap();
+        let part = parts[level].labels.bodies.as_ref().unwrap();
         Body { name: name.into(), ..part.list[0].clone() }
     };
-    problem.bodies = Some(Bodies {
+    problem.labels.bodies = Some(Bodies {
         list: vec![body("low", 0), body("middle", 1), body("high", 2)],
         of: (0..3 * n).map(|i| (i / n) as u32).collect(),
         of_support: Vec::new(),
         origin: [0.0; 3],
     });
-    problem.supports = Some(Supports {
+    problem.labels.supports = Some(Supports {
         K: Csr::zero(0, 3 * n),
         K_own: Csr::zero(0, 0),
         load: Vec::new(),
-        free_load: problem.f.clone(),
+        free_load: problem.elastic.f.clone(),
         displacement: Vec::new(),
         B: Csr::zero(9 * m, 0),
         rigid: Vec::new(),
@@ -306,16 +306,16 @@ fn clarabel_finds_the_same_rest_of_a_block_in_a_corner() {
     };
     // Displacements over 1e-5, forces over 1e5.
     let (length, force) = (1e-5, 1e5);
-    let (rows, columns, values) = upper(&p.K.full(), length / force);
+    let (rows, columns, values) = upper(&p.elastic.K.full(), length / force);
     let kept: Vec<usize> = (0..rows.len()).filter(|&e| rows[e] <= columns[e]).collect();
     let pick = |list: &[usize]| kept.iter().map(|&e| list[e]).collect::<Vec<_>>();
     let values = kept.iter().map(|&e| values[e]).collect();
     let k = CscMatrix::new_from_triplets(n, n, pick(&rows), pick(&columns), values);
-    let normal = p.B.select_rows(&(0..m as u32).collect::<Vec<_>>());
+    let normal = p.contact.B.select_rows(&(0..m as u32).collect::<Vec<_>>());
     let (rows, columns, values) = upper(&normal, 1.0);
     let a = CscMatrix::new_from_triplets(m, n, rows, columns, values);
-    let f: Vec<f64> = p.f.iter().map(|f| -f / force).collect();
-    let gap: Vec<f64> = p.gap.iter().map(|g| g / length).collect();
+    let f: Vec<f64> = p.elastic.f.iter().map(|f| -f / force).collect();
+    let gap: Vec<f64> = p.contact.gap.iter().map(|g| g / length).collect();
     let settings: DefaultSettings<f64> =
         DefaultSettingsBuilder::default().verbose(false).tol_gap_rel(1e-12).tol_feas(1e-12).build().unwrap();
     let mut solver = DefaultSolver::new(&k, &f, &a, &gap, &[SupportedConeT::NonnegativeConeT(m)], settings).unwrap();
@@ -380,7 +380,7 @@ fn the_least_resisted_motion_is_the_least_of_all_motions() {
     let posed = pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::Coulomb(0.3)).pose();
     let mut p = posed.problem;
     let m = p.points();
-    let mut lambda = p.area.clone();
+    let mut lambda = p.labels.area.clone();
     lambda.resize(3 * m, 0.0);
     let at: Vec<[f64; 2]> = (posed.facts[0].nodes.iter())
         .map(|&node| pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::None).mesh.nodes[node as usize])
@@ -389,10 +389,10 @@ fn the_least_resisted_motion_is_the_least_of_all_motions() {
     for arm in [0.0, 0.1, 0.3, 1.0, 10.0] {
         // Unit force along x and the moment about the middle, as forces on the unknowns.
         let motions = rigid_motions(&p);
-        let six = p.near_kernel.clone().unwrap();
+        let six = p.elastic.near_kernel.clone().unwrap();
         let n = six.len() as f64 / 3.0;
         let turns: f64 = six.iter().map(|r| r[5] * r[5]).sum();
-        p.f = six.iter().map(|r| r[0] / n - arm * r[5] / turns).collect();
+        p.elastic.f = six.iter().map(|r| r[0] / n - arm * r[5] / turns).collect();
         let found = least_resisted(&p, &motions, &lambda).unwrap();
         let ratio = found.friction / found.load;
         let friction =
@@ -417,8 +417,8 @@ fn a_motion_that_a_wall_will_stop_is_not_told() {
         let case = pressed(BlockElement::Hex8, 1e6, push * 5e5, SurfaceFriction::Coulomb(0.3));
         let p = case.contact("x-max", wall.clone(), SurfaceFriction::None).pose().problem;
         let mut lambda = vec![0.0; 3 * p.points()];
-        let floor = p.pairs[0].points.clone();
-        floor.for_each(|j| lambda[j] = 1e6 * p.area[j]);
+        let floor = p.labels.pairs[0].points.clone();
+        floor.for_each(|j| lambda[j] = 1e6 * p.labels.area[j]);
         let motions = rigid_motions(&p);
         let found = least_resisted(&p, &motions, &lambda);
         assert_eq!(found.is_none(), stopped);

@@ -71,7 +71,7 @@ fn an_array_of_points_acts_like_the_expression_it_was_made_with() {
     for (array, expression) in laws {
         let (a, b) = (run(&file, &array), run(&file, expression));
         assert!(apart(&displacement(&a), &displacement(&b)) < 1e-13);
-        assert_eq!(a.1.problem.friction, b.1.problem.friction);
+        assert_eq!(a.1.problem.contact.friction, b.1.problem.contact.friction);
         let states = &a.0.solution.states;
         assert!(states.iter().any(|state| *state != states[0]), "nothing slips, or nothing else");
         let told = a.1.facts.to_string();
@@ -92,7 +92,7 @@ fn between_cells_a_point_has_the_mean_by_area_and_equal_cells_are_a_number() {
     let file = file("mu-cells.vtu", &grid, &[], &[Array::scalar("mu", &two), Array::scalar("same", &same)]);
 
     let (a, b) = (run(&file, "{ array = \"same\" }"), run(&file, "0.3"));
-    assert_eq!(a.1.problem.friction, b.1.problem.friction);
+    assert_eq!(a.1.problem.contact.friction, b.1.problem.contact.friction);
     assert_eq!(displacement(&a), displacement(&b));
 
     // The widths of the cells left and right of the border.
@@ -101,7 +101,7 @@ fn between_cells_a_point_has_the_mean_by_area_and_equal_cells_are_a_number() {
     assert!(width > 1.2 * left, "widths that do not differ prove nothing");
     let mean = (0.2 * left + 0.5 * width) / (left + width);
     let found = run(&file, MU).1;
-    for (&node, friction) in found.facts.contacts[0].surface.nodes.iter().zip(&found.problem.friction) {
+    for (&node, friction) in found.facts.contacts[0].surface.nodes.iter().zip(&found.problem.contact.friction) {
         let x = mesh.nodes[node as usize][0];
         let wanted = if (x - middle[1]).abs() < 1e-9 {
             mean
@@ -143,7 +143,7 @@ fn surface_elements_have_their_own_coefficient() {
         mu.push(0.3);
     }
     let file = file("mu-faces.vtu", &grid, &[], &[Array::scalar("mu", &mu)]);
-    assert_eq!(run(&file, MU).1.problem.friction, run(&file, "0.3").1.problem.friction);
+    assert_eq!(run(&file, MU).1.problem.contact.friction, run(&file, "0.3").1.problem.contact.friction);
 }
 
 #[test]

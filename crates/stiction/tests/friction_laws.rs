@@ -12,7 +12,7 @@ use clarabel::solver::{
 };
 use common::*;
 use stiction::certificate::certify;
-use stiction::contact::{Across, ContactProblem, CoulombLaw, Friction, SurfaceFriction};
+use stiction::contact::{Across, Contact, ContactProblem, CoulombLaw, Friction, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::Field;
 use stiction::friction::{
@@ -54,11 +54,11 @@ fn sheared(shift: [f64; 2], tau: [f64; 2], friction: SurfaceFriction) -> Contact
 /// Slips and friction forces over area along x and y; the rows of `B` say where the tangents point.
 fn in_axes(p: &ContactProblem, s: &Solution) -> Vec<([f64; 2], [f64; 2])> {
     let m = p.points();
-    let slip = p.B.times(&s.u);
+    let slip = p.contact.B.times(&s.u);
     let tangent = |j: usize, k: usize| {
-        let (columns, values) = p.B.row(k * m + j);
+        let (columns, values) = p.contact.B.row(k * m + j);
         let axis = |c: u32| {
-            let motion = p.near_kernel.as_ref().unwrap();
+            let motion = p.elastic.near_kernel.as_ref().unwrap();
             columns.iter().zip(values).filter(|(i, _)| motion[**i as usize][c as usize] == 1.0).map(|(_, v)| v).sum()
         };
         [axis(0), axis(1)]
@@ -66,7 +66,7 @@ fn in_axes(p: &ContactProblem, s: &Solution) -> Vec<([f64; 2], [f64; 2])> {
     let point = |j: usize| {
         let t: [[f64; 2]; 2] = [tangent(j, 1), tangent(j, 2)];
         let sum = |v: &[f64]| [0, 1].map(|c| t[0][c] * v[m + j] + t[1][c] * v[2 * m + j]);
-        (sum(&slip), sum(&s.lambda).map(|f| f / p.area[j]))
+        (sum(&slip), sum(&s.lambda).map(|f| f / p.labels.area[j]))
     };
     (0..m).map(point).collect()
 }
@@ -121,7 +121,7 @@ fn a_block_under_more_than_the_limit_slides_at_the_limit_and_under_less_at_the_c
         assert!(s.states.iter().all(|&s| s == PointState::Slip));
         for (j, (slip, force)) in in_axes(&p, &s).into_iter().enumerate() {
             assert!(close(slip[0], 1e-5, 1e-7) && close(force[0], stress, 1e-9), "{slip:?} {force:?}");
-            assert!(close(s.lambda[j], PRESSURE * p.area[j], 1e-9));
+            assert!(close(s.lambda[j], PRESSURE * p.labels.area[j], 1e-9));
         }
     }
 }
@@ -152,18 +152,19 @@ fn friction_that_varies_in_space_is_that_of_two_contacts_with_their_own() {
     let posed = two.pose();
     // Nodes between the two carry points of both; friction varies from node to node, so the first alone is left.
     let nodes: Vec<u32> = posed.facts.iter().flat_map(|f| f.nodes.clone()).collect();
-    let laws: Vec<(u32, Friction)> = nodes.iter().copied().zip(posed.problem.friction.iter().copied()).collect();
+    let laws: Vec<(u32, Friction)> =
+        nodes.iter().copied().zip(posed.problem.contact.friction.iter().copied()).collect();
     let found = brick(4, BlockElement::Hex8, BrickLoad::Press, SurfaceFriction::None).pose();
     for (j, node) in found.facts[0].nodes.iter().enumerate() {
         let owner = laws.iter().find(|(n, _)| n == node).unwrap().1;
-        assert_eq!(varying.friction[j], owner);
+        assert_eq!(varying.contact.friction[j], owner);
         assert!(!middle.contains(node) || owner == Friction::Coulomb { coefficient: 0.1 });
     }
     let s = solved(&varying, 1e-10);
     let m = varying.points();
     assert!(s.states.iter().filter(|&&s| s == PointState::Slip).count() > m / 4);
     for j in (0..m).filter(|&j| s.states[j] == PointState::Slip) {
-        let Friction::Coulomb { coefficient } = varying.friction[j] else { panic!() };
+        let Friction::Coulomb { coefficient } = varying.contact.friction[j] else { panic!() };
         assert!((s.lambda[m + j].hypot(s.lambda[2 * m + j]) - coefficient * s.lambda[j]).abs() < 1e-3);
     }
 }
@@ -187,7 +188,7 @@ fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], bounds: &[f64], force
     let mut entries: Vec<(usize, usize, f64)> = (0..m).map(|j| (j, j, -1.0)).collect();
     let mut b = vec![0.0; m];
     for (j, bound) in bounds.iter().enumerate() {
-        let across = p.friction_across.as_ref().unwrap()[j];
+        let across = p.contact.orthotropy.as_ref().unwrap()[j];
         entries.extend([(b.len() + 1, m + j, -1.0), (b.len() + 2, 2 * m + j, -1.0 / across)]);
         b.extend([bound / force, 0.0, 0.0]);
         cones.push(SupportedConeT::SecondOrderConeT(3));
@@ -211,7 +212,7 @@ fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], bounds: &[f64], force
 fn clarabel_finds_the_same_energy_over_ellipses() {
     // Given ellipses, and those a solution of the Coulomb problem ends with: it is the optimum for its own bounds.
     let mut given = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
-    given.friction.fill(Friction::Given { slip_bound: 1e4 });
+    given.contact.friction.fill(Friction::Given { slip_bound: 1e4 });
     let coulomb = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
     let both = brick_with(
         SurfaceFriction::Law(CoulombLaw {
@@ -222,10 +223,10 @@ fn clarabel_finds_the_same_energy_over_ellipses() {
         BrickLoad::Press,
     );
     for p in [given, coulomb, both] {
-        let factor = dense::Factor::new(&p.K);
+        let factor = dense::Factor::new(&p.elastic.K);
         let (q, h) = dense::dual_data(&p, &factor);
         let ours = solved(&p, 1e-11);
-        let bound = |j: usize| match p.friction[j] {
+        let bound = |j: usize| match p.contact.friction[j] {
             Friction::Coulomb { coefficient } => coefficient * ours.lambda[j],
             Friction::Limited { coefficient, limit } => (coefficient * ours.lambda[j]).min(limit),
             Friction::Given { slip_bound } => slip_bound,
@@ -240,7 +241,7 @@ fn clarabel_finds_the_same_energy_over_ellipses() {
         let (a, b) = (objective(&ours.lambda), objective(&theirs));
         assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
         let d: Vec<f64> = ours.lambda.iter().zip(&theirs).map(|(a, b)| a - b).collect();
-        let error = dot(&d, &times(&d)).sqrt() / dot(&ours.u, &p.K.times(&ours.u)).sqrt();
+        let error = dot(&d, &times(&d)).sqrt() / dot(&ours.u, &p.elastic.K.times(&ours.u)).sqrt();
         assert!(error < 1e-5, "{error}");
     }
 }
@@ -258,7 +259,7 @@ fn both_paths_agree_up_to_a_ratio_of_ten_and_with_a_limit() {
         let p = brick(6, BlockElement::Hex8, load, law.clone()).pose().problem;
         let direct = solved(&p, 1e-10);
         assert!(direct.counts.newton_steps <= 25, "{law:?} {load:?}: {:?}", direct.counts);
-        if p.friction_across.as_ref().is_some_and(|across| across.contains(&0.0)) {
+        if p.contact.orthotropy.as_ref().is_some_and(|across| across.contains(&0.0)) {
             continue; // multigrid goes round in circles and leaves it to the direct path
         }
         let mut primal = Primal::new(&p).unwrap();
@@ -274,7 +275,7 @@ fn both_paths_agree_up_to_a_ratio_of_ten_and_with_a_limit() {
 #[test]
 fn a_descent_over_ellipses_finds_the_same() {
     let mut p = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
-    p.friction.fill(Friction::Given { slip_bound: 1e4 });
+    p.contact.friction.fill(Friction::Given { slip_bound: 1e4 });
     let cycles = stiction::friction::Settings { max_iterations: 400, ..settings(1e-9) };
     let found = descend_primal(&p, &mut Primal::new(&p).unwrap(), &cycles, &mut |_| ControlFlow::Continue(()));
     let found = found.unwrap();
@@ -321,14 +322,18 @@ fn the_certificate_refuses_other_laws() {
     assert!(judge(&p, &s.lambda).passed);
     assert!(s.states.contains(&PointState::Slip));
     // The disc of either coefficient, axes exchanged, an ellipse a little thinner or thicker.
-    let with = |across: Vec<f64>| ContactProblem { friction_across: Some(across), ..p.clone() };
+    let with_ratio = |orthotropy: Option<Vec<f64>>| {
+        let contact = Contact { orthotropy, ..p.contact.clone() };
+        ContactProblem { contact, ..p.clone() }
+    };
+    let with = |ratios: Vec<f64>| with_ratio(Some(ratios));
     assert!(!judge(&with(vec![1.0; m]), &s.lambda).passed);
-    assert!(!judge(&ContactProblem { friction_across: None, ..p.clone() }, &s.lambda).passed);
+    assert!(!judge(&with_ratio(None), &s.lambda).passed);
     for across in [0.2499, 0.2501, 0.0] {
         assert!(!judge(&with(vec![across; m]), &s.lambda).passed, "{across}");
     }
     // Friction parallel to the slip, as in a disc, within the ellipse; and against it.
-    let slip = p.B.times(&s.u);
+    let slip = p.contact.B.times(&s.u);
     let (mut parallel, mut against) = (s.lambda.clone(), s.lambda.clone());
     for j in (0..m).filter(|&j| s.states[j] == PointState::Slip) {
         let (a, b) = (slip[m + j], slip[2 * m + j]);
@@ -349,7 +354,7 @@ fn the_certificate_refuses_other_laws() {
             Friction::Limited { coefficient, limit } => Friction::Limited { coefficient, limit: factor * limit },
             other => other,
         };
-        ContactProblem { friction: p.friction.iter().map(other).collect(), ..p.clone() }
+        with_friction(&p, p.contact.friction.iter().map(other).collect())
     };
     assert!(certify(&with(1.0), &s.u, &s.lambda, 1e-7).passed);
     let (less, more) = (certify(&with(0.999), &s.u, &s.lambda, 1e-7), certify(&with(1.001), &s.u, &s.lambda, 1e-7));

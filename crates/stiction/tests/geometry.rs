@@ -50,7 +50,7 @@ fn gaps_and_overlaps_to_round_obstacles_are_those_of_the_formula() {
         assert_eq!((f.points, f.overlapping, f.facing_away, f.clamped), (25, overlapping, 0, 0), "{obstacle:?}");
         assert_eq!(f.overlapping > 0, f.overlapping_area > 0.0);
         assert!(close(f.area, 1.0, 1e-14));
-        let least = posed.problem.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = posed.problem.contact.gap.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least - low).abs() < 1e-14);
     }
 }
@@ -60,10 +60,10 @@ fn overlapping_points_are_pushed_out_exactly_to_the_surface() {
     let obstacle = Obstacle::Sphere { center: [0.5, 0.5, -3.0], radius: 3.001, side: Side::Outside };
     let p = cube().contact("z-min", obstacle, COULOMB).pose().problem;
     let s = solved(&p, 1e-10);
-    let jump = p.B.times(&s.u);
+    let jump = p.contact.B.times(&s.u);
     let deep: Vec<usize> = (0..p.points()).filter(|&j| s.lambda[j] > 0.0).collect();
     assert!(!deep.is_empty());
-    assert!(deep.iter().all(|&j| (p.gap[j] - jump[j]).abs() < 1e-12));
+    assert!(deep.iter().all(|&j| (p.contact.gap[j] - jump[j]).abs() < 1e-12));
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn clamped_nodes_carry_no_multiplier_and_are_counted() {
     let f = &posed.facts[0];
     assert_eq!((f.clamped, f.points, f.held_along_normal, f.guided), (5, 60, 0, 0));
     assert!(close(f.dropped_area, 1.0 / 8.0, 1e-13));
-    assert!((0..180).all(|i| !posed.problem.B.row(i).0.is_empty()));
+    assert!((0..180).all(|i| !posed.problem.contact.B.row(i).0.is_empty()));
 }
 
 #[test]
@@ -175,13 +175,13 @@ fn a_quarter_with_symmetry_planes_carries_the_same_forces_as_the_whole() {
             let p = &posed.problem;
             let s = solved(p, 1e-11);
             // Contact force per area in space, by the place of the node.
-            let force = p.B.transpose_times(&s.lambda);
+            let force = p.contact.B.transpose_times(&s.lambda);
             let mut at_node = vec![[0.0; 3]; case.mesh.nodes.len()];
             posed.model.dofs.free.iter().zip(&force).for_each(|(&d, f)| at_node[d as usize / 3][d as usize % 3] = *f);
             let nodes = case.nodes("z-min");
             assert_eq!(nodes.len(), p.points());
             let per_area = |(&n, a): (&u32, &f64)| (case.mesh.nodes[n as usize], at_node[n as usize].map(|f| f / a));
-            nodes.iter().zip(&p.area).map(per_area).collect::<Vec<_>>()
+            nodes.iter().zip(&p.labels.area).map(per_area).collect::<Vec<_>>()
         };
         let (all, part) = (forces(&whole), forces(&quarter));
         let largest = all.iter().flat_map(|(_, f)| f).fold(0.0, |a: f64, f| a.max(f.abs()));

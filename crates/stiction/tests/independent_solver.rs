@@ -28,7 +28,7 @@ fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], force: f64) -> Vec<f6
     // s = b - A x: normal forces, then (bound, l_t) in the second-order cone, point by point.
     let mut cones = vec![SupportedConeT::NonnegativeConeT(m)];
     let (mut rows, mut columns, mut b) = ((0..m).collect::<Vec<_>>(), (0..m).collect::<Vec<_>>(), vec![0.0; m]);
-    for (j, law) in p.friction.iter().enumerate() {
+    for (j, law) in p.contact.friction.iter().enumerate() {
         let Friction::Given { slip_bound } = *law else { panic!("given friction only") };
         rows.extend([b.len() + 1, b.len() + 2]);
         columns.extend([m + j, 2 * m + j]);
@@ -71,7 +71,7 @@ fn clarabel_finds_the_same_energy_and_the_same_displacement() {
     ];
     for (n, load, bound) in cases {
         let p = brick(n, element, load, SurfaceFriction::GivenForce(bound)).pose().problem;
-        let factor = dense::Factor::new(&p.K);
+        let factor = dense::Factor::new(&p.elastic.K);
         let (q, h) = dense::dual_data(&p, &factor);
         let ours = solved(&p, 1e-11);
         let force = ours.lambda.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
@@ -81,7 +81,7 @@ fn clarabel_finds_the_same_energy_and_the_same_displacement() {
         assert!((a - b).abs() < 1e-8 * b.abs(), "{n} {load:?} {bound}: {a} {b}");
         // The energy norm of the difference of displacements is the Q norm of that of the multipliers.
         let d: Vec<f64> = ours.lambda.iter().zip(&theirs).map(|(a, b)| a - b).collect();
-        let error = dot(&d, &times(&q, &d)).sqrt() / dot(&ours.u, &p.K.times(&ours.u)).sqrt();
+        let error = dot(&d, &times(&q, &d)).sqrt() / dot(&ours.u, &p.elastic.K.times(&ours.u)).sqrt();
         assert!(error < 1e-5, "{n} {load:?} {bound}: {error}");
         // Ours is at most the gap away from the optimum, theirs cannot be better than that.
         let gap = certify(&p, &ours.u, &ours.lambda, 1e-11).duality_gap.unwrap();
@@ -93,7 +93,7 @@ fn clarabel_finds_the_same_energy_and_the_same_displacement() {
 fn the_displacement_is_that_of_a_dense_factorisation() {
     let p = brick(4, BlockElement::Hex8, BrickLoad::Press, SurfaceFriction::Coulomb(0.35)).pose().problem;
     let s = solved(&p, 1e-10);
-    let mut force = p.f.clone();
-    force.iter_mut().zip(p.B.transpose_times(&s.lambda)).for_each(|(f, b)| *f -= b);
-    assert!(distance(&dense::Factor::new(&p.K).solve(&force), &s.u) < 1e-11);
+    let mut force = p.elastic.f.clone();
+    force.iter_mut().zip(p.contact.B.transpose_times(&s.lambda)).for_each(|(f, b)| *f -= b);
+    assert!(distance(&dense::Factor::new(&p.elastic.K).solve(&force), &s.u) < 1e-11);
 }

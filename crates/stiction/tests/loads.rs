@@ -12,7 +12,7 @@ const SPRINGS: &str = "[[spring]]\non = \"z-min\"\nnormal = 1000\ntangential = 1
 
 /// Loads at the nodes: their sum and their moment about `point`.
 fn resultants(prepared: &Prepared, point: [f64; 3]) -> [[f64; 3]; 2] {
-    let load = &prepared.problem.supports.as_ref().unwrap().free_load;
+    let load = &prepared.problem.labels.supports.as_ref().unwrap().free_load;
     let (mut sum, mut moment) = ([0.0; 3], [0.0; 3]);
     for (x, f) in prepared.mesh.nodes.iter().zip(load.as_chunks::<3>().0) {
         let r = [0, 1, 2].map(|c| x[c] - point[c]);
@@ -162,7 +162,7 @@ fn a_level_across_curved_faces_presses_as_on_the_arc() {
         );
         let p = prepared(&text);
         let mut sum = [0.0; 3];
-        let supports = p.problem.supports.as_ref().unwrap();
+        let supports = p.problem.labels.supports.as_ref().unwrap();
         for (force, dofs) in [(&supports.free_load, &p.model.dofs.free), (&supports.load, &p.model.dofs.prescribed)] {
             force.iter().zip(dofs).for_each(|(f, dof)| sum[*dof as usize % 3] += f);
         }
@@ -218,7 +218,7 @@ fn a_total_force_and_moment_have_their_resultants() {
         let mesh = block([4.0, 2.0, 3.0], [3, 2, 3], element) + STEEL + SPRINGS;
         let nodal = |load: &str| {
             let p = prepared(&(mesh.clone() + "[[load]]\non = \"x-max\"\n" + load));
-            p.problem.supports.unwrap().free_load
+            p.problem.labels.supports.unwrap().free_load
         };
         let inertia = 2.0 * 27.0 / 12.0;
         let bent = nodal(&format!("traction = [\"10*(z - 1.5)/{inertia}\", 0, 0]\n"));

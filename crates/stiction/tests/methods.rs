@@ -24,8 +24,8 @@ const ALG2: Given = Given::alg2(Splitting::No);
 /// The source paper's partition 1, all loads times `load`.
 fn partition_1(load: f64, friction: SurfaceFriction) -> ContactProblem {
     let mut problem = brick(4, FIVE, BrickLoad::Lift, friction).pose().problem;
-    let supports = problem.supports.as_mut().unwrap();
-    let forces = [&mut problem.f, &mut supports.load, &mut supports.free_load];
+    let supports = problem.labels.supports.as_mut().unwrap();
+    let forces = [&mut problem.elastic.f, &mut supports.load, &mut supports.free_load];
     forces.into_iter().flatten().for_each(|f| *f *= load);
     problem
 }
@@ -38,7 +38,7 @@ fn tight(method: Method, squares: usize) -> MethodSettings {
 fn run(problem: &ContactProblem, settings: &MethodSettings) -> MethodReport {
     let dual = dual_of(problem, Form::Auto);
     let q = Quadratic::new(problem, &dual);
-    run_method(&q, &problem.friction, settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    run_method(&q, &problem.contact.friction, settings, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn converged(problem: &ContactProblem, settings: &MethodSettings) -> MethodReport {
@@ -54,7 +54,7 @@ fn answer(problem: &ContactProblem, settings: &MethodSettings) -> Answer {
 
 /// `min 1/2 l'Ql - h'l` with `l_n >= 0` and the friction of each point within a polygon of `4 squares` sides.
 fn clarabel(p: &ContactProblem, squares: usize) -> Vec<f64> {
-    let (q, h) = dense::dual_data(p, &dense::Factor::new(&p.K));
+    let (q, h) = dense::dual_data(p, &dense::Factor::new(&p.elastic.K));
     let (m, size) = (p.points(), h.len());
     let length = h.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let force = length / dense::largest_eigenvalue(&q);
@@ -78,15 +78,15 @@ fn clarabel(p: &ContactProblem, squares: usize) -> Vec<f64> {
         b.push(right);
     };
     for j in 0..m {
-        if p.friction[j] == Friction::None {
+        if p.contact.friction[j] == Friction::None {
             row(&[(m + j, 1.0)], 0.0);
             row(&[(2 * m + j, 1.0)], 0.0);
         }
     }
-    let zeros = 2 * p.friction.iter().filter(|law| **law == Friction::None).count();
+    let zeros = 2 * p.contact.friction.iter().filter(|law| **law == Friction::None).count();
     for j in 0..m {
         row(&[(j, -1.0)], 0.0);
-        if let Friction::Given { slip_bound } = p.friction[j] {
+        if let Friction::Given { slip_bound } = p.contact.friction[j] {
             for k in 0..4 * squares {
                 let (s, c) = (std::f64::consts::FRAC_PI_2 * k as f64 / squares as f64).sin_cos();
                 row(&[(m + j, c), (2 * m + j, s)], slip_bound / force);
@@ -229,11 +229,11 @@ fn the_discs_within_the_fixed_point_are_certified_coulomb_friction() {
     let q = Quadratic::new(&p, &q_dual);
     let bounds = answer.method.unwrap().slip_bound;
     let exact = tight(Method::Given(Given::Discs), 1);
-    let defect = fixed_point_defect(&q, &p.friction, &bounds, &exact).unwrap();
+    let defect = fixed_point_defect(&q, &p.contact.friction, &bounds, &exact).unwrap();
     assert!(defect < 1e-7, "{defect}");
     // A change of the bounds comes back smaller by the contraction, 0.11 for this brick.
     let moved: Vec<f64> = bounds.iter().map(|g| 1.01 * g).collect();
-    let defect = fixed_point_defect(&q, &p.friction, &moved, &exact).unwrap();
+    let defect = fixed_point_defect(&q, &p.contact.friction, &moved, &exact).unwrap();
     assert!((0.8e-2..1.2e-2).contains(&defect), "{defect}");
 }
 
@@ -278,7 +278,7 @@ fn mixed(coulomb: bool) -> ContactProblem {
     let mut p = case.pose().problem;
     let m = p.points();
     for j in 0..m {
-        p.friction[j] = match j % 7 {
+        p.contact.friction[j] = match j % 7 {
             0 => Friction::None,
             1 => Friction::Bonded,
             2 => Friction::Given { slip_bound: 0.0 },
@@ -287,10 +287,11 @@ fn mixed(coulomb: bool) -> ContactProblem {
             _ => Friction::Given { slip_bound: 1e4 },
         };
     }
-    p.pairs = [("left", 0..m / 2), ("right", m / 2..m)].map(|(name, points)| Pair { name: name.into(), points }).into();
-    let live: Vec<bool> = (m..3 * m).map(|i| !p.B.row(i).0.is_empty()).collect();
+    p.labels.pairs =
+        [("left", 0..m / 2), ("right", m / 2..m)].map(|(name, points)| Pair { name: name.into(), points }).into();
+    let live: Vec<bool> = (m..3 * m).map(|i| !p.contact.B.row(i).0.is_empty()).collect();
     assert!(live.iter().any(|l| !l), "some rows of B are to be empty");
-    for (i, s) in p.slip_reference.iter_mut().enumerate().filter(|(i, _)| live[*i]) {
+    for (i, s) in p.contact.slip_reference.iter_mut().enumerate().filter(|(i, _)| live[*i]) {
         *s = 1e-7 * (i as f64).sin();
     }
     p
@@ -335,9 +336,9 @@ fn counts_do_not_depend_on_the_units() {
         let a = converged(&p, &settings);
         // Powers of two keep the digits: forces 1024 times, stiffness 8 times, lengths 128 times as large.
         let mut scaled = p.clone();
-        scaled.K.value.iter_mut().for_each(|k| *k *= 8.0);
-        scaled.f.iter_mut().for_each(|f| *f *= 1024.0);
-        for law in &mut scaled.friction {
+        scaled.elastic.K.value.iter_mut().for_each(|k| *k *= 8.0);
+        scaled.elastic.f.iter_mut().for_each(|f| *f *= 1024.0);
+        for law in &mut scaled.contact.friction {
             if let Friction::Given { slip_bound } = law {
                 *slip_bound *= 1024.0;
             }
@@ -363,13 +364,14 @@ fn a_matrix_that_is_not_stored_gives_the_same_steps() {
         // Preconditioners know less of a matrix that is not stored.
         let settings =
             MethodSettings { precondition: false, sweep_tolerance: 1e-6, ..MethodSettings::new(Method::Given(given)) };
-        let run = |q: &Quadratic| run_method(q, &p.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let run =
+            |q: &Quadratic| run_method(q, &p.contact.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
         let (a, b) = (run(&stored), run(&applied));
         // A gradient of 1e-8 of the load and the condition of Q, 1.4e3, are an error of about 1e-5.
         assert!(distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
         assert!(a.counts.iterations.abs_diff(b.counts.iterations) <= 1, "{given:?}");
         let with = MethodSettings { precondition: true, ..settings.clone() };
-        let b = run_method(&applied, &p.friction, &with, &mut |_| ControlFlow::Continue(())).unwrap();
+        let b = run_method(&applied, &p.contact.friction, &with, &mut |_| ControlFlow::Continue(())).unwrap();
         assert!(b.end == MethodEnd::Converged && distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
     }
 }
@@ -386,8 +388,9 @@ fn published_iterations_and_changes_are_met_within_their_bands() {
     let p = partition_1(4.0, SurfaceFriction::GivenForce(5.25e4));
     let dual = dual_of(&p, Form::Auto);
     let q = Quadratic::new(&p, &dual);
-    let run =
-        |settings: &MethodSettings| run_method(&q, &p.friction, settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    let run = |settings: &MethodSettings| {
+        run_method(&q, &p.contact.friction, settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    };
     let near = |ours: usize, paper: usize, band: f64| {
         assert!((ours as f64 - paper as f64).abs() <= band * paper as f64, "{ours} where the paper has {paper}");
     };
@@ -415,7 +418,7 @@ fn published_iterations_and_changes_are_met_within_their_bands() {
     for (exponent, paper) in [(-10, 23), (-9, 8), (-8, 8), (-7, 8), (-6, 8), (-5, 8), (-4, 8), (-3, 8)] {
         let mut settings = MethodSettings::published(Method::cfs2(), 2, 0.7 * 10f64.powi(exponent));
         settings.start.slip_bound = Some(vec![5.25e4; p.points()]);
-        let report = run_method(&q, &p.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let report = run_method(&q, &p.contact.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(report.end, MethodEnd::Converged);
         assert!(report.counts.iterations.abs_diff(paper) <= 1.max(paper / 10), "{exponent}: {:?}", report.counts);
     }

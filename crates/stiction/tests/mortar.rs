@@ -170,11 +170,18 @@ fn a_constant_pressure_is_carried_past_dropped_nodes() {
         assert_eq!(facts[0].clamped, clamped);
         let m = problem.points();
         let mut lambda = vec![0.0; 3 * m];
-        lambda[..m].copy_from_slice(&problem.area);
+        lambda[..m].copy_from_slice(&problem.labels.area);
         let mut force = vec![[0.0; 3]; mesh.nodes.len()];
-        let free = problem.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
-        let held =
-            problem.supports.as_ref().unwrap().B.transpose_times(&lambda).into_iter().zip(&model.dofs.prescribed);
+        let free = problem.contact.B.transpose_times(&lambda).into_iter().zip(&model.dofs.free);
+        let held = problem
+            .labels
+            .supports
+            .as_ref()
+            .unwrap()
+            .B
+            .transpose_times(&lambda)
+            .into_iter()
+            .zip(&model.dofs.prescribed);
         free.chain(held).for_each(|(f, &dof)| force[dof as usize / 3][dof as usize % 3] = f);
         for group in ["a.z-max", "b.z-min"] {
             let normal = mesh.face_normal(faces(&mesh, group)[0] as usize);
@@ -185,7 +192,7 @@ fn a_constant_pressure_is_carried_past_dropped_nodes() {
                 assert!((0..3).all(|c| (f[c] - n[c]).abs() < 1e-13), "{group} {node}: {f:?} {n:?}");
             }
         }
-        let total: f64 = (0..m).map(|j| problem.share[j] * lambda[j]).sum();
+        let total: f64 = (0..m).map(|j| problem.labels.share[j] * lambda[j]).sum();
         assert!((total - 1.0).abs() < 1e-13);
     }
 }
@@ -201,13 +208,13 @@ fn matching_meshes_are_tied_node_by_node() {
     assert_eq!(problem.points(), 16);
     let spread = stiction::fem::nodal_areas(&mesh, &faces(&mesh, "a.z-max"));
     for (j, (_, area)) in spread.into_iter().enumerate() {
-        let (columns, values) = problem.B.row(j);
+        let (columns, values) = problem.contact.B.row(j);
         assert_eq!(columns.len(), 6);
         let of = |k: usize| model.dofs.free[columns[k] as usize] as usize;
         assert_eq!(of(0) / 3, facts[0].nodes[j] as usize);
         assert!((0..3).all(|c| values[c] == -values[3 + c]), "{values:?}");
         let away = (0..3).map(|c| (mesh.nodes[of(0) / 3][c] - mesh.nodes[of(3) / 3][c]).abs()).fold(0.0, f64::max);
-        assert!(away < 1e-14 && problem.gap[j].abs() < 1e-14 && (problem.area[j] - area).abs() < 1e-14);
+        assert!(away < 1e-14 && problem.contact.gap[j].abs() < 1e-14 && (problem.labels.area[j] - area).abs() < 1e-14);
     }
 }
 
@@ -260,11 +267,11 @@ fn patch_tests_pass_in_contact_and_bonded() {
                 let normal: f64 = (0..3).map(|c| -traction[c] * n[c]).sum();
                 let m = problem.points();
                 for j in 0..m {
-                    let pressure = solution.lambda[j] / problem.area[j];
+                    let pressure = solution.lambda[j] / problem.labels.area[j];
                     assert!((pressure - normal).abs() < 1e-9 * normal.abs(), "{pressure} {normal}");
                 }
                 assert_eq!(facts[0].clamped > 0, sided);
-                assert_eq!(problem.share.iter().any(|&s| s > 1.0 + 1e-9), sided);
+                assert_eq!(problem.labels.share.iter().any(|&s| s > 1.0 + 1e-9), sided);
             }
         }
     }
@@ -378,10 +385,10 @@ fn contact_forces_are_in_equilibrium_between_the_bodies() {
         let fixes = [zero.fix(&mesh, "a.z-min"), zero.fix(&mesh, "b.z-max")];
         let (problem, Posed { model, .. }) =
             posed(&mesh, &fixes, &[], &[pair(&mesh, "b.z-min", "a.z-max", SurfaceFriction::None)]);
-        assert!(problem.gap.iter().zip(&problem.share).all(|(g, s)| (g - s * gap).abs() < 1e-14));
+        assert!(problem.contact.gap.iter().zip(&problem.labels.share).all(|(g, s)| (g - s * gap).abs() < 1e-14));
         let m = problem.points();
         let lambda: Vec<f64> = (0..3 * m).map(|i| ((i * 7919) % 1009) as f64 / 1009.0 - 0.3).collect();
-        let force = problem.B.transpose_times(&lambda);
+        let force = problem.contact.B.transpose_times(&lambda);
         let (mut sum, mut moment) = ([0.0; 3], [0.0; 3]);
         for (f, &dof) in force.iter().zip(&model.dofs.free) {
             let (x, c) = (mesh.nodes[dof as usize / 3], dof as usize % 3);
@@ -391,7 +398,7 @@ fn contact_forces_are_in_equilibrium_between_the_bodies() {
         }
         assert!(sum.iter().all(|f| f.abs() < 1e-12), "{sum:?}");
         // Tangential forces act at both surfaces, a gap apart; the tangents are x and y.
-        let tangential = |from: usize| (from..from + m).map(|i| problem.share[i % m] * lambda[i]).sum::<f64>();
+        let tangential = |from: usize| (from..from + m).map(|i| problem.labels.share[i % m] * lambda[i]).sum::<f64>();
         let wanted = [-gap * tangential(2 * m), gap * tangential(m), 0.0];
         assert!((0..3).all(|c| (moment[c] - wanted[c]).abs() < 1e-12), "{moment:?} {wanted:?}");
     }
@@ -424,7 +431,7 @@ fn three_bodies_that_meet_along_an_edge_pass_the_patch_test() {
             let wrong = distance(&full_displacement(&model, &solution.u), &exact);
             assert!(wrong < 1e-10, "{friction:?} {order:?}: {wrong:e}");
             let force = |name: &str| {
-                let pair = problem.pairs.iter().find(|p| p.name == name).unwrap();
+                let pair = problem.labels.pairs.iter().find(|p| p.name == name).unwrap();
                 pair.points.clone().map(|j| solution.lambda[j]).sum::<f64>()
             };
             forces.push(force("left.z-min"));

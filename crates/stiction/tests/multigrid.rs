@@ -6,7 +6,7 @@ mod common;
 use std::ops::ControlFlow;
 
 use common::*;
-use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
+use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
 use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
@@ -194,12 +194,12 @@ fn both_paths_find_the_same_solution() {
 fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     let m = problem.points();
-    let jump = problem.B.times(u);
-    let friction = problem.friction.iter().enumerate().map(|(j, law)| match law {
+    let jump = problem.contact.B.times(u);
+    let friction = problem.contact.friction.iter().enumerate().map(|(j, law)| match law {
         Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(jump[2 * m + j]),
         _ => 0.0,
     });
-    0.5 * dot(u, &problem.K.times(u)) - dot(&problem.f, u) + friction.sum::<f64>()
+    0.5 * dot(u, &problem.elastic.K.times(u)) - dot(&problem.elastic.f, u) + friction.sum::<f64>()
 }
 
 #[test]
@@ -327,7 +327,7 @@ fn the_estimate_of_the_direct_path_is_of_the_size_of_the_symbolic_counts() {
 /// The model brick; without its supports `f` can be changed alone.
 fn brick_without_supports() -> ContactProblem {
     let p = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
-    ContactProblem { supports: None, ..p }
+    ContactProblem { labels: Labels { supports: None, ..p.labels }, ..p }
 }
 
 #[test]
@@ -336,7 +336,7 @@ fn units_and_threads_change_nothing() {
     let one = by_multigrid(&metres, 1e-8);
     // Newton and millimetre: K in N/mm, lengths a thousand times as many.
     let mut millimetres = metres.clone();
-    millimetres.K.value.iter_mut().for_each(|k| *k *= 1e-3);
+    millimetres.elastic.K.value.iter_mut().for_each(|k| *k *= 1e-3);
     let scaled = by_multigrid(&millimetres, 1e-8);
     assert_eq!(one.counts.cycles, scaled.counts.cycles);
     let back: Vec<f64> = scaled.u.iter().map(|u| u * 1e-3).collect();
@@ -352,7 +352,7 @@ fn units_and_threads_change_nothing() {
 fn one_set_up_serves_many_loads() {
     let p = brick_without_supports();
     let mut twice = p.clone();
-    twice.f.iter_mut().for_each(|f| *f *= 2.0);
+    twice.elastic.f.iter_mut().for_each(|f| *f *= 2.0);
     let mut primal = Primal::new(&p).unwrap();
     let mut go = |p: &ContactProblem| solve_primal(p, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
     let (first, second, third) = (go(&p), go(&twice), go(&p));
@@ -367,13 +367,13 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
     // Two points whose rows of B reach each other's nodes: neither has one of its own.
     let mut coupled = p.clone();
-    let [here, there] = [0, 1].map(|j| coupled.B.row(j).0[0] as usize);
-    let entry = Csr::from_triplets(coupled.B.rows, coupled.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
+    let [here, there] = [0, 1].map(|j| coupled.contact.B.row(j).0[0] as usize);
+    let entry = Csr::from_triplets(coupled.contact.B.rows, coupled.contact.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
     let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
         (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
     };
-    let all = [triplets(&coupled.B), triplets(&entry)].concat();
-    coupled.B = Csr::from_triplets(p.B.rows, p.B.cols, &all);
+    let all = [triplets(&coupled.contact.B), triplets(&entry)].concat();
+    coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
     match Primal::new(&coupled) {
         Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
         Ok(_) => panic!("a hierarchy without a node for each point"),
@@ -381,7 +381,7 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     // Indefinite and not a number: an end that says so, no solution, no hang.
     for value in [f64::NAN, -1e20] {
         let mut bad = p.clone();
-        *bad.K.entry_mut(30, 30).unwrap() = value;
+        *bad.elastic.K.entry_mut(30, 30).unwrap() = value;
         if let Ok(mut primal) = Primal::new(&bad) {
             let s = solve_primal(&bad, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
             assert!(matches!(s.status, Status::Stalled | Status::MaxIterations), "{:?}", s.status);
@@ -392,6 +392,6 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     assert_eq!(s.status, Status::Interrupted);
     // A coefficient of zero is no friction.
     let mut smooth = p.clone();
-    smooth.friction.fill(Friction::Coulomb { coefficient: 0.0 });
+    smooth.contact.friction.fill(Friction::Coulomb { coefficient: 0.0 });
     assert_solved(&by_multigrid(&smooth, 1e-8));
 }

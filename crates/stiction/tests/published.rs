@@ -38,7 +38,7 @@ fn the_brick_with_friction_is_that_of_getfem() {
     // Points follow the nodes of the surface in ascending order, without the clamped end.
     let end = case.nodes("x-min");
     let nodes: Vec<u32> = case.nodes("z-min").into_iter().filter(|n| !end.contains(n)).collect();
-    let pressure = |j: usize| s.lambda[j] / posed.problem.area[j];
+    let pressure = |j: usize| s.lambda[j] / posed.problem.labels.area[j];
     let top = (0..posed.problem.points()).max_by(|&a, &b| pressure(a).total_cmp(&pressure(b))).unwrap();
     assert!((pressure(top) - 2.353_366e6).abs() < 1.0, "{}", pressure(top));
     assert_eq!(case.mesh.nodes[nodes[top] as usize], [0.625, 0.0, 0.0]);

@@ -71,9 +71,10 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
         };
         let (problem, facts) = pose(&mesh, &mut model, &[surface]).unwrap();
         let s = solved(&problem, 1e-9);
-        let total: f64 = (0..problem.points()).map(|j| problem.share[j] * s.lambda[j]).sum();
-        let worst =
-            (0..problem.points()).map(|j| (s.lambda[j] / problem.area[j] / pressure - 1.0).abs()).fold(0.0, f64::max);
+        let total: f64 = (0..problem.points()).map(|j| problem.labels.share[j] * s.lambda[j]).sum();
+        let worst = (0..problem.points())
+            .map(|j| (s.lambda[j] / problem.labels.area[j] / pressure - 1.0).abs())
+            .fold(0.0, f64::max);
         let told = format!("{elements:?}, {} points: {total} of {force}, {worst}", facts[0].points);
         assert!((total / force - 1.0).abs() < 4e-3 && worst < 0.04, "{told}");
     }
@@ -105,7 +106,7 @@ fn hertz(element: BlockElement, cells: [usize; 3], depth: f64) -> [f64; 3] {
     let s = solved(p, 1e-8);
     let mut lambda = s.lambda.clone();
     lambda[m..].fill(0.0);
-    let nodal: Vec<(f64, f64)> = (p.B.transpose_times(&lambda).iter().zip(&posed.model.dofs.free))
+    let nodal: Vec<(f64, f64)> = (p.contact.B.transpose_times(&lambda).iter().zip(&posed.model.dofs.free))
         .filter(|(_, dof)| *dof % 3 == 2)
         .map(|(f, &dof)| (-f, case.mesh.nodes[dof as usize / 3][..2].iter().map(|x| x * x).sum()))
         .collect();

@@ -80,7 +80,7 @@ fn problem(m: usize, extra: usize, seed: u64, law: impl Fn(f64) -> Friction) -> 
     f.iter_mut().zip(b.transpose_times(&lambda)).for_each(|(f, b)| *f += b);
     let k = SymmetricCsr::from_full(&k, "K").unwrap();
     let mut p = ContactProblem::from_matrices(k, f, b, gap, friction);
-    p.slip_reference = reference;
+    p.contact.slip_reference = reference;
     p.validate().unwrap();
     (p, u, lambda)
 }
@@ -89,10 +89,11 @@ fn permuted(p: &ContactProblem, order: &[usize]) -> ContactProblem {
     let m = p.points();
     let rows: Vec<u32> = (0..3).flat_map(|k| order.iter().map(move |&j| (k * m + j) as u32)).collect();
     let mut q = p.clone();
-    q.B = p.B.select_rows(&rows);
-    q.gap = order.iter().map(|&j| p.gap[j]).collect();
-    q.friction = order.iter().map(|&j| p.friction[j]).collect();
-    q.slip_reference = (0..2).flat_map(|k| order.iter().map(move |&j| p.slip_reference[k * m + j])).collect();
+    q.contact.B = p.contact.B.select_rows(&rows);
+    q.contact.gap = order.iter().map(|&j| p.contact.gap[j]).collect();
+    q.contact.friction = order.iter().map(|&j| p.contact.friction[j]).collect();
+    q.contact.slip_reference =
+        (0..2).flat_map(|k| order.iter().map(move |&j| p.contact.slip_reference[k * m + j])).collect();
     q
 }
 

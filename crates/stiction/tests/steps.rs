@@ -323,7 +323,7 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
         assert!(a["contact"]["slip"] == b["contact"]["slip"]);
     }
     let largest = resumed.solution.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
-    let references = prepared.problem.slip_reference.iter().zip(&whole.prepared.problem.slip_reference);
+    let references = prepared.problem.contact.slip_reference.iter().zip(&whole.prepared.problem.contact.slip_reference);
     assert!(references.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < ROUNDING * largest);
 }
 

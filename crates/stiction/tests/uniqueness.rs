@@ -21,7 +21,7 @@ fn facts(p: &ContactProblem, form: Form) -> CoulombFacts {
 /// `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))` from dense matrices.
 fn exact_bound(p: &ContactProblem) -> f64 {
     let m = p.points();
-    let (q, _) = dense::dual_data(p, &dense::Factor::new(&p.K));
+    let (q, _) = dense::dual_data(p, &dense::Factor::new(&p.elastic.K));
     let tangential = dense::largest_eigenvalue(&dense::block(&q, m..3 * m));
     let normal = dense::largest_eigenvalue(&dense::block(&dense::inverse(&q), 0..m));
     1.0 / (tangential * normal).sqrt()
@@ -78,7 +78,7 @@ fn differenced_contraction(p: &ContactProblem, coefficient: f64) -> f64 {
     let g: Vec<f64> = coulomb.lambda[..m].iter().map(|l| coefficient * l).collect();
     let map = |g: &[f64]| -> Vec<f64> {
         let friction = g.iter().map(|&slip_bound| Friction::Given { slip_bound }).collect();
-        let s = solved(&ContactProblem { friction, ..p.clone() }, 1e-11);
+        let s = solved(&with_friction(p, friction), 1e-11);
         s.lambda[..m].iter().map(|l| coefficient * l).collect()
     };
     let size = 1e-4 * norm(&g);

@@ -51,15 +51,15 @@ fn along(total: &mut [f64; 3], motion: &[f64; 6], force: f64) {
 /// Virtual work of all external forces, reactions and contact forces of each body on its six rigid motions. Without a
 /// list of bodies everything counts as one.
 pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<Vec<BodyBalance>> {
-    let (supports, free_rigid) = (problem.supports.as_ref()?, problem.near_kernel.as_ref()?);
-    let bodies = problem.bodies.as_ref();
+    let (supports, free_rigid) = (problem.labels.supports.as_ref()?, problem.elastic.near_kernel.as_ref()?);
+    let bodies = problem.labels.bodies.as_ref();
     let names: Vec<String> =
         bodies.map_or(vec!["body".into()], |b| b.list.iter().map(|body| body.name.clone()).collect());
     let mut sums = vec![Sums::default(); names.len()];
     let of = |list: Option<&Vec<u32>>, i: usize| list.map_or(0, |of| of[i] as usize);
-    let contact_free = problem.B.transpose_times(lambda);
+    let contact_free = problem.contact.B.transpose_times(lambda);
     // The reactions add up to what is left at the free nodes, of which rounding is a part.
-    let internal = problem.K.magnitude_times(u);
+    let internal = problem.elastic.K.magnitude_times(u);
     for (i, motion) in free_rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
         body.add(motion, supports.free_load[i], internal[i]);

@@ -12,15 +12,15 @@ const SWEEPS: usize = 50;
 /// `1/2 |w - u|²_K + sum of lambda_n (gap - N w) + bound |s(w)| - lambda_t . s(w)`, where no term is negative.
 /// Infinite where no such `w` was found.
 pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<f64> {
-    if problem.friction.iter().any(|law| law.coefficient().is_some()) {
+    if problem.contact.friction.iter().any(|law| law.coefficient().is_some()) {
         return None;
     }
     let Some(w) = feasible_near(problem, u) else { return Some(f64::INFINITY) };
-    let m = problem.friction.len();
+    let m = problem.contact.friction.len();
     let moved: Vec<f64> = w.iter().zip(u).map(|(w, u)| w - u).collect();
-    let mut gap = 0.5 * moved.iter().zip(problem.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
+    let mut gap = 0.5 * moved.iter().zip(problem.elastic.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
     let opening = problem.opening(&w);
-    for (j, law) in problem.friction.iter().enumerate() {
+    for (j, law) in problem.contact.friction.iter().enumerate() {
         gap += [j, m + j, 2 * m + j].iter().map(|&i| lambda[i] * opening[i]).sum::<f64>();
         if let Friction::Given { slip_bound } = law {
             gap += slip_bound * opening[m + j].hypot(problem.across(j) * opening[2 * m + j]);
@@ -31,17 +31,17 @@ pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -
 
 /// `u` projected on one violated constraint after the other (Kaczmarz) until it keeps all of them.
 fn feasible_near(problem: &ContactProblem, u: &[f64]) -> Option<Vec<f64>> {
-    let m = problem.friction.len();
+    let m = problem.contact.friction.len();
     let mut w = u.to_vec();
     let size = u.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let offset: Vec<f64> = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
+    let offset: Vec<f64> = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
     let rounding = 1e-13 * size.max(offset.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     for _ in 0..SWEEPS {
         let mut worst = 0.0f64;
-        for (j, law) in problem.friction.iter().enumerate() {
+        for (j, law) in problem.contact.friction.iter().enumerate() {
             let tied = *law == Friction::Bonded;
             for i in [j, m + j, 2 * m + j].into_iter().take(if tied { 3 } else { 1 }) {
-                let (columns, values) = problem.B.row(i);
+                let (columns, values) = problem.contact.B.row(i);
                 let square: f64 = values.iter().map(|b| b * b).sum();
                 let jump: f64 = columns.iter().zip(values).map(|(&c, b)| b * w[c as usize]).sum();
                 let excess = jump - offset[i];

@@ -44,14 +44,14 @@ pub struct Certificate {
 
 /// Judges `u` (length `n`) and `lambda` (length `3m`) against `tolerance`.
 pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
-    let m = problem.friction.len();
-    let elastic = problem.K.times(u);
-    let contact_force = problem.B.transpose_times(lambda);
-    let imbalance = (0..u.len()).map(|i| problem.f[i] - elastic[i] - contact_force[i]);
+    let m = problem.contact.friction.len();
+    let elastic = problem.elastic.K.times(u);
+    let contact_force = problem.contact.B.transpose_times(lambda);
+    let imbalance = (0..u.len()).map(|i| problem.elastic.f[i] - elastic[i] - contact_force[i]);
     let work: f64 = u.iter().zip(&elastic).map(|(u, f)| u * f).sum();
-    let jump = problem.B.times(u);
+    let jump = problem.contact.B.times(u);
     let points: Vec<Point> = (0..m).map(|j| Point::new(problem, &jump, lambda, j)).collect();
-    let largest_u = largest(u).max(problem.supports.as_ref().map_or(0.0, |s| largest(&s.displacement)));
+    let largest_u = largest(u).max(problem.labels.supports.as_ref().map_or(0.0, |s| largest(&s.displacement)));
     let largest_bound = points.iter().fold(0.0, |a: f64, p| a.max(p.bound));
     let largest_normal = largest(&lambda[..m]);
     let over_points = |f: &dyn Fn(&Point) -> f64| points.iter().fold(0.0, |a: f64, p| f64::max(a, f(p)));
@@ -60,7 +60,7 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let mut certificate = Certificate {
         equilibrium: ratio(
             length(imbalance),
-            length(problem.f.iter().copied()).max(length(contact_force.iter().copied())),
+            length(problem.elastic.f.iter().copied()).max(length(contact_force.iter().copied())),
         ),
         balance: worst(&bodies),
         bodies,
@@ -120,9 +120,9 @@ struct Point {
 
 impl Point {
     fn new(problem: &ContactProblem, jump: &[f64], lambda: &[f64], j: usize) -> Point {
-        let m = problem.friction.len();
+        let m = problem.contact.friction.len();
         let normal = lambda[j];
-        let (coulomb, bound) = match problem.friction[j] {
+        let (coulomb, bound) = match problem.contact.friction[j] {
             Friction::None | Friction::Bonded => (None, 0.0),
             Friction::Given { slip_bound } => (None, slip_bound),
             Friction::Coulomb { coefficient } => (Some(coefficient), coefficient * normal.max(0.0)),
@@ -131,15 +131,18 @@ impl Point {
             Friction::Limited { coefficient, .. } => (Some(coefficient), coefficient * normal.max(0.0)),
         };
         Point {
-            tied: problem.friction[j] == Friction::Bonded,
+            tied: problem.contact.friction[j] == Friction::Bonded,
             coulomb,
             normal,
             friction: [lambda[m + j], lambda[2 * m + j]],
-            gap: problem.gap[j],
+            gap: problem.contact.gap[j],
             approach: jump[j],
-            slip: [jump[m + j] - problem.slip_reference[j], jump[2 * m + j] - problem.slip_reference[m + j]],
+            slip: [
+                jump[m + j] - problem.contact.slip_reference[j],
+                jump[2 * m + j] - problem.contact.slip_reference[m + j],
+            ],
             bound,
-            across: problem.friction_across.as_ref().map_or(1.0, |across| across[j]),
+            across: problem.contact.orthotropy.as_ref().map_or(1.0, |across| across[j]),
         }
     }
 
@@ -198,7 +201,7 @@ fn bipotential(points: &[Point]) -> (f64, f64) {
 fn natural_residual(problem: &ContactProblem, points: &[Point], u: &[f64], lambda: &[f64]) -> f64 {
     // A point of no pair would go unjudged: not a number is never passed.
     let mut r_of = vec![f64::NAN; points.len()];
-    problem.pairs.iter().zip(pair_stiffness(problem)).for_each(|(pair, r)| r_of[pair.points.clone()].fill(r));
+    problem.labels.pairs.iter().zip(pair_stiffness(problem)).for_each(|(pair, r)| r_of[pair.points.clone()].fill(r));
     let (mut square, mut rounding) = (0.0, 0.0);
     for (j, (p, r)) in points.iter().zip(r_of).enumerate() {
         rounding += (r * f64::EPSILON * jump_size(problem, u, j)).powi(2);
@@ -226,10 +229,10 @@ fn natural_residual(problem: &ContactProblem, points: &[Point], u: &[f64], lambd
 /// What the jump of point `j` adds up from: magnitudes of the gap and of all entries; length.
 fn jump_size(problem: &ContactProblem, u: &[f64], j: usize) -> f64 {
     let of_row = |i: usize| {
-        let (columns, values) = problem.B.row(i);
+        let (columns, values) = problem.contact.B.row(i);
         columns.iter().zip(values).map(|(&k, b)| (b * u[k as usize]).abs()).sum::<f64>()
     };
-    problem.gap[j].abs() + problem.rows(j).into_iter().map(of_row).sum::<f64>()
+    problem.contact.gap[j].abs() + problem.rows(j).into_iter().map(of_row).sum::<f64>()
 }
 
 /// Euclidean projection on `|y_t| <= F y_n`.
@@ -254,28 +257,28 @@ fn onto_cone(coefficient: f64, y: [f64; 3]) -> [f64; 3] {
 /// its own size would cause in the stiff one, beyond what rounding leaves of the solution. And what one pair touches does
 /// not measure another.
 fn pair_stiffness(problem: &ContactProblem) -> Vec<f64> {
-    let body = match &problem.bodies {
+    let body = match &problem.labels.bodies {
         Some(bodies) => bodies.of.clone(),
         None => {
-            let mut body = vec![0; problem.K.rows];
-            for (number, unknowns) in components(&problem.K).iter().enumerate() {
+            let mut body = vec![0; problem.elastic.K.rows];
+            for (number, unknowns) in components(&problem.elastic.K).iter().enumerate() {
                 unknowns.iter().for_each(|&i| body[i as usize] = number as u32);
             }
             body
         }
     };
-    let m = problem.friction.len();
+    let m = problem.contact.friction.len();
     let mean = |points: std::ops::Range<usize>| {
         let rows = (0..3).flat_map(|k| points.clone().map(move |j| k * m + j));
         let forces: Vec<f64> = rows.filter_map(|i| stiffness(problem, &body, i)).collect();
         if forces.is_empty() { 0.0 } else { forces.iter().sum::<f64>() / forces.len() as f64 }
     };
-    problem.pairs.iter().map(|pair| mean(pair.points.clone())).collect()
+    problem.labels.pairs.iter().map(|pair| mean(pair.points.clone())).collect()
 }
 
 /// The force along row `i` of `B` that closes its jump by a unit length; `None` for an empty row.
 fn stiffness(problem: &ContactProblem, body: &[u32], i: usize) -> Option<f64> {
-    let (columns, values) = problem.B.row(i);
+    let (columns, values) = problem.contact.B.row(i);
     let entries = || columns.iter().zip(values).filter(|(_, b)| **b != 0.0).map(|(&j, &b)| (j as usize, b));
     let mut touched: Vec<u32> = entries().map(|(j, _)| body[j]).collect();
     touched.sort_unstable();
@@ -285,7 +288,7 @@ fn stiffness(problem: &ContactProblem, body: &[u32], i: usize) -> Option<f64> {
         let square: f64 = part().map(|(_, b)| b * b).sum();
         let energy: f64 = part()
             .flat_map(|p| part().map(move |q| (p, q)))
-            .map(|((j, a), (k, b))| a * b * problem.K.entry(j, k))
+            .map(|((j, a), (k, b))| a * b * problem.elastic.K.entry(j, k))
             .sum();
         (square * square, energy)
     };

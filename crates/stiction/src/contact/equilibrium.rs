@@ -38,11 +38,11 @@ pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Sl
         return None;
     }
     let m = problem.points();
-    let carries = |i: usize| i < m || carries_friction(problem.friction[i % m]);
+    let carries = |i: usize| i < m || carries_friction(problem.contact.friction[i % m]);
     let rows: Vec<usize> = (0..3 * m).filter(|&i| carries(i)).collect();
     // Motions by their largest displacement, rows by the largest of `B`: lengths of order one.
     let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-    let scale = problem.B.max_abs().max(f64::MIN_POSITIVE);
+    let scale = problem.contact.B.max_abs().max(f64::MIN_POSITIVE);
     let product = |a: usize, b: usize| -> f64 {
         rows.iter().map(|&i| jumps[a][i] * jumps[b][i]).sum::<f64>() * unit[a] * unit[b] / (scale * scale)
     };
@@ -51,7 +51,7 @@ pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Sl
     let free = values.iter().zip(vectors).filter(|(v, _)| **v <= UNSEEN * UNSEEN).map(|(_, v)| v);
     let free: Vec<Vec<f64>> = free.map(|v| v.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect();
     let first = free.first()?.clone();
-    let load = motions.work(&problem.f);
+    let load = motions.work(&problem.elastic.f);
     let mut caused = vec![0.0; load.len()];
     free.iter().for_each(|v| axpy(dot(v, &load) / dot(v, v), v, &mut caused));
     let pushed = dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
@@ -83,10 +83,10 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 /// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
 /// so far is that of Lawson & Hanson (1974, ch. 23).
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
-    let load = motions.work(&problem.f);
+    let load = motions.work(&problem.elastic.f);
     let size = norm(&load);
     // Forces that have no resultant, such as those of heat, leave rounding.
-    if size <= ROUNDING * motions.work_size(&problem.f) {
+    if size <= ROUNDING * motions.work_size(&problem.elastic.f) {
         return None;
     }
     let jumps = motions.jumps(&problem.isotropic_rows());
@@ -170,7 +170,7 @@ impl Forces<'_> {
             let [n, t1, t2] = rows.map(|i| jump[i]);
             let sliding = t1.hypot(t2);
             let along = if sliding > 0.0 { [t1 / sliding, t2 / sliding] } else { [0.0; 2] };
-            let force = match self.problem.friction[j] {
+            let force = match self.problem.contact.friction[j] {
                 Friction::None => [1.0, 0.0, 0.0],
                 Friction::Coulomb { coefficient } => [1.0, coefficient * along[0], coefficient * along[1]],
                 Friction::Limited { coefficient, limit } if limit < coefficient * self.size => {
@@ -296,7 +296,7 @@ pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64])
 /// `the body`, or `body "name"` where there are several.
 fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> String {
     let unknown = motions.bodies[number].unknowns[0];
-    match &problem.bodies {
+    match &problem.labels.bodies {
         Some(bodies) if bodies.list.len() > 1 => {
             format!("body \"{}\"", bodies.list[bodies.of[unknown as usize] as usize].name)
         }
@@ -310,7 +310,7 @@ fn motion(problem: &ContactProblem, motions: &RigidMotions, number: usize, alpha
     let body = &motions.bodies[number];
     let mut six = [0.0; 6];
     body.coefficients.iter().zip(&alpha[first..]).for_each(|(c, &a)| axpy(a, c, &mut six));
-    let place = problem.bodies.as_ref().map(|b| (b.origin, &b.list[b.of[body.unknowns[0] as usize] as usize]));
+    let place = problem.labels.bodies.as_ref().map(|b| (b.origin, &b.list[b.of[body.unknowns[0] as usize] as usize]));
     let (origin, centre, radius) = place.map_or(([0.0; 3], [0.0; 3], 1.0), |(o, b)| (o, b.centre, b.radius));
     Motion::of([six[0], six[1], six[2]], [six[3], six[4], six[5]], origin, centre, radius).to_string()
 }

@@ -23,7 +23,7 @@ mod triangles;
 pub use obstacle::{Obstacle, Side};
 pub use patches::{Patch, patches};
 pub use pose::pose;
-pub use problem::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
+pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
 pub use roles::{Reason, Role, choose_slave, reverse_where_held};
 pub use surface::{
     Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,

@@ -21,7 +21,7 @@ pub(super) struct Point {
     pub gap: f64,
     pub area: f64,
     pub friction: Friction,
-    /// See `ContactProblem::friction_across`.
+    /// See `ContactProblem::orthotropy`.
     pub across: f64,
     /// Normal and tangents in the free components of the node; a tangent may be zero.
     pub frame: [[f64; 3]; 3],

@@ -4,7 +4,10 @@ use rayon::prelude::*;
 
 use super::pair::points_of_pair;
 use super::points::{Point, points_on_obstacle};
-use super::{Bodies, Body, ContactProblem, ContactSurface, Counterpart, Pair, Supports, SurfaceFacts, SurfaceFriction};
+use super::{
+    Bodies, Body, Contact, ContactProblem, ContactSurface, Counterpart, Elastic, Labels, Pair, Supports, SurfaceFacts,
+    SurfaceFriction,
+};
 use crate::Error;
 use crate::fem::FeModel;
 use crate::linalg::{Csr, in_huge_pages};
@@ -49,19 +52,23 @@ pub fn pose(
     let [motions, of_supports] = motions;
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
-    let problem = ContactProblem {
+    let elastic = Elastic {
         K: std::mem::take(&mut model.stiffness),
         f: model.load.clone(),
+        node_of: Some(model.dofs.free.iter().map(|d| d / 3).collect()),
+        near_kernel: Some(motions),
+    };
+    let contact = Contact {
         B: free,
         gap: points.iter().zip(offset).map(|(p, imposed)| p.gap - imposed).collect(),
         slip_reference,
         friction: points.iter().map(|p| p.friction).collect(),
-        friction_across: (points.iter().any(|p| p.across != 1.0)).then(|| points.iter().map(|p| p.across).collect()),
+        orthotropy: (points.iter().any(|p| p.across != 1.0)).then(|| points.iter().map(|p| p.across).collect()),
+    };
+    let labels = Labels {
         area: points.iter().map(|p| p.area).collect(),
         share: points.iter().map(|p| p.share).collect(),
         pairs,
-        node_of: Some(model.dofs.free.iter().map(|d| d / 3).collect()),
-        near_kernel: Some(motions),
         supports: Some(Supports {
             K: model.support_stiffness.clone(),
             K_own: model.support_support.clone(),
@@ -74,7 +81,7 @@ pub fn pose(
         }),
         bodies: Some(bodies),
     };
-    Ok((problem, facts))
+    Ok((ContactProblem { elastic, contact, labels }, facts))
 }
 
 /// The points of all surfaces, in their order.

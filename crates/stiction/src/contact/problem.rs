@@ -99,7 +99,7 @@ impl Supports {
 /// N u <= gap,  lambda_n >= 0,  lambda_n (gap - N u) = 0
 /// |lambda_t| <= bound,  slip s = T u - slip_reference,  s != 0  =>  lambda_t = bound s / |s|
 /// ```
-/// Where friction differs by direction (`friction_across`, `a` for short) the disc is an ellipse and the slip is along
+/// Where friction differs by direction (`orthotropy`, `a` for short) the disc is an ellipse and the slip is along
 /// its normal:
 ///
 /// ```text
@@ -107,13 +107,34 @@ impl Supports {
 /// ```
 /// A row of `B` may be empty: a tangential direction in which the point cannot move. Its multiplier is zero.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct ContactProblem {
+    /// The bodies: stiffness and load.
+    pub elastic: Elastic,
+    /// Where and how they touch.
+    pub contact: Contact,
+    /// What reports and the balance of forces need; no solver reads it.
+    pub labels: Labels,
+}
+
+/// The elastic bodies as a linear system, `n` unknown displacements.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Elastic {
     /// Stiffness, `n x n`, symmetric. Positive definite; with a near-kernel, positive
     /// semidefinite with no other null space than rigid motions of its connected components.
     pub K: SymmetricCsr,
     /// Load, newton, length `n`.
     pub f: Vec<f64>,
+    /// The node each unknown belongs to (any labels); unknowns of one node are ordered together.
+    pub node_of: Option<Vec<u32>>,
+    /// Near-kernel of `K`: the six rigid motions from coordinates, one row an unknown.
+    pub near_kernel: Option<Vec<[f64; 6]>>,
+}
+
+/// The contact conditions at `m` points.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Contact {
     /// Jump operator, `3m x n`: normal rows, then first, then second tangential ones. Any sparse matrix.
     pub B: Csr,
     /// Initial gap along the normal, length, `m`; negative where the bodies overlap.
@@ -122,21 +143,23 @@ pub struct ContactProblem {
     pub slip_reference: Vec<f64>,
     /// The law at each point, `m`.
     pub friction: Vec<Friction>,
-    /// Friction along the second tangent over that along the first, `m`, in [0, 1], whatever the law; `None` is one
-    /// everywhere. Nothing else says which way friction is the larger: there the first tangent points.
-    pub friction_across: Option<Vec<f64>>,
-    /// The area each point stands for, `m`; only reports use it.
+    /// The orthotropy ratio: friction along the second tangent over that along the first, `m`, in [0, 1], whatever the
+    /// law; `None` is one everywhere. Along the first tangent friction is the larger.
+    pub orthotropy: Option<Vec<f64>>,
+}
+
+/// Names, areas and supports, for reports, moving obstacles and the balance of forces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Labels {
+    /// The area each point stands for, `m`, length squared.
     pub area: Vec<f64>,
     /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, more where a point
     /// between two bodies carries for a neighbour that was dropped, less in the middle of the edge of a quadratic face;
-    /// what a translation of the counterpart does to the gap of the point. Only reports and moving obstacles use it.
+    /// what a translation of the counterpart does to the gap of the point.
     pub share: Vec<f64>,
     /// Consecutive ranges that cover all points.
     pub pairs: Vec<Pair>,
-    /// The node each unknown belongs to (any labels); unknowns of one node are ordered together.
-    pub node_of: Option<Vec<u32>>,
-    /// Near-kernel of `K`: the six rigid motions from coordinates, one row an unknown.
-    pub near_kernel: Option<Vec<[f64; 6]>>,
+    /// The prescribed part of the bodies.
     pub supports: Option<Supports>,
     /// Names and places of the bodies, for messages and for the balance of each.
     pub bodies: Option<Bodies>,
@@ -148,35 +171,30 @@ impl ContactProblem {
     pub fn from_matrices(K: SymmetricCsr, f: Vec<f64>, B: Csr, gap: Vec<f64>, friction: Vec<Friction>) -> Self {
         let m = gap.len();
         ContactProblem {
-            K,
-            f,
-            B,
-            gap,
-            slip_reference: vec![0.0; 2 * m],
-            friction,
-            friction_across: None,
-            area: vec![1.0; m],
-            share: vec![1.0; m],
-            pairs: vec![Pair { name: "contact".into(), points: 0..m }],
-            node_of: None,
-            near_kernel: None,
-            supports: None,
-            bodies: None,
+            elastic: Elastic { K, f, node_of: None, near_kernel: None },
+            contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None },
+            labels: Labels {
+                area: vec![1.0; m],
+                share: vec![1.0; m],
+                pairs: vec![Pair { name: "contact".into(), points: 0..m }],
+                supports: None,
+                bodies: None,
+            },
         }
     }
 
     /// Number of contact points `m`.
     pub fn points(&self) -> usize {
-        self.gap.len()
+        self.contact.gap.len()
     }
 
     fn springs(&self) -> Option<&Csr> {
-        self.supports.as_ref()?.springs.as_ref()
+        self.labels.supports.as_ref()?.springs.as_ref()
     }
 
     /// Number of unknown displacements `n`.
     pub fn unknowns(&self) -> usize {
-        self.f.len()
+        self.elastic.f.len()
     }
 
     /// The three multipliers of point `j`: normal, first and second tangential.
@@ -188,61 +206,63 @@ impl ContactProblem {
     /// The law's quantities `[gap - N u; slip_reference - T u]`, length `3m`: the opening and minus the slip.
     pub fn opening(&self, u: &[f64]) -> Vec<f64> {
         let m = self.points();
-        let jump = self.B.times(u);
-        let offset = self.gap.iter().chain(&self.slip_reference);
+        let jump = self.contact.B.times(u);
+        let offset = self.contact.gap.iter().chain(&self.contact.slip_reference);
         jump.iter().zip(offset).take(3 * m).map(|(j, o)| o - j).collect()
     }
 
     /// Checks every length, index and value once; the solvers trust a problem that passed.
     pub fn validate(&self) -> Result<(), Error> {
         let (m, n) = (self.points(), self.unknowns());
-        let p = self.supports.as_ref().map_or(0, |s| s.load.len());
+        let p = self.labels.supports.as_ref().map_or(0, |s| s.load.len());
         let remedy = "give K (n x n), f (n), B (3m x n), gap (m), slip_reference (2m), friction (m), area (m)";
         let lengths = [
-            ("rows of K", self.K.rows, n),
-            ("rows of B", self.B.rows, 3 * m),
-            ("columns of B", self.B.cols, n),
-            ("slip_reference", self.slip_reference.len(), 2 * m),
-            ("friction", self.friction.len(), m),
-            ("friction_across", self.friction_across.as_ref().map_or(m, Vec::len), m),
-            ("area", self.area.len(), m),
-            ("share", self.share.len(), m),
-            ("node_of", self.node_of.as_ref().map_or(n, Vec::len), n),
-            ("near_kernel", self.near_kernel.as_ref().map_or(n, Vec::len), n),
-            ("bodies of unknowns", self.bodies.as_ref().map_or(n, |b| b.of.len()), n),
+            ("rows of K", self.elastic.K.rows, n),
+            ("rows of B", self.contact.B.rows, 3 * m),
+            ("columns of B", self.contact.B.cols, n),
+            ("slip_reference", self.contact.slip_reference.len(), 2 * m),
+            ("friction", self.contact.friction.len(), m),
+            ("orthotropy", self.contact.orthotropy.as_ref().map_or(m, Vec::len), m),
+            ("area", self.labels.area.len(), m),
+            ("share", self.labels.share.len(), m),
+            ("node_of", self.elastic.node_of.as_ref().map_or(n, Vec::len), n),
+            ("near_kernel", self.elastic.near_kernel.as_ref().map_or(n, Vec::len), n),
+            ("bodies of unknowns", self.labels.bodies.as_ref().map_or(n, |b| b.of.len()), n),
             ("rows of springs", self.springs().map_or(n + p, |s| s.rows), n + p),
             ("columns of springs", self.springs().map_or(n + p, |s| s.cols), n + p),
-            ("bodies of supports", self.bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
+            ("bodies of supports", self.labels.bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
         ];
         if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
             return Err(Error::new("contact problem", format!("{name}: {found} where {wanted} are needed"), remedy));
         }
-        let next = self.pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
+        let next =
+            self.labels.pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
         if next != Some(m) {
             let what = format!("pairs: their ranges do not cover the {m} points one after the other");
             return Err(Error::new("contact problem", what, "give consecutive ranges from 0 to m"));
         }
-        self.K.validate("K")?;
-        if let Some(i) = (0..n).into_par_iter().with_min_len(4096).find_first(|&i| self.K.diagonal(i) <= 0.0) {
-            let what = format!("K has the diagonal entry {} at unknown {i}", self.K.diagonal(i));
+        self.elastic.K.validate("K")?;
+        if let Some(i) = (0..n).into_par_iter().with_min_len(4096).find_first(|&i| self.elastic.K.diagonal(i) <= 0.0) {
+            let what = format!("K has the diagonal entry {} at unknown {i}", self.elastic.K.diagonal(i));
             return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
         }
-        self.B.validate("B")?;
+        self.contact.B.validate("B")?;
         self.springs().map_or(Ok(()), |springs| springs.validate("springs"))?;
-        if let Some(bodies) = &self.bodies {
+        if let Some(bodies) = &self.labels.bodies {
             let known = bodies.list.len() as u32;
             if let Some(number) = bodies.of.iter().chain(&bodies.of_support).find(|&&number| number >= known) {
                 let what = format!("there is no body {number} among {known}");
                 return Err(Error::new("contact problem", what, "number the bodies from zero"));
             }
         }
-        let vectors = [("f", &self.f), ("gap", &self.gap), ("slip_reference", &self.slip_reference)];
+        let vectors =
+            [("f", &self.elastic.f), ("gap", &self.contact.gap), ("slip_reference", &self.contact.slip_reference)];
         for (name, v) in vectors {
             if let Some(i) = v.iter().position(|x| !x.is_finite()) {
                 return Err(Error::new("contact problem", format!("{name}[{i}] is {}", v[i]), "give finite numbers"));
             }
         }
-        for (j, law) in self.friction.iter().enumerate() {
+        for (j, law) in self.contact.friction.iter().enumerate() {
             let values = match *law {
                 Friction::Given { slip_bound } => vec![("slip bound", slip_bound)],
                 Friction::Coulomb { coefficient } => vec![("friction coefficient", coefficient)],
@@ -256,7 +276,7 @@ impl ContactProblem {
                 return Err(Error::new("contact problem", what, "friction is a finite number, at least zero"));
             }
         }
-        for (j, across) in self.friction_across.iter().flatten().enumerate() {
+        for (j, across) in self.contact.orthotropy.iter().flatten().enumerate() {
             if !(0.0..=1.0).contains(across) {
                 let what = format!("friction across the first tangent over that along it is {across} at point {j}");
                 let remedy = "give a number from 0 to 1: the first tangent points where friction is the larger";

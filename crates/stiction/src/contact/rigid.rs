@@ -36,15 +36,15 @@ const DEPENDENT: f64 = 1e-9;
 /// # Panics
 /// If the problem does not pass [`ContactProblem::validate`].
 pub fn rigid_motions(problem: &ContactProblem) -> RigidMotions {
-    let Some(near_kernel) = &problem.near_kernel else { return RigidMotions::default() };
+    let Some(near_kernel) = &problem.elastic.near_kernel else { return RigidMotions::default() };
     let mut bodies = Vec::new();
-    let mut place = vec![0; problem.K.rows];
-    for unknowns in components(&problem.K) {
+    let mut place = vec![0; problem.elastic.K.rows];
+    for unknowns in components(&problem.elastic.K) {
         unknowns.iter().enumerate().for_each(|(at, &i)| place[i as usize] = at as u32);
         let (motions, coefficients) = basis(near_kernel, &unknowns);
-        let largest = unknowns.iter().map(|&i| problem.K.diagonal(i as usize)).fold(0.0, f64::max);
+        let largest = unknowns.iter().map(|&i| problem.elastic.K.diagonal(i as usize)).fold(0.0, f64::max);
         let (values, vectors) =
-            symmetric_eigen(&energies(&problem.K, &unknowns, &place, &motions, NO_ENERGY * largest));
+            symmetric_eigen(&energies(&problem.elastic.K, &unknowns, &place, &motions, NO_ENERGY * largest));
         let free = values.iter().zip(&vectors).filter(|(v, _)| **v <= NO_ENERGY * largest).map(|(_, v)| v);
         let mut body = FloatingBody { unknowns, motions: Vec::new(), coefficients: Vec::new() };
         for weights in free {

@@ -40,13 +40,13 @@ const STEPS: usize = 60;
 pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: &[f64]) -> Option<Sliding> {
     let m = problem.points();
     let jumps = motions.jumps(&problem.isotropic_rows());
-    let load = motions.work(&problem.f);
+    let load = motions.work(&problem.elastic.f);
     let most_pressed = lambda[..m].iter().fold(0.0, |a: f64, n| a.max(*n));
-    let pressed = |j: usize| problem.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
+    let pressed = |j: usize| problem.contact.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
     // Motions by their largest displacement, so that entries of `along` are lengths of order one.
     let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-    let held = (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.friction[i % m] == Friction::Bonded));
-    let along = null_space(&jumps, &unit, &held.collect::<Vec<_>>(), problem.B.max_abs());
+    let held = (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.contact.friction[i % m] == Friction::Bonded));
+    let along = null_space(&jumps, &unit, &held.collect::<Vec<_>>(), problem.contact.B.max_abs());
     let force: Vec<f64> = along.iter().map(|a| dot(a, &load)).collect();
     let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(&load);
     if norm(&force) <= WORKS * possible {
@@ -58,7 +58,7 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
         jump
     };
     let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jump_of(a)).collect();
-    let bounds: Vec<f64> = (0..m).map(|j| bound(problem.friction[j], lambda[j])).collect();
+    let bounds: Vec<f64> = (0..m).map(|j| bound(problem.contact.friction[j], lambda[j])).collect();
     let weights = least_dissipation(&of_motions, &bounds, &force);
     let mut alpha = vec![0.0; load.len()];
     weights.iter().zip(&along).for_each(|(&w, a)| axpy(w, a, &mut alpha));
@@ -130,7 +130,7 @@ fn largest_displacement(problem: &ContactProblem, motions: &RigidMotions, alpha:
     motions.add(alpha, &mut u);
     let mut squares: HashMap<u32, f64> = HashMap::new();
     for (i, u) in u.iter().enumerate() {
-        let node = problem.node_of.as_ref().map_or(i as u32, |of| of[i]);
+        let node = problem.elastic.node_of.as_ref().map_or(i as u32, |of| of[i]);
         *squares.entry(node).or_default() += u * u;
     }
     squares.values().fold(0.0, |a: f64, s| a.max(*s)).sqrt()

@@ -197,16 +197,16 @@ impl GlobalProblem {
             let what = format!("friction at point {j} differs by direction");
             return Err(Error::new("", what, "this form of a problem knows one coefficient a point"));
         }
-        let mu = problem.friction.iter().enumerate().map(coefficient).collect::<Result<Vec<f64>, Error>>()?;
+        let mu = problem.contact.friction.iter().enumerate().map(coefficient).collect::<Result<Vec<f64>, Error>>()?;
         let stacked: Vec<u32> = (0..3 * m).map(|i| (i % 3 * m + i / 3) as u32).collect();
-        let mut transposed = problem.B.select_rows(&stacked);
+        let mut transposed = problem.contact.B.select_rows(&stacked);
         transposed.value.iter_mut().for_each(|v| *v = -*v);
-        let offset: Vec<f64> = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
+        let offset: Vec<f64> = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
         Ok(GlobalProblem {
             dimension: 3,
-            M: problem.K.full(),
+            M: problem.elastic.K.full(),
             H: transposed.transpose(),
-            f: problem.f.clone(),
+            f: problem.elastic.f.clone(),
             w: stacked.iter().map(|&i| offset[i as usize]).collect(),
             mu,
             equalities: None,

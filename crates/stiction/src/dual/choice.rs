@@ -50,7 +50,7 @@ pub(super) const BYTES_PER_SECOND: f64 = 8e9;
 /// If the form asked for, or with [`Form::Auto`] either form, needs more than the memory limit: how much is needed,
 /// how much there is, and what to do.
 pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choice, Error> {
-    let graph = NodeGraph::of_symmetric(&problem.K, problem.node_of.as_deref());
+    let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
     let order = nested_dissection(&graph);
     let touched = touched_unknowns(problem);
     let solves = || candidate(problem, &graph, &order, &touched, Form::Solves);
@@ -87,7 +87,7 @@ fn too_large(problem: &ContactProblem, needed: u64, limit: u64) -> Error {
 }
 
 fn touched_unknowns(problem: &ContactProblem) -> Vec<u32> {
-    let mut touched: Vec<u32> = problem.B.column.clone();
+    let mut touched: Vec<u32> = problem.contact.B.column.clone();
     touched.sort_unstable();
     touched.dedup();
     touched
@@ -107,7 +107,7 @@ fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched
     };
     // Merged supernodes store about a tenth more than the factor has entries.
     // Both triangles of `K` with the places of its entries are there as well.
-    let copy = 2.0 * (2 * problem.K.value.len() - problem.unknowns()) as f64;
+    let copy = 2.0 * (2 * problem.elastic.K.value.len() - problem.unknowns()) as f64;
     let numbers = 1.1 * plan.entries() + copy + (plan.trailing as f64).powi(2);
     let empty = NodeGraph { first: vec![0], unknowns: vec![], start: vec![0], neighbours: vec![] };
     Choice {

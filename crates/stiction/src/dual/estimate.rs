@@ -28,7 +28,7 @@ const ORDERING: f64 = 1.5e-5;
 /// nodes at one distance from an end of it. A body of width `w` is a row of cubes with `w^(3/2)` nodes, and nested
 /// dissection of a cube spends `w^3` on its largest separator (George 1973).
 pub fn estimate(problem: &ContactProblem) -> Estimate {
-    let graph = NodeGraph::of_symmetric(&problem.K, problem.node_of.as_deref());
+    let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
     let (nodes, width) = (graph.len() as f64, width(&graph).max(2) as f64);
     let flops = FLOPS * 27.0 * nodes * width.powf(1.5);
     let bytes = BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();

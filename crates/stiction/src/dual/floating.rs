@@ -23,7 +23,7 @@ impl Floating {
         let jumps = motions.jumps(&problem.isotropic_rows());
         // As stiff as the body itself is there: neither the springs nor the body decide the condition.
         let springs: Vec<(u32, f64)> =
-            motions.fixing().into_iter().map(|i| (i, problem.K.diagonal(i as usize))).collect();
+            motions.fixing().into_iter().map(|i| (i, problem.elastic.K.diagonal(i as usize))).collect();
         Floating { motions, jumps, springs }
     }
 

@@ -63,9 +63,9 @@ impl Dual {
         let Choice { form, graph, plan, touched, .. } = choice;
         let floating = Floating::new(problem);
         let factor = if floating.is_empty() {
-            Cholesky::new(&problem.K, &graph, plan)?
+            Cholesky::new(&problem.elastic.K, &graph, plan)?
         } else {
-            Cholesky::new(&floating.held(&problem.K), &graph, plan)?
+            Cholesky::new(&floating.held(&problem.elastic.K), &graph, plan)?
         };
         let (touched, product) = match form {
             Form::Dense => {
@@ -78,7 +78,7 @@ impl Dual {
             }
         };
         let b_touched = problem.isotropic_rows().select_columns(&touched);
-        let k_touched = problem.K.principal(&touched);
+        let k_touched = problem.elastic.K.principal(&touched);
         let b_shared = shared(problem, &b_touched, &touched);
         let (products, solves) = Default::default();
         Ok(Dual {
@@ -119,8 +119,8 @@ impl Dual {
     /// `K⁻¹ (f - Bᵀ lambda)` with `B` of `problem`, length `n`; bodies that float are where their springs hold them.
     pub fn displacement(&self, problem: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
         self.solves.fetch_add(1, Ordering::Relaxed);
-        let mut force = problem.B.transpose_times(lambda);
-        force.iter_mut().zip(&problem.f).for_each(|(b, f)| *b = f - *b);
+        let mut force = problem.contact.B.transpose_times(lambda);
+        force.iter_mut().zip(&problem.elastic.f).for_each(|(b, f)| *b = f - *b);
         self.factor.solve(&force)
     }
 
@@ -144,21 +144,21 @@ impl Dual {
     /// On one body `(B K Bᵀ)_ii / |row|⁴`, an upper bound of the diagonal of the Schur complement. Between bodies the
     /// compliances add, as those of springs in a row do: the stiffness is about that of the softer.
     pub fn local_stiffness(problem: &ContactProblem) -> Vec<f64> {
-        let body = bodies(&problem.K);
+        let body = bodies(&problem.elastic.K);
         let compliance = |part: &[Entry]| {
             let square: f64 = part.iter().map(|e| e.value * e.value).sum();
             let product = |a: &Entry| -> f64 {
-                part.iter().map(|b| problem.K.entry(a.column as usize, b.column as usize) * b.value).sum()
+                part.iter().map(|b| problem.elastic.K.entry(a.column as usize, b.column as usize) * b.value).sum()
             };
             let energy: f64 = part.iter().map(|e| e.value * product(e)).sum();
             if energy > 0.0 { square * square / energy } else { 0.0 }
         };
         let row_stiffness = |i: usize| {
-            let entries = entries_by_body(&problem.B, i, |j| body[j as usize]);
+            let entries = entries_by_body(&problem.contact.B, i, |j| body[j as usize]);
             let compliance: f64 = entries.chunk_by(|a, b| a.body == b.body).map(compliance).sum();
             if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
         };
-        (0..problem.B.rows).map(row_stiffness).collect()
+        (0..problem.contact.B.rows).map(row_stiffness).collect()
     }
 }
 
@@ -191,14 +191,14 @@ fn bodies(K: &SymmetricCsr) -> Vec<u32> {
 /// The rows `b` of `B` on the `touched` unknowns, the part on each body times its compliance (over the mean of the
 /// diagonal of `K` there) and all of it such that `B_D Bᵀ` has ones on its diagonal. On one body `b / |b|²`.
 fn shared(problem: &ContactProblem, b: &Csr, touched: &[u32]) -> Csr {
-    let body = bodies(&problem.K);
+    let body = bodies(&problem.elastic.K);
     let mut shared = b.clone();
     for i in 0..b.rows {
         let entries = entries_by_body(b, i, |j| body[touched[j as usize] as usize]);
         let mut weight = Vec::new(); // body, square of its part, compliance
         for part in entries.chunk_by(|a, b| a.body == b.body) {
             let square: f64 = part.iter().map(|e| e.value * e.value).sum();
-            let diagonal = |e: &Entry| problem.K.diagonal(touched[e.column as usize] as usize);
+            let diagonal = |e: &Entry| problem.elastic.K.diagonal(touched[e.column as usize] as usize);
             let energy: f64 = part.iter().map(|e| e.value * e.value * diagonal(e)).sum();
             weight.push((part[0].body, square, if energy > 0.0 { square / energy } else { 0.0 }));
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, text, u32s, usizes};
 use super::replace::Pending;
 use crate::Error;
-use crate::contact::{Bodies, Body, ContactProblem, Friction, Pair, Supports};
+use crate::contact::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
 use crate::linalg::{Csr, SymmetricCsr};
 
 /// Writes a problem and the tolerance its solution is held against. Sparse matrices are in compressed rows, `K` as its
@@ -17,41 +17,42 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
 
 /// The same up to giving the file its name.
 pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<Pending, Error> {
-    let laws: Vec<(usize, f64)> = problem.friction.iter().map(|&law| code(law)).collect();
+    let laws: Vec<(usize, f64)> = problem.contact.friction.iter().map(|&law| code(law)).collect();
     let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
-    let law_limits: Vec<f64> = problem.friction.iter().map(limit).collect();
-    let names: Vec<&str> = problem.pairs.iter().map(|pair| pair.name.as_str()).collect();
-    let ends: Vec<usize> = problem.pairs.iter().map(|pair| pair.points.end).collect();
+    let law_limits: Vec<f64> = problem.contact.friction.iter().map(limit).collect();
+    let names: Vec<&str> = problem.labels.pairs.iter().map(|pair| pair.name.as_str()).collect();
+    let ends: Vec<usize> = problem.labels.pairs.iter().map(|pair| pair.points.end).collect();
     let mut arrays = vec![
         ("format".to_string(), Array::count(1)),
         ("tolerance".to_string(), Array::scalar(tolerance)),
-        ("f".to_string(), Array::f64(&problem.f)),
-        ("gap".to_string(), Array::f64(&problem.gap)),
-        ("slip_reference".to_string(), Array::f64(&problem.slip_reference)),
+        ("f".to_string(), Array::f64(&problem.elastic.f)),
+        ("gap".to_string(), Array::f64(&problem.contact.gap)),
+        ("slip_reference".to_string(), Array::f64(&problem.contact.slip_reference)),
         ("friction_law".to_string(), Array::usize(&laws.iter().map(|l| l.0).collect::<Vec<_>>())),
         ("friction_value".to_string(), Array::f64(&law_values)),
         ("friction_limit".to_string(), Array::f64(&law_limits)),
-        ("area".to_string(), Array::f64(&problem.area)),
-        ("share".to_string(), Array::f64(&problem.share)),
+        ("area".to_string(), Array::f64(&problem.labels.area)),
+        ("share".to_string(), Array::f64(&problem.labels.share)),
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
         ("pair_ends".to_string(), Array::usize(&ends)),
     ];
-    let rows: Vec<Range<usize>> =
-        (0..problem.K.rows).map(|i| problem.K.first[i]..problem.K.first[i] + problem.K.row(i).0.len()).collect();
-    arrays.push(("K_lower_start".into(), Array::usize(&problem.K.start)));
-    arrays.push(("K_lower_column".into(), Array::u32_parts(&problem.K.column, &rows)));
-    arrays.push(("K_lower_value".into(), Array::f64(&problem.K.value)));
-    matrix(&mut arrays, "B", &problem.B);
-    if let Some(across) = &problem.friction_across {
+    let rows: Vec<Range<usize>> = (0..problem.elastic.K.rows)
+        .map(|i| problem.elastic.K.first[i]..problem.elastic.K.first[i] + problem.elastic.K.row(i).0.len())
+        .collect();
+    arrays.push(("K_lower_start".into(), Array::usize(&problem.elastic.K.start)));
+    arrays.push(("K_lower_column".into(), Array::u32_parts(&problem.elastic.K.column, &rows)));
+    arrays.push(("K_lower_value".into(), Array::f64(&problem.elastic.K.value)));
+    matrix(&mut arrays, "B", &problem.contact.B);
+    if let Some(across) = &problem.contact.orthotropy {
         arrays.push(("friction_across".into(), Array::f64(across)));
     }
-    if let Some(node_of) = &problem.node_of {
+    if let Some(node_of) = &problem.elastic.node_of {
         arrays.push(("node_of".into(), Array::u32(node_of)));
     }
-    if let Some(motions) = &problem.near_kernel {
+    if let Some(motions) = &problem.elastic.near_kernel {
         arrays.push(("rigid".into(), sixes(motions)));
     }
-    if let Some(supports) = &problem.supports {
+    if let Some(supports) = &problem.labels.supports {
         matrix(&mut arrays, "support_K", &supports.K);
         matrix(&mut arrays, "support_K_own", &supports.K_own);
         matrix(&mut arrays, "support_B", &supports.B);
@@ -63,7 +64,7 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
             matrix(&mut arrays, "springs", springs);
         }
     }
-    if let Some(bodies) = &problem.bodies {
+    if let Some(bodies) = &problem.labels.bodies {
         let names: Vec<&str> = bodies.list.iter().map(|body| body.name.as_str()).collect();
         let places: Vec<f64> = bodies.list.iter().flat_map(|b| b.centre.into_iter().chain([b.radius])).collect();
         arrays.push(("body_names".into(), Array::text(&names.join("\n"))));
@@ -114,27 +115,32 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let numbers = values.iter().zip(limits);
     let friction = laws.into_iter().zip(numbers).map(|(kind, (&value, limit))| law(kind, value, limit));
     let friction = friction.collect::<Result<_, _>>()?;
-    let problem = ContactProblem {
+    let elastic = Elastic {
         K: if arrays.contains_key("K_lower_start") {
             SymmetricCsr::from_lower(&csr(arrays, "K_lower", n, n)?, "K_lower")
                 .map_err(|error| damaged(format!("K_lower: {}", error.what)))?
         } else {
             SymmetricCsr::from_full(&csr(arrays, "K", n, n)?, "K")?
         },
+        f,
+        node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
+        near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
+    };
+    let contact = Contact {
         B: csr(arrays, "B", 3 * m, n)?,
+        gap,
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
         friction,
-        friction_across: optional(arrays, "friction_across", m)?,
+        orthotropy: optional(arrays, "friction_across", m)?,
+    };
+    let labels = Labels {
         area: f64s(arrays, "area", Some(m))?.to_vec(),
         share: optional(arrays, "share", m)?.unwrap_or_else(|| vec![1.0; m]),
         pairs: pairs(arrays, m)?,
-        node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
-        near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
         supports: if arrays.contains_key("support_load") { Some(supports(arrays, n, m)?) } else { None },
         bodies: if arrays.contains_key("body_of") { Some(bodies(arrays, n)?) } else { None },
-        f,
-        gap,
     };
+    let problem = ContactProblem { elastic, contact, labels };
     problem.validate()?;
     Ok((problem, tolerance))
 }

@@ -45,10 +45,10 @@ pub struct StepFile {
 impl StepFile {
     /// Makes `problem` that of this step.
     pub fn put_into(&self, problem: &mut ContactProblem) {
-        problem.f.clone_from(&self.f);
-        problem.gap.clone_from(&self.gap);
-        problem.slip_reference.clone_from(&self.slip_reference);
-        if let Some(supports) = &mut problem.supports {
+        problem.elastic.f.clone_from(&self.f);
+        problem.contact.gap.clone_from(&self.gap);
+        problem.contact.slip_reference.clone_from(&self.slip_reference);
+        if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
             supports.free_load.clone_from(&self.support_free_load);
             supports.displacement.clone_from(&self.support_displacement);

@@ -47,9 +47,9 @@ pub fn dual_data(problem: &ContactProblem, factor: &Factor) -> (Vec<Vec<f64>>, V
     let column = |i: usize| {
         let mut unit = vec![0.0; size];
         unit[i] = 1.0;
-        problem.B.times(&factor.solve(&problem.B.transpose_times(&unit)))
+        problem.contact.B.times(&factor.solve(&problem.contact.B.transpose_times(&unit)))
     };
-    let h = problem.opening(&factor.solve(&problem.f)).iter().map(|v| -v).collect();
+    let h = problem.opening(&factor.solve(&problem.elastic.f)).iter().map(|v| -v).collect();
     ((0..size).map(column).collect(), h)
 }
 

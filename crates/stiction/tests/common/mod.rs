@@ -7,7 +7,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use stiction::Error;
-use stiction::contact::{ContactProblem, ContactSurface, Obstacle, SurfaceFacts, SurfaceFriction, pose};
+use stiction::contact::{
+    Contact, ContactProblem, ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction, pose,
+};
 use stiction::dual::{Dual, DualSettings, Form, choose};
 use stiction::fem::{FeModel, Field, Fix, Formulation, Load, Material, Solid, assemble, full_displacement};
 use stiction::friction::{Settings, Solution, Status, solve};
@@ -124,6 +126,12 @@ pub fn brick(n: usize, element: BlockElement, load: BrickLoad, friction: Surface
         }
         BrickLoad::Press => case.traction("x-max", [1e6, 5e5, 0.0]).traction("z-max", [0.0, 0.0, -1e6]),
     }
+}
+
+/// The same problem with other laws at its points.
+pub fn with_friction(problem: &ContactProblem, friction: Vec<Friction>) -> ContactProblem {
+    let contact = Contact { friction, ..problem.contact.clone() };
+    ContactProblem { contact, ..problem.clone() }
 }
 
 pub fn dual_of(problem: &ContactProblem, form: Form) -> Dual {

@@ -39,7 +39,7 @@ const INNER_LIMIT: usize = 40;
 /// `|lambda_n| <= sqrt(lmax((Q⁻¹)_nn)) |u|_K`, so below it the map contracts. Both eigenvalues enter as upper
 /// estimates (Ritz value plus residual), and `Q⁻¹` by an upper bound of it. `None` where no friction is Coulomb's.
 pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> Option<CoulombFacts> {
-    let largest_coefficient = problem.friction.iter().filter_map(Friction::coefficient).reduce(f64::max)?;
+    let largest_coefficient = problem.contact.friction.iter().filter_map(Friction::coefficient).reduce(f64::max)?;
     let mut lambda = solution.lambda.clone();
     problem.to_isotropic(&mut lambda);
     let problem = &*problem.isotropic();
@@ -56,7 +56,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
     let r: Vec<f64> = (0..m).map(|j| 0.1 * problem.rows(j).iter().map(|&i| stiffness[i]).sum::<f64>() / 3.0).collect();
     let v = problem.opening(u);
     let frozen: Vec<Friction> =
-        problem.friction.iter().zip(lambda).map(|(&law, &normal)| frozen(law, normal)).collect();
+        problem.contact.friction.iter().zip(lambda).map(|(&law, &normal)| frozen(law, normal)).collect();
     let mut system = NewtonSystem::new(&Linearized {
         friction: &frozen,
         largest_slope: 0.0,
@@ -68,7 +68,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
         centre: None,
     });
     let slipping: Vec<usize> = system.slipping().collect();
-    let slope = |j: usize| slope(problem.friction[j], lambda[j]);
+    let slope = |j: usize| slope(problem.contact.friction[j], lambda[j]);
     let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * lambda[j]).collect();
     let balanced = vec![0.0; dual.floating.len()];
     let (mut radius, mut quiet) = (0.0, 0);
@@ -114,7 +114,7 @@ fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
 
 /// Whether `B Bᵀ` is diagonal; only then is `Dual::approximate_inverse` an upper bound of `Q⁻¹`.
 fn rows_are_orthogonal(problem: &ContactProblem) -> bool {
-    let by_column = problem.B.transpose();
+    let by_column = problem.contact.B.transpose();
     let mut products = std::collections::BTreeMap::new();
     for j in 0..by_column.rows {
         let (rows, values) = by_column.row(j);
@@ -124,6 +124,6 @@ fn rows_are_orthogonal(problem: &ContactProblem) -> bool {
             }
         }
     }
-    let largest = problem.B.max_abs().powi(2);
+    let largest = problem.contact.B.max_abs().powi(2);
     products.values().all(|p: &f64| p.abs() <= 1e-10 * largest)
 }

@@ -38,13 +38,13 @@ pub fn rigid_rest(
     mut u: Vec<f64>,
 ) -> (Vec<f64>, Vec<f64>) {
     let isotropic = problem.isotropic();
-    let mut jumps = motions.jumps(&isotropic.B);
-    jumps.extend(slices.iter().map(|slice| isotropic.B.times(slice)));
-    let resultant = [balanced(motions, &problem.f), pull.to_vec()].concat();
+    let mut jumps = motions.jumps(&isotropic.contact.B);
+    jumps.extend(slices.iter().map(|slice| isotropic.contact.B.times(slice)));
+    let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
     let (mut opening, stiffness) =
         (isotropic.opening(&u), parameter(&isotropic, &Dual::local_stiffness(&isotropic), 1.0));
     keep_apart(&mut opening);
-    let (friction, jumps) = (&isotropic.friction[..], &jumps[..]);
+    let (friction, jumps) = (&isotropic.contact.friction[..], &jumps[..]);
     let foundation = Foundation { friction, jumps, resultant: &resultant, opening: &opening, stiffness: &stiffness };
     let alpha = foundation.rest().alpha;
     let (rigid, way) = alpha.split_at(motions.len());

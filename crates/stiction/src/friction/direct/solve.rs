@@ -115,7 +115,7 @@ impl<'a> Solver<'a> {
             }
             None => Iterate { lambda: vec![0.0; size], v: v0.clone(), alpha: vec![0.0; dual.floating.len()] },
         };
-        let resultant = balanced(&dual.floating.motions, &problem.f);
+        let resultant = balanced(&dual.floating.motions, &problem.elastic.f);
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
         Solver {
@@ -141,7 +141,7 @@ impl<'a> Solver<'a> {
     }
 
     fn ladder(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
-        let laws = self.problem.friction.clone();
+        let laws = self.problem.contact.friction.clone();
         let mut factor = 1.0;
         if self.at.lambda.iter().all(|&x| x == 0.0) {
             self.rigid_start();
@@ -239,7 +239,7 @@ impl<'a> Solver<'a> {
     }
 
     fn rest(&self, opening: &[f64]) -> Rest {
-        let (friction, jumps) = (&self.problem.friction[..], &self.dual.floating.jumps[..]);
+        let (friction, jumps) = (&self.problem.contact.friction[..], &self.dual.floating.jumps[..]);
         let (resultant, stiffness) = (&self.resultant[..], &self.parameter(1.0)[..]);
         Foundation { friction, jumps, resultant, opening, stiffness }.rest()
     }
@@ -248,7 +248,7 @@ impl<'a> Solver<'a> {
     fn rest_on(&mut self, opening: &[f64]) {
         Rest { alpha: self.at.alpha, lambda: self.at.lambda } = self.rest(opening);
         self.at.lambda.iter_mut().zip(&self.live).for_each(|(x, &live)| *x = if live { *x } else { 0.0 });
-        make_admissible(&self.problem.friction, &mut self.at.lambda);
+        make_admissible(&self.problem.contact.friction, &mut self.at.lambda);
         self.refresh();
     }
 
@@ -277,8 +277,8 @@ impl<'a> Solver<'a> {
             }
             other => other,
         };
-        let stuck: Vec<Friction> = self.problem.friction.iter().map(unlimited).collect();
-        if stuck == self.problem.friction || self.steps_left == 0 {
+        let stuck: Vec<Friction> = self.problem.contact.friction.iter().map(unlimited).collect();
+        if stuck == self.problem.contact.friction || self.steps_left == 0 {
             return;
         }
         let (r, at) = (self.parameter(1.0), &self.at);
@@ -299,7 +299,7 @@ impl<'a> Solver<'a> {
         axpy(1.0, &step.d, &mut next.lambda);
         axpy(1.0, &step.dv, &mut next.v);
         axpy(1.0, &step.d_alpha, &mut next.alpha);
-        let found = states(&self.problem.friction, &next.lambda, &next.v, &r);
+        let found = states(&self.problem.contact.friction, &next.lambda, &next.v, &r);
         let count = |s| found.iter().filter(|&&x| x == s).count();
         self.steps_left -= 1;
         if count(PointState::Stick) >= count(PointState::Slip).max(usize::from(!floating.is_empty())) {
@@ -326,7 +326,7 @@ impl<'a> Solver<'a> {
             stiffness: &self.stiffness,
             r: &r,
             resultant: &self.resultant,
-            loose: LOOSE * norm(&self.problem.f),
+            loose: LOOSE * norm(&self.problem.elastic.f),
             tolerance,
         };
         let (history, dual) = (&mut self.history, self.dual);
@@ -358,7 +358,8 @@ impl<'a> Solver<'a> {
     /// Norm of the residual of the law itself and of what forces on floating bodies lack of balance, newton.
     fn merit(&self) -> f64 {
         let lacking = self.dual.floating.imbalance(&self.resultant, &self.at.lambda);
-        norm(&residual(&self.problem.friction, &self.at.lambda, &self.at.v, &self.parameter(1.0))).hypot(norm(&lacking))
+        norm(&residual(&self.problem.contact.friction, &self.at.lambda, &self.at.v, &self.parameter(1.0)))
+            .hypot(norm(&lacking))
     }
 
     /// What ends unsolved is told where it was nearest to a solution: a body that nothing holds may have gone far since.
@@ -370,7 +371,7 @@ impl<'a> Solver<'a> {
 
     /// Given friction with the bounds of the present normal forces.
     fn frozen_laws(&self) -> Vec<Friction> {
-        self.problem.friction.iter().zip(&self.at.lambda).map(|(&law, &normal)| frozen(law, normal)).collect()
+        self.problem.contact.friction.iter().zip(&self.at.lambda).map(|(&law, &normal)| frozen(law, normal)).collect()
     }
 
     fn gradient_steps(&mut self) {
@@ -404,9 +405,9 @@ impl<'a> Solver<'a> {
     /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.
     fn finish(&mut self, end: End, tolerance: f64) -> Solution {
         let r = self.parameter(1.0);
-        let found = states(&self.problem.friction, &self.at.lambda, &self.at.v, &r);
+        let found = states(&self.problem.contact.friction, &self.at.lambda, &self.at.v, &r);
         let mut lambda = self.at.lambda.clone();
-        make_admissible(&self.problem.friction, &mut lambda);
+        make_admissible(&self.problem.contact.friction, &mut lambda);
         let mut u = self.dual.displacement(self.problem, &lambda);
         self.dual.floating.motions.add(&self.at.alpha, &mut u);
         self.at.v = self.problem.opening(&u);

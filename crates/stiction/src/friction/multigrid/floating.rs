@@ -21,7 +21,7 @@ impl<'a> Floating<'a> {
         turned.points.iter().any(|p| p.floats).then(|| {
             let motions = &turned.motions;
             let jumps = motions.jumps(&problem.isotropic_rows());
-            Floating { motions, jumps, resultant: balanced(motions, &problem.f) }
+            Floating { motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
         })
     }
 

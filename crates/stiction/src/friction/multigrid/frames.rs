@@ -83,14 +83,14 @@ impl Turned {
     /// (own: no other point's rows reach it) or on a much stiffer body than the one it touches, nodes with more than three
     /// unknowns, a matrix that does not get coarser.
     pub fn new(problem: &ContactProblem) -> Result<(Turned, Multigrid), Error> {
-        let graph = NodeGraph::of_symmetric(&problem.K, problem.node_of.as_deref());
+        let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes)
             .ok_or_else(|| refused("the multigrid path is for contact points that each have a node of their own"))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
-        let mut k = nodes.blocks(&problem.K, &graph);
+        let mut k = nodes.blocks(&problem.elastic.K, &graph);
         if on_stiff_bodies(&k, &points, &others) {
             return Err(on_stiff_body());
         }
@@ -125,12 +125,12 @@ impl Turned {
             let mut floating = vec![false; problem.unknowns()];
             motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
             for (j, p) in points.iter_mut().enumerate() {
-                let reached = |i: usize| problem.B.row(i).0.iter().any(|&c| floating[c as usize]);
+                let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
                 p.floats = problem.rows(j).into_iter().any(reached);
             }
         }
         let mut turned = Turned { nodes, k, f: Vec::new(), points, coupling, motions };
-        turned.set_load(&problem.f);
+        turned.set_load(&problem.elastic.f);
         Ok((turned, multigrid))
     }
 
@@ -182,7 +182,7 @@ fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kern
     let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
     for (i, &(v, c)) in nodes.of.iter().enumerate() {
         let c = c as usize;
-        kernel[v as usize][c] = match &problem.near_kernel {
+        kernel[v as usize][c] = match &problem.elastic.near_kernel {
             Some(rows) => rows[i],
             None => std::array::from_fn(|q| f64::from(u8::from(q == c))),
         };
@@ -216,7 +216,7 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
     for (j, mut blocks) in blocks.into_iter().enumerate() {
         let live = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
         // A tangent without friction is no row of the law but one of the frame, which others are counted along.
-        let there = problem.rows(j).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0));
+        let there = problem.rows(j).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0));
         let alone = blocks.len() == 1;
         let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
         let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &there))?;
@@ -234,7 +234,7 @@ fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<Ot
 fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> Others {
     let mut blocks: Others = Vec::new();
     for (r, i) in problem.rows(j).into_iter().enumerate() {
-        let (columns, values) = problem.B.row(i);
+        let (columns, values) = problem.contact.B.row(i);
         for (&column, &value) in columns.iter().zip(values).filter(|(_, v)| **v != 0.0) {
             let (v, c) = nodes.of[column as usize];
             let place = blocks.iter().position(|(w, _)| *w == v).unwrap_or_else(|| {

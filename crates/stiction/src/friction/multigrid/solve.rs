@@ -77,7 +77,7 @@ pub fn descend_primal(
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Option<Solution> {
-    convex(&problem.friction).then(|| iterate(problem, primal, settings, true, observer))
+    convex(&problem.contact.friction).then(|| iterate(problem, primal, settings, true, observer))
 }
 
 /// How a problem is solved; what comes later is taken where what comes earlier fails.
@@ -130,7 +130,7 @@ fn iterate(
     if let Some(u) = &settings.start_displacement {
         assert_eq!(u.len(), sizes.0, "displacements to start from");
     }
-    turned.set_load(&problem.f);
+    turned.set_load(&problem.elastic.f);
     let turned = &*turned;
     let laws = laws(problem, turned);
     let start = settings.start_displacement.clone().or_else(|| rest(problem, turned));
@@ -147,7 +147,7 @@ fn iterate(
         };
         at.after(cycles)
     };
-    let convex = convex(&problem.friction);
+    let convex = convex(&problem.contact.friction);
     let mut way = if descending { Way::Descent } else { Way::Sets };
     let mut floating = descending.then(|| Floating::new(problem, turned)).flatten();
     let (mut at, mut most, mut resets) = (begin(0), settings.max_iterations, 0);
@@ -220,10 +220,10 @@ fn laws(problem: &ContactProblem, turned: &Turned) -> Vec<Law> {
     let m = problem.points();
     let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
-        let rest = [problem.gap[j], reference[j], reference[m + j]];
+        let rest = [problem.contact.gap[j], reference[j], reference[m + j]];
         // The mean over both tangents: across, displacements are counted in multiples below one.
         let parameter = PARAMETER / (turned.points[j].flexibility * turned.points[j].scale[2]);
-        Law { friction: problem.friction[j], rest, parameter }
+        Law { friction: problem.contact.friction[j], rest, parameter }
     };
     (0..m).map(law).collect()
 }
@@ -242,7 +242,7 @@ fn keep_best(best: &mut Option<(f64, State)>, turned: &Turned, laws: &[Law], at:
 fn rest(problem: &ContactProblem, turned: &Turned) -> Option<Vec<f64>> {
     let load = norm(&turned.f);
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.flexibility * load;
-    let wide = turned.points.iter().zip(&problem.gap).any(wide);
+    let wide = turned.points.iter().zip(&problem.contact.gap).any(wide);
     wide.then(|| rigid_rest(problem, &turned.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
@@ -263,7 +263,7 @@ fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tol
             (0..3).filter(|&c| p.live[c]).for_each(|c| lambda[c * m + j] = values[c]);
         }
     }
-    make_admissible(&problem.friction, &mut lambda);
+    make_admissible(&problem.contact.friction, &mut lambda);
     problem.out_of_isotropic(&mut lambda);
     let u = turned.out_of_frames(&at.u);
     let certificate = certify(problem, &u, &lambda, tolerance);

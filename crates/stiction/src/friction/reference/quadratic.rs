@@ -44,7 +44,7 @@ impl<'a> Quadratic<'a> {
     /// The same with `Q` stored if it has at most `most` rows.
     pub fn stored_up_to(most: usize, problem: &ContactProblem, dual: &'a Dual) -> Self {
         let size = 3 * problem.points();
-        let live: Vec<bool> = (0..size).map(|i| problem.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
+        let live: Vec<bool> = (0..size).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
         let free = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
         let h = free.iter().zip(&live).map(|(v, &live)| if live { -v } else { 0.0 }).collect();
         let column = |j: usize| {

@@ -54,7 +54,7 @@ pub fn solve_with(
     let given = problem;
     let problem = &*given.isotropic();
     let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);
-    let exact = is_exact(&problem.friction, &q.live, method);
+    let exact = is_exact(&problem.contact.friction, &q.live, method);
     let phase = phase(method.method);
     let mut next = method.clone();
     if settings.start.is_some() && next.start.lambda.is_none() {
@@ -72,7 +72,7 @@ pub fn solve_with(
             history.push(step);
             observer(&step)
         };
-        let mut report = run_method(&q, &problem.friction, &next, &mut observe)?;
+        let mut report = run_method(&q, &problem.contact.friction, &next, &mut observe)?;
         spent.add(&report.counts);
         report.counts = spent;
         let solution = judge(given, problem, dual, exact, &report, settings.tolerance, &history);
@@ -121,7 +121,7 @@ fn judge(
 ) -> Solution {
     let mut lambda = report.lambda.clone();
     if exact {
-        make_admissible(&problem.friction, &mut lambda);
+        make_admissible(&problem.contact.friction, &mut lambda);
     }
     let u = dual.displacement(problem, &lambda);
     let isotropic = lambda.clone();
@@ -138,8 +138,11 @@ fn judge(
     let fallback = local.iter().fold(f64::MIN_POSITIVE, |a, &b| a.max(b));
     let mean = |j: usize| problem.rows(j).iter().map(|&i| local[i]).sum::<f64>() / 3.0;
     let r: Vec<f64> = (0..problem.points()).map(|j| if mean(j) > 0.0 { 0.1 * mean(j) } else { fallback }).collect();
-    let states =
-        if exact { states(&problem.friction, &isotropic, &problem.opening(&u), &r) } else { report.states.clone() };
+    let states = if exact {
+        states(&problem.contact.friction, &isotropic, &problem.opening(&u), &r)
+    } else {
+        report.states.clone()
+    };
     let counts = Counts {
         newton_steps: 0,
         restarts: 0,

@@ -39,7 +39,7 @@ impl Benches {
         let bench = |&of: &Brick| {
             let [given, coulomb] = [brick(of, Law::Given)?.problem, brick(of, Law::Coulomb)?.problem];
             let dual = Dual::new(&given, choose(&given, &DualSettings::default())?)?;
-            let laws = [given.friction.clone(), coulomb.friction];
+            let laws = [given.contact.friction.clone(), coulomb.contact.friction];
             Ok(Bench { brick: of, problem: given, dual, laws })
         };
         Ok(Benches(bricks.iter().map(bench).collect::<Result<_, Error>>()?))

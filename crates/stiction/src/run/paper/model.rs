@@ -90,6 +90,6 @@ mod tests {
         let prepared = brick(Brick { partition: 1, parity: 0, load: 4.0 }, Law::Given).unwrap();
         let [x, y, z] = prepared.facts.resultant();
         assert!((z + 4.0 * 2e6).abs() < 1e-3 && x == 0.0 && y == 0.0, "{z}");
-        assert!(prepared.problem.friction.iter().all(|f| *f == Friction::Given { slip_bound: SLIP_BOUND }));
+        assert!(prepared.problem.contact.friction.iter().all(|f| *f == Friction::Given { slip_bound: SLIP_BOUND }));
     }
 }

@@ -39,9 +39,9 @@ pub(crate) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
     }
     for (j, frame) in frames.iter_mut().enumerate() {
         for (i, row) in [j, m + j, 2 * m + j].into_iter().enumerate() {
-            let (columns, values) = problem.B.row(row);
+            let (columns, values) = problem.contact.B.row(row);
             let free = columns.iter().map(|&k| dofs.free[k as usize]).zip(values);
-            let (columns, values) = problem.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
+            let (columns, values) = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
             let held = columns.iter().map(|&k| dofs.prescribed[k as usize]).zip(values);
             for (dof, &value) in free.chain(held).filter(|(dof, _)| dof / 3 == frame.node) {
                 let vector = if i == 0 { &mut frame.normal } else { &mut frame.tangents[i - 1] };

@@ -146,7 +146,7 @@ fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Op
 /// A body that supports do not hold.
 fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<Error> {
     let mut body_of_node = vec![0; mesh.nodes.len()];
-    if let Some(bodies) = &problem.bodies {
+    if let Some(bodies) = &problem.labels.bodies {
         let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
         free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dof as usize / 3] = body);
     }

@@ -69,8 +69,8 @@ impl Acting {
 
     /// The same for a problem as `pose` left it.
     pub(crate) fn posed(mut self, problem: &ContactProblem) -> Self {
-        self.rest = problem.gap.iter().chain(&problem.slip_reference).copied().collect();
-        if let Some(s) = &problem.supports {
+        self.rest = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
+        if let Some(s) = &problem.labels.supports {
             self.rest.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(rest, held)| *rest += held);
         }
         self.slid = vec![0.0; 2 * problem.points()];
@@ -175,13 +175,13 @@ fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error>
     let mut motion: Vec<f64> = acting.rest[..m].iter().map(|rest| rest.min(0.0)).collect();
     motion.resize(3 * m, 0.0);
     let frames = frames(prepared);
-    for ((pair, field), spot) in problem.pairs.iter().zip(&acting.motions).zip(&acting.contact_spots) {
+    for ((pair, field), spot) in problem.labels.pairs.iter().zip(&acting.motions).zip(&acting.contact_spots) {
         let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
-            refuse_dragging(prepared, dofs, frame, translation, problem.friction[j])
+            refuse_dragging(prepared, dofs, frame, translation, problem.contact.friction[j])
                 .map_err(|error| place::at(spot, error))?;
-            let translation = scale(problem.share[j], translation);
+            let translation = scale(problem.labels.share[j], translation);
             motion[j] += dot(frame.normal, translation);
             motion[m + j] += dot(frame.tangents[0], translation);
             motion[2 * m + j] += dot(frame.tangents[1], translation);
@@ -201,7 +201,7 @@ fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
 fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<(), Error> {
     let Prepared { mesh, problem, acting, .. } = prepared;
     let frames = frames(prepared);
-    for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.pairs).enumerate() {
+    for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.labels.pairs).enumerate() {
         let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
         if surface.friction == SurfaceFriction::Bonded {
             continue;
@@ -265,19 +265,19 @@ pub(crate) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
     let place = |j: usize| (if j < m { acting.rest[j].max(0.0) } else { acting.rest[j] }) + moment.motion[j];
     let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
     offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
-    if let Some(supports) = &mut problem.supports {
+    if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(o, held)| *o -= held);
         supports.load.clone_from(&moment.support_load);
         supports.free_load.clone_from(&moment.load);
         supports.displacement.clone_from(&moment.displacement);
     }
-    problem.slip_reference = offset.split_off(m);
-    problem.gap = offset;
+    problem.contact.slip_reference = offset.split_off(m);
+    problem.contact.gap = offset;
     acting.slid = slid.to_vec();
     acting.initial.clone_from(&moment.initial);
     let demanded = model.support_stiffness.transpose_times(&moment.displacement);
-    problem.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
-    model.load.clone_from(&problem.f);
+    problem.elastic.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
+    model.load.clone_from(&problem.elastic.f);
     model.support_load.clone_from(&moment.support_load);
     model.dofs.value.clone_from(&moment.displacement);
 }
@@ -286,8 +286,8 @@ pub(crate) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
 pub(crate) fn slid(prepared: &Prepared, moment: &Moment, u: &[f64]) -> Vec<f64> {
     let problem = &prepared.problem;
     let m = problem.points();
-    let mut jump = problem.B.times(u);
-    if let Some(supports) = &problem.supports {
+    let mut jump = problem.contact.B.times(u);
+    if let Some(supports) = &problem.labels.supports {
         jump.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(j, held)| *j += held);
     }
     (m..3 * m).map(|i| jump[i] - moment.motion[i] - prepared.acting.rest[i]).collect()

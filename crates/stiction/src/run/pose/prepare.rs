@@ -86,7 +86,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
-        mesh: info_with(&mesh, &shapes, problem.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
+        mesh: info_with(&mesh, &shapes, problem.labels.bodies.as_ref().map_or(1, |bodies| bodies.list.len())),
         materials: material_facts(&solid, &shapes),
         fixes: fix_facts,
         springs: spring_facts,

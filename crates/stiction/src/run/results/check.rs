@@ -57,7 +57,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let place = |error: Error| error.at(&path.display().to_string());
     let summary: Value = folder::read_text(&path).and_then(|text| read(text).map_err(place))?;
     let stored = stored_certificate(&summary).map_err(place)?;
-    let normal_force: f64 = lambda.iter().zip(&problem.share).map(|(force, share)| share * force).sum();
+    let normal_force: f64 = lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
     let differences = compare(stored, &certificate, normal_force)?;
     let steps = match summary["steps"].as_array() {
         Some(entries) => check_steps(folder, entries, &mut problem, tolerance)?,

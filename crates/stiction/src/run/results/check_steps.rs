@@ -44,8 +44,10 @@ pub(crate) fn check_steps(
     tolerance: f64,
 ) -> Result<Vec<CheckedStep>, Error> {
     let (n, m) = (problem.unknowns(), problem.points());
-    let p = problem.supports.as_ref().map_or(0, |s| s.load.len());
-    let vectors = |problem: &ContactProblem| (problem.f.clone(), problem.gap.clone(), problem.slip_reference.clone());
+    let p = problem.labels.supports.as_ref().map_or(0, |s| s.load.len());
+    let vectors = |problem: &ContactProblem| {
+        (problem.elastic.f.clone(), problem.contact.gap.clone(), problem.contact.slip_reference.clone())
+    };
     let as_it_was = vectors(problem);
     let nothing = Moment {
         load: vec![0.0; n],
@@ -66,7 +68,7 @@ pub(crate) fn check_steps(
         problem.validate().map_err(|e| e.at(&path.display().to_string()))?;
         let certificate = certify(problem, &file.u, &file.lambda, tolerance);
         let stored = stored_certificate(entry).map_err(|e| e.at(&format!("summary.json: step {number}")))?;
-        let normal_force = file.lambda.iter().zip(&problem.share).map(|(force, share)| share * force).sum();
+        let normal_force = file.lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
         let mut differences = compare(stored, &certificate, normal_force)?;
         let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {
             // Written so that NaN differs.
@@ -77,7 +79,7 @@ pub(crate) fn check_steps(
         };
         let moment = moment_of(&file);
         let size = largest(&file.u).max(largest(&moment.displacement)).max(largest(&moment.motion));
-        let held = problem.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&moment.displacement));
+        let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&moment.displacement));
         // Gap and slip reference without what has moved or slid since the start: the same in every step.
         let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
         let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - moment.motion[i]).collect();
@@ -85,7 +87,8 @@ pub(crate) fn check_steps(
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
         differ("gap", 0.0, apart(0..m), SAME * size.max(largest(&first[..m])));
         differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(largest(&slid)));
-        let demanded = problem.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&moment.displacement));
+        let demanded =
+            problem.labels.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&moment.displacement));
         let off = (0..n).map(|i| (moment.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
         differ("load", 0.0, off, SAME * largest(&moment.load).max(largest(&demanded)));
 
@@ -100,7 +103,7 @@ pub(crate) fn check_steps(
             let same = vectors(problem) == as_it_was;
             differ("problem.npz is that of the last step", 1.0, f64::from(u8::from(same)), 0.0);
         }
-        let jump = problem.B.times(&file.u);
+        let jump = problem.contact.B.times(&file.u);
         slid = (m..3 * m).map(|i| jump[i] + held[i] - moment.motion[i] - first[i]).collect();
         body = BodyState { moment, u: file.u.clone(), lambda: file.lambda.clone(), balance: new };
         checked.push(CheckedStep { number, t: file.t, certificate, differences });

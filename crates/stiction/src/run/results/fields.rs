@@ -39,7 +39,7 @@ pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
         *at = add(*at, scale(force, model.dofs.direction(dof)));
     };
     let mut force = reactions(model, &outcome.solution.u);
-    if let Some(supports) = &problem.supports {
+    if let Some(supports) = &problem.labels.supports {
         // What the obstacle takes at a node that is held in part does not come from the support.
         let contact = supports.B.transpose_times(&outcome.solution.lambda);
         force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
@@ -47,7 +47,7 @@ pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
     for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
         put(&mut reaction, dof, force);
     }
-    let springs = problem.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
+    let springs = problem.labels.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
     for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
         put(&mut reaction, dof, force);
     }
@@ -98,7 +98,7 @@ pub(crate) struct SurfaceFields {
 pub(crate) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
     let opening = prepared.problem.opening(&outcome.solution.u);
-    let pairs = prepared.surfaces.iter().zip(&prepared.problem.pairs).enumerate();
+    let pairs = prepared.surfaces.iter().zip(&prepared.problem.labels.pairs).enumerate();
     pairs
         .map(|(number, (surface, pair))| {
             let mut fields = empty(prepared, &surface.name, &surface.faces);
@@ -145,10 +145,10 @@ fn fill(
     let m = problem.points();
     let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
-    fields.pressure[at] = normal / problem.area[j];
-    let share = problem.share[j];
+    fields.pressure[at] = normal / problem.labels.area[j];
+    let share = problem.labels.share[j];
     let told = frame.sign / share;
-    fields.shear[at] = friction.map(|force| frame.sign * force / problem.area[j]);
+    fields.shear[at] = friction.map(|force| frame.sign * force / problem.labels.area[j]);
     fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| told * slip);
     fields.gap[at] = opening[j] / share;
     let before = &prepared.acting.slid;

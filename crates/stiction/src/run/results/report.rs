@@ -174,7 +174,7 @@ fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {
-    prepared.problem.friction.iter().any(|law| law.coefficient().is_some())
+    prepared.problem.contact.friction.iter().any(|law| law.coefficient().is_some())
 }
 
 fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {

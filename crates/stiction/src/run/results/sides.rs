@@ -34,7 +34,7 @@ fn master(
     number: usize,
     other: &Master,
 ) -> SurfaceFields {
-    let points = prepared.problem.pairs[number].points.clone();
+    let points = prepared.problem.labels.pairs[number].points.clone();
     let sign = frames.get(points.start).map_or(1.0, |frame| frame.sign);
     let mut fields = SurfaceFields {
         pair: number,
@@ -45,7 +45,7 @@ fn master(
     // Per node: the shared area, and the pressure and shear times it.
     let mut sums = vec![(0.0, 0.0, [0.0; 3]); fields.nodes.len()];
     for j in points {
-        let (frame, area) = (frames[j], prepared.problem.area[j]);
+        let (frame, area) = (frames[j], prepared.problem.labels.area[j]);
         for row in prepared.problem.rows(j) {
             let lambda = outcome.solution.lambda[row];
             for (at, entry) in on_master(prepared, &fields.nodes, frame, row) {
@@ -118,8 +118,8 @@ fn on_master(
 /// The entries of a row of `B` by degrees of freedom of the mesh, free ones and prescribed ones.
 fn entries(prepared: &Prepared, row: usize) -> impl Iterator<Item = (u32, f64)> {
     let dofs = &prepared.model.dofs;
-    let (columns, values) = prepared.problem.B.row(row);
+    let (columns, values) = prepared.problem.contact.B.row(row);
     let free = columns.iter().zip(values).map(|(&k, &value)| (dofs.free[k as usize], value));
-    let (columns, values) = prepared.problem.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
+    let (columns, values) = prepared.problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
     free.chain(columns.iter().zip(values).map(|(&k, &value)| (dofs.prescribed[k as usize], value)))
 }

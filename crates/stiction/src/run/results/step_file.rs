@@ -159,13 +159,15 @@ fn fingerprint(prepared: &Prepared) -> u64 {
         // The low bits would never learn of the high ones.
         hash ^= hash >> 32;
     };
-    for (column, value) in [(&problem.K.column, &problem.K.value), (&problem.B.column, &problem.B.value)] {
+    for (column, value) in
+        [(&problem.elastic.K.column, &problem.elastic.K.value), (&problem.contact.B.column, &problem.contact.B.value)]
+    {
         column.iter().for_each(|&j| word(j.into()));
         value.iter().for_each(|v| word(v.to_bits()));
     }
     acting.rest.iter().for_each(|v| word(v.to_bits()));
     let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
-    let law = (&problem.friction, &problem.friction_across);
+    let law = (&problem.contact.friction, &problem.contact.orthotropy);
     let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", acting.loads, acting.fixes, acting.motions);
     let text = format!("{text} {:?}", acting.bolts);
     text.bytes().for_each(|byte| word(byte.into()));

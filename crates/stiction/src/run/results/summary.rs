@@ -129,7 +129,7 @@ pub(crate) fn balance(balance: &Balance) -> Value {
 pub(crate) fn load(prepared: &Prepared) -> [f64; 3] {
     let dofs = &prepared.model.dofs;
     let mut sum = [0.0; 3];
-    if let Some(supports) = &prepared.problem.supports {
+    if let Some(supports) = &prepared.problem.labels.supports {
         let free = dofs.free.iter().zip(&supports.free_load);
         let held = dofs.prescribed.iter().zip(&supports.load);
         free.chain(held).for_each(|(&dof, force)| sum = add(sum, scale(*force, dofs.direction(dof))));
@@ -234,9 +234,12 @@ pub(crate) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
 /// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
 fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
     let (problem, u) = (&prepared.problem, &outcome.solution.u);
-    let unknowns = potential(&problem.K.times(u), &problem.f, u);
-    let supports =
-        problem.supports.as_ref().map_or(0.0, |s| potential(&s.K_own.times(&s.displacement), &s.load, &s.displacement));
+    let unknowns = potential(&problem.elastic.K.times(u), &problem.elastic.f, u);
+    let supports = problem
+        .labels
+        .supports
+        .as_ref()
+        .map_or(0.0, |s| potential(&s.K_own.times(&s.displacement), &s.load, &s.displacement));
     unknowns + supports + prepared.acting.initial.energy
 }
 

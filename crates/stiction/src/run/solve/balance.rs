@@ -50,7 +50,7 @@ pub(crate) fn balance(
     let mut work = before.balance.work;
     work += mean_dot(&old.load, &moment.load, &before.u, u);
     work -= mean_dot(&before.lambda, lambda, &old.motion, &moment.motion);
-    if problem.supports.is_some() {
+    if problem.labels.supports.is_some() {
         let (first, last) =
             (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, moment));
         work += mean_dot(&first, &last, &old.displacement, &moment.displacement);
@@ -68,7 +68,7 @@ pub(crate) fn balance(
 
 /// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.
 fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], moment: &Moment) -> Vec<f64> {
-    let Some(supports) = &problem.supports else { return Vec::new() };
+    let Some(supports) = &problem.labels.supports else { return Vec::new() };
     let mut force = supports.K.times(u);
     force.iter_mut().zip(supports.K_own.times(&moment.displacement)).for_each(|(f, k)| *f += k);
     force.iter_mut().zip(supports.B.transpose_times(lambda)).for_each(|(f, b)| *f += b);
@@ -84,9 +84,9 @@ fn initial_energy(initial: &Initial, u: &[f64], held: &[f64]) -> f64 {
 
 fn elastic(problem: &ContactProblem, u: &[f64], held: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    let mixed = problem.supports.as_ref().map_or(0.0, |s| {
+    let mixed = problem.labels.supports.as_ref().map_or(0.0, |s| {
         let (from_free, own) = (s.K.times(u), s.K_own.times(held));
         dot(&from_free, held) + 0.5 * dot(&own, held)
     });
-    0.5 * dot(&problem.K.times(u), u) + mixed
+    0.5 * dot(&problem.elastic.K.times(u), u) + mixed
 }

@@ -20,7 +20,7 @@ fn slices(prepared: &Prepared) -> Vec<Option<Vec<f64>>> {
 }
 
 fn slice(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
-    let (mesh, dofs, k) = (&prepared.mesh, &prepared.model.dofs, &prepared.problem.K);
+    let (mesh, dofs, k) = (&prepared.mesh, &prepared.model.dofs, &prepared.problem.elastic.K);
     let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
     let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
     let mut before = reached(mesh, &cells_before(mesh, bolt), &at_cut);

@@ -109,7 +109,7 @@ pub fn solve_steps(
             Status::Interrupted => {
                 interrupted = true;
                 if march.last.is_none() {
-                    march.last = Some((outcome, prepared.problem.slip_reference.clone()));
+                    march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
                 }
                 break;
             }
@@ -129,7 +129,7 @@ pub fn solve_steps(
         let line = finish(prepared, &mut march, moment, &outcome, [begin, t], finished);
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, entries: &march.entries })?;
-        march.last = Some((outcome, prepared.problem.slip_reference.clone()));
+        march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
         if !finished {
             break;
         }
@@ -162,7 +162,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let moment = tightened(prepared, moment(prepared, last.t)?, &last.shortening);
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &moment, &unslid);
-    prepared.problem.slip_reference.clone_from(&last.slip_reference);
+    prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &moment, &last.u);
     let outcome = restored(prepared, settings, &last, &entries);
     let [work, elastic, dissipation] = last.energy;
@@ -272,7 +272,7 @@ fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>)
         let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         let nearer =
             |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
-        if nearer(&before.f, &last.f, &problem.f) && nearer(&before.gap, &last.gap, &problem.gap) {
+        if nearer(&before.f, &last.f, &problem.elastic.f) && nearer(&before.gap, &last.gap, &problem.contact.gap) {
             return (line(&before.lambda, &last.lambda), line(&before.u, &last.u));
         }
     }
@@ -322,7 +322,7 @@ fn finish(
     if march.answers.len() == 2 {
         march.answers.remove(0);
     }
-    let (f, gap) = (problem.f.clone(), problem.gap.clone());
+    let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
     march.answers.push(Answer { t, f, gap, u: u.clone(), lambda: lambda.clone() });
     march.body = BodyState { moment, u: u.clone(), lambda: lambda.clone(), balance };
     march.attempts = 0;
@@ -341,9 +341,9 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
     };
     StepFile {
         t,
-        f: problem.f.clone(),
-        gap: problem.gap.clone(),
-        slip_reference: problem.slip_reference.clone(),
+        f: problem.elastic.f.clone(),
+        gap: problem.contact.gap.clone(),
+        slip_reference: problem.contact.slip_reference.clone(),
         motion: body.moment.motion.clone(),
         support_load: body.moment.support_load.clone(),
         support_free_load: body.moment.load.clone(),
@@ -374,7 +374,7 @@ fn end(
     if interrupted && !entries.is_empty() {
         // What acts in the step that was left is taken back.
         apply(prepared, &body.moment, &vec![0.0; 2 * prepared.problem.points()]);
-        prepared.problem.slip_reference = reference;
+        prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {
         uniqueness_facts(prepared, kept, &mut outcome, observer);

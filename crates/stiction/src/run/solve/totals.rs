@@ -39,7 +39,7 @@ pub fn totals(prepared: &Prepared, outcome: &Outcome) -> Totals {
 /// The totals of each pair with its name.
 pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Totals)> {
     let frames = frames(prepared);
-    let pairs = prepared.problem.pairs.iter();
+    let pairs = prepared.problem.labels.pairs.iter();
     pairs.map(|pair| (pair.name.clone(), over(prepared, outcome, &frames, pair.points.clone()))).collect()
 }
 
@@ -47,7 +47,7 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
     for j in points {
-        let (area, share) = (prepared.problem.area[j], prepared.problem.share[j]);
+        let (area, share) = (prepared.problem.labels.area[j], prepared.problem.labels.share[j]);
         let (count, sum) = match outcome.solution.states[j] {
             PointState::Open => (&mut t.open, &mut t.open_area),
             PointState::Stick => (&mut t.stick, &mut t.stick_area),
