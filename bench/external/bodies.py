@@ -4,13 +4,13 @@
 
 builds `stiction` and solves every size with `stiction solve` on the multigrid path, pressed and sheared by its top: "block",
 one block of about as many unknowns without contact, which as a block starts from a coarser one; "bonded", the two plates tied
-to one another, a linear problem with the same unknowns; "held", the upper plate held on one side, with Coulomb friction;
-"floating", the upper plate held by contact and friction alone; and "smooth", held and without friction. The plates are eight
+to one another, a linear problem with the same unknowns; "constrained", the upper plate supported on one side, with Coulomb
+friction; "floating", the upper plate carried by contact and friction alone; and "smooth", supported, without friction. The plates are eight
 cells thick at every size, so that always about 5 % of the unknowns are at points in contact; the table has what the answer says.
 
 All seconds are CPU seconds, so that others may use the machine: those of a phase are its wall seconds times what the whole run
 took of the processor over its wall seconds, the least of all repetitions. A solve is set-up and iteration. Posing is all
-between the assembled matrix and the contact problem, also done without contact; the mortar rows are told as what posing takes
+between the assembled matrix and the contact problem, also done without contact; the mortar rows are reported as what posing takes
 beyond that of "block"; where a body floats the search for its rigid motions is in it.
 """
 
@@ -48,7 +48,7 @@ on = "low.z-min"
 on = "high.z-max"
 traction = [2e5, 5e4, -1e6]
 """
-HELD = '[[fix]]\non = "high.x-max"\n'
+FIX = '[[fix]]\non = "high.x-max"\n'
 BLOCK = """[mesh]
 block = {{ size = [1, 1, {2}], cells = [{0}, {0}, {3}], element = "{1}" }}
 [[fix]]
@@ -61,18 +61,18 @@ COULOMB = "{ coulomb = 0.3 }"
 LOADS = {
     "block": None,
     "bonded": ('"bonded"', ""),
-    "held": (COULOMB, HELD),
+    "constrained": (COULOMB, FIX),
     "floating": (COULOMB, ""),
-    "smooth": ('"none"', HELD),
+    "smooth": ('"none"', FIX),
 }
 
 
 def text(load, element, n):
     if load == "block":
         return BLOCK.format(round(n * 0.95), element, 2 * LAYERS / n, 2 * LAYERS) + MATERIAL
-    friction, held = LOADS[load]
+    friction, fix = LOADS[load]
     m = round(0.9 * n)
-    return BODIES.format(n, LAYERS / n, m, LAYERS, element, friction) + held + MATERIAL
+    return BODIES.format(n, LAYERS / n, m, LAYERS, element, friction) + fix + MATERIAL
 
 
 def ours(load, element, n, threads, folder):

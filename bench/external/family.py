@@ -75,6 +75,28 @@ LOADS = {
     "press" + AS_FILE: (*PRESS, CONTACT.format("{ coulomb = 0.35 }")),
     STEPS: ('["1e6*t", "5e5*t", 0]', PRESS[1], CONTACT.format("{ coulomb = 0.35 }") + "[[step]]\nuntil = 1\nincrements = 4\n"),
 }
+# The page in docs, up to the table.
+PAGE = """# Contact at the cost of a linear solve
+
+The model brick as a family: 6 000 to 2 million unknowns, linear tetrahedra and hexahedra. Written by
+
+```sh
+python3 bench/external/family.py --docs
+```
+
+- **Loads.** "linear": no contact. "lift": the source paper's load, Coulomb friction 0.35; much of the surface opens.
+  "press": pressed down and dragged, the same friction. "given": the same load with given friction. "as from a file":
+  without the start from a coarser block. "further step": the mean of the second to fourth of four load steps with the
+  hierarchy of the first; its run is that of all four.
+- **Solve** is set-up and iteration (wall seconds, the coarser block included), cycles are those of the finest level, and
+  "/ linear" is their ratio to the linear load.
+- **pyamg** solves `K u = f` without contact by smoothed aggregation with the rigid motions and conjugate gradients to
+  1e-8, **CHOLMOD** by a sparse factor, both in CPU seconds of one thread in the same run.
+- **Run** is the whole command, from the case file to the report. "Around" is the share of it that is neither set-up nor
+  iteration; its wall and CPU values differ by the stiffness, which a second thread writes during the iteration.
+- **Worst** is the largest measure of the certificate (tolerance 1e-8).
+
+"""
 # The largest systems a sparse factor is tried on: beyond, it takes minutes and most of the memory.
 FACTOR = 220_000
 
@@ -253,8 +275,7 @@ def main():
         plot(rows, os.path.join(docs, "benchmark.png"))
         with open(os.path.join(docs, "benchmark.md"), "w") as file:
             file.write(
-                "# Contact at the cost of a linear solve\n\nThe model brick as a family, by `python3 "
-                "bench/external/family.py --docs`; what the columns mean stands there.\n\n" + title + "\n\n"
+                PAGE + title + "\n\n"
                 "![seconds and ratios over unknowns](benchmark.png)\n\n" + HEAD + "\n"
                 + "\n".join(line(r) for r in rows) + "\n"
             )
