@@ -1,4 +1,8 @@
 //! Distance and normal of a surface of triangles.
+//!
+//! The sign follows from pseudonormals weighted with angles (Baerentzen & Aanaes 2005). Up to edges that bend by more than
+//! the feature angle the triangles stand for a smooth surface: normals are interpolated, and the bulge over a triangle is
+//! that of a surface of second degree, so that a ball of triangles errs by the fourth order of their size at contact.
 
 use super::Side;
 use super::obstacle::unit;

@@ -1,4 +1,7 @@
 //! What the friction of a surface is at one of its points.
+//!
+//! Where the limit of friction rules it is the bound, with no slope in the normal force. The map from normal forces to
+//! bounds keeps its Lipschitz constant, so contraction and uniqueness bound hold with a limit as without.
 
 use super::obstacle::unit;
 use super::{Across, Coefficient, CoulombLaw, Friction, SurfaceFriction};

@@ -3,6 +3,8 @@
 //! With tangential rows of `B` and slips across the first tangent multiplied by `a`, and forces divided by it, the
 //! ellipse `|(lambda_1, lambda_2 / a)| <= bound` is a disc and the slip along its normal is along the force; work, the
 //! load and the displacements stay what they are.
+//!
+//! Solvers never see an ellipse: one projection, on a disc, serves all laws. The certificate judges the ellipse itself.
 
 use std::borrow::Cow;
 

@@ -10,6 +10,9 @@
 //! Quadratic faces are projected and clipped as the polygons between their nodes, a middle and a triangle or
 //! quadrilateral at each corner; points are mapped back to the curved face. On the slave side `phi` are the functions of
 //! `patches.rs`, whose integrals are positive.
+//!
+//! Warped faces are taken as flat, along the mean normal of the slave face, and the coupling is that of the reference
+//! configuration.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 

@@ -17,7 +17,8 @@ use crate::mesh::v3::norm;
 pub(super) const END: f64 = 0.2;
 
 /// The same for edges between triangles, whose corners would stand for nothing at zero. Half of the paper's part: on Hertz's
-/// contact forces and pressures are twice as accurate (`docs/hertz.md`).
+/// contact forces and pressures are twice as accurate (`docs/hertz.md`). A smaller part leaves corners of curved faces with
+/// a negative integral.
 const END_OF_TRIANGLES: f64 = 0.1;
 
 /// A node of a contact surface. Its jump is `u_node + sum(weight u_other)`.

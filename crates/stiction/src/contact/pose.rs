@@ -1,3 +1,10 @@
+//! From surfaces on an assembled model to a [`ContactProblem`].
+//!
+//! Nodes that cannot move towards their counterpart are dropped and counted. At nodes with axes of their own
+//! ([`DofMap::axes`](crate::fem::DofMap::axes)) `K`, `f`, `B` and the rigid motions are posed in the components along
+//! these axes; nothing right of the [`ContactProblem`] knows. A force "at a node" is `Bᵀ lambda`, not `lambda`: rows of
+//! quadratic faces and of pairs reach further than one node.
+
 use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;

@@ -1,3 +1,8 @@
+//! Which of two surfaces is the slave, that is, carries the contact points.
+//!
+//! A slave node that cannot carry a multiplier leaves its function to its neighbours. Over faces that are prescribed
+//! altogether there is no such neighbour, so there the other surface becomes the slave of a pair of its own.
+
 use super::mortar::meet;
 use super::pair::default_search;
 use super::{ContactSurface, Counterpart, Master};

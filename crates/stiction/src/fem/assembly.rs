@@ -1,3 +1,8 @@
+//! From a mesh with materials, loads and supports to `K u = f`.
+//!
+//! Rows are summed by ranges of nodes, so that no two threads write to one row and the order of addition, and with it
+//! every bit, does not depend on their number.
+
 use rayon::prelude::*;
 
 use super::elements::Law;

@@ -3,6 +3,8 @@
 //! A slice of thickness `s` is taken out of the body and the sides of the cut are joined again (a Volterra dislocation).
 //! Cells beyond the cut then see `u - s axis` at its nodes, which leaves the stiffness as it is: the jump acts like
 //! thermal strain, by forces and an energy of its own. Any cut through the whole section gives the same state.
+//! No node is doubled, so the cut need not follow the mesh. Fields at the nodes of the cut are those of the side the axis
+//! comes from.
 
 use super::Solid;
 use super::elastic::Voigt;

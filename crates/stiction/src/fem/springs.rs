@@ -1,4 +1,7 @@
 //! Elastic foundations (Winkler): springs to the ground, spread over boundary faces.
+//!
+//! Springs are part of `K`, so that a body on springs has no rigid motions left. Their own matrix is kept beside it: in the
+//! balance of forces they act from outside.
 
 use super::FeModel;
 use super::faces::{face_coordinates, face_points};

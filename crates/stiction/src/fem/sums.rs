@@ -1,4 +1,7 @@
 //! The rows of the stiffness matrix, summed over the cells.
+//!
+//! Of the blocks right of the diagonal only those at nodes with prescribed components are summed: `K` is its lower
+//! triangle, and the others are mirror images.
 
 use super::Solid;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};

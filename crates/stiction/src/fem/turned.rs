@@ -1,4 +1,7 @@
 //! Nodes whose displacement is counted along axes of their own, so that what is prescribed of it is a component.
+//!
+//! The first axes are the prescribed directions (by Gram-Schmidt, where planes of symmetry meet). Whoever turns an unknown
+//! into a vector asks [`DofMap::direction`].
 
 use super::DofMap;
 use crate::mesh::v3::{V3, dot, norm, scale, sub};

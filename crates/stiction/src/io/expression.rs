@@ -3,6 +3,9 @@
 //! `-x^2` is `-(x^2)`, `2^-x` works, `2/3*x` is `(2/3)*x`. `a^b^c` is refused: half of the programs an engineer
 //! uses read it from the left, the other half from the right.
 //!
+//! No crate is used: of those looked at, the maintained one reads `-x^2` as `(-x)^2` and `1e6` not at all, and another is
+//! under the AGPL.
+//!
 //! The grammar, loosest first; each line is one function of the parser:
 //!
 //! ```text

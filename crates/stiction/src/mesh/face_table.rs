@@ -1,4 +1,7 @@
 //! All faces of all cells, each findable by its nodes.
+//!
+//! Faces are identified by their corners; neighbours must share the middles of edges too. They come into the bucket of
+//! their lowest node by counting, which is faster than sorting and gives the same order for any number of threads.
 
 use std::ops::Range;
 
