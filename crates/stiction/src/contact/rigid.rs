@@ -10,7 +10,7 @@ pub struct FloatingBody {
     pub unknowns: Vec<u32>,
     /// One to six independent motions over `unknowns`, orthonormal, without a unit.
     pub motions: Vec<Vec<f64>>,
-    /// The same motions as combinations of the columns of [`ContactProblem::near_kernel`].
+    /// The same motions as combinations of the columns of [`Elastic::near_kernel`](super::Elastic::near_kernel).
     pub coefficients: Vec<[f64; 6]>,
 }
 
