@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 #[path = "counting.rs"]
-mod counting;
+pub mod counting;
 
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};

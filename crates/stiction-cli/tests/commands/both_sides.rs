@@ -1,0 +1,162 @@
+//! What the files tell of the second surface of a pair.
+
+use std::path::Path;
+
+use crate::common::Folder;
+use stiction::io::vtu_read::{Over, Polygons, read_polygons};
+
+/// `contact.vtu` of one pair, one side: places, force, pressure and shear of its points.
+struct Side {
+    points: Vec<[f64; 3]>,
+    lambda: Vec<[f64; 3]>,
+    pressure: Vec<f64>,
+    shear: Vec<[f64; 3]>,
+    status: Vec<f64>,
+}
+
+fn side(file: &Path, pair: usize, side: usize) -> Side {
+    let names = ["pair", "side", "lambda", "pressure", "shear_traction", "status"].map(|name| (Over::Points, name));
+    let (Polygons { points, faces }, fields) = read_polygons(file, &names).unwrap();
+    let [pairs, sides, lambda, pressure, shear, status] = [0, 1, 2, 3, 4, 5].map(|i| fields.arrays[i].clone().unwrap());
+    let own = |&i: &usize| pairs[i] == pair as f64 && sides[i] == side as f64;
+    let of = |i: usize| own(&i);
+    assert!(
+        faces.iter().all(|face| face.iter().all(|&v| of(v as usize) == of(face[0] as usize))),
+        "a face of one side"
+    );
+    let chosen: Vec<usize> = (0..points.len()).filter(own).collect();
+    let vectors = |v: &[f64]| chosen.iter().map(|&i| [v[3 * i], v[3 * i + 1], v[3 * i + 2]]).collect::<Vec<_>>();
+    let scalars = |v: &[f64]| chosen.iter().map(|&i| v[i]).collect::<Vec<_>>();
+    Side {
+        points: chosen.iter().map(|&i| points[i]).collect(),
+        lambda: vectors(&lambda),
+        pressure: scalars(&pressure),
+        shear: vectors(&shear),
+        status: scalars(&status),
+    }
+}
+
+/// Resultant and moment about the origin.
+fn resultant(s: &Side) -> [f64; 6] {
+    let mut sum = [0.0; 6];
+    for (x, f) in s.points.iter().zip(&s.lambda) {
+        for c in 0..3 {
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            sum[c] += f[c];
+            sum[3 + c] += x[a] * f[b] - x[b] * f[a];
+        }
+    }
+    sum
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |a, v| a.max(v.abs()))
+}
+
+/// The column of the patch test: on the slope of tanθ = 0.3 the pressure is cos²θ and the shear sinθ cosθ, on either
+/// side and at every node, whichever surface has the contact points; the upper part pushes the lower one down.
+#[test]
+fn a_constant_pressure_is_constant_on_the_master() {
+    let folder = Folder::new("both-sides", "");
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/patch/patch.toml");
+    let cos2: f64 = 1.0 / 1.09;
+    for slave in ["on", "against"] {
+        let role = format!("contact.0.slave={slave}");
+        folder.run(&["solve", case, "-o", "out", "--set", &role]).ends(0, &[]);
+        let [low, high] = [0, 1].map(|number| side(&folder.path.join("out/contact.vtu"), 0, number));
+        assert!(low.points.len() > 4 && high.points.len() > 4 && low.points.len() != high.points.len());
+        let extent = |c: usize| high.points.iter().fold(0.0, |a: f64, x| a.max(x[c]));
+        for s in [&low, &high] {
+            let push = resultant(s);
+            let expected = [0.0, 0.0, -extent(0) * extent(1)];
+            assert!((0..3).all(|c| (push[c] - expected[c]).abs() < 1e-9), "{slave} {push:?} {expected:?}");
+        }
+        let down = [-cos2.sqrt(), 0.0, -0.3 * cos2.sqrt()];
+        let expected = down.map(|d| 0.3 * cos2 * d);
+        for (pressure, shear) in high.pressure.iter().zip(&high.shear) {
+            assert!((pressure - cos2).abs() < 1e-8, "{slave} {pressure}");
+            assert!((0..3).all(|c| (shear[c] - expected[c]).abs() < 1e-8), "{slave} {shear:?} {expected:?}");
+        }
+        assert!(high.status.iter().all(|&status| status == -1.0));
+        assert!(folder.exists("out/master-pressure.png") && folder.exists("out/master-shear.png"));
+    }
+}
+
+/// The gasket covers a part of the vessel and of the lid only, with other meshes.
+#[test]
+fn both_sides_of_a_pair_have_one_resultant_and_what_nothing_reaches_has_no_pressure() {
+    let folder = Folder::new("both-sides-gasket", "");
+    folder.run(&["new", "g", "--from", "gasket"]).ends(0, &[]);
+    folder.run(&["solve", "g/case.toml", "-o", "out"]).ends(0, &[]);
+    let normal = folder.summary("out")["pairs"][0]["normal_force"].as_f64().unwrap();
+    for (pair, name) in ["lower_face", "upper_face"].into_iter().enumerate() {
+        let [slave, master] = [0, 1].map(|number| side(&folder.path.join("out/contact-0003.vtu"), pair, number));
+        let (a, b) = (resultant(&slave), resultant(&master));
+        assert!((a[2].abs() - normal).abs() < 1e-6 * normal, "{a:?}");
+        // Moments over the outer radius of the gasket, 65.
+        let apart: Vec<f64> = (0..6).map(|c| (a[c] - b[c]) / if c < 3 { 1.0 } else { 65.0 }).collect();
+        assert!(largest(&apart) < 1e-10 * normal, "{name}: {a:?} {b:?}");
+        let within = slave.pressure.iter().fold((0.0, 0.0), |(a, b), p| (f64::min(a, *p), f64::max(b, *p)));
+        let told = master.pressure.iter().filter(|p| !p.is_nan());
+        assert!(told.clone().count() > 20 && told.clone().all(|p| (within.0..=within.1).contains(p)), "{within:?}");
+        for ((x, pressure), lambda) in master.points.iter().zip(&master.pressure).zip(&master.lambda) {
+            // Faces of vessel and lid are at most 7 wide along the radius.
+            let radius = x[0].hypot(x[1]);
+            if !(48.0..=72.0).contains(&radius) {
+                assert!(pressure.is_nan() && *lambda == [0.0; 3], "{radius} {pressure}");
+            } else if radius > 56.0 && radius < 64.0 {
+                assert!(*pressure > 0.0, "{radius} {pressure}");
+            }
+        }
+        assert!(folder.exists(&format!("out/master-pressure-{name}.png")));
+    }
+}
+
+/// A block of 1 x 1 under uniform pressure on a wider plate that is held everywhere: the plate's nodes see that pressure,
+/// those of quadratic faces and those whose faces the block covers in part as well.
+#[test]
+fn a_constant_pressure_on_a_part_of_a_master_is_constant_at_all_nodes_it_reaches() {
+    for (plate, cells) in [("hex20", 3), ("tet10", 3), ("hex8", 5), ("tet4", 4)] {
+        let text = format!(
+            r#"
+[mesh.parts.plate]
+block = {{ size = [1.7, 1.6, 0.3], cells = [{cells}, {cells}, 1], element = "{plate}" }}
+move = [-0.4, -0.3, -0.3]
+[mesh.parts.block]
+block = {{ size = [1, 1, 0.5], cells = [4, 3, 2], element = "hex8" }}
+[materials.steel]
+young = 2e11
+poisson = 0
+[[fix]]
+on = "plate.z-min"
+[[fix]]
+on = "plate.z-max"
+[[fix]]
+on = "block.x-min"
+components = "x"
+[[fix]]
+on = "block.y-min"
+components = "y"
+[[load]]
+on = "block.z-max"
+pressure = 3e6
+[[contact]]
+on = "block.z-min"
+against = "plate.z-max"
+friction = "none"
+slave = "on"
+"#
+        );
+        let folder = Folder::new(&format!("both-sides-{plate}"), &text);
+        folder.run(&["solve", "case.toml", "-o", "out"]).ends(0, &[]);
+        let master = side(&folder.path.join("out/contact.vtu"), 0, 1);
+        let reached = |x: &[f64; 3]| (0..2).all(|c| x[c] > -1e-9 && x[c] < 1.0 + 1e-9);
+        let mut seen = 0;
+        for (x, pressure) in master.points.iter().zip(&master.pressure) {
+            assert!(pressure.is_nan() || (pressure / 3e6 - 1.0).abs() < 1e-9, "{plate} {x:?} {pressure}");
+            assert!(!(reached(x) && pressure.is_nan()), "{plate} {x:?}");
+            seen += usize::from(!pressure.is_nan() && !reached(x));
+        }
+        assert!(seen > 3, "{plate}: {seen} nodes beside the block");
+    }
+}

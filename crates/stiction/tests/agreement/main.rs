@@ -1,0 +1,20 @@
+//! Second roads: independent solvers, other methods and paths, dense factorisations; work counted in bands.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/random_case.rs"]
+mod random_case;
+
+mod bodies;
+mod counts;
+mod discrete;
+mod global_forms;
+mod independent_qp;
+mod independent_solver;
+mod methods;
+mod multigrid;
+mod multigrid_hard;
+mod paper;
+mod random_cases;
+mod random_problems;
+mod uniqueness;

@@ -1,0 +1,395 @@
+//! The multigrid path against the direct one, and its cycles in bands. Bands follow a prototype that shares no code
+//! with this one.
+
+use std::ops::ControlFlow;
+
+use crate::common::*;
+use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
+use stiction::dual::{DualSettings, Form, choose, estimate};
+use stiction::fem::{Formulation, Material, Solid, assemble};
+use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
+use stiction::linalg::Csr;
+use stiction::mesh::{Block, BlockElement, block};
+
+fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
+    let mut primal = Primal::new(problem).unwrap();
+    let settings = Settings { max_iterations: 1000, ..settings(tolerance) };
+    solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()))
+}
+
+fn assert_cycles(problem: &ContactProblem, most: usize, what: &str) -> usize {
+    let s = by_multigrid(problem, 1e-8);
+    println!("{what}: {:?} {:?} worst {:.1e}", s.status, s.counts, s.certificate.worst);
+    assert_solved(&s);
+    assert!(s.counts.cycles <= most, "{what}: {:?}", s.counts);
+    s.counts.cycles
+}
+
+/// The clamped brick without contact.
+fn elastic(n: usize, element: BlockElement, poisson: f64) -> ContactProblem {
+    let mut case = brick(n, element, BrickLoad::Press, SurfaceFriction::None);
+    case.surfaces.clear();
+    case.poisson = poisson;
+    case.pose().problem
+}
+
+/// Cycles until the residual has fallen by eight digits.
+fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
+    let s = by_multigrid(problem, 1e-8);
+    assert_solved(&s);
+    let cycles = s.history.iter().find(|p| p.residual <= 1e-8).unwrap().iteration;
+    println!("{what}: {cycles}");
+    cycles
+}
+
+/// Aggregates of corners and middles of edges see less of one another than corners alone: twice the cycles of linear cells.
+#[test]
+fn quadratic_elements_take_forty_cycles_at_most_and_contact_fifty() {
+    for element in [BlockElement::Tet10Six, BlockElement::Hex20] {
+        for n in [2, 4] {
+            let what = format!("{element:?} n = {n}");
+            assert!(cycles_to_eight_digits(&elastic(n, element, 0.3), &what) <= 40, "{what}");
+            for (law, load) in [
+                (SurfaceFriction::None, BrickLoad::Lift),
+                (SurfaceFriction::Coulomb(0.35), BrickLoad::Lift),
+                (SurfaceFriction::Coulomb(0.35), BrickLoad::Press),
+            ] {
+                let s = by_multigrid(&brick(n, element, load, law.clone()).pose().problem, 1e-8);
+                assert_solved(&s);
+                assert!(s.counts.cycles <= 50, "{what} {load:?} {law:?}: {}", s.counts.cycles);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_linear_solve_takes_thirty_cycles_at_most_at_every_size() {
+    let elements = [BlockElement::Tet4Five { parity: 0 }, BlockElement::Tet4Six, BlockElement::Hex8];
+    for element in elements {
+        for poisson in [0.0, 0.277, 0.45] {
+            for n in [4, 8, 16] {
+                let what = format!("{element:?} nu {poisson} n = {n}");
+                assert!(cycles_to_eight_digits(&elastic(n, element, poisson), &what) <= 30, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn materials_with_a_contrast_of_ten_thousand_take_thirty_cycles_at_most() {
+    for element in [BlockElement::Tet4Six, BlockElement::Hex8] {
+        let mut case = brick(8, element, BrickLoad::Press, SurfaceFriction::None);
+        case.surfaces.clear();
+        let problem = layered(&case, 0.3, 1e4);
+        assert!(cycles_to_eight_digits(&problem, &format!("{element:?}")) <= 30);
+    }
+}
+
+/// The clamped brick with cells of any shape: how many, and the length of the last over that of the first.
+type Shape = ([usize; 3], [f64; 3]);
+
+/// Twenty times as long along x as across.
+const LONG: Shape = ([4, 26, 26], [1.0; 3]);
+/// Twenty times as flat along z.
+const FLAT: Shape = ([12, 4, 80], [1.0; 3]);
+/// Graded along all axes: from 20 times as long to 20 times as flat.
+const GRADED: Shape = ([20, 14, 14], [20.0, 20.0, 0.05]);
+
+fn stretched((cells, grading): Shape, element: BlockElement) -> Case {
+    let mut case = brick(1, element, BrickLoad::Press, SurfaceFriction::None);
+    case.mesh = block(&Block { size: [3.0, 1.0, 1.0], cells, origin: [0.0; 3], grading, element }).unwrap();
+    (case.loads, case.fixes, case.surfaces) = Default::default();
+    case.fix("x-min", HELD).traction("x-max", [1e6, 5e5, 0.0]).traction("z-max", [0.0, 0.0, -1e6])
+}
+
+/// Four layers along z, every other one softer.
+fn layered(case: &Case, poisson: f64, contrast: f64) -> ContactProblem {
+    let material = |young: f64| Material {
+        name: "layer".into(),
+        young,
+        poisson,
+        density: 0.0,
+        formulation: Formulation::Full,
+        ..Material::default()
+    };
+    let materials = [material(2e11), material(2e11 / contrast)];
+    let cells = case.mesh.cell_count();
+    let material_of_cell: Vec<u32> = (0..cells).map(|c| u32::from(c * 4 / cells % 2 == 1)).collect();
+    let solid = Solid { mesh: &case.mesh, materials: &materials, material_of_cell: &material_of_cell };
+    let mut model = assemble(&solid, &case.loads, &case.fixes, 1.0).unwrap();
+    stiction::contact::pose(&case.mesh, &mut model, &[]).unwrap().0
+}
+
+#[test]
+fn stretched_cells_take_thirty_cycles_at_most() {
+    for (element, shapes) in [
+        (BlockElement::Hex8, [LONG, FLAT, GRADED].as_slice()),
+        (BlockElement::Tet4Six, &[LONG, FLAT, GRADED]),
+        (BlockElement::Tet4Five { parity: 0 }, &[LONG]),
+    ] {
+        for &shape in shapes {
+            for (poisson, contrast) in [(0.277, 1.0), (0.45, 1.0), (0.3, 1e4)] {
+                let what = format!("{element:?} {shape:?} nu {poisson} contrast {contrast:e}");
+                let problem = layered(&stretched(shape, element), poisson, contrast);
+                assert!(cycles_to_eight_digits(&problem, &what) <= 30, "{what}");
+            }
+        }
+    }
+}
+
+/// The central tetrahedron of a flat cell resists the mixed second difference across with its short side: what
+/// oscillates along one long side alone stays soft, and neither sweeps by nodes nor aggregates along the short side
+/// take care of both. These meshes lock as well.
+#[test]
+fn five_flat_tetrahedra_a_cell_take_more_cycles_and_end() {
+    for (shape, most) in [(FLAT, 70), (GRADED, 35)] {
+        let problem = layered(&stretched(shape, BlockElement::Tet4Five { parity: 0 }), 0.277, 1.0);
+        assert!(cycles_to_eight_digits(&problem, &format!("{shape:?}")) <= most);
+    }
+}
+
+#[test]
+fn contact_on_stretched_cells_has_the_solution_of_the_direct_path() {
+    for cells in [[2, 13, 13], [6, 2, 40]] {
+        let case = stretched((cells, [1.0; 3]), BlockElement::Hex8);
+        let p = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.35)).pose().problem;
+        let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
+        println!("{cells:?}: {:?}", b.counts);
+        assert_solved(&b);
+        assert!(b.counts.cycles <= 45, "{:?}", b.counts);
+        assert!(distance(&a.u, &b.u) < 1e-8 && distance(&a.lambda, &b.lambda) < 1e-7);
+    }
+}
+
+const LAWS: [SurfaceFriction; 7] = [
+    SurfaceFriction::None,
+    SurfaceFriction::Coulomb(0.1),
+    SurfaceFriction::Coulomb(0.35),
+    SurfaceFriction::Coulomb(1.0),
+    SurfaceFriction::GivenForce(1.3e4),
+    SurfaceFriction::GivenStress(3e6),
+    SurfaceFriction::Bonded,
+];
+
+#[test]
+fn both_paths_find_the_same_solution() {
+    use BlockElement::{Hex8, Hex20, Tet4Six, Tet10Six};
+    for (element, n) in [(Tet4Six, 5), (Hex8, 5), (Tet10Six, 2), (Hex20, 3)] {
+        for load in [BrickLoad::Lift, BrickLoad::Press] {
+            for law in LAWS {
+                let p = brick(n, element, load, law.clone()).pose().problem;
+                let (a, b) = (solved(&p, 1e-10), by_multigrid(&p, 1e-10));
+                println!("{element:?} {load:?} {law:?}: {:?}", b.counts);
+                assert_solved(&b);
+                assert!(distance(&a.u, &b.u) < 1e-8, "{load:?} {law:?}: {:.1e}", distance(&a.u, &b.u));
+                assert!(distance(&a.lambda, &b.lambda) < 1e-7, "{:.1e}", distance(&a.lambda, &b.lambda));
+            }
+        }
+    }
+}
+
+/// `1/2 u'Ku - f'u + sum of g |s|`.
+fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let m = problem.points();
+    let jump = problem.contact.B.times(u);
+    let friction = problem.contact.friction.iter().enumerate().map(|(j, law)| match law {
+        Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(jump[2 * m + j]),
+        _ => 0.0,
+    });
+    0.5 * dot(u, &problem.elastic.K.times(u)) - dot(&problem.elastic.f, u) + friction.sum::<f64>()
+}
+
+#[test]
+fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_solution() {
+    let laws = [SurfaceFriction::None, SurfaceFriction::GivenForce(1.3e4), SurfaceFriction::GivenStress(3e6)];
+    for (load, law) in
+        [BrickLoad::Lift, BrickLoad::Press].into_iter().flat_map(|load| laws.clone().map(|law| (load, law)))
+    {
+        let p = brick(5, BlockElement::Hex8, load, law.clone()).pose().problem;
+        let mut primal = Primal::new(&p).unwrap();
+        // A start far from everything, with the nodes inside the obstacle.
+        let start: Vec<f64> = (0..p.unknowns()).map(|i| 1e-3 * ((i as f64 * 0.618).fract() - 0.5)).collect();
+        let mut after = |steps: usize| {
+            let start_displacement = Some(start.clone());
+            let settings = Settings { max_iterations: steps, start_displacement, ..settings(1e-10) };
+            descend_primal(&p, &mut primal, &settings, &mut |_| ControlFlow::Continue(())).unwrap()
+        };
+        let reference = solved(&p, 1e-10);
+        let least = energy(&p, &reference.u);
+        let mut before = f64::INFINITY;
+        for steps in 0..12 {
+            let now = energy(&p, &after(steps).u);
+            assert!(now <= before + 1e-13 * least.abs() && now >= least - 1e-9 * least.abs(), "{before} {now} {least}");
+            before = now;
+        }
+        let s = after(1000);
+        println!("{load:?} {law:?}: {:?}", s.counts);
+        assert_solved(&s);
+        assert!(distance(&s.u, &reference.u) < 1e-8 && s.counts.cycles <= 80, "{:?}", s.counts);
+    }
+    let coulomb = brick(3, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::Coulomb(0.3)).pose().problem;
+    let mut primal = Primal::new(&coulomb).unwrap();
+    let nothing = descend_primal(&coulomb, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+    assert!(nothing.is_none(), "Coulomb's law has no energy");
+}
+
+#[test]
+fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
+    // The coarsest of these meshes have no second coarse level to start from.
+    for (load, coefficient, most) in [
+        (BrickLoad::Press, 0.35, [1.35, 1.25]),
+        (BrickLoad::Press, 1.0, [1.5, 1.4]),
+        (BrickLoad::Lift, 0.35, [1.6, 1.1]),
+        (BrickLoad::Lift, 0.0, [1.5, 1.1]),
+    ] {
+        for (sizes, most) in [[8, 16], [20, 28]].into_iter().zip(most) {
+            let counts = sizes.map(|n| {
+                let p = brick(n, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
+                let linear = by_multigrid(&elastic(n, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
+                let what = format!("{load:?} {coefficient} n = {n}, linear {linear}");
+                assert_cycles(&p, (most * linear as f64) as usize, &what)
+            });
+            assert!(counts[1] as f64 <= 1.1 * counts[0] as f64, "{counts:?}");
+        }
+    }
+}
+
+/// What is asked for and no more: each digit beyond costs two cycles.
+#[test]
+fn cycles_end_where_the_certificate_passes() {
+    for (load, tolerance) in [(BrickLoad::Press, 1e-3), (BrickLoad::Press, 1e-8), (BrickLoad::Lift, 1e-6)] {
+        let p = brick(8, BlockElement::Hex8, load, SurfaceFriction::Coulomb(0.35)).pose().problem;
+        let s = by_multigrid(&p, tolerance);
+        assert_solved(&s);
+        let within = s.history.iter().filter(|progress| progress.residual <= tolerance).count();
+        assert!(within == 1 && s.certificate.worst > 1e-3 * tolerance, "{load:?} {tolerance}: {within} {:?}", s.counts);
+    }
+}
+
+/// From here on there are levels below the first coarse one, which know nothing of held components by themselves. A body
+/// held at more points is stiffer, so that alone is no reason for more cycles.
+#[test]
+fn a_face_in_contact_does_not_slow_the_coarse_levels() {
+    let on_floor = |law| brick(28, BlockElement::Tet4Six, BrickLoad::Press, law).pose().problem;
+    let linear = by_multigrid(&elastic(28, BlockElement::Tet4Six, 0.277), 1e-8).counts.cycles;
+    assert_cycles(&on_floor(SurfaceFriction::Bonded), linear, &format!("bonded, linear {linear}"));
+    let most = (1.35 * linear as f64) as usize;
+    assert_cycles(&on_floor(SurfaceFriction::Coulomb(0.35)), most, &format!("Coulomb, linear {linear}"));
+}
+
+/// A body carried along by its supports away from the obstacle is free of forces: nothing but rounding is left of them.
+#[test]
+fn a_body_that_moves_away_as_a_whole_is_certified() {
+    let away = [Some(1.6e-4), Some(1.1e-5), Some(2.2e-4)];
+    let case = block_of([0.1, 0.03, 0.03], [7, 2, 5], BlockElement::Tet4Six, 5.5e7, 0.45).fix("z-max", away);
+    let floor = stiction::contact::Obstacle::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
+    let problem = case.contact("z-min", floor, SurfaceFriction::Coulomb(2.0)).pose().problem;
+    let s = by_multigrid(&problem, 1e-8);
+    assert_solved(&s);
+    assert!(s.lambda.iter().all(|&x| x == 0.0));
+    let largest = s.u.iter().fold(0.0, |a: f64, u| a.max(u.abs()));
+    assert!((largest - 2.2e-4).abs() < 1e-12, "{largest}");
+}
+
+#[test]
+fn large_coefficients_converge() {
+    for load in [BrickLoad::Lift, BrickLoad::Press] {
+        for coefficient in [2.0, 5.0, 10.0, 100.0] {
+            let p = brick(8, BlockElement::Tet4Six, load, SurfaceFriction::Coulomb(coefficient)).pose().problem;
+            assert_cycles(&p, 150, &format!("{load:?} {coefficient}"));
+        }
+    }
+}
+
+#[test]
+fn the_estimate_of_the_direct_path_is_of_the_size_of_the_symbolic_counts() {
+    for (size, cells) in [
+        ([3.0, 1.0, 1.0], [30, 10, 10]),
+        ([1.0, 1.0, 1.0], [12, 12, 12]),
+        ([1.0, 1.0, 0.05], [60, 60, 3]),
+        ([10.0, 1.0, 1.0], [80, 8, 8]),
+    ] {
+        for element in [BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
+            let case = block_of(size, cells, element, 1.0, 0.3).fix("x-min", HELD);
+            let p = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.3)).pose().problem;
+            let guess = estimate(&p);
+            let counted = choose(&p, &DualSettings { form: Form::Solves, memory_limit: None }).unwrap();
+            let [flops, bytes] = [guess.flops / counted.flops, guess.bytes / counted.bytes as f64];
+            println!("{element:?} {cells:?}: flops {flops:.2}, bytes {bytes:.2} of what was counted");
+            assert!((0.2..5.0).contains(&flops) && (0.2..5.0).contains(&bytes), "{flops} {bytes}");
+        }
+    }
+}
+
+/// The model brick; without its supports `f` can be changed alone.
+fn brick_without_supports() -> ContactProblem {
+    let p = brick(6, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    ContactProblem { labels: Labels { supports: None, ..p.labels }, ..p }
+}
+
+#[test]
+fn units_and_threads_change_nothing() {
+    let metres = brick_without_supports();
+    let one = by_multigrid(&metres, 1e-8);
+    // Newton and millimetre: K in N/mm, lengths a thousand times as many.
+    let mut millimetres = metres.clone();
+    millimetres.elastic.K.value.iter_mut().for_each(|k| *k *= 1e-3);
+    let scaled = by_multigrid(&millimetres, 1e-8);
+    assert_eq!(one.counts.cycles, scaled.counts.cycles);
+    let back: Vec<f64> = scaled.u.iter().map(|u| u * 1e-3).collect();
+    assert!(distance(&one.u, &back) < 1e-9 && distance(&one.lambda, &scaled.lambda) < 1e-7);
+    for threads in [1, 2, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let again = pool.install(|| by_multigrid(&metres, 1e-8));
+        assert_eq!((&one.u, &one.lambda), (&again.u, &again.lambda), "{threads} threads");
+    }
+}
+
+#[test]
+fn one_set_up_serves_many_loads() {
+    let p = brick_without_supports();
+    let mut twice = p.clone();
+    twice.elastic.f.iter_mut().for_each(|f| *f *= 2.0);
+    let mut primal = Primal::new(&p).unwrap();
+    let mut go = |p: &ContactProblem| solve_primal(p, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+    let (first, second, third) = (go(&p), go(&twice), go(&p));
+    [&first, &second, &third].into_iter().for_each(assert_solved);
+    // Without a gap the problem is positively homogeneous.
+    let half: Vec<f64> = second.u.iter().map(|u| 0.5 * u).collect();
+    assert!(distance(&first.u, &half) < 1e-8 && distance(&first.u, &third.u) < 1e-8);
+}
+
+#[test]
+fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
+    let p = brick(3, BlockElement::Tet4Six, BrickLoad::Lift, SurfaceFriction::Coulomb(0.35)).pose().problem;
+    // Two points whose rows of B reach each other's nodes: neither has one of its own.
+    let mut coupled = p.clone();
+    let [here, there] = [0, 1].map(|j| coupled.contact.B.row(j).0[0] as usize);
+    let entry = Csr::from_triplets(coupled.contact.B.rows, coupled.contact.B.cols, &[(0, there, 0.5), (1, here, 0.5)]);
+    let triplets = |m: &Csr| -> Vec<(usize, usize, f64)> {
+        (0..m.rows).flat_map(|i| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (i, j as usize, v))).collect()
+    };
+    let all = [triplets(&coupled.contact.B), triplets(&entry)].concat();
+    coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
+    match Primal::new(&coupled) {
+        Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
+        Ok(_) => panic!("a hierarchy without a node for each point"),
+    }
+    // Indefinite and not a number: an end that says so, no solution, no hang.
+    for value in [f64::NAN, -1e20] {
+        let mut bad = p.clone();
+        *bad.elastic.K.entry_mut(30, 30).unwrap() = value;
+        if let Ok(mut primal) = Primal::new(&bad) {
+            let s = solve_primal(&bad, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+            assert!(matches!(s.status, Status::Stalled | Status::MaxIterations), "{:?}", s.status);
+        }
+    }
+    let stop = &mut |_: &stiction::friction::Progress| ControlFlow::Break(());
+    let s = solve_primal(&p, &mut Primal::new(&p).unwrap(), &settings(1e-8), stop);
+    assert_eq!(s.status, Status::Interrupted);
+    // A coefficient of zero is no friction.
+    let mut smooth = p.clone();
+    smooth.contact.friction.fill(Friction::Coulomb { coefficient: 0.0 });
+    assert_solved(&by_multigrid(&smooth, 1e-8));
+}

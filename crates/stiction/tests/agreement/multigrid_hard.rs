@@ -1,0 +1,124 @@
+//! Cases on which multigrid's own iteration goes round in circles: bodies that nothing but contact holds, Coulomb friction
+//! whose sets do not settle, meshes of a few cells, contact points on the stiffer body.
+
+// Only the drawing is used here.
+#[allow(dead_code)]
+use std::ops::ControlFlow;
+
+use crate::random_case::text;
+use stiction::friction::{Solution, Status};
+use stiction::io::case;
+use stiction::run::{Event, Path, Settings, prepare, solve};
+
+fn on_path(text: &str, path: &str) -> Result<Solution, String> {
+    let text = format!("{text}[solver]\npath = \"{path}\"\n");
+    let case = case::parse(&text, "case.toml", &[]).unwrap();
+    let prepared = prepare(&case).unwrap();
+    let outcome = solve(&prepared, &Settings::of(&case.solver), &mut |_: &Event| ControlFlow::Continue(()))
+        .map_err(|e| e.to_string())?;
+    assert_eq!(outcome.path == Path::Multigrid, path == "multigrid");
+    Ok(outcome.solution)
+}
+
+/// The forces of the direct path are the second road; `most` bounds the cycles.
+fn assert_same_forces(text: &str, most: usize) {
+    let (found, direct) = (on_path(text, "multigrid").unwrap(), on_path(text, "dense").unwrap());
+    assert_eq!((found.status, direct.status), (Status::Solved, Status::Solved), "{text}");
+    let size = direct.lambda.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    let off = found.lambda.iter().zip(&direct.lambda).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
+    assert!(off <= 1e-5 * size, "forces differ by {off:e} of {size:e}\n{text}");
+    assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
+}
+
+#[test]
+fn bodies_that_contact_alone_holds_on_slopes_and_balls_find_their_place() {
+    for seed in [580, 85, 366, 368, 235, 1004] {
+        assert_same_forces(&text(seed), 120);
+    }
+}
+
+#[test]
+fn coulomb_friction_whose_sets_go_round_is_solved_by_its_bounds() {
+    for seed in [34, 148, 179, 577, 1059, 1488] {
+        assert_same_forces(&text(seed), 200);
+    }
+}
+
+/// A tangent without friction belongs to no law and still to the frame of its point, on an obstacle and between bodies.
+#[test]
+fn friction_along_one_tangent_alone_has_the_forces_of_the_direct_path() {
+    let law = "friction = { coulomb = [0.3, 0], direction = [1, 0.3, 0] }\n";
+    let loads = "[[fix]]\non = \"a.x-min\"\nvalue = [0, 0, 0]\n[[load]]\non = \"a.z-max\"\npressure = 1\n\
+        [[load]]\non = \"a.x-max\"\ntraction = [1, 0.5, 0]\n[[contact]]\non = \"a.z-min\"\n";
+    let part = "[mesh.parts.a]\nblock = { size = [3, 1, 1], cells = [9, 3, 3], element = \"hex8\" }\n\
+        [materials.m]\nyoung = 1e4\npoisson = 0.3\n";
+    let plane = "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
+    assert_same_forces(&format!("{part}{loads}{plane}{law}"), 40);
+    let below = "[mesh.parts.b]\nblock = { size = [3.3, 1.2, 1], cells = [8, 4, 3], element = \"hex8\" }\n\
+        move = [0, -0.1, -1]\n[[fix]]\non = \"b.z-min\"\nvalue = [0, 0, 0]\n";
+    assert_same_forces(&format!("{part}{below}{loads}against = \"b.z-max\"\n{law}"), 40);
+}
+
+/// A bar of one cell under pressure: hexahedra have its uniform stress exactly, `u = -p L / E` at the top.
+#[test]
+fn a_mesh_of_one_cell_is_solved_by_multigrid_exactly() {
+    let text = "[mesh]\nblock = { size = [2, 1, 3], cells = [1, 1, 1], element = \"hex8\" }\n\
+        [materials.m]\nyoung = 50\npoisson = 0.3\n\
+        [[fix]]\non = \"x-min\"\ncomponents = \"x\"\n[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n\
+        [[load]]\non = \"z-max\"\npressure = 0.1\n\
+        [[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = \"none\"\n";
+    let found = on_path(text, "multigrid").unwrap();
+    assert_eq!(found.status, Status::Solved);
+    let lowest = found.u.iter().fold(0.0, |a: f64, u| a.min(*u));
+    assert!((lowest + 0.1 * 3.0 / 50.0).abs() < 1e-9, "{lowest}");
+    let normal: f64 = found.lambda[..4].iter().sum();
+    assert!((normal - 0.1 * 2.0).abs() < 1e-8, "{normal}");
+}
+
+#[test]
+fn contact_points_on_a_body_some_hundred_times_stiffer_are_refused_with_the_remedy() {
+    let pressed = |slave: &str| {
+        let part = |name: &str, size: f64, cells: usize, z: i32, young: f64| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = [{size}, {size}, 1], cells = [{cells}, {cells}, 3], element = \"hex8\" }}\n\
+                 move = [0, 0, {z}]\n[materials.{name}]\nyoung = {young}\npoisson = 0.3\non = \"{name}\"\n"
+            )
+        };
+        part("a", 1.0, 5, 0, 1e5)
+            + &part("b", 1.2, 4, -1, 1e2)
+            + "[[fix]]\non = \"b.z-min\"\nvalue = [0, 0, 0]\n[[fix]]\non = \"a.z-max\"\nvalue = [0.002, 0, -0.01]\n"
+            + "[[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\nfriction = { coulomb = 0.3 }\n"
+            + slave
+    };
+    let error = on_path(&pressed("slave = \"on\"\n"), "multigrid").unwrap_err();
+    assert!(error.contains("stiffer") && error.contains("leave out `slave`"), "{error}");
+    let found = on_path(&pressed(""), "multigrid").unwrap();
+    assert_eq!(found.status, Status::Solved);
+    assert!(found.counts.cycles <= 30, "{:?}", found.counts);
+}
+
+/// Where nearly all points slip each has a spring across its slip, very stiff as long as it has hardly slipped: one that is
+/// left on the coarse levels costs a hundred cycles. And in flat cells a node by itself is many times stiffer than the body is
+/// there, so that its stiffness says nothing about what opens and what slips. In cells long along the surface whole coarse
+/// functions are held: what is left of them is rounding, and steps along them stalled the iteration at random.
+#[test]
+fn graded_cells_that_slip_everywhere_take_no_more_cycles_than_a_few_linear_solves() {
+    for (cells, grading, law, most) in [
+        ([84, 28, 28], [1.0, 3.0, 5.0], "tresca = 1e5", 30),
+        ([84, 28, 28], [1.0, 3.0, 5.0], "coulomb = 0.35", 30),
+        ([42, 14, 14], [1.0, 10.0, 30.0], "coulomb = 0.35", 45),
+        ([42, 14, 14], [1.0, 30.0, 1.0], "coulomb = 0.35", 30),
+        ([42, 14, 14], [10.0, 1.0, 1.0], "coulomb = 0.8", 30),
+    ] {
+        let text = format!(
+            "[mesh]\nblock = {{ size = [3, 1, 1], cells = {cells:?}, element = \"hex8\", grading = {grading:?} }}\n\
+             [materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n[[fix]]\non = \"x-min\"\n\
+             [[load]]\non = \"x-max\"\ntraction = [1e6, 5e5, 0]\n[[load]]\non = \"z-max\"\ntraction = [0, 0, -1e6]\n\
+             [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+             friction = {{ {law} }}\n"
+        );
+        let found = on_path(&text, "multigrid").unwrap();
+        assert_eq!(found.status, Status::Solved, "{text}");
+        assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
+    }
+}

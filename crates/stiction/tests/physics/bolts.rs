@@ -1,0 +1,116 @@
+//! Bolts that close a clearance, and how a bolt and the parts it clamps share a load.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use crate::case_run::{block, solved};
+use stiction::io::case;
+use stiction::run::{Outcome, Prepared, Settings, bolt_states, prepare, report, solve_steps};
+
+/// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
+fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pretension/pretension.toml");
+    let set: Vec<(String, String)> = set.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let case = case::read(path, &set).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
+    let outcome = solve_steps(&mut prepared, &Settings::of(&case.solver), None, &mut |_, _| Ok(()), go_on);
+    (outcome.unwrap_or_else(|e| panic!("{e}")), prepared)
+}
+
+/// Force and shortening after each step.
+fn course(outcome: &Outcome) -> Vec<[f64; 2]> {
+    let number = |step: &serde_json::Value, key: &str| step["bolts"][0][key].as_f64().unwrap();
+    outcome.steps.iter().map(|step| ["force", "shortening"].map(|key| number(step, key))).collect()
+}
+
+/// Closing a clearance is a rigid displacement of loose parts: all forces are those of the joint without it, and the nut
+/// has been turned that much further.
+#[test]
+fn a_clearance_costs_shortening_and_no_force() {
+    let without = course(&joint(&[]).0);
+    for path in ["solves", "multigrid"] {
+        for (contact, gap) in [("contact.0.gap", 0.5), ("contact.1.gap", 3.0), ("contact.2.gap", 5.0)] {
+            let set = [(contact, gap.to_string()), ("solver.path", format!("'{path}'"))];
+            let (outcome, _) = joint(&set.each_ref().map(|(k, v)| (*k, v.as_str())));
+            assert!(outcome.solution.certificate.passed, "{path} {contact}");
+            for (with, without) in course(&outcome).iter().zip(&without) {
+                assert!((with[0] / without[0] - 1.0).abs() < 1e-6, "{path} {contact}: {with:?} {without:?}");
+                assert!((with[1] - without[1] - gap).abs() < 1e-6 * without[1] + 1e-8 * gap, "{with:?} {without:?}");
+            }
+        }
+    }
+}
+
+/// By shortening over the same clearance in four increments: the first ones press nothing.
+#[test]
+fn a_bolt_has_no_force_before_its_clearance_is_closed() {
+    let text = |path: &str, pull: &str| {
+        let set = [
+            ("bolt.0", format!("{{ on = 'bolt', axis = [0, 0, 1], shortening = '{pull}' }}")),
+            ("contact.1.gap", "3".into()),
+            ("step.0.increments", "4".into()),
+            ("solver.path", format!("'{path}'")),
+        ];
+        joint(&set.each_ref().map(|(k, v)| (*k, v.as_str()))).0
+    };
+    let tight = course(&joint(&[]).0)[0];
+    for path in ["solves", "multigrid"] {
+        let outcome = text(path, &format!("{:?}*min(t, 1)", 3.0 + tight[1]));
+        let forces: Vec<f64> = course(&outcome).iter().map(|step| step[0]).collect();
+        assert!(outcome.solution.certificate.passed && forces.len() == 5, "{path}: {forces:?}");
+        assert!(forces[..3].iter().all(|f| f.abs() < 1e-6 * tight[0]), "{path}: {forces:?}");
+        assert!((forces[3] / tight[0] - 1.0).abs() < 1e-6, "{path}: {forces:?}");
+    }
+}
+
+/// A stiff head on a bolt and, on both sides of it, parts that it clamps, springs side by side: E A/L = 1 and 4. A pull on
+/// the head is shared as 1 to 4 until the parts are unloaded at 5/4 of the pretension; beyond, the bolt carries it alone
+/// (VDI 2230; Shigley, Mechanical Engineering Design, 8-7: F_b = F_i + C P with C = k_b/(k_b + k_m)).
+#[test]
+fn bolt_and_clamped_parts_share_a_pull_until_they_part() {
+    let part = |name: &str, size: [f64; 3], cells: [usize; 3], place: [f64; 3]| {
+        let mesh = block(size, cells, "element = \"hex8\"").replacen("[mesh]", &format!("[mesh.parts.{name}]"), 1);
+        format!("{mesh}move = {place:?}\n")
+    };
+    let mesh = part("left", [2.0, 1.0, 10.0], [2, 1, 4], [0.0; 3])
+        + &part("bolt", [1.0, 1.0, 10.0], [1, 1, 4], [2.0, 0.0, 0.0])
+        + &part("right", [2.0, 1.0, 10.0], [2, 1, 4], [3.0, 0.0, 0.0])
+        + &part("head", [5.0, 1.0, 2.0], [5, 1, 1], [0.0, 0.0, 10.0]);
+    let glued =
+        |part: &str| format!("[[contact]]\non = \"{part}.z-max\"\nagainst = \"head.z-min\"\nfriction = \"bonded\"\n");
+    let rest = "[materials.soft]\nyoung = 10e3\npoisson = 0\non = [\"left\", \"bolt\", \"right\"]\n\
+        [materials.stiff]\nyoung = 1e9\npoisson = 0\non = \"head\"\n\
+        [[fix]]\non = \"bolt.z-min\"\n[[fix]]\non = [\"left.y-min\", \"right.y-min\", \"head.y-min\"]\ncomponents = \"y\"\n\
+        [[bolt]]\non = \"bolt\"\naxis = [0, 0, 1]\nforce = \"1000*min(t, 1)\"\nlock = \"tighten\"\n\
+        [[load]]\non = \"head.z-max\"\ntraction = [0, 0, \"max(0, t - 1)*50\"]\n\
+        [[step]]\nname = \"tighten\"\nuntil = 1\n[[step]]\nuntil = 7\nincrements = 6\n";
+    for clearance in [0.0, 2.0] {
+        let feet = format!(
+            "[[contact]]\non = [\"left.z-min\", \"right.z-min\"]\n\
+             against = {{ plane = {{ point = [0, 0, -{clearance}], normal = [0, 0, 1] }} }}\nfriction = \"none\"\n"
+        );
+        let text = mesh.clone() + rest + &feet + &glued("left") + &glued("bolt") + &glued("right");
+        let (outcome, _) = solved(&text);
+        for (k, step) in course(&outcome).iter().enumerate() {
+            let pull = 250.0 * k as f64;
+            let wanted = if pull < 1250.0 { 1000.0 + pull / 5.0 } else { pull };
+            assert!((step[0] / wanted - 1.0).abs() < 1e-4, "{clearance}, {k}: {} for {wanted}", step[0]);
+        }
+    }
+}
+
+/// Without anything under its head a bolt finds nothing to press: the run says so and what to do.
+#[test]
+fn a_bolt_with_nothing_between_its_parts_is_told() {
+    let text = block([2.0, 2.0, 8.0], [2, 2, 4], "element = \"hex8\"")
+        + "[materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"z-min\"\n\
+           [[bolt]]\non = \"body\"\naxis = [0, 0, 1]\nforce = 100\n";
+    let case = case::parse(&text, "case.toml", &[]).unwrap();
+    let mut prepared = prepare(&case).unwrap();
+    let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
+    let outcome = solve_steps(&mut prepared, &Settings::of(&case.solver), None, &mut |_, _| Ok(()), go_on).unwrap();
+    assert!(bolt_states(&prepared, &outcome)[0].force.abs() < 1e-6);
+    let told = report(&prepared, &outcome);
+    assert!(told.contains("bolt \"body\" has the force") && told.contains("tighten it by `shortening`"), "{told}");
+}

@@ -1,0 +1,429 @@
+//! Bodies held by contact alone.
+
+use std::ops::{ControlFlow, Range};
+
+use crate::common::*;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+};
+use stiction::contact::equilibrium::{in_words, no_equilibrium, unresisted};
+use stiction::contact::rigid::rigid_motions;
+use stiction::contact::sliding::least_resisted;
+use stiction::contact::{Bodies, Body, ContactProblem, Friction, Obstacle, Side, Supports, SurfaceFriction};
+use stiction::dual::Form;
+use stiction::fem::{Field, Fix};
+use stiction::friction::{Given, Method, MethodSettings, Status, solve_with};
+use stiction::linalg::{Csr, SymmetricCsr, max_abs, norm};
+use stiction::mesh::BlockElement;
+
+const YOUNG: f64 = 2.1e11;
+const ELEMENTS: [BlockElement; 2] = [BlockElement::Tet4Six, BlockElement::Hex8];
+
+/// Turned about a skew axis, and far from the origin.
+fn turned(mut case: Case, degrees: f64) -> Case {
+    let (axis, (s, c)) = ([1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0], degrees.to_radians().sin_cos());
+    for x in &mut case.mesh.nodes {
+        let along: f64 = (0..3).map(|k| axis[k] * x[k]).sum();
+        let across = [0, 1, 2].map(|k| axis[(k + 1) % 3] * x[(k + 2) % 3] - axis[(k + 2) % 3] * x[(k + 1) % 3]);
+        *x = [0, 1, 2].map(|k| c * x[k] + s * across[k] + (1.0 - c) * along * axis[k] + 30.0);
+    }
+    case
+}
+
+#[test]
+fn rigid_motions_are_those_that_no_support_stops() {
+    let z = |held: bool| [None, None, held.then_some(0.0)];
+    for element in ELEMENTS {
+        let block = || block_of([3.0, 1.0, 0.5], [6, 3, 2], element, YOUNG, 0.3);
+        let corner = |case: Case| {
+            let x = case.mesh.nodes[0];
+            let nodes: Vec<u32> =
+                (0..case.mesh.nodes.len() as u32).filter(|&n| case.mesh.nodes[n as usize] == x).collect();
+            let mut case = case;
+            case.fixes.push(Fix { nodes, value: [const { Some(Field::Constant(0.0)) }; 3], ..Fix::default() });
+            case
+        };
+        let cases = [
+            (block(), 6),
+            (turned(block(), 30.0), 6),
+            (block().fix("z-min", z(true)), 3),
+            (turned(block(), 30.0).fix("z-min", z(true)), 3),
+            (block().fix("z-min", z(true)).fix("y-min", [None, Some(0.0), None]), 1),
+            (corner(block()), 3),
+            (corner(turned(block(), 30.0)), 3),
+            (block().fix("x-min", HELD), 0),
+        ];
+        for (number, (case, count)) in cases.into_iter().enumerate() {
+            let free = block().fix("x-min", HELD).contact("z-min", FLOOR, SurfaceFriction::None).pose().problem;
+            let mut model = case.assemble();
+            let (problem, _) = stiction::contact::pose(&case.mesh, &mut model, &[]).unwrap();
+            let motions = rigid_motions(&problem);
+            assert_eq!(motions.len(), count, "case {number} {element:?}");
+            // Unstrained, orthonormal, and stopped by the fixing unknowns.
+            let unit = |k: usize| (0..count).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+            for k in 0..count {
+                let mut u = vec![0.0; problem.unknowns()];
+                motions.add(&unit(k), &mut u);
+                assert!((norm(&u) - 1.0).abs() < 1e-12);
+                assert!(max_abs(&problem.elastic.K.times(&u)) < 1e-12 * problem.elastic.K.max_abs());
+                assert!(motions.work(&u).iter().zip(unit(k)).all(|(w, e)| (w - e).abs() < 1e-12));
+                let moved = motions.fixing().iter().map(|&i| u[i as usize].powi(2)).sum::<f64>().sqrt();
+                assert!(moved > 0.3 / (problem.unknowns() as f64).sqrt());
+            }
+            assert!(rigid_motions(&free).is_empty());
+        }
+    }
+}
+
+/// A block on the floor pressed by `p` on its top and pushed by `t` on the side `x-min`, half as large.
+fn pressed(element: BlockElement, p: f64, t: f64, friction: SurfaceFriction) -> Case {
+    block_of([1.0, 1.0, 0.5], [4, 4, 2], element, YOUNG, 0.3)
+        .traction("z-max", [0.0, 0.0, -p])
+        .traction("x-min", [t, 0.0, 0.0])
+        .contact("z-min", FLOOR, friction)
+}
+
+/// How the loads carry a body away.
+fn departure(problem: &ContactProblem) -> Option<String> {
+    let motions = rigid_motions(problem);
+    no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
+}
+
+fn free_motion(problem: &ContactProblem) -> Option<(String, bool)> {
+    let motions = rigid_motions(problem);
+    unresisted(problem, &motions).map(|slide| (in_words(problem, &motions, &slide.alpha), slide.work > 0.0))
+}
+
+/// Resultant of the force of the points on the body; normals point down, tangents along x and y.
+fn resultant(lambda: &[f64], points: Range<usize>) -> [f64; 3] {
+    let m = lambda.len() / 3;
+    let sum = |row: usize| lambda[row * m + points.start..row * m + points.end].iter().sum::<f64>();
+    [-sum(1), -sum(2), sum(0)]
+}
+
+#[test]
+fn a_block_pressed_on_the_floor_is_held_by_friction_alone() {
+    for element in ELEMENTS {
+        // Without Poisson's effect the pressure is uniform and nothing wants to slip.
+        let mut floating = pressed(element, 1e6, 0.0, SurfaceFriction::Coulomb(0.3));
+        floating.poisson = 0.0;
+        let floating = floating.pose();
+        let s = solved(&floating.problem, 1e-10);
+        assert!(s.counts.newton_steps <= 4, "{:?}", s.counts);
+        for (j, area) in floating.problem.labels.area.iter().enumerate() {
+            assert!((s.lambda[j] - 1e6 * area).abs() < 1e-9 * 1e6 * area);
+        }
+        for (x, u) in floating.full(&s.u).iter().zip(&pressed(element, 1e6, 0.0, SurfaceFriction::None).mesh.nodes) {
+            assert!((x[2] + 1e6 / YOUNG * u[2]).abs() < 1e-9 * 1e6 / YOUNG && x[0].hypot(x[1]) < 1e-9 * 1e6 / YOUNG);
+        }
+        // With it: the same forces and strains as with supports that carry nothing, one corner and two directions.
+        let posed = |held: bool| {
+            let mut case = pressed(element, 1e6, 0.0, SurfaceFriction::Coulomb(0.3));
+            if held {
+                let middle = |x: &[f64; 3]| x[0] == 0.5 && x[1] == 0.5;
+                let nodes = case.mesh.nodes.iter().enumerate().filter(|(_, x)| middle(x)).map(|(n, _)| n as u32);
+                let value = [Some(Field::Constant(0.0)), Some(Field::Constant(0.0)), None];
+                case.fixes.push(Fix { nodes: nodes.collect(), value, ..Fix::default() });
+            }
+            case.pose()
+        };
+        let (free, held) = (posed(false), posed(true));
+        let (a, b) = (solved(&free.problem, 1e-10), solved(&held.problem, 1e-10));
+        assert!(a.counts.newton_steps <= b.counts.newton_steps + 3, "{:?} {:?}", a.counts, b.counts);
+        if element == BlockElement::Hex8 {
+            // Symmetric: the axis of the block stays where it is, and carries no friction.
+            let (a, b) = (free.full(&a.u), held.full(&b.u));
+            assert!(distance(a.as_flattened(), b.as_flattened()) < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn a_pushed_block_sticks_up_to_the_limit_of_friction_and_slides_beyond() {
+    for element in ELEMENTS {
+        for (part, holds) in [(0.5, true), (1.0 - 1e-6, true), (1.0 + 1e-6, false), (1.5, false)] {
+            let problem = pressed(element, 1e6, 6e5 * part, SurfaceFriction::Coulomb(0.3)).pose().problem;
+            let s = attempt(&problem, &settings(1e-9));
+            if holds {
+                assert_solved(&s);
+                let force = resultant(&s.lambda, 0..problem.points());
+                assert!(distance(&force, &[-3e5 * part, 0.0, 1e6]) < 1e-8, "{force:?}");
+                assert_eq!(departure(&problem), None);
+            } else {
+                assert_eq!(s.status, Status::NoEquilibrium);
+                assert_eq!(departure(&problem).unwrap(), "the body: translation along x");
+            }
+        }
+    }
+}
+
+#[test]
+fn bodies_that_cannot_rest_are_told_how_they_leave() {
+    let tall = |push: [f64; 3]| {
+        block_of([1.0, 1.0, 3.0], [2, 2, 6], BlockElement::Hex8, YOUNG, 0.3)
+            .traction("z-max", push)
+            .contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.9))
+            .pose()
+            .problem
+    };
+    // The line of action meets the floor at x = 0.5 + 3 tx/p: inside the base up to p/6.
+    assert_solved(&attempt(&tall([0.16e6, 0.0, -1e6]), &settings(1e-9)));
+    let over = tall([0.18e6, 0.0, -1e6]);
+    assert_eq!(attempt(&over, &settings(1e-9)).status, Status::NoEquilibrium);
+    assert_eq!(departure(&over).unwrap(), "the body: rotation about the axis along y through (1, 0.5, 0)");
+    assert_eq!(departure(&tall([0.0, 0.0, 1e6])).unwrap(), "the body: translation along z");
+    let smooth = |push: f64| pressed(BlockElement::Hex8, 1e6, push, SurfaceFriction::None).pose().problem;
+    assert_eq!(free_motion(&smooth(1e5)).unwrap(), ("the body: translation along x".into(), true));
+    assert!(!free_motion(&smooth(0.0)).unwrap().1);
+    assert_eq!(free_motion(&over), None);
+    // Given friction holds as much as its bound says, whatever the pressure.
+    let given = |push: f64| pressed(BlockElement::Hex8, 1e6, push, SurfaceFriction::GivenStress(1e5)).pose().problem;
+    assert_solved(&attempt(&given(1.99e5), &settings(1e-9)));
+    assert_eq!(departure(&given(2.01e5)).unwrap(), "the body: translation along x");
+}
+
+/// Three blocks on one another on the floor, node on node, lifted by `clearance` from what is below.
+fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 3]>) {
+    let one = |level: usize| {
+        let mut case = block_of([1.0, 1.0, 0.5], [3, 3, 2], BlockElement::Hex8, YOUNG, poisson);
+        case.mesh.nodes.iter_mut().for_each(|x| x[2] += level as f64 * (0.5 + clearance) + clearance);
+        let case = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.3));
+        if level == 2 { case.traction("z-max", [push, 0.0, -1e6]) } else { case }
+    };
+    let cases = [0, 1, 2].map(one);
+    let parts: Vec<ContactProblem> = cases.iter().map(|case| case.pose().problem).collect();
+    let (n, m) = (parts[0].unknowns(), parts[0].points());
+    let tops = cases[0].nodes("z-max");
+    let (mut k, mut b) = (Vec::new(), Vec::new());
+    for (level, part) in parts.iter().enumerate() {
+        let full = part.elastic.K.full();
+        for i in 0..n {
+            let (columns, values) = full.row(i);
+            columns.iter().zip(values).for_each(|(&j, &v)| k.push((level * n + i, level * n + j as usize, v)));
+        }
+        for i in 0..3 * m {
+            let (columns, values) = part.contact.B.row(i);
+            for (&j, &v) in columns.iter().zip(values) {
+                let row = i / m * 3 * m + level * m + i % m;
+                b.push((row, level * n + j as usize, v));
+                if level > 0 {
+                    b.push((row, (level - 1) * n + 3 * tops[i % m] as usize + j as usize % 3, -v));
+                }
+            }
+        }
+    }
+    let all = |of: fn(&ContactProblem) -> &Vec<f64>| parts.iter().flat_map(of).copied().collect::<Vec<f64>>();
+    let friction: Vec<Friction> = parts.iter().flat_map(|p| &p.contact.friction).copied().collect();
+    let k = SymmetricCsr::from_full(&Csr::from_triplets(3 * n, 3 * n, &k), "K").unwrap();
+    let b = Csr::from_triplets(9 * m, 3 * n, &b);
+    let mut problem = ContactProblem::from_matrices(k, all(|p| &p.elastic.f), b, vec![clearance; 3 * m], friction);
+    problem.elastic.near_kernel = Some(parts.iter().flat_map(|p| p.elastic.near_kernel.clone().unwrap()).collect());
+    let body = |name: &str, level: usize| {
+        let part = parts[level].labels.bodies.as_ref().unwrap();
+        Body { name: name.into(), ..part.list[0].clone() }
+    };
+    problem.labels.bodies = Some(Bodies {
+        list: vec![body("low", 0), body("middle", 1), body("high", 2)],
+        of: (0..3 * n).map(|i| (i / n) as u32).collect(),
+        of_support: Vec::new(),
+        origin: [0.0; 3],
+    });
+    problem.labels.supports = Some(Supports {
+        K: Csr::zero(0, 3 * n),
+        K_own: Csr::zero(0, 0),
+        load: Vec::new(),
+        free_load: problem.elastic.f.clone(),
+        displacement: Vec::new(),
+        B: Csr::zero(9 * m, 0),
+        rigid: Vec::new(),
+        springs: None,
+    });
+    problem.validate().unwrap();
+    (problem, cases.iter().flat_map(|case| case.mesh.nodes.clone()).collect())
+}
+
+#[test]
+fn stacked_blocks_rest_on_one_another() {
+    for clearance in [0.0, 0.1] {
+        let (problem, nodes) = stack(clearance, 0.0, 0.0);
+        assert_eq!(rigid_motions(&problem).len(), 18);
+        let s = solved(&problem, 1e-10);
+        let strain = 1e6 / YOUNG;
+        for (x, u) in nodes.iter().zip(s.u.as_chunks::<3>().0) {
+            let level = (x[2] / (0.5 + clearance) - 1e-9).floor();
+            let down = (level + 1.0) * clearance + strain * (x[2] - (level + 1.0) * clearance);
+            let error = [u[0], u[1], u[2] + down];
+            assert!(max_abs(&error) < 1e-9 * (strain + clearance), "{clearance} {x:?} {u:?} {down}");
+        }
+    }
+    // Pushed at the top the force goes through all of them, and the certificate says so for each.
+    let (problem, _) = stack(0.0, 0.3, 2e5);
+    let s = solved(&problem, 1e-10);
+    let m = problem.points() / 3;
+    for level in 0..3 {
+        let force = resultant(&s.lambda, level * m..(level + 1) * m);
+        assert!(distance(&force, &[-2e5, 0.0, 1e6]) < 1e-8, "{force:?}");
+        let body = &s.certificate.bodies[level];
+        let load = if level == 2 { [2e5, 0.0, -1e6] } else { [0.0; 3] };
+        assert!(distance(&body.load, &load) < 1e-12 && max_abs(&body.support) == 0.0);
+        assert!((0..3).all(|c| (body.contact[c] + load[c]).abs() < 1e-8 * 1e6), "{body:?}");
+    }
+    let (problem, _) = stack(0.0, 0.3, 3.1e5);
+    assert_eq!(departure(&problem).unwrap(), "body \"high\": translation along x");
+}
+
+/// `min 1/2 u'Ku - f'u` over `N u <= gap`: the displacements' own quadratic program, `K` singular.
+#[test]
+fn clarabel_finds_the_same_rest_of_a_block_in_a_corner() {
+    let wall = |normal: [f64; 3]| Obstacle::Plane { point: [0.0; 3], normal };
+    let mut case = block_of([1.0, 0.8, 0.6], [3, 3, 3], BlockElement::Hex8, YOUNG, 0.3)
+        .traction("x-max", [-1e6, 0.0, 0.0])
+        .traction("y-max", [0.0, -2e6, 0.0])
+        .traction_z("z-max", |x| -4e6 * x[0])
+        .contact("x-min", wall([1.0, 0.0, 0.0]), SurfaceFriction::None)
+        .contact("y-min", wall([0.0, 1.0, 0.0]), SurfaceFriction::None)
+        .contact("z-min", FLOOR, SurfaceFriction::None);
+    // Off the walls by more than it deforms.
+    case.mesh.nodes.iter_mut().for_each(|x| *x = [x[0] + 1e-3, x[1] + 2e-3, x[2] + 1e-4]);
+    let p = case.pose().problem;
+    assert_eq!((rigid_motions(&p).len(), free_motion(&p)), (6, None));
+    let s = solved(&p, 1e-10);
+    let (m, n) = (p.points(), p.unknowns());
+    let upper = |a: &Csr, scale: f64| {
+        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..a.rows {
+            let (c, v) = a.row(i);
+            for (&j, &v) in c.iter().zip(v) {
+                rows.push(i);
+                columns.push(j as usize);
+                values.push(v * scale);
+            }
+        }
+        (rows, columns, values)
+    };
+    // Displacements over 1e-5, forces over 1e5.
+    let (length, force) = (1e-5, 1e5);
+    let (rows, columns, values) = upper(&p.elastic.K.full(), length / force);
+    let kept: Vec<usize> = (0..rows.len()).filter(|&e| rows[e] <= columns[e]).collect();
+    let pick = |list: &[usize]| kept.iter().map(|&e| list[e]).collect::<Vec<_>>();
+    let values = kept.iter().map(|&e| values[e]).collect();
+    let k = CscMatrix::new_from_triplets(n, n, pick(&rows), pick(&columns), values);
+    let normal = p.contact.B.select_rows(&(0..m as u32).collect::<Vec<_>>());
+    let (rows, columns, values) = upper(&normal, 1.0);
+    let a = CscMatrix::new_from_triplets(m, n, rows, columns, values);
+    let f: Vec<f64> = p.elastic.f.iter().map(|f| -f / force).collect();
+    let gap: Vec<f64> = p.contact.gap.iter().map(|g| g / length).collect();
+    let settings: DefaultSettings<f64> =
+        DefaultSettingsBuilder::default().verbose(false).tol_gap_rel(1e-12).tol_feas(1e-12).build().unwrap();
+    let mut solver = DefaultSolver::new(&k, &f, &a, &gap, &[SupportedConeT::NonnegativeConeT(m)], settings).unwrap();
+    solver.solve();
+    assert!(matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
+    let theirs: Vec<f64> = solver.solution.x.iter().map(|x| x * length).collect();
+    let forces: Vec<f64> = solver.solution.z.iter().map(|x| x * force).collect();
+    assert!(distance(&s.lambda[..m], &forces) < 1e-5, "{}", distance(&s.lambda[..m], &forces));
+    assert!(distance(&s.u, &theirs) < 1e-7, "{}", distance(&s.u, &theirs));
+}
+
+#[test]
+fn methods_that_cannot_keep_the_balance_refuse() {
+    let problem = pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::GivenStress(1e5)).pose().problem;
+    let dual = dual_of(&problem, Form::Auto);
+    let method = MethodSettings::new(Method::Given(Given::Discs));
+    let error = solve_with(&problem, &dual, &settings(1e-8), &method, &mut |_| ControlFlow::Continue(()));
+    assert!(error.unwrap_err().to_string().contains("held by contact alone"));
+}
+
+#[test]
+fn both_forms_of_the_dual_operator_hold_a_floating_block() {
+    let problem = pressed(BlockElement::Tet4Six, 1e6, 4e5, SurfaceFriction::Coulomb(0.3)).pose().problem;
+    let solve = |form| {
+        let s = stiction::friction::solve(&problem, &dual_of(&problem, form), &settings(1e-10), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        assert_solved(&s);
+        s
+    };
+    let (a, b) = (solve(Form::Dense), solve(Form::Solves));
+    assert!(distance(&a.u, &b.u) < 1e-8 && distance(&a.lambda, &b.lambda) < 1e-8);
+}
+
+/// Blocks dropped by a tenth of their height into a trough and into a bowl, which they touch at edges and at corners.
+#[test]
+fn bodies_that_start_far_from_what_they_touch_come_to_rest() {
+    for coefficient in [0.2, 0.6] {
+        let hollow = |obstacle: Obstacle| {
+            let mut case = block_of([1.0, 1.0, 0.5], [6, 4, 3], BlockElement::Hex8, 1e9, 0.3)
+                .traction("z-max", [0.0, 0.0, -1e6])
+                .contact("z-min", obstacle, SurfaceFriction::Coulomb(coefficient));
+            case.mesh.nodes.iter_mut().for_each(|x| x[2] += 0.6);
+            case.pose().problem
+        };
+        let (radius, side) = (2.0, Side::Inside);
+        let trough = Obstacle::Cylinder { point: [0.5, 0.0, 2.0], axis: [0.0, 1.0, 0.0], radius, side };
+        let bowl = Obstacle::Sphere { center: [0.5, 0.5, 3.0], radius: 3.0, side };
+        for obstacle in [trough, bowl] {
+            let problem = hollow(obstacle);
+            let s = solved(&problem, 1e-9);
+            assert!(s.counts.newton_steps <= 15 && s.counts.fixed_point_steps == 0, "{:?}", s.counts);
+            assert!(s.certificate.bodies[0].balance.moment < 1e-9);
+        }
+    }
+}
+
+/// A block on the floor with uniform normal forces, pushed along x at the distance `arm` from its middle: friction over load
+/// of the motion that friction resists least, against all centres of rotation of a grid.
+#[test]
+fn the_least_resisted_motion_is_the_least_of_all_motions() {
+    let posed = pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::Coulomb(0.3)).pose();
+    let mut p = posed.problem;
+    let m = p.points();
+    let mut lambda = p.labels.area.clone();
+    lambda.resize(3 * m, 0.0);
+    let at: Vec<[f64; 2]> = (posed.facts[0].nodes.iter())
+        .map(|&node| pressed(BlockElement::Hex8, 1e6, 0.0, SurfaceFriction::None).mesh.nodes[node as usize])
+        .map(|x| [x[0] - 0.5, x[1] - 0.5])
+        .collect();
+    for arm in [0.0, 0.1, 0.3, 1.0, 10.0] {
+        // Unit force along x and the moment about the middle, as forces on the unknowns.
+        let motions = rigid_motions(&p);
+        let six = p.elastic.near_kernel.clone().unwrap();
+        let n = six.len() as f64 / 3.0;
+        let turns: f64 = six.iter().map(|r| r[5] * r[5]).sum();
+        p.elastic.f = six.iter().map(|r| r[0] / n - arm * r[5] / turns).collect();
+        let found = least_resisted(&p, &motions, &lambda).unwrap();
+        let ratio = found.friction / found.load;
+        let friction =
+            |x: f64, y: f64| -> f64 { at.iter().zip(&lambda).map(|(a, l)| 0.3 * l * (a[0] - x).hypot(a[1] - y)).sum() };
+        // Along x, and about centres on the y axis, where symmetry puts the best.
+        let mut least: f64 = 0.3 * lambda[..m].iter().sum::<f64>();
+        for k in -200_000..200_000 {
+            let y = f64::from(k) * 1e-4;
+            let work = (y - arm).abs();
+            least = least.min(friction(0.0, y) / work.max(1e-12));
+        }
+        println!("{arm}: {ratio} {least}");
+        assert!((ratio / least - 1.0).abs() < 1e-6, "{arm}: {ratio} {least}");
+    }
+}
+
+/// A wall beside the block: pushed against it the block is stopped, pushed away from it nothing but friction resists.
+#[test]
+fn a_motion_that_a_wall_will_stop_is_not_told() {
+    let wall = Obstacle::Plane { point: [1.01, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+    for (push, stopped) in [(1.0, true), (-1.0, false)] {
+        let case = pressed(BlockElement::Hex8, 1e6, push * 5e5, SurfaceFriction::Coulomb(0.3));
+        let p = case.contact("x-max", wall.clone(), SurfaceFriction::None).pose().problem;
+        let mut lambda = vec![0.0; 3 * p.points()];
+        let floor = p.labels.pairs[0].points.clone();
+        floor.for_each(|j| lambda[j] = 1e6 * p.labels.area[j]);
+        let motions = rigid_motions(&p);
+        let found = least_resisted(&p, &motions, &lambda);
+        assert_eq!(found.is_none(), stopped);
+        if let Some(found) = found {
+            // 1e6 on the unit square of the base; 5e5 on the side, half as high.
+            assert!(close(found.friction, 3e5, 1e-6) && close(found.load, 2.5e5, 1e-9), "{found:?}");
+            assert_eq!(in_words(&p, &motions, &found.alpha), "the body: translation along (-1, 0, 0)");
+        }
+    }
+}
