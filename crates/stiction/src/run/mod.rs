@@ -4,7 +4,6 @@
 //! ([`prepare`]); `solve` solves and certifies it, one load step after the other ([`solve()`], [`solve_steps`]); `results`
 //! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]).
 
-pub mod paper;
 mod pose;
 mod results;
 mod solve;

@@ -14,7 +14,6 @@ mod independent_solver;
 mod methods;
 mod multigrid;
 mod multigrid_hard;
-mod paper;
 mod random_cases;
 mod random_problems;
 mod uniqueness;

@@ -4,9 +4,11 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use stiction::Error;
-use stiction::run::paper::{FIGURES, Request, StudyEvent, TABLES, study, write_study};
 use stiction::run::writable;
 
+use super::study::Tally;
+use super::write::write_study;
+use super::{FIGURES, Request, StudyEvent, TABLES, study};
 use crate::progress::{Mode, Progress};
 use crate::{code, interrupt, output};
 
@@ -49,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         match event {
             StudyEvent::Run { table, run } => progress.say(format!("table {table:>2}: {run}")),
             StudyEvent::TableDone(table) => {
-                let tally = stiction::run::paper::Tally::of(&table.comparisons);
+                let tally = Tally::of(&table.comparisons);
                 progress.line(&format!("table {:>2}: {} ({:.1} s)", table.number, tally.words(), table.seconds));
             }
             StudyEvent::Figure(number) => progress.say(format!("figure {number}")),

@@ -9,8 +9,8 @@ use super::known::known;
 use super::laboratory::{Laboratory, Measured, relative_change};
 use super::published::Published;
 use super::study::TableReport;
-use crate::Error;
-use crate::friction::MethodEnd;
+use stiction::Error;
+use stiction::friction::MethodEnd;
 
 /// Settings in which a table is run; the first is judged.
 pub fn settings(table: usize, quick: bool) -> Vec<Setting> {

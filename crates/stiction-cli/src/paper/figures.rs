@@ -5,11 +5,10 @@ use std::ops::ControlFlow;
 use super::model::{Brick, Law, brick};
 use super::study::Figure;
 use super::{sketches, study};
-use crate::Error;
-use crate::fem::full_displacement;
-use crate::io::plot::{Axis, FaceColors, SpacePlot, space};
-use crate::run::results::fields::{SurfaceFields, surfaces};
-use crate::run::{Outcome, Prepared, Settings, solve};
+use stiction::Error;
+use stiction::fem::full_displacement;
+use stiction::io::plot::{Axis, FaceColors, SpacePlot, space};
+use stiction::run::{Outcome, Prepared, Settings, solve};
 
 /// The largest displacement is drawn with this length, in the unit of the brick.
 const SHOWN_DISPLACEMENT: f64 = 0.15;
@@ -38,7 +37,7 @@ pub struct Solved {
 fn needed(solution: &mut Option<Solved>) -> Result<&Solved, Error> {
     if solution.is_none() {
         let prepared = brick(DRAWN, Law::Coulomb)?;
-        let settings = Settings::of(&crate::io::case::SolverSpec::default());
+        let settings = Settings::of(&stiction::io::case::SolverSpec::default());
         let outcome = solve(&prepared, &settings, &mut |_| ControlFlow::Continue(()))?;
         *solution = Some(Solved { prepared, outcome });
     }
@@ -46,16 +45,11 @@ fn needed(solution: &mut Option<Solved>) -> Result<&Solved, Error> {
 }
 
 fn from_solution(number: usize, solved: &Solved) -> Result<study::Figure, Error> {
-    let surface = surfaces(&solved.prepared, &solved.outcome);
-    let surface = surface.first().ok_or_else(|| Error::new("figures", "the brick has no contact surface", ""))?;
     match number {
         3 => mesh(&solved.prepared),
         4 => deformed(solved),
-        5 => forces(5, solved, surface, "Normal", "λν", &surface.lambda.iter().map(|l| -l[2]).collect::<Vec<_>>()),
-        _ => {
-            let tangential: Vec<f64> = surface.lambda.iter().map(|l| l[0].hypot(l[1])).collect();
-            forces(6, solved, surface, "Tangential", "|λt|", &tangential)
-        }
+        5 => forces(5, solved, "Normal", "λν", |[normal, _, _]| normal),
+        _ => forces(6, solved, "Tangential", "|λt|", |[_, t1, t2]| t1.hypot(t2)),
     }
 }
 
@@ -103,22 +97,26 @@ fn deformed(solved: &Solved) -> Result<Figure, Error> {
 }
 
 /// A force a node over the contact surface, drawn up to the end of the paper's axis where it fits there.
-fn forces(
-    number: usize,
-    solved: &Solved,
-    surface: &SurfaceFields,
-    kind: &str,
-    symbol: &str,
-    values: &[f64],
-) -> Result<Figure, Error> {
+fn forces(number: usize, solved: &Solved, kind: &str, symbol: &str, of: fn([f64; 3]) -> f64) -> Result<Figure, Error> {
+    let Prepared { mesh, problem, facts, surfaces, .. } = &solved.prepared;
+    let missing = || Error::new("figures", "the brick has no contact surface", "");
+    let (surface, contact) = surfaces.first().zip(facts.contacts.first()).ok_or_else(missing)?;
+    let nodes = mesh.face_nodes(&surface.faces);
+    let local = |node: &u32| nodes.partition_point(|other| other < node);
     // The paper draws the contact nodes, which the clamped ones are not.
-    let values: Vec<f64> =
-        values.iter().zip(&surface.status).map(|(&v, &s)| if s < 0 { f64::NAN } else { v }).collect();
+    let mut values = vec![f64::NAN; nodes.len()];
+    for (j, node) in contact.surface.nodes.iter().enumerate() {
+        let lambda = problem.rows(j).map(|row| problem.labels.share[j] * solved.outcome.solution.lambda[row]);
+        values[local(node)] = of(lambda);
+    }
     let largest = values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
     let top = 2e4 * (largest / 2e4).ceil().max(1.0);
-    let points: Vec<[f64; 3]> = surface.points.iter().zip(&values).map(|(p, &v)| [p[0], p[1], v]).collect();
+    let points: Vec<[f64; 3]> =
+        nodes.iter().zip(&values).map(|(&n, &v)| [mesh.nodes[n as usize][0], mesh.nodes[n as usize][1], v]).collect();
     let shown: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
-    let faces: Vec<&[u32]> = surface.faces.iter().map(Vec::as_slice).collect();
+    let corners = |&face: &u32| mesh.faces[face as usize].nodes().iter().map(|node| local(node) as u32).collect();
+    let faces: Vec<Vec<u32>> = surface.faces.iter().map(corners).collect();
+    let faces: Vec<&[u32]> = faces.iter().map(Vec::as_slice).collect();
     let force = Axis { label: symbol, unit_label: "N", low: 0.0, high: top, length: 1.0 };
     let [x, y, _] = axes(1.0);
     let title = format!("{kind} contact stress");

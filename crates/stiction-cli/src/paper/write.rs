@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::study::Study;
 use super::{report_csv, report_html, report_md};
-use crate::Error;
-use crate::io::folder;
+use stiction::Error;
+use stiction::io::folder;
 
 /// Writes `report.html`, `report.md`, a CSV a table, an SVG and a PNG a figure into `folder`, which is created, and
 /// returns their names.

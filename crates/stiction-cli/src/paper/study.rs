@@ -1,7 +1,7 @@
 //! What a run of the paper's experiments leaves, and its count of verdicts.
 
 use super::compare::{Comparison, Verdict};
-use crate::io::plot::Drawing;
+use stiction::io::plot::Drawing;
 
 /// One of the paper's tables with our numbers.
 #[derive(Debug, Clone, PartialEq)]

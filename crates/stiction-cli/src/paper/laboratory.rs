@@ -7,14 +7,14 @@ use super::choices::{
 };
 use super::experiment::{Experiment, Method};
 use super::model::{Brick, Law, brick};
-use crate::Error;
-use crate::contact::{ContactProblem, Friction};
-use crate::dual::{Dual, DualSettings, choose};
-use crate::friction::{
+use stiction::Error;
+use stiction::contact::{ContactProblem, Friction};
+use stiction::dual::{Dual, DualSettings, choose};
+use stiction::friction::{
     self, Coupling, Given, MethodEnd, MethodSettings, Penalty, PointState, Quadratic, Splitting, Start, Sweeps,
     fixed_point_defect, run_method,
 };
-use crate::linalg::norm;
+use stiction::linalg::norm;
 
 /// A posed brick with its factor.
 #[derive(Debug)]

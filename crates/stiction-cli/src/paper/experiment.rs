@@ -2,7 +2,7 @@
 
 use super::compare::{Band, Quantity};
 use super::published::Published;
-use crate::friction::Splitting;
+use stiction::friction::Splitting;
 
 /// The paper's four methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The paper's model problem.
 
-use crate::Error;
-use crate::io::case;
-use crate::run::{Prepared, prepare};
+use stiction::Error;
+use stiction::io::case;
+use stiction::run::{Prepared, prepare};
 
 /// The slip bound of the tables with given friction, and the start of the fixed point in the fitted setting, newton.
 pub const SLIP_BOUND: f64 = 5.25e4;
@@ -72,7 +72,7 @@ pub fn text(brick: Brick, law: Law) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Friction;
+    use stiction::contact::Friction;
 
     #[test]
     fn both_partitions_have_the_published_numbers_of_unknowns() {

@@ -1,10 +1,11 @@
-//! The source paper's twelve tables and six figures beside its published numbers.
+//! `stiction paper`: the source paper's twelve tables and six figures beside its published numbers.
 //!
-//! [`study`] runs what was asked for, [`write_study`] writes the report. `published` has the tables as printed,
+//! It uses the public functions of the library alone. [`study()`] runs what was asked for, `write` writes the report. `published` has the tables as printed,
 //! `choices` what the paper leaves open and how it was filled in, `experiment` the runs behind each table and the bands
 //! in which our numbers are expected, `laboratory` runs them.
 
 mod choices;
+mod command;
 mod compare;
 mod experiment;
 mod figures;
@@ -19,20 +20,21 @@ mod report_md;
 mod sketches;
 mod study;
 mod tables;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-pub use compare::{Band, Comparison, Quantity, Verdict};
-pub use published::{Published, published};
-pub use study::{Figure, Study, TableReport, Tally};
-pub use write::write_study;
+use stiction::Error;
 
-use crate::Error;
 use choices::Setting;
+pub use command::{Arguments, run};
 use laboratory::{Benches, Laboratory};
 use model::Brick;
+use published::published;
+use study::{Study, TableReport};
 
 /// How many tables and figures the paper has.
 pub const TABLES: usize = 12;

@@ -2,7 +2,7 @@
 
 use super::experiment::Family;
 use super::model::SLIP_BOUND;
-use crate::friction::Coupling;
+use stiction::friction::Coupling;
 
 /// Fits, by name, with their reasons.
 pub const FITTED: [(&str, &str); 7] = [
@@ -47,7 +47,7 @@ pub const FITTED: [(&str, &str); 7] = [
     ),
 ];
 
-/// What the column `Eff (%)` counts, see [`crate::friction::MethodCounts::flops`], and where runs are stopped.
+/// What the column `Eff (%)` counts, see [`stiction::friction::MethodCounts::flops`], and where runs are stopped.
 pub const READING: &str = "Eff (%) compares counted floating-point operations: two for each entry of the block of Q in \
      a product, and the work on vectors; forming Q is not counted. How the paper counted in 2003 is not known, so that it \
      is reported without a band, as are QPPs, Prec and Cont. ALG2 is stopped after 100 iterations, as in the paper, other \

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::study::Figure;
-use crate::io::plot::{Align, Drawing};
+use stiction::io::plot::{Align, Drawing};
 
 const INK: [u8; 3] = [34, 34, 34];
 const QUIET: [u8; 3] = [150, 150, 150];

@@ -6,18 +6,18 @@ pub const SOURCE: &str = "J. Haslinger, R. Kučera, Z. Dostál, An algorithm for
                           doi:10.1016/j.cam.2003.06.002";
 
 const FILES: [&str; 12] = [
-    include_str!("../../../data/paper/table01.csv"),
-    include_str!("../../../data/paper/table02.csv"),
-    include_str!("../../../data/paper/table03.csv"),
-    include_str!("../../../data/paper/table04.csv"),
-    include_str!("../../../data/paper/table05.csv"),
-    include_str!("../../../data/paper/table06.csv"),
-    include_str!("../../../data/paper/table07.csv"),
-    include_str!("../../../data/paper/table08.csv"),
-    include_str!("../../../data/paper/table09.csv"),
-    include_str!("../../../data/paper/table10.csv"),
-    include_str!("../../../data/paper/table11.csv"),
-    include_str!("../../../data/paper/table12.csv"),
+    include_str!("../../data/paper/table01.csv"),
+    include_str!("../../data/paper/table02.csv"),
+    include_str!("../../data/paper/table03.csv"),
+    include_str!("../../data/paper/table04.csv"),
+    include_str!("../../data/paper/table05.csv"),
+    include_str!("../../data/paper/table06.csv"),
+    include_str!("../../data/paper/table07.csv"),
+    include_str!("../../data/paper/table08.csv"),
+    include_str!("../../data/paper/table09.csv"),
+    include_str!("../../data/paper/table10.csv"),
+    include_str!("../../data/paper/table11.csv"),
+    include_str!("../../data/paper/table12.csv"),
 ];
 
 /// A published table: names of columns, and cells as they were printed.

@@ -4,7 +4,10 @@
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 
-use stiction::run::paper::{Quantity, Request, Study, Verdict, published, study};
+use super::compare::{Quantity, Verdict};
+use super::published::published;
+use super::study::Study;
+use super::{Request, study};
 
 static QUICK: LazyLock<Study> = LazyLock::new(|| {
     let request = Request { tables: vec![1, 3, 4, 6, 8, 9, 10, 12], figures: Vec::new(), quick: true };
@@ -79,7 +82,7 @@ fn nothing_lies_outside_its_band_but_what_is_documented() {
     assert!(of(|v| v == Verdict::Outside).is_empty(), "{:#?}", of(|v| v == Verdict::Outside));
     assert!(of(|v| v == Verdict::Within).len() >= 50, "{}", of(|v| v == Verdict::Within).len());
     let mut known: Vec<_> = of(|v| matches!(v, Verdict::Known(_))).iter().map(|(n, c)| (*n, c.run.as_str())).collect();
-    // Near the end of its band and sensitive to rounding; see `run/paper/known.rs`.
+    // Near the end of its band and sensitive to rounding; see `known.rs`.
     known.retain(|&it| it != (4, "log rho = -6"));
     assert_eq!(known, [(6, "log rho = -8, N = 6"), (12, "partition 1, N = 6")]);
 }
