@@ -1,5 +1,5 @@
 //! Contact pairs that meet at an edge: its nodes carry two points, `Q` is singular and forces are not unique. With
-//! friction on both pairs of a shared edge the solver does not always converge (ARCHITECTURE.md, limits).
+//! friction on both pairs of a shared edge the solver does not always converge (`docs/limits.md`).
 
 use crate::common::*;
 use stiction::contact::{Obstacle, SurfaceFriction};
