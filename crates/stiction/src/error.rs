@@ -2,7 +2,8 @@ use std::fmt;
 
 /// Why a problem cannot be posed: what is wrong, where, and the remedy.
 ///
-/// How an iteration ended is not an error but a status of its result.
+/// How an iteration ended is not an error but a status of its result; work that was stopped before there is a result ends with
+/// [`Error::interrupted`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Error {
     /// Where: `case.toml:12:5`, `part.msh, element 412`, `contact "sole"`; empty if there is no place to name.
@@ -13,12 +14,25 @@ pub struct Error {
     pub remedy: String,
     /// Lines of the source with the place marked, ready to print; may be empty.
     pub excerpt: String,
+    /// Nothing is wrong: the work was stopped on request before it had a result.
+    pub interrupted: bool,
 }
 
 impl Error {
     /// An error at `place`; see the fields for the wording of each part.
     pub fn new(place: impl Into<String>, what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Error { place: place.into(), what: what.into(), remedy: remedy.into(), excerpt: String::new() }
+        Error {
+            place: place.into(),
+            what: what.into(),
+            remedy: remedy.into(),
+            excerpt: String::new(),
+            interrupted: false,
+        }
+    }
+
+    /// What ends with nothing because it was stopped on request.
+    pub fn interrupted() -> Self {
+        Error { interrupted: true, ..Error::new("", "interrupted", "") }
     }
 
     /// The same error, placed at `place` if it had no place yet and inside it otherwise.

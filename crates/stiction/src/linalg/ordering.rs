@@ -1,7 +1,7 @@
-use std::sync::{Mutex, PoisonError};
+use stiction_metis::{Failure, Options};
 
 use super::pattern::Pattern;
-use super::{Csr, SymmetricCsr};
+use super::{Csr, Stop, SymmetricCsr};
 
 /// The graph of nodes behind a matrix: unknowns of one node are coupled to the same neighbours and are
 /// eliminated together, which makes orderings and symbolic counts about nine times cheaper in elasticity.
@@ -94,50 +94,42 @@ fn compact_labels(n: usize, node_of: Option<&[u32]>) -> (Vec<u32>, usize) {
     (node.collect(), count as usize)
 }
 
-static ALONE: Mutex<()> = Mutex::new(());
-
 /// Nested dissection by METIS (Karypis & Kumar 1998): `order[k]` is the node eliminated as the `k`-th.
-/// The seed is fixed, so the same graph always gets the same order: METIS draws from the generator of the C library, which
-/// all threads share, so that only one of them orders at a time.
+/// The seed is fixed, so the same graph always gets the same order.
 pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
+    nested_dissection_until(graph, &Stop::never()).unwrap_or_else(|| as_they_are(graph))
+}
+
+/// The same; `None` if it was stopped, which it is within a few milliseconds.
+pub fn nested_dissection_until(graph: &NodeGraph, stop: &Stop) -> Option<Vec<u32>> {
     let n = graph.len();
     if n < 2 || graph.neighbours.is_empty() || graph.neighbours.len() > i32::MAX as usize {
-        return (0..n as u32).collect();
+        return Some(as_they_are(graph));
     }
-    let mut vertices = n as i32;
-    let mut start: Vec<i32> = graph.start.iter().map(|&s| s as i32).collect();
-    let mut neighbours: Vec<i32> = graph.neighbours.iter().map(|&w| w as i32).collect();
-    let mut weights: Vec<i32> = (0..n).map(|v| graph.unknowns_of(v).len() as i32).collect();
-    let mut order = vec![0i32; n];
-    let mut position = vec![0i32; n];
-    let mut options = [-1i32; 64];
-    options[metis_sys::moptions_et_METIS_OPTION_SEED as usize] = 1;
-    options[metis_sys::moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
-    // Two separators are tried at every level: a few per cent less fill for a tenth of the factor time.
-    options[metis_sys::moptions_et_METIS_OPTION_NSEPS as usize] = 2;
-    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    // SAFETY: the arrays have the lengths METIS documents (n + 1, edges, n, 40 options, n, n), hold valid
-    // zero-based adjacency without loops, and METIS only writes `order` and `position`.
-    let code = unsafe {
-        metis_sys::METIS_NodeND(
-            &mut vertices,
-            start.as_mut_ptr(),
-            neighbours.as_mut_ptr(),
-            weights.as_mut_ptr(),
-            options.as_mut_ptr(),
-            order.as_mut_ptr(),
-            position.as_mut_ptr(),
-        )
+    let metis = stiction_metis::Graph {
+        start: graph.start.iter().map(|&s| s as i32).collect(),
+        neighbours: graph.neighbours.iter().map(|&w| w as i32).collect(),
+        weights: (0..n).map(|v| graph.unknowns_of(v).len() as i32).collect(),
     };
-    drop(alone);
-    if code != metis_sys::rstatus_et_METIS_OK {
-        return (0..n as u32).collect(); // out of memory inside METIS: any order is valid, only slower
+    // Two separators are tried at every level: a few per cent less fill for a tenth of the factor time.
+    let options = Options { seed: 1, separators: 2, ..Options::default() };
+    match stiction_metis::nested_dissection(metis, options, &|| stop.asked()) {
+        Ok(order) => Some(order.into_iter().map(|v| v as u32).collect()),
+        Err(Failure::Stopped) => None,
+        // Any order is valid, only slower.
+        Err(Failure::OutOfMemory | Failure::NoGraph) => Some(as_they_are(graph)),
     }
-    order.into_iter().map(|v| v as u32).collect()
+}
+
+fn as_they_are(graph: &NodeGraph) -> Vec<u32> {
+    (0..graph.len() as u32).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
 
     /// Five-point Laplacian on an `n x n` grid.
@@ -176,13 +168,13 @@ mod tests {
     }
 
     #[test]
-    fn the_order_is_the_same_whatever_other_threads_order() {
-        let graph = NodeGraph::new(&grid(40), None);
-        let order = nested_dissection(&graph);
-        std::thread::scope(|scope| {
-            for _ in 0..4 {
-                scope.spawn(|| (0..20).for_each(|_| assert!(nested_dissection(&graph) == order)));
-            }
-        });
+    fn a_stop_reaches_the_ordering() {
+        let graph = NodeGraph::new(&grid(60), None);
+        let questions = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&questions);
+        let asked = move || counted.fetch_add(1, Ordering::Relaxed) >= 100;
+        assert!(nested_dissection_until(&graph, &Stop::when(asked)).is_none());
+        assert_eq!(questions.load(Ordering::Relaxed), 101);
+        assert_eq!(nested_dissection_until(&graph, &Stop::when(|| false)), Some(nested_dissection(&graph)));
     }
 }

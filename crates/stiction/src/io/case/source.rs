@@ -19,7 +19,7 @@ pub struct Spot {
 impl Spot {
     /// An error at this place: what is wrong, and the remedy.
     pub fn error(&self, what: impl Into<String>, remedy: impl Into<String>) -> Error {
-        Error { place: self.place.clone(), what: what.into(), remedy: remedy.into(), excerpt: self.excerpt.clone() }
+        Error { excerpt: self.excerpt.clone(), ..Error::new(self.place.clone(), what, remedy) }
     }
 }
 
