@@ -9,9 +9,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cpu_time::ProcessTime;
+use stiction_fixtures::counting::Counting;
+use stiction_fixtures::fuzz;
 
-#[path = "../../../crates/stiction/tests/common/fuzz.rs"]
-mod fuzz;
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const LARGEST_SEED: u64 = 1 << 16;
 

@@ -1,10 +1,7 @@
 //! How many of the cases drawn at random are certified: `random_cases [FIRST LAST [PATH]]`, seeds, 0 to 6000 if absent, by
 //! the path that the solver chooses itself if none is named.
 
-#[path = "../../../crates/stiction/tests/common/random_case.rs"]
-mod random_case;
-
-use random_case::{leaves, outcome, text};
+use stiction_fixtures::random_case::{leaves, outcome, text};
 
 fn main() {
     let numbers: Vec<u64> = std::env::args().skip(1).map_while(|a| a.parse().ok()).collect();

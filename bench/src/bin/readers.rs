@@ -11,11 +11,11 @@ use cpu_time::ProcessTime;
 use stiction::io::vtu;
 use stiction::mesh::{Block, BlockElement, Mesh, block};
 use stiction::run::read_mesh;
+use stiction_fixtures::counting::{self, Counting};
+use stiction_fixtures::written;
 
-#[path = "../../../crates/stiction/tests/common/counting.rs"]
-mod counting;
-#[path = "../../../crates/stiction/tests/common/written.rs"]
-mod written;
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const RUNS: usize = 3;
 const MEGA: f64 = 1e6;

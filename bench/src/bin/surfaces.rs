@@ -11,9 +11,10 @@ use std::sync::Arc;
 use cpu_time::ProcessTime;
 use stiction::contact::{Obstacle, Side, Triangles};
 use stiction::io::surface::{parse_obj, parse_stl};
+use stiction_fixtures::counting::{self, Counting};
 
-#[path = "../../../crates/stiction/tests/common/counting.rs"]
-mod counting;
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const RUNS: usize = 3;
 const QUERIES: usize = 100_000;

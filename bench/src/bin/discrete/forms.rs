@@ -6,13 +6,26 @@ use std::ops::ControlFlow;
 use cpu_time::ProcessTime;
 use stiction::discrete::DiscreteProblem;
 use stiction::discrete::{Form, Method, Settings, prepare};
+use stiction::io::case;
 use stiction::linalg::norm;
-
-use crate::made::brick;
+use stiction::run;
+use stiction_fixtures::case_run::CASE;
+use stiction_fixtures::piles::global_of;
 
 const MU: f64 = 0.35;
 /// `W` of more points is not formed here: 9 entries a pair of points.
 const MOST_CONDENSED: usize = 1500;
+
+/// The brick of the source paper under a load that lifts one end and turns it, `cells` across.
+pub fn brick(cells: usize, mu: f64, element: &str) -> Result<DiscreteProblem, Box<dyn Error>> {
+    let text = CASE
+        .replace("[9, 3, 3]", &format!("[{}, {cells}, {cells}]", 3 * cells))
+        .replace("hex8", element)
+        .replace("[0, 0, 1e6]", "[0, 0, \"1e6*(z - 0.5) + 2e5\"]")
+        .replace("0.35", &format!("{mu:?}"));
+    let prepared = run::prepare(&case::parse(&text, "brick", &[])?)?;
+    Ok(DiscreteProblem::Global(global_of(&prepared.problem)))
+}
 
 pub fn compare(cells: impl Iterator<Item = String>) -> Result<(), Box<dyn Error>> {
     println!("| unknowns | points | form | preparation s | iteration s | Newton steps | equilibrium | worst | apart |");

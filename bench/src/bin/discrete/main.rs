@@ -8,7 +8,6 @@
 //! `-- --forms CELLS...` solves bricks with `W` formed and not.
 
 mod forms;
-mod made;
 mod profile;
 mod random;
 
@@ -17,8 +16,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use cpu_time::ProcessTime;
-use stiction::discrete::{Form, Method, Settings, Status, prepare};
+use stiction::discrete::{DiscreteProblem, Form, Method, Settings, Status, prepare};
 use stiction::run::algebraic;
+use stiction_fixtures::piles::{Normals, pile};
 
 /// Siconos 4.4.0, the best of its solvers, user seconds to 1e-8 by the first measure, one thread, busy machine (a
 /// factor of two either way): begin of the name, seconds, solver.
@@ -70,10 +70,10 @@ fn write_profile(docs: &Path, files: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         problems.push((name(file), algebraic::read(file)?.problem));
     }
     for (cells, mu, element) in [(4, 0.35, "tet4"), (6, 0.1, "tet4"), (8, 0.35, "tet4"), (6, 0.8, "hex8")] {
-        problems.push((format!("brick {cells} {element} {mu}"), made::brick(cells, mu, element)?));
+        problems.push((format!("brick {cells} {element} {mu}"), forms::brick(cells, mu, element)?));
     }
     for (bodies, contacts, mu, seed) in [(30, 100, 0.3, 1), (30, 100, 0.7, 2), (60, 200, 1.0, 3), (200, 700, 0.5, 4)] {
-        let pile = made::pile(bodies, contacts, mu, made::Normals::Apart, seed);
+        let pile = DiscreteProblem::Global(pile(bodies, contacts, mu, Normals::Apart, seed));
         problems.push((format!("pile {bodies} {contacts} {mu}"), pile));
     }
     let times = profile::measure(&problems)?;

@@ -3,9 +3,8 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use stiction::discrete::{Settings, Status, condense, solve};
-
-use crate::made::{Normals, pile};
+use stiction::discrete::{DiscreteProblem, Settings, Status, condense, solve};
+use stiction_fixtures::piles::{Normals, pile};
 
 /// Bodies and contacts; of the last three each body has some sixteen contacts and is wedged.
 const SIZES: [(usize, usize); 6] = [(10, 30), (30, 100), (60, 200), (10, 80), (20, 160), (30, 240)];
@@ -20,7 +19,8 @@ pub fn count() -> Result<(), Box<dyn Error>> {
         let (mut solved, mut all) = (0, 0);
         for mu in FRICTION {
             for seed in 1..=SEEDS {
-                let condensed = condense(&pile(bodies, contacts, mu, Normals::Random, seed))?;
+                let pile = DiscreteProblem::Global(pile(bodies, contacts, mu, Normals::Random, seed));
+                let condensed = condense(&pile)?;
                 let found = solve(&condensed.local, &Settings::default(), &mut |_| ControlFlow::Continue(()));
                 all += 1;
                 solved += usize::from(found.status == Status::Solved);

@@ -1,6 +1,6 @@
 //! `stiction algebraic`.
 
-use crate::common::{CASE, Folder};
+use crate::folder::{CASE, Folder};
 use stiction::discrete::{DiscreteProblem, LocalProblem};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;

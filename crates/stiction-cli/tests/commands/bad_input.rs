@@ -1,6 +1,6 @@
 //! Input that cannot be used: exit code 2, what is wrong and where and what to do, and nothing written.
 
-use crate::common::{CASE, Folder, Run, two_cubes};
+use crate::folder::{CASE, Folder, Run, two_cubes};
 
 /// Solves the case with `old` replaced by `new` and asserts the words of the message.
 #[track_caller]

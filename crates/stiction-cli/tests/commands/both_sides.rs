@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::Folder;
+use crate::folder::Folder;
 use stiction::io::vtu_read::{Over, Polygons, read_polygons};
 
 /// `contact.vtu` of one pair, one side: places, force, pressure and shear of its points.

@@ -4,7 +4,7 @@
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Command, Stdio};
 
-use crate::common::{CASE, Folder};
+use crate::folder::{CASE, Folder};
 
 #[test]
 fn an_interrupted_solve_keeps_its_last_step() {

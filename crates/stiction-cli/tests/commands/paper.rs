@@ -1,6 +1,6 @@
 //! `stiction paper`.
 
-use crate::common::Folder;
+use crate::folder::Folder;
 
 #[test]
 fn tables_and_figures_that_the_paper_has_not_are_refused() {

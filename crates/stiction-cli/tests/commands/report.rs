@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::{CASE, Folder};
+use crate::folder::{CASE, Folder};
 use serde_json::Value;
 use stiction::io::vtu_read::{Over, read_body, read_polygons};
 

@@ -1,6 +1,6 @@
 //! The smaller commands.
 
-use crate::common::{CASE, Folder, two_cubes};
+use crate::folder::{CASE, Folder, two_cubes};
 
 #[test]
 fn new_refuses_to_overwrite_and_names_its_choices() {

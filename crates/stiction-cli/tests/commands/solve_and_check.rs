@@ -1,6 +1,6 @@
 //! The whole way: solve, look at the files, check them.
 
-use crate::common::{CASE, Folder};
+use crate::folder::{CASE, Folder};
 use serde_json::Value;
 
 const FILES: [&str; 13] = [

@@ -1,6 +1,6 @@
 //! Load steps from the command line: files, the check of every step, and going on after an interruption.
 
-use crate::common::{CASE, Folder};
+use crate::folder::{CASE, Folder};
 use serde_json::Value;
 
 /// The block of all tests, pressed on in two increments and then lifted at its end in some more.

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::*;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::fem::full_displacement;
 use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
@@ -10,6 +9,7 @@ use stiction::io::case;
 use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::mesh::BlockElement;
 use stiction::run;
+use stiction_fixtures::*;
 
 fn triplets(m: &Csr, rows: usize, columns: usize) -> Vec<(usize, usize, f64)> {
     let row = |i: usize| m.row(i).0.iter().zip(m.row(i).1).map(move |(&j, &v)| (rows + i, columns + j as usize, v));

@@ -1,9 +1,9 @@
 //! Work in bands: Newton steps counted, never timed. Bands follow a prototype that shares no code with this one.
 
-use crate::common::*;
 use stiction::contact::SurfaceFriction;
 use stiction::friction::{Settings, Status};
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 fn assert_steps(load: BrickLoad, friction: SurfaceFriction, most: usize) {
     for n in [4, 8] {

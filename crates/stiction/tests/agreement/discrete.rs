@@ -7,16 +7,11 @@ use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, 
 use stiction::discrete::{Form, Method, Settings, Solution, Status, condense, prepare, solve};
 use stiction::discrete::{Measures, measure};
 use stiction::linalg::{Csr, norm};
+use stiction_fixtures::piles::{Normals, dense, pile, two_bodies};
 
 fn run(problem: &LocalProblem) -> Solution {
     DiscreteProblem::Local(problem.clone()).validate().unwrap();
     solve(problem, &Settings::default(), &mut |_| ControlFlow::Continue(()))
-}
-
-fn dense(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Csr {
-    let all = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j)));
-    let entries: Vec<(usize, usize, f64)> = all.map(|(i, j)| (i, j, entry(i, j))).filter(|e| e.2 != 0.0).collect();
-    Csr::from_triplets(rows, cols, &entries)
 }
 
 fn local(w: Csr, q: Vec<f64>, mu: Vec<f64>) -> LocalProblem {
@@ -274,24 +269,11 @@ fn two_dimensions_are_three_with_nothing_in_the_third() {
     assert!(flat.r.iter().any(|r| r.abs() > 0.1));
 }
 
-/// Two bodies of mass 2 and 1 on a line, the first on a table; three velocities each.
-fn bodies() -> GlobalProblem {
-    GlobalProblem {
-        dimension: 3,
-        M: dense(6, 6, |i, j| if i == j { if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }),
-        H: dense(6, 3, |i, j| f64::from(u8::from(i == j))),
-        f: vec![-4.0, 1.0, 0.0, -1.0, 3.0, 0.5],
-        w: vec![0.0; 3],
-        mu: vec![0.2],
-        equalities: None,
-    }
-}
-
 #[test]
 fn bodies_tied_by_equations_move_as_one_body() {
     // v1 = v2 by equations is one body of mass 3: r_n = 5, friction 0.2 * 5 against the push (4, 0.5).
     let tie = dense(6, 3, |i, j| if i == j { 1.0 } else { -f64::from(u8::from(i == j + 3)) });
-    let tied = GlobalProblem { equalities: Some(Equalities { G: tie, b: vec![0.0; 3] }), ..bodies() };
+    let tied = GlobalProblem { equalities: Some(Equalities { G: tie, b: vec![0.0; 3] }), ..two_bodies() };
     let problem = DiscreteProblem::Global(tied);
     problem.validate().unwrap();
     let condensed = condense(&problem).unwrap();
@@ -310,7 +292,7 @@ fn bodies_tied_by_equations_move_as_one_body() {
     let v = dense(3, 3, |i, j| if i == j { 0.5 } else { 0.0 });
     let r = dense(3, 3, |i, j| if i == j { 1.5 } else { 0.0 });
     let s = vec![-2.0 + 1.0, 0.5 - 3.0, -0.5];
-    let free = condense(&DiscreteProblem::Global(bodies())).unwrap().local;
+    let free = condense(&DiscreteProblem::Global(two_bodies())).unwrap().local;
     let half = LocalProblem { bilateral: Some(Bilateral { V: v, R: r, s }), ..free };
     let problem = DiscreteProblem::Local(half);
     let condensed = condense(&problem).unwrap();
@@ -322,7 +304,7 @@ fn bodies_tied_by_equations_move_as_one_body() {
 
 #[test]
 fn masses_that_vanish_are_refused() {
-    let light = GlobalProblem { M: dense(6, 6, |i, j| f64::from(u8::from(i == j && i > 0))), ..bodies() };
+    let light = GlobalProblem { M: dense(6, 6, |i, j| f64::from(u8::from(i == j && i > 0))), ..two_bodies() };
     let light = DiscreteProblem::Global(light);
     for form in [Form::Condensed, Form::Sparse] {
         let error = prepare(&light, form, Method::Auto).unwrap_err().to_string();
@@ -333,7 +315,7 @@ fn masses_that_vanish_are_refused() {
 #[test]
 fn an_unsymmetric_mass_is_used_as_it_is() {
     let skew = |i: usize, j: usize| if i == j { 2.0 } else { 0.3 * (i as f64 - j as f64) / 6.0 };
-    let problem = DiscreteProblem::Global(GlobalProblem { M: dense(6, 6, skew), ..bodies() });
+    let problem = DiscreteProblem::Global(GlobalProblem { M: dense(6, 6, skew), ..two_bodies() });
     let condensed = condense(&problem).unwrap();
     let found = run(&condensed.local);
     let back = condensed.recover(&problem, &found.r);
@@ -342,61 +324,10 @@ fn an_unsymmetric_mass_is_used_as_it_is() {
     assert!((0..3).all(|i| (back.v[i] - found.u[i]).abs() < 1e-12));
 }
 
-/// Bodies at random places, their nearest pairs in contact twice, some on the ground; masses apart by a hundred.
-///
-/// A velocity that expands the pile from the ground opens every contact along its normal, so that a solution exists
-/// (Klarbring & Pang 1998; Acary, Cadoux, Lemaréchal & Malick 2011).
-fn pile(bodies: usize, contacts: usize, mu: f64, seed: u64) -> GlobalProblem {
-    let mut state = seed;
-    let mut random = move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    let cross =
-        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let unit = |a: [f64; 3]| a.map(|x| x / norm(&a));
-    let side = (bodies as f64).cbrt();
-    let place: Vec<[f64; 3]> = (0..bodies).map(|_| [random(), random(), random() + 1.0].map(|x| side * x)).collect();
-    let apart = |i: usize, j: usize| std::array::from_fn(|c| place[i][c] - place[j][c]);
-    let mut pairs: Vec<(f64, usize, Option<usize>)> = (0..bodies).map(|i| (place[i][2], i, None)).collect();
-    pairs.extend((0..bodies).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| (norm(&apart(i, j)), i, Some(j))));
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut directions = Vec::new();
-    for a in 0..contacts {
-        let (_, i, other) = pairs[a / 2];
-        let n = other.map_or([0.0, 0.0, 1.0], |j| unit(apart(i, j)));
-        let t = unit(cross(n, if n[0].abs() < 0.7 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }));
-        for (body, sign) in [(Some(i), 1.0), (other, -1.0)] {
-            let Some(body) = body else { continue };
-            let arm = n.map(|x| 0.3 * random() - sign * x);
-            for (c, d) in [n, t, cross(n, t)].into_iter().enumerate() {
-                for (x, turn) in cross(arm, d).into_iter().enumerate() {
-                    directions.push((6 * body + x, 3 * a + c, sign * d[x]));
-                    directions.push((6 * body + 3 + x, 3 * a + c, sign * turn));
-                }
-            }
-        }
-    }
-    let mass: Vec<f64> = (0..bodies).map(|_| 10f64.powf(random())).collect();
-    let size = 6 * bodies;
-    let inertia = |i: usize| (i, i, mass[i / 6] * if i % 6 < 3 { 1.0 } else { 0.4 });
-    GlobalProblem {
-        dimension: 3,
-        M: Csr::from_triplets(size, size, &(0..size).map(inertia).collect::<Vec<_>>()),
-        H: Csr::from_triplets(size, 3 * contacts, &directions),
-        f: (0..size).map(|i| mass[i / 6] * (0.3 * random() - f64::from(u8::from(i % 6 == 2)))).collect(),
-        w: vec![0.0; 3 * contacts],
-        mu: vec![mu; contacts],
-        equalities: None,
-    }
-}
-
 #[test]
 fn piles_with_much_friction_are_solved() {
     for (seed, mu) in [(1, 0.3), (2, 0.7), (3, 1.0), (4, 1.0), (5, 0.0)] {
-        let problem = DiscreteProblem::Global(pile(30, 100, mu, 0x9e37_79b9_7f4a_7c15 + seed));
+        let problem = DiscreteProblem::Global(pile(30, 100, mu, Normals::Apart, seed));
         problem.validate().unwrap();
         let condensed = condense(&problem).unwrap();
         let found = run(&condensed.local);

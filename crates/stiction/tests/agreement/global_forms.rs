@@ -2,34 +2,23 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{BrickLoad, brick};
 use stiction::contact::SurfaceFriction;
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::discrete::{Form, Method, Settings, Solution, Status, prepare};
 use stiction::io::fclib::Contents;
-use stiction::linalg::{Csr, norm};
+use stiction::linalg::norm;
 use stiction::mesh::BlockElement;
 use stiction::run::algebraic::{self, Answer};
-
-fn dense(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Csr {
-    let all = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j)));
-    let entries: Vec<(usize, usize, f64)> = all.map(|(i, j)| (i, j, entry(i, j))).filter(|e| e.2 != 0.0).collect();
-    Csr::from_triplets(rows, cols, &entries)
-}
+use stiction_fixtures::piles::{dense, global_of, two_bodies};
+use stiction_fixtures::{BrickLoad, brick};
 
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     let change: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     norm(&change) / norm(b).max(f64::MIN_POSITIVE)
 }
 
-/// The brick in units in which impulses and velocities are of like size.
 fn elastic(cells: usize, element: BlockElement, load: BrickLoad, mu: f64) -> GlobalProblem {
-    let posed = brick(cells, element, load, SurfaceFriction::Coulomb(mu)).pose();
-    let mut problem = GlobalProblem::of(&posed.problem).unwrap();
-    let stiffness = problem.M.max_abs();
-    problem.M.value.iter_mut().for_each(|k| *k /= stiffness);
-    problem.w.iter_mut().for_each(|w| *w *= stiffness);
-    problem
+    global_of(&brick(cells, element, load, SurfaceFriction::Coulomb(mu)).pose().problem)
 }
 
 fn answer(problem: GlobalProblem, form: Form, method: Method) -> Answer {
@@ -90,7 +79,7 @@ fn every_method_finds_the_elastic_body_in_both_forms() {
     }
 }
 
-/// Two bodies of mass 2 and 1 on a line, tied by `v1 = v2`, the first on a table; the ties twice, once times three.
+/// Two bodies on a line, tied by `v1 = v2`; the ties twice, once times three.
 fn tied(repeated: bool, wrong: f64) -> GlobalProblem {
     let ties = if repeated { 6 } else { 3 };
     let factor = |k: usize| if k < 3 { 1.0 } else { 3.0 };
@@ -99,18 +88,8 @@ fn tied(repeated: bool, wrong: f64) -> GlobalProblem {
         _ if i == k % 3 + 3 => -factor(k),
         _ => 0.0,
     };
-    GlobalProblem {
-        dimension: 3,
-        M: dense(6, 6, |i, j| if i == j { if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }),
-        H: dense(6, 3, |i, j| f64::from(u8::from(i == j))),
-        f: vec![-4.0, 1.0, 0.0, -1.0, 3.0, 0.5],
-        w: vec![0.0; 3],
-        mu: vec![0.2],
-        equalities: Some(Equalities {
-            G: dense(6, ties, tie),
-            b: (0..ties).map(|k| 0.3 * factor(k) + if k == 4 { wrong } else { 0.0 }).collect(),
-        }),
-    }
+    let b = (0..ties).map(|k| 0.3 * factor(k) + if k == 4 { wrong } else { 0.0 }).collect();
+    GlobalProblem { equalities: Some(Equalities { G: dense(6, ties, tie), b }), ..two_bodies() }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Given friction as a cone program solved by Clarabel, from matrices formed by a dense factorisation of the test.
 
-use crate::common::*;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
@@ -8,6 +7,7 @@ use clarabel::solver::{
 use stiction::certificate::certify;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 /// `min 1/2 l'Ql - h'l` over `l_n >= 0` and `|l_t| <= bound`, scaled to forces and energies of order one.
 fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], force: f64) -> Vec<f64> {

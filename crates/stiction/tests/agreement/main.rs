@@ -1,10 +1,5 @@
 //! Second roads: independent solvers, other methods and paths, dense factorisations; work counted in bands.
 
-#[path = "../common/mod.rs"]
-mod common;
-#[path = "../common/random_case.rs"]
-mod random_case;
-
 mod bodies;
 mod counts;
 mod discrete;

@@ -3,7 +3,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{self, *};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
@@ -14,6 +13,7 @@ use stiction::friction::{
     Sweeps, fixed_point_defect, run_method, solve_with,
 };
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const FIVE: BlockElement = BlockElement::Tet4Five { parity: 0 };
 const ALG1: Given = Given::alg1(Sweeps::One, Splitting::No);
@@ -47,7 +47,8 @@ fn converged(problem: &ContactProblem, settings: &MethodSettings) -> MethodRepor
 
 fn answer(problem: &ContactProblem, settings: &MethodSettings) -> Answer {
     let dual = dual_of(problem, Form::Auto);
-    solve_with(problem, &dual, &common::settings(1e-8), settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    solve_with(problem, &dual, &stiction_fixtures::settings(1e-8), settings, &mut |_| ControlFlow::Continue(()))
+        .unwrap()
 }
 
 /// `min 1/2 l'Ql - h'l` with `l_n >= 0` and the friction of each point within a polygon of `4 squares` sides.
@@ -481,7 +482,8 @@ fn settings_without_sense_are_refused_with_a_remedy() {
     for (problem, settings, word) in bad {
         let dual = dual_of(problem, Form::Auto);
         let all = |_: &stiction::friction::Progress| ControlFlow::Continue(());
-        let error = solve_with(problem, &dual, &common::settings(1e-8), &settings, &mut { all }).unwrap_err();
+        let error =
+            solve_with(problem, &dual, &stiction_fixtures::settings(1e-8), &settings, &mut { all }).unwrap_err();
         assert!(error.what.contains(word) && !error.remedy.is_empty(), "{error}");
     }
 }

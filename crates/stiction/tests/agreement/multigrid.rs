@@ -3,13 +3,13 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::*;
 use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
 use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
 use stiction::linalg::Csr;
 use stiction::mesh::{Block, BlockElement, block};
+use stiction_fixtures::*;
 
 fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
     let mut primal = Primal::new(problem).unwrap();

@@ -5,10 +5,10 @@
 #[allow(dead_code)]
 use std::ops::ControlFlow;
 
-use crate::random_case::text;
 use stiction::friction::{Solution, Status};
 use stiction::io::case;
 use stiction::run::{Event, Path, Settings, prepare, solve};
+use stiction_fixtures::random_case::text;
 
 fn on_path(text: &str, path: &str) -> Result<Solution, String> {
     let text = format!("{text}[solver]\npath = \"{path}\"\n");

@@ -1,6 +1,6 @@
 //! Cases drawn at random are certified, or refused with a motion that nothing resists.
 
-use crate::random_case::{leaves, outcome, text};
+use stiction_fixtures::random_case::{leaves, outcome, text};
 
 /// Of 6000 seeds five are not solved, none among these (`cargo run --release -p stiction-bench --bin random_cases`).
 const SEEDS: u64 = 400;

@@ -1,10 +1,10 @@
 //! Random small problems from bare matrices, built around a solution that obeys the law.
 
-use crate::common::*;
 use proptest::prelude::*;
 use stiction::certificate::certify;
 use stiction::contact::{ContactProblem, Friction};
 use stiction::linalg::{Csr, SymmetricCsr};
+use stiction_fixtures::*;
 
 /// A small linear congruential generator: one number seeds a whole problem.
 struct Noise(u64);

@@ -1,11 +1,11 @@
 //! The uniqueness bound and the contraction of `g -> F lambda_n(g)` by dense second roads and a prototype's values.
 
-use crate::common::*;
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::friction::{CoulombFacts, coulomb_facts, solve};
 use stiction::linalg::norm;
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const FIVE: BlockElement = BlockElement::Tet4Five { parity: 0 };
 

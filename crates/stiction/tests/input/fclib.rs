@@ -1,9 +1,7 @@
 //! Files of discrete problems: written, read back, damaged, and solved as the finite-element side solves them.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 
-use crate::common::{BrickLoad, brick, dual_of, settings};
 use stiction::contact::{Friction, SurfaceFriction};
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::discrete::{Form, Settings, Status, condense};
@@ -13,21 +11,8 @@ use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;
 use stiction::mesh::BlockElement;
 use stiction::run::algebraic;
-
-/// A file that is removed at the end.
-struct Temporary(PathBuf);
-
-impl Temporary {
-    fn new(name: &str) -> Self {
-        Temporary(std::env::temp_dir().join(format!("stiction-fclib-{name}-{}.hdf5", std::process::id())))
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
+use stiction_fixtures::folder::Folder;
+use stiction_fixtures::{BrickLoad, brick, dual_of, settings};
 
 fn small(dimension: usize) -> DiscreteProblem {
     let size = 2 * dimension;
@@ -64,23 +49,25 @@ fn with_equations() -> [DiscreteProblem; 2] {
 
 #[test]
 fn a_file_read_back_is_what_was_written() {
-    let file = Temporary::new("back");
+    let folder = Folder::new("fclib-back");
+    let file = folder.at("problem.hdf5");
     for problem in [small(2), small(3)].into_iter().chain(with_equations()) {
         let size = problem.dimension() * problem.points();
         let state = |x: f64| State { r: vec![x; size], u: vec![2.0 * x; size], ..State::default() };
-        write(&file.0, &problem, Some(&state(1.5)), &[state(0.25), state(-3.0)]).unwrap();
-        let read = fclib::read(&file.0).unwrap();
+        write(&file, &problem, Some(&state(1.5)), &[state(0.25), state(-3.0)]).unwrap();
+        let read = fclib::read(&file).unwrap();
         assert_eq!(read.problem, problem);
         assert_eq!(read.solution, Some(vec![1.5; size]));
         assert_eq!(read.guesses, [vec![0.25; size], vec![-3.0; size]]);
-        write(&file.0, &problem, None, &[]).unwrap();
-        assert_eq!(fclib::read(&file.0).unwrap(), Contents { problem, solution: None, guesses: Vec::new() });
+        write(&file, &problem, None, &[]).unwrap();
+        assert_eq!(fclib::read(&file).unwrap(), Contents { problem, solution: None, guesses: Vec::new() });
     }
 }
 
 #[test]
 fn what_is_damaged_is_named() {
-    let file = Temporary::new("named");
+    let folder = Folder::new("fclib-named");
+    let file = folder.at("problem.hdf5");
     let DiscreteProblem::Local(local) = small(3) else { unreachable!() };
     let mut cases = vec![
         (LocalProblem { mu: vec![0.3; 3], ..local.clone() }, "q: 6 where 9 are needed"),
@@ -95,21 +82,22 @@ fn what_is_damaged_is_named() {
     short.W.start[6] = 99;
     cases.push((short, "fclib_local/W: pointer 6 of its rows is 99"));
     for (problem, words) in cases {
-        write(&file.0, &DiscreteProblem::Local(problem), None, &[]).unwrap();
-        let error = fclib::read(&file.0).unwrap_err().to_string();
+        write(&file, &DiscreteProblem::Local(problem), None, &[]).unwrap();
+        let error = fclib::read(&file).unwrap_err().to_string();
         assert!(error.contains(words) && error.contains("named"), "{error}");
     }
-    std::fs::write(&file.0, "no hdf5").unwrap();
-    assert!(fclib::read(&file.0).unwrap_err().to_string().contains("HDF5"));
+    std::fs::write(&file, "no hdf5").unwrap();
+    assert!(fclib::read(&file).unwrap_err().to_string().contains("HDF5"));
 }
 
 /// Each byte of a small file changed and each length cut: an error or another problem, never a panic.
 #[test]
 fn damaged_files_do_no_harm() {
-    let file = Temporary::new("damaged");
+    let folder = Folder::new("fclib-damaged");
+    let file = folder.at("problem.hdf5");
     let [_, global] = with_equations();
-    write(&file.0, &global, None, &[]).unwrap();
-    let bytes = std::fs::read(&file.0).unwrap();
+    write(&file, &global, None, &[]).unwrap();
+    let bytes = std::fs::read(&file).unwrap();
     let mut refused = 0;
     for at in 0..bytes.len() {
         for change in [0x01u8, 0x80, 0xff] {
@@ -134,7 +122,8 @@ fn balanced(mut problem: GlobalProblem) -> GlobalProblem {
 
 #[test]
 fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
-    let file = Temporary::new("brick");
+    let folder = Folder::new("fclib-brick");
+    let file = folder.at("problem.hdf5");
     for (load, coefficient) in [(BrickLoad::Lift, 0.35), (BrickLoad::Press, 0.35), (BrickLoad::Press, 0.0)] {
         let friction = if coefficient > 0.0 { SurfaceFriction::Coulomb(coefficient) } else { SurfaceFriction::None };
         let problem = brick(4, BlockElement::Tet4Six, load, friction).pose().problem;
@@ -144,8 +133,8 @@ fn the_brick_written_to_a_file_and_read_back_has_the_same_answer() {
         let stiffness = written.M.max_abs();
         // In N and m impulses are 1e8 times the velocities: what depends on the units may then end at rounding.
         for (form, unit) in [(written.clone(), 1.0), (balanced(written), stiffness)] {
-            write(&file.0, &DiscreteProblem::Global(form), None, &[]).unwrap();
-            let contents = algebraic::read(&file.0).unwrap();
+            write(&file, &DiscreteProblem::Global(form), None, &[]).unwrap();
+            let contents = algebraic::read(&file).unwrap();
             let settings = Settings { tolerance: 1e-11, ..Settings::default() };
             let answer =
                 algebraic::answer(&contents, &settings, Form::Auto, &mut |_| ControlFlow::Continue(())).unwrap();
@@ -200,8 +189,8 @@ fn what_a_file_calls_a_solution_is_judged_and_not_used() {
 #[test]
 fn the_same_problem_from_every_kind_of_file_is_the_same() {
     use stiction::io::npz::{self, Array, Data};
-    let folder = std::env::temp_dir().join(format!("stiction-arrays-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("text")).unwrap();
+    let folder = Folder::new("arrays");
+    std::fs::create_dir_all(folder.at("text")).unwrap();
     let wanted = DiscreteProblem::Local(LocalProblem {
         dimension: 2,
         W: Csr::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, 0.5), (1, 0, 0.5), (1, 1, 1.0)]),
@@ -209,29 +198,28 @@ fn the_same_problem_from_every_kind_of_file_is_the_same() {
         mu: vec![0.3],
         bilateral: None,
     });
-    write(&folder.join("a.hdf5"), &wanted, None, &[]).unwrap();
+    write(&folder.at("a.hdf5"), &wanted, None, &[]).unwrap();
     let dense = Array { shape: vec![2, 2], data: Data::F64(vec![2.0, 0.5, 0.5, 1.0].into()) };
     let vectors = [("q", Array::f64(&[-1.0, 0.25])), ("friction", Array::f64(&[0.3]))];
-    npz::write(&folder.join("b.npz"), &[&[("W", dense)], &vectors[..]].concat()).unwrap();
+    npz::write(&folder.at("b.npz"), &[&[("W", dense)], &vectors[..]].concat()).unwrap();
     let sparse = [
         ("W_data", Array::f64(&[0.5, 2.0, 0.5, 1.0])),
         ("W_indices", Array::usize(&[1, 0, 0, 1])),
         ("W_indptr", Array::usize(&[0, 2, 4])),
         ("W_shape", Array::usize(&[2, 2])),
     ];
-    npz::write(&folder.join("c.npz"), &[&sparse[..], &vectors[..]].concat()).unwrap();
-    let text = |name: &str, text: &str| std::fs::write(folder.join("text").join(name), text).unwrap();
+    npz::write(&folder.at("c.npz"), &[&sparse[..], &vectors[..]].concat()).unwrap();
+    let text = |name: &str, text: &str| std::fs::write(folder.at("text").join(name), text).unwrap();
     text("W.mtx", "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 .5\n2 2 1\n");
     text("q.mtx", "%%MatrixMarket matrix array real general\n2 1\n-1\n0.25\n");
     text("mu.mtx", "%%MatrixMarket matrix array real general\n1 1\n0.3\n");
     for name in ["a.hdf5", "b.npz", "c.npz", "text"] {
-        assert_eq!(algebraic::read(&folder.join(name)).unwrap().problem, wanted, "{name}");
+        assert_eq!(algebraic::read(&folder.at(name)).unwrap().problem, wanted, "{name}");
     }
-    let error = algebraic::read(&folder.join("text/W.mtx")).unwrap_err().to_string();
+    let error = algebraic::read(&folder.at("text/W.mtx")).unwrap_err().to_string();
     assert!(error.contains("folder"), "{error}");
     text("q.mtx", "%%MatrixMarket matrix array real general\n3 1\n-1\n0.25\n1\n");
-    assert!(algebraic::read(&folder.join("text")).unwrap_err().to_string().contains("W: 2 where 3 are needed"));
-    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(algebraic::read(&folder.at("text")).unwrap_err().to_string().contains("W: 2 where 3 are needed"));
 }
 
 #[test]
@@ -243,7 +231,8 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
         let values = (0..a.rows).flat_map(|i| (0..a.cols).map(move |j| a.entry(i, j))).collect();
         Array { shape: vec![a.rows, a.cols], data: Data::F64(values) }
     };
-    let file = std::env::temp_dir().join(format!("stiction-posed-{}.npz", std::process::id()));
+    let folder = Folder::new("posed");
+    let file = folder.at("problem.npz");
     let coefficients = vec![0.35; p.points()];
     let arrays = [
         ("K", dense(&p.elastic.K.full())),
@@ -254,7 +243,6 @@ fn matrices_of_the_finite_element_side_are_a_global_problem() {
     ];
     npz::write(&file, &arrays).unwrap();
     let read = algebraic::read(&file).unwrap();
-    std::fs::remove_file(&file).unwrap();
     let own =
         stiction::friction::solve(p, &dual_of(p, DualForm::Auto), &settings(1e-10), &mut |_| ControlFlow::Continue(()));
     let found = answer(&read);

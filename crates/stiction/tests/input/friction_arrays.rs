@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::case_run::{displacement, refused, solved};
 use stiction::contact::Friction;
 use stiction::io::vtu::{Array, Grid, face_code, write};
 use stiction::mesh::{Block, BlockElement, Mesh, block, join, place};
 use stiction::run::{Outcome, Prepared};
+use stiction_fixtures::case_run::{displacement, refused, solved};
 
 const MU: &str = "{ array = \"mu\" }";
 

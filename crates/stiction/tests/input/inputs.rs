@@ -4,11 +4,11 @@
 
 use std::path::PathBuf;
 
-use crate::common::*;
 use stiction::contact::SurfaceFriction;
 use stiction::io::gmsh;
 use stiction::mesh::{CellKind, Mesh};
 use stiction::run::read_mesh;
+use stiction_fixtures::*;
 
 /// Files of the brick of hexahedra; groups are named alike, or `part-` and the number Gmsh gave them.
 const BRICK: [&str; 11] = [

@@ -1,9 +1,9 @@
 //! What must not change the answer: units, position in space, mirrors, the numbering.
 
-use crate::common::*;
 use stiction::contact::{Obstacle, SurfaceFriction};
 use stiction::fem::{Field, Load};
 use stiction::mesh::{BlockElement, RawCells, RawGroup, RawMesh, build};
+use stiction_fixtures::*;
 
 const COULOMB: SurfaceFriction = SurfaceFriction::Coulomb(0.35);
 const TIGHT: f64 = 1e-11;

@@ -1,8 +1,8 @@
 //! Planes of symmetry that are across no axis.
 
-use crate::case_run::{displacement, refused, solved};
 use stiction::mesh::Turn;
 use stiction::run::{Outcome, Path, Prepared, totals};
+use stiction_fixtures::case_run::{displacement, refused, solved};
 
 /// No axis of the body is near one of space after it.
 const TURN: Turn = Turn { point: [0.0; 3], axis: [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0], degrees: 30.0 };

@@ -1,12 +1,12 @@
 //! Memory that readers take. A program of its own, since its allocator counts, and the counter is the process's.
 
-#[path = "../common/fuzz.rs"]
-mod fuzz;
-#[path = "../common/written.rs"]
-mod written;
+use stiction_fixtures::counting::Counting;
 
 mod mutations;
 mod proportion;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 /// Held by each test from beginning to end: what another allocates would be counted.
 static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());

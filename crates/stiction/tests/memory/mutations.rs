@@ -1,6 +1,8 @@
 //! A short run of the fuzzer; the long one is `cargo run --release -p stiction-bench --bin fuzz -- --seconds N`.
 
-use crate::{ALONE, fuzz};
+use stiction_fixtures::fuzz;
+
+use crate::ALONE;
 
 #[test]
 fn mutated_files_neither_panic_nor_take_memory_beyond_their_size() {

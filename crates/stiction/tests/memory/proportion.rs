@@ -8,8 +8,9 @@ use stiction::io::{abaqus, gmsh, surface, vtu, vtu_read};
 use stiction::mesh::{Block, BlockElement, block};
 use stiction::run::read_mesh;
 
-use crate::fuzz::counting;
-use crate::{ALONE, written};
+use stiction_fixtures::{counting, written};
+
+use crate::ALONE;
 
 /// Memory besides ten times the file: what the readers grant small files.
 const BESIDES: usize = 128 << 20;

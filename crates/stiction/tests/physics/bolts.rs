@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::case_run::{block, solved};
 use stiction::io::case;
 use stiction::run::{Outcome, Prepared, Settings, bolt_states, prepare, report, solve_steps};
+use stiction_fixtures::case_run::{block, solved};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
 fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::*;
 use stiction::certificate::{Certificate, certify};
 use stiction::contact::{ContactProblem, SurfaceFriction};
 use stiction::dual::Form;
@@ -11,6 +10,7 @@ use stiction::io::case;
 use stiction::linalg::{Csr, norm};
 use stiction::mesh::BlockElement;
 use stiction::run::{Outcome, Prepared, Settings, prepare, solve};
+use stiction_fixtures::*;
 
 const TOLERANCE: f64 = 1e-8;
 

@@ -1,11 +1,11 @@
 //! Solutions known by hand, and the same answer by a second road.
 
-use crate::common::*;
 use stiction::contact::{Friction, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::{Field, Fix, nodal_areas};
 use stiction::friction::PointState;
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const YOUNG: f64 = 2e9;
 const ELEMENTS: [BlockElement; 5] = [

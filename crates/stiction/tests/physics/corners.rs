@@ -1,9 +1,9 @@
 //! Contact pairs that meet at an edge: its nodes carry two points, `Q` is singular and forces are not unique. With
 //! friction on both pairs of a shared edge the solver does not always converge (`docs/limits.md`).
 
-use crate::common::*;
 use stiction::contact::{Obstacle, SurfaceFriction};
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const WALL: Obstacle = Obstacle::Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0] };
 

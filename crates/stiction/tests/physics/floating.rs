@@ -2,7 +2,6 @@
 
 use std::ops::{ControlFlow, Range};
 
-use crate::common::*;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
@@ -16,6 +15,7 @@ use stiction::fem::{Field, Fix};
 use stiction::friction::{Given, Method, MethodSettings, Status, solve_with};
 use stiction::linalg::{Csr, SymmetricCsr, max_abs, norm};
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const YOUNG: f64 = 2.1e11;
 const ELEMENTS: [BlockElement; 2] = [BlockElement::Tet4Six, BlockElement::Hex8];

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use crate::common::*;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
@@ -18,6 +17,7 @@ use stiction::friction::{
     solve_with,
 };
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 const YOUNG: f64 = 2e9;
 const SHORTENING: f64 = 2e-3;

@@ -1,8 +1,8 @@
 //! Posing contact: gaps, overlaps, supports on the contact surface, symmetry.
 
-use crate::common::*;
 use stiction::contact::{Obstacle, Side, SurfaceFriction};
 use stiction::mesh::{Block, BlockElement, block};
+use stiction_fixtures::*;
 
 const COULOMB: SurfaceFriction = SurfaceFriction::Coulomb(0.3);
 

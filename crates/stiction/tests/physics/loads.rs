@@ -1,7 +1,7 @@
 //! Loads, bolts and planes of symmetry against closed forms.
 
-use crate::case_run::{CORNER, at, block, displacement, is, refused, solved, stress};
 use stiction::run::{Outcome, Prepared, bolt_states, check, prepare};
+use stiction_fixtures::case_run::{CORNER, at, block, displacement, is, refused, solved, stress};
 
 const STEEL: &str = "[materials.steel]\nyoung = 200e3\npoisson = 0.3\ndensity = 8e-9\nexpansion = 12e-6\n";
 /// Springs all over the feet, so that a body needs no other support.

@@ -1,10 +1,5 @@
 //! What mechanics says: closed forms, statics, published numbers, orders of convergence.
 
-#[path = "../common/case_run.rs"]
-mod case_run;
-#[path = "../common/mod.rs"]
-mod common;
-
 mod bolts;
 mod certificate;
 mod closed_forms;

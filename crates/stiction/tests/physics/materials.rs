@@ -1,7 +1,7 @@
 //! Orthotropic elasticity, thermal strain and elastic foundations against closed forms.
 
-use crate::case_run::{CORNER, at, block, displacement, is, refused, solved, stress};
 use stiction::run::{Outcome, Prepared};
+use stiction_fixtures::case_run::{CORNER, at, block, displacement, is, refused, solved, stress};
 
 const WOOD: &str = "[materials.wood]\nyoung = [11000, 900, 500]\npoisson = [0.4, 0.45, 0.3]\nshear = [700, 600, 60]\n";
 const STEEL: &str = "[materials.steel]\nyoung = 200e3\npoisson = 0.3\nexpansion = 12e-6\nreference_temperature = 20\n";

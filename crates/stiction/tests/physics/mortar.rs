@@ -11,7 +11,7 @@ use stiction::io::case;
 use stiction::mesh::{Block, BlockElement, Mesh, Turn, block, join, place};
 use stiction::run::{Outcome, Prepared, Settings, prepare, solve};
 
-use crate::common::{distance, solved};
+use stiction_fixtures::{distance, solved};
 
 type V3 = [f64; 3];
 

@@ -1,10 +1,10 @@
 //! Numbers found by other programs: cross-checked with GetFEM 5.4.2 and an independent condensation code (without
 //! friction also with Kratos), node-wise contact on 24 x 8 x 8 cells.
 
-use crate::common::*;
 use stiction::contact::{Obstacle, SurfaceFriction};
 use stiction::friction::{PointState, Solution};
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 fn largest_displacement(posed: &Posed, s: &Solution) -> f64 {
     posed.full(&s.u).iter().map(|u| u.iter().map(|c| c * c).sum::<f64>().sqrt()).fold(0.0, f64::max)

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::common::*;
 use stiction::contact::{ContactSurface, Counterpart, InitialGap, Master, Reason, Role, SurfaceFriction, pose};
 use stiction::fem::{Field, Fix, Formulation, Material, Solid, assemble};
 use stiction::mesh::{Block, BlockElement, Mesh, block, join};
+use stiction_fixtures::*;
 
 const TET10: BlockElement = BlockElement::Tet10Five { parity: 0 };
 

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::common::*;
 use stiction::contact::{Obstacle, RawSurface, Side, SurfaceFriction, Triangles};
 use stiction::io::surface::parse_stl;
 use stiction::mesh::BlockElement;
+use stiction_fixtures::*;
 
 type V3 = [f64; 3];
 
@@ -244,15 +244,14 @@ fn a_ball_read_from_bytes_has_the_distances_of_a_sphere() {
 
 #[test]
 fn a_case_with_a_plate_from_a_file_steps_like_the_same_case_on_a_plane() {
-    let folder = std::env::temp_dir().join(format!("stiction-plate-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder::Folder::new("plate");
     // A plate in millimetres that stands upright along x before it is turned, its normal along -y.
     let [a, b, c, d] = ["-2e4 0 -2e4", "4e4 0 -2e4", "4e4 0 3e4", "-2e4 0 3e4"];
     let facet = |p: &str, q: &str, r: &str| {
         format!("facet normal 0 0 0\nouter loop\nvertex {p}\nvertex {q}\nvertex {r}\nendloop\nendfacet\n")
     };
     let text = format!("solid plate\n{}{}endsolid plate\n", facet(a, b, c), facet(a, c, d));
-    std::fs::write(folder.join("plate.stl"), text).unwrap();
+    folder.write("plate.stl", text);
     let case = |obstacle: &str| {
         let text = format!(
             "[mesh]\nblock = {{ size = [20, 10, 10], cells = [6, 4, 4], element = \"hex8\" }}\n\
@@ -261,8 +260,7 @@ fn a_case_with_a_plate_from_a_file_steps_like_the_same_case_on_a_plane() {
              friction = {{ coulomb = [\"0.2 + 0.01*x\", 0.1], direction = [1, 1, 0], limit = 60 }}\n\
              [[step]]\nuntil = 1\n[[step]]\nuntil = 2\nincrements = 2\n"
         );
-        let path = folder.join("case.toml");
-        std::fs::write(&path, text).unwrap();
+        let path = folder.write("case.toml", text);
         let case = stiction::io::case::read(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
         let mut prepared = stiction::run::prepare(&case).unwrap_or_else(|e| panic!("{e}"));
         let settings = stiction::run::Settings::of(&case.solver);
@@ -280,29 +278,25 @@ fn a_case_with_a_plate_from_a_file_steps_like_the_same_case_on_a_plane() {
     assert!(distance(&plane.solution.u, &plate.solution.u) < 1e-7);
     let slipping = plane.solution.states.iter().filter(|&&s| s == stiction::friction::PointState::Slip).count();
     assert!(slipping > 5, "{slipping}");
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn a_result_with_ellipses_a_limit_and_a_surface_is_judged_anew_from_its_files() {
     use stiction::run::{Origin, Settings, check, prepare, solve, write};
-    let folder = std::env::temp_dir().join(format!("stiction-judged-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder::Folder::new("judged");
     let text = "[mesh]\nblock = { size = [2, 1, 1], cells = [6, 4, 4], element = \"hex8\" }\n\
         [materials.steel]\nyoung = 2e9\npoisson = 0.3\n[[fix]]\non = \"z-max\"\nvalue = [2e-3, 1e-3, -2e-3]\n\
         [[contact]]\non = \"z-min\"\nagainst = { surface = \"plate.obj\" }\n\
         friction = { coulomb = [0.1, \"0.2 + 0.1*x\"], direction = [1, 1, 0], limit = 5e5 }\n";
-    std::fs::write(folder.join("plate.obj"), "v -1 -1 0\nv 4 -1 0\nv 4 4 0\nv -1 4 0\nf 1 2 3 4\n").unwrap();
-    std::fs::write(folder.join("case.toml"), text).unwrap();
-    let case = stiction::io::case::read(folder.join("case.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    folder.write("plate.obj", "v -1 -1 0\nv 4 -1 0\nv 4 4 0\nv -1 4 0\nf 1 2 3 4\n");
+    let case = stiction::io::case::read(folder.write("case.toml", text), &[]).unwrap_or_else(|e| panic!("{e}"));
     let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
     let mut outcome =
         solve(&prepared, &Settings::of(&case.solver), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     let origin = Origin { case_text: text.into(), ..Origin::default() };
-    let results = folder.join("results");
+    let results = folder.at("results");
     let files = write(&prepared, &mut outcome, &origin, &results).unwrap();
     assert!(files.iter().any(|file| file == "obstacles.vtu"), "{files:?}");
     let found = check(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(found.passed(), "{found:?}");
-    std::fs::remove_dir_all(folder).unwrap();
 }

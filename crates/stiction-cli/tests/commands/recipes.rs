@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{CASE, Folder, Run};
+use crate::folder::{CASE, Folder, Run};
 use serde_json::Value;
 use stiction::io::case::templates;
 

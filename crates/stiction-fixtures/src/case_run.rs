@@ -1,5 +1,4 @@
 //! Cases solved from their text.
-#![allow(dead_code)] // each test file takes what it needs
 
 use std::ops::ControlFlow;
 
@@ -58,3 +57,32 @@ pub fn block(size: [f64; 3], cells: [usize; 3], element: &str) -> String {
 /// Planes of symmetry on the three low sides.
 pub const CORNER: &str = "[[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n[[fix]]\non = \"y-min\"\ncondition = \"symmetry\"\n\
                       [[fix]]\non = \"z-min\"\ncondition = \"symmetry\"\n";
+
+/// A block on a plane with sticking, slipping and opening points.
+pub const CASE: &str = r#"
+title = "Block"
+units = "m, N, Pa"
+
+[mesh]
+block = { size = [3, 1, 1], cells = [9, 3, 3], element = "hex8" }
+
+[materials.steel]
+young = 21.19e10
+poisson = 0.277
+
+[[fix]]
+on = "x-min"
+
+[[load]]
+on = "z-max"
+traction = [0, 0, "-2/3*1e6*(3 - x)"]
+
+[[load]]
+on = "x-max"
+traction = [0, 0, 1e6]
+
+[[contact]]
+on = "z-min"
+against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
+friction = { coulomb = 0.35 }
+"#;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::common::Folder;
+use crate::folder::Folder;
 use stiction::friction::Status;
 use stiction::io::case;
 use stiction::linalg::norm;

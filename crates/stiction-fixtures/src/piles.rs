@@ -1,43 +1,16 @@
-//! Problems made here: bricks of finite elements in contact, and piles of bodies.
+//! Discrete problems: bricks of finite elements in contact, and piles of bodies.
 
-use std::error::Error;
-
-use stiction::discrete::{DiscreteProblem, GlobalProblem};
-use stiction::io::case;
+use stiction::contact::ContactProblem;
+use stiction::discrete::GlobalProblem;
 use stiction::linalg::{Csr, norm};
-use stiction::run;
 
-/// The brick of the source paper under a load that lifts one end, `cells` across, as a global problem in units in which
-/// impulses and velocities are of like size.
-pub fn brick(cells: usize, mu: f64, element: &str) -> Result<DiscreteProblem, Box<dyn Error>> {
-    let text = format!(
-        r#"
-[mesh]
-block = {{ size = [3, 1, 1], cells = [{}, {cells}, {cells}], element = "{element}" }}
-[materials.steel]
-young = 21.19e10
-poisson = 0.277
-[[fix]]
-on = "x-min"
-[[load]]
-on = "z-max"
-traction = [0, 0, "-2/3*1e6*(3 - x)"]
-[[load]]
-on = "x-max"
-traction = [0, 0, "1e6*(z - 0.5) + 2e5"]
-[[contact]]
-on = "z-min"
-against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}
-friction = {{ coulomb = {mu:?} }}
-"#,
-        3 * cells
-    );
-    let prepared = run::prepare(&case::parse(&text, "brick", &[])?)?;
-    let mut problem = GlobalProblem::of(&prepared.problem)?;
+/// An elastic problem as a global one in units in which impulses and velocities are of like size.
+pub fn global_of(problem: &ContactProblem) -> GlobalProblem {
+    let mut problem = GlobalProblem::of(problem).expect("a law that discrete problems have");
     let stiffness = problem.M.max_abs();
     problem.M.value.iter_mut().for_each(|k| *k /= stiffness);
     problem.w.iter_mut().for_each(|w| *w *= stiffness);
-    Ok(DiscreteProblem::Global(problem))
+    problem
 }
 
 /// Which bodies of a pile touch, and how.
@@ -51,7 +24,7 @@ pub enum Normals {
 }
 
 /// Bodies at random places, masses apart by a hundred, each contact point at a random place of the body.
-pub fn pile(bodies: usize, contacts: usize, mu: f64, normals: Normals, seed: u64) -> DiscreteProblem {
+pub fn pile(bodies: usize, contacts: usize, mu: f64, normals: Normals, seed: u64) -> GlobalProblem {
     let mut state = 0x9e37_79b9_7f4a_7c15 + seed;
     let mut random = move || {
         state ^= state << 13;
@@ -91,7 +64,7 @@ pub fn pile(bodies: usize, contacts: usize, mu: f64, normals: Normals, seed: u64
     let mass: Vec<f64> = (0..bodies).map(|_| 10f64.powf(random())).collect();
     let size = 6 * bodies;
     let inertia = |i: usize| (i, i, mass[i / 6] * if i % 6 < 3 { 1.0 } else { 0.4 });
-    DiscreteProblem::Global(GlobalProblem {
+    GlobalProblem {
         dimension: 3,
         M: Csr::from_triplets(size, size, &(0..size).map(inertia).collect::<Vec<_>>()),
         H: Csr::from_triplets(size, 3 * contacts, &directions),
@@ -99,5 +72,25 @@ pub fn pile(bodies: usize, contacts: usize, mu: f64, normals: Normals, seed: u64
         w: vec![0.0; 3 * contacts],
         mu: vec![mu; contacts],
         equalities: None,
-    })
+    }
+}
+
+/// A matrix from a formula; zeros are not stored.
+pub fn dense(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Csr {
+    let all = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j)));
+    let entries: Vec<(usize, usize, f64)> = all.map(|(i, j)| (i, j, entry(i, j))).filter(|e| e.2 != 0.0).collect();
+    Csr::from_triplets(rows, cols, &entries)
+}
+
+/// Two bodies of mass 2 and 1 on a line, three velocities each, the first on a table.
+pub fn two_bodies() -> GlobalProblem {
+    GlobalProblem {
+        dimension: 3,
+        M: dense(6, 6, |i, j| if i == j { if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }),
+        H: dense(6, 3, |i, j| f64::from(u8::from(i == j))),
+        f: vec![-4.0, 1.0, 0.0, -1.0, 3.0, 0.5],
+        w: vec![0.0; 3],
+        mu: vec![0.2],
+        equalities: None,
+    }
 }

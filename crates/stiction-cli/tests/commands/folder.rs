@@ -1,57 +1,27 @@
 //! A folder of its own for each test, and the command run in it.
 
-// Each test file uses its own part of this.
-#![allow(dead_code)]
-
-use std::path::PathBuf;
+use std::ops::Deref;
 use std::process::{Command, Output};
 
-/// A block on a plane with sticking, slipping and opening points.
-pub const CASE: &str = r#"
-title = "Block"
-units = "m, N, Pa"
-
-[mesh]
-block = { size = [3, 1, 1], cells = [9, 3, 3], element = "hex8" }
-
-[materials.steel]
-young = 21.19e10
-poisson = 0.277
-
-[[fix]]
-on = "x-min"
-
-[[load]]
-on = "z-max"
-traction = [0, 0, "-2/3*1e6*(3 - x)"]
-
-[[load]]
-on = "x-max"
-traction = [0, 0, 1e6]
-
-[[contact]]
-on = "z-min"
-against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
-friction = { coulomb = 0.35 }
-"#;
+pub use stiction_fixtures::case_run::CASE;
 
 /// A folder with a case file in it; removed at the end.
-pub struct Folder {
-    pub path: PathBuf,
+pub struct Folder(stiction_fixtures::folder::Folder);
+
+impl Deref for Folder {
+    type Target = stiction_fixtures::folder::Folder;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
 }
 
 impl Folder {
     /// `name` is that of the test.
     pub fn new(name: &str, case: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("stiction-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        let folder = Folder { path };
+        let folder = stiction_fixtures::folder::Folder::new(name);
         folder.write("case.toml", case);
-        folder
-    }
-
-    pub fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path.join(name), text).unwrap();
+        Folder(folder)
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
@@ -64,33 +34,10 @@ impl Folder {
         Run::of(self.command(arguments).output().unwrap())
     }
 
-    pub fn exists(&self, name: &str) -> bool {
-        self.path.join(name).exists()
-    }
-
-    /// Names of all files and folders in it, sorted.
-    pub fn names(&self) -> Vec<String> {
-        self.names_in("")
-    }
-
-    /// The same of a folder in it.
-    pub fn names_in(&self, folder: &str) -> Vec<String> {
-        let entries = std::fs::read_dir(self.path.join(folder)).unwrap();
-        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
     /// `summary.json` of a result folder.
     pub fn summary(&self, results: &str) -> serde_json::Value {
         let text = std::fs::read_to_string(self.path.join(results).join("summary.json")).unwrap();
         serde_json::from_str(&text).unwrap()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
 

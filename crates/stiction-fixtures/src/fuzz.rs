@@ -1,18 +1,16 @@
 //! A fuzzer of readers: mutates files that are read, and looks for panics, for memory that a file's size does not
 //! explain, and for time. Deterministic; shared by a short test and by the long run of the benchmark crate.
-#![allow(dead_code)] // either uses a part
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
-
-#[path = "counting.rs"]
-pub mod counting;
 
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
 use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, surface, vtu_read};
 use stiction::linalg::Csr;
+
+use crate::counting;
 
 /// A reader, files it reads, and the ending of further ones.
 pub struct Target {
@@ -221,19 +219,19 @@ fn npz_files() -> Vec<Vec<u8>> {
 }
 
 macro_rules! files {
-    ($($path:literal)*) => { vec![$(include_bytes!($path).to_vec()),*] };
+    ($($path:literal)*) => { vec![$(include_bytes!(concat!("../../stiction/tests/", $path)).to_vec()),*] };
 }
 
 fn gmsh_files() -> Vec<Vec<u8>> {
-    files!("../meshes/bar-22-ascii.msh" "../meshes/bar-22-binary.msh" "../meshes/bar-41-ascii.msh" "../meshes/bar-41-binary.msh"
-        "../data/fields-22-ascii.msh" "../data/fields-22-binary.msh" "../data/fields-41-ascii.msh" "../data/fields-41-binary.msh")
+    files!("meshes/bar-22-ascii.msh" "meshes/bar-22-binary.msh" "meshes/bar-41-ascii.msh" "meshes/bar-41-binary.msh"
+        "data/fields-22-ascii.msh" "data/fields-22-binary.msh" "data/fields-41-ascii.msh" "data/fields-41-binary.msh")
 }
 
 fn abaqus_files() -> Vec<Vec<u8>> {
     let deck = "*HEADING\na bar\n*PART, NAME=p\n*NODE, NSET=all\n1, 0., 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=more.inp\n\
                 *ELEMENT, TYPE=C3D4, ELSET=e\n1, 1, 2, 3, 4\n*NSET, NSET=n, GENERATE\n1, 3, 1\n*SURFACE, NAME=s\ne, S1\n*END PART\n";
     let own = vec![deck.as_bytes().to_vec()];
-    [own, files!("../data/brick-gmsh.inp" "../data/tets-meshio.inp" "../data/tets-gmsh.inp")].concat()
+    [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp")].concat()
 }
 
 /// What any `*INCLUDE` names.
@@ -243,8 +241,8 @@ fn included(_: &str) -> Result<Vec<u8>, String> {
 
 fn vtu_files() -> Vec<Vec<u8>> {
     files!(
-        "../data/brick-meshio-ascii.vtu" "../data/brick-meshio-zlib.vtu" "../data/brick-vtk-base64.vtu"
-        "../data/brick-vtk-inline-zlib.vtu" "../data/brick-vtk-raw.vtu" "../data/brick-pyvista.vtu"
+        "data/brick-meshio-ascii.vtu" "data/brick-meshio-zlib.vtu" "data/brick-vtk-base64.vtu"
+        "data/brick-vtk-inline-zlib.vtu" "data/brick-vtk-raw.vtu" "data/brick-pyvista.vtu"
     )
 }
 
@@ -275,7 +273,7 @@ fn obj_files() -> Vec<Vec<u8>> {
 }
 
 fn case_files() -> Vec<Vec<u8>> {
-    files!("../../../../cases/brick/brick.toml" "../../../../cases/slide/slide.toml" "../../../../cases/rings/rings.toml")
+    files!("../../../cases/brick/brick.toml" "../../../cases/slide/slide.toml" "../../../cases/rings/rings.toml")
 }
 
 fn matrix_market_files() -> Vec<Vec<u8>> {

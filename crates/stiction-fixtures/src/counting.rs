@@ -1,12 +1,11 @@
-//! An allocator that counts: whoever includes this file allocates by it and may ask for [`measured`] memory. Shared by the
-//! tests of readers, the fuzzer and the benchmarks.
-#![allow(dead_code)] // not everybody asks for all of it
+//! An allocator that counts. A program that asks for [`measured`] memory allocates by it:
+//! `#[global_allocator] static ALLOCATOR: Counting = Counting;`
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// The system's allocator, counted.
-struct Counting;
+pub struct Counting;
 
 /// Heap in use, and the most since the last reset.
 static IN_USE: AtomicUsize = AtomicUsize::new(0);
@@ -45,9 +44,6 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 /// Bytes allocated.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
@@ -60,6 +56,8 @@ pub struct Memory {
 /// What `work` gives, and the memory it took; other threads of the program must be idle.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, Memory) {
     let before = IN_USE.load(Relaxed);
+    // A program has allocated something before: otherwise nothing is counted, and every bound would be kept.
+    assert!(before > 0, "the program does not allocate by `Counting`");
     PEAK.store(before, Relaxed);
     let answer = work();
     let since = |count: &AtomicUsize| count.load(Relaxed).saturating_sub(before);

@@ -1,7 +1,4 @@
-//! Small makers for the tests: bricks with loads and contact, and the shortest way to a solution.
-#![allow(dead_code)] // every test file uses some of them
-
-pub mod dense;
+//! Bricks of one material with loads and contact, posed by hand, and the shortest way to a solution.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -1,0 +1,15 @@
+//! Makers of bodies, cases, files and piles that tests and benchmarks share, and the shortest way to an answer.
+//!
+//! Makers panic where the library refuses what they made: that is a mistake of the test.
+
+pub mod bricks;
+pub mod case_run;
+pub mod counting;
+pub mod dense;
+pub mod folder;
+pub mod fuzz;
+pub mod piles;
+pub mod random_case;
+pub mod written;
+
+pub use bricks::*;
