@@ -1,8 +1,6 @@
 //! Cases on which multigrid's own iteration goes round in circles: bodies that nothing but contact holds, Coulomb friction
 //! whose sets do not settle, meshes of a few cells, contact points on the stiffer body.
 
-// Only the drawing is used here.
-#[allow(dead_code)]
 use std::ops::ControlFlow;
 
 use stiction::friction::{Solution, Status};
@@ -30,17 +28,91 @@ fn assert_same_forces(text: &str, most: usize) {
     assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
 }
 
-#[test]
-fn bodies_that_contact_alone_holds_on_slopes_and_balls_find_their_place() {
-    for seed in [580, 85, 366, 368, 235, 1004] {
-        assert_same_forces(&text(seed), 120);
+/// Cases drawn at random in which friction or the curvature of the obstacle alone resists a rigid motion; on them the
+/// iteration went round in circles.
+mod bodies_that_contact_alone_holds_on_slopes_and_balls_find_their_place {
+    use super::*;
+
+    const MOST: usize = 120;
+
+    /// Nearly incompressible hexahedra, Coulomb friction of 0.7.
+    #[test]
+    fn a_cube_on_a_slope() {
+        assert_same_forces(&text(580), MOST);
+    }
+
+    /// Hexahedra of 20 nodes, Coulomb friction of 0.3, a push of two fifths of what it holds.
+    #[test]
+    fn a_quadratic_bar_on_a_ball() {
+        assert_same_forces(&text(85), MOST);
+    }
+
+    /// Tetrahedra; the bound of the friction force does not grow with the pressure.
+    #[test]
+    fn a_thin_plate_on_a_slope_with_given_friction() {
+        assert_same_forces(&text(366), MOST);
+    }
+
+    /// Tetrahedra of 10 nodes, nearly incompressible, on a radius of fifty times the length.
+    #[test]
+    fn a_quadratic_bar_on_an_almost_flat_ball_with_given_friction() {
+        assert_same_forces(&text(368), MOST);
+    }
+
+    /// Three times as high as wide, Coulomb friction of 0.05.
+    #[test]
+    fn a_slender_column_on_a_plane() {
+        assert_same_forces(&text(235), MOST);
+    }
+
+    /// A cell of ten times its height along the bar, Coulomb friction of 1.
+    #[test]
+    fn a_flat_bar_on_a_slope() {
+        assert_same_forces(&text(1004), MOST);
     }
 }
 
-#[test]
-fn coulomb_friction_whose_sets_go_round_is_solved_by_its_bounds() {
-    for seed in [34, 148, 179, 577, 1059, 1488] {
-        assert_same_forces(&text(seed), 200);
+/// Cases drawn at random whose sets of sticking and slipping points do not settle: the fixed point on the bounds of
+/// friction solves them.
+mod coulomb_friction_whose_sets_go_round_is_solved_by_its_bounds {
+    use super::*;
+
+    const MOST: usize = 200;
+
+    /// Tetrahedra held by nothing but contact; Coulomb friction of 0.3.
+    #[test]
+    fn a_plate_on_an_almost_flat_ball() {
+        assert_same_forces(&text(34), MOST);
+    }
+
+    /// Friction of 1 along and of 0.1 across an axis oblique to the tangents, the top moved as far along as down.
+    #[test]
+    fn a_blade_dragged_over_a_grain() {
+        assert_same_forces(&text(148), MOST);
+    }
+
+    /// Hexahedra on tetrahedra 26 times stiffer, Coulomb friction of 0.7.
+    #[test]
+    fn a_block_pressed_through_a_clearance_on_a_stiffer_body() {
+        assert_same_forces(&text(179), MOST);
+    }
+
+    /// Six-node faces, whose corners carry no part of a uniform pressure; Coulomb friction of 0.3.
+    #[test]
+    fn a_block_of_quadratic_tetrahedra() {
+        assert_same_forces(&text(577), MOST);
+    }
+
+    /// Ten times as wide as thick, the top moved along more than down, Coulomb friction of 0.7.
+    #[test]
+    fn a_nearly_incompressible_blade() {
+        assert_same_forces(&text(1059), MOST);
+    }
+
+    /// Tetrahedra of 10 nodes, ten times as high as wide, Coulomb friction of 0.05.
+    #[test]
+    fn a_slender_column_dragged_over_a_ball() {
+        assert_same_forces(&text(1488), MOST);
     }
 }
 
