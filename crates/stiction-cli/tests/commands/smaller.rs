@@ -24,7 +24,7 @@ fn schema_is_json() {
 #[test]
 fn mesh_info_tells_groups_and_volume() {
     let folder = Folder::new("info", CASE);
-    folder.write("part.msh", &two_cubes());
+    folder.write("part.msh", two_cubes());
     let run = folder.run(&["mesh", "info", "part.msh"]);
     run.ends(0, &[]);
     for word in ["2 hex8", "volume      2", "bottom", "0 open", "between two cells"] {
