@@ -1,6 +1,7 @@
 //! Files and cases as others write them, damaged ones, and the order of the modules.
 
 mod architecture;
+mod documents;
 mod fclib;
 mod friction_arrays;
 mod inputs;
