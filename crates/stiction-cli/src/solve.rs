@@ -127,8 +127,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
-            let motion = run::departure(&prepared.problem, outcome.solution.status).unwrap_or_default();
-            let [when, files] = match outcome.steps.last().and_then(|step| step["t"].as_f64()) {
+            let motion = run::escape_mode(&prepared.problem, outcome.solution.status).unwrap_or_default();
+            let [when, files] = match outcome.steps.last().map(|step| step.t) {
                 Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
                 None => [String::new(), "the files hold".into()],
             };
@@ -138,7 +138,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             code::SHORT
         }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
-            let why = run::used_up(&prepared, &outcome).map_or(String::new(), |why| format!("{why}; "));
+            let why = run::limit_load(&prepared, &outcome).map_or(String::new(), |why| format!("{why}; "));
             output::note(&format!(
                 "warning: the tolerance was not reached; {why}the files hold the last step and a certificate that says so\n",
             ));
@@ -148,7 +148,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
 }
 
 fn resumed(restart: &Restart, folder: &Path) -> String {
-    let steps = restart.entries.len();
+    let steps = restart.records.len();
     format!("resuming after step {steps} at t = {}, found in {}\n", restart.last.t, folder.display())
 }
 

@@ -347,7 +347,7 @@ fn a_crate_that_cannot_rest_is_told_how_it_leaves() {
         assert!(run.out.contains("NOT SOLVED") && run.out.contains(motion), "{run:#?}");
         let summary = folder.summary("case-results");
         assert_eq!(summary["status"], "no_equilibrium");
-        assert!(summary["departure"].as_str().unwrap().contains(motion));
+        assert!(summary["escape_mode"].as_str().unwrap().contains(motion));
         assert_eq!(summary["certificate"]["passed"], false);
     };
     folder.run(&["solve", "case.toml", "--set", "load.1.traction=[0, 2430, 0]"]).ends(0, &[]);

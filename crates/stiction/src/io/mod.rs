@@ -23,10 +23,10 @@ pub mod matrix_market;
 pub mod npz;
 pub mod plot;
 pub mod problem;
-pub mod report;
 pub mod step;
 pub mod storage;
 pub mod surface;
+pub mod text;
 pub mod vtu;
 pub mod vtu_read;
 

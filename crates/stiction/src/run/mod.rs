@@ -14,10 +14,12 @@ pub use pose::{
 };
 pub use results::algebraic;
 pub use results::{
-    Ahead, Checked, CheckedStep, Origin, REPORT, StepFiles, begin_steps, check, departure, keep_step, report,
-    solve_writing, summary, uniqueness, used_up, writable, write, write_report, write_report_on, write_with,
+    Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, StepFiles, Summary, Versions, begin_steps, check,
+    keep_step, limit_load, report, solve_writing, summary, uniqueness, writable, write, write_report, write_report_on,
+    write_with,
 };
 pub use solve::{
-    Balance, BoltState, Event, KeepStep, Outcome, Path, Restart, Settings, Step, StepLine, Totals, bolt_states,
-    pair_totals, solve, solve_steps, totals,
+    AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
+    MethodDetails, Named, Outcome, PairRecord, Path, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord,
+    Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
 };

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use stiction::io::case;
-use stiction::run::{Outcome, Prepared, Settings, bolt_states, prepare, report, solve_steps};
+use stiction::run::{Outcome, Prepared, Settings, StepRecord, bolt_states, prepare, report, solve_steps};
 use stiction_fixtures::case_run::{block, solved};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
@@ -20,8 +20,8 @@ fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {
 
 /// Force and shortening after each step.
 fn course(outcome: &Outcome) -> Vec<[f64; 2]> {
-    let number = |step: &serde_json::Value, key: &str| step["bolts"][0][key].as_f64().unwrap();
-    outcome.steps.iter().map(|step| ["force", "shortening"].map(|key| number(step, key))).collect()
+    let bolt = |step: &StepRecord| [step.answer.bolts[0].force, step.answer.bolts[0].shortening];
+    outcome.steps.iter().map(bolt).collect()
 }
 
 /// Closing a clearance is a rigid displacement of loose parts: all forces are those of the joint without it, and the nut
@@ -111,6 +111,6 @@ fn a_bolt_with_nothing_between_its_parts_is_told() {
     let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
     let outcome = solve_steps(&mut prepared, &Settings::of(&case.solver), None, &mut |_, _| Ok(()), go_on).unwrap();
     assert!(bolt_states(&prepared, &outcome)[0].force.abs() < 1e-6);
-    let told = report(&prepared, &outcome);
+    let told = report(&prepared, &outcome).to_string();
     assert!(told.contains("bolt \"body\" has the force") && told.contains("tighten it by `shortening`"), "{told}");
 }

@@ -183,7 +183,7 @@ fn a_moment_that_grows_in_time_bends_a_beam_step_by_step() {
         let run = solved(&text);
         for (step, t) in run.0.steps.iter().zip([0.5f64, 1.0, 1.5, 2.0]) {
             let stored = (10.0 * t * t).powi(2) * length / (2.0 * young * inertia);
-            is(step["balance"]["elastic"].as_f64().unwrap(), stored, stored);
+            is(step.balance.elastic, stored, stored);
         }
         let sunk = 40.0 * length * length / (2.0 * young * inertia);
         is(at(&run, [length, 0.0, 0.0])[2], -sunk, sunk);
@@ -363,13 +363,13 @@ fn a_locked_bolt_takes_up_load_and_one_held_by_force_does_not() {
         let by = format!("on = \"body\"\naxis = [1, 0, 0]\nforce = \"200*min(t, 1)\"\n{lock}");
         let run = solved(&bar(&mesh, 1e-3, &by, &format!("{steps}[solver]\npath = \"{path}\"\n")));
         assert!((bolt(&run)[0] / wanted - 1.0).abs() < 1e-6, "{:?}", bolt(&run));
-        let told = &run.0.steps[0]["bolts"][0];
-        assert!((told["force"].as_f64().unwrap() / 200.0 - 1.0).abs() < 1e-6, "{told}");
-        let last = &run.0.steps.last().unwrap()["balance"];
+        let tightened = &run.0.steps[0].answer.bolts[0];
+        assert!((tightened.force / 200.0 - 1.0).abs() < 1e-6, "{tightened:?}");
+        let last = run.0.steps.last().unwrap().balance;
         // 1/2 N²L/(E A); the work of the wrench and of the wall.
         let elastic = 0.5 * wanted * wanted / 200e3;
-        assert!((last["elastic"].as_f64().unwrap() / elastic - 1.0).abs() < 1e-5, "{last}");
-        assert!(last["drift"].as_f64().unwrap().abs() < 1e-6 * elastic, "{last}");
+        assert!((last.elastic / elastic - 1.0).abs() < 1e-5, "{last:?}");
+        assert!(last.drift.abs() < 1e-6 * elastic, "{last:?}");
     }
 }
 
@@ -452,11 +452,11 @@ fn a_folder_with_heat_bolts_and_springs_passes_its_check() {
     stiction::run::write(&prepared, &mut outcome, &stiction::run::Origin::default(), &folder).unwrap();
     let checked = check(&folder).unwrap_or_else(|e| panic!("{e}"));
     assert!(checked.passed() && checked.steps.len() == 3, "{checked:?}");
-    let bolts = |step: usize| outcome.steps[step]["bolts"][0].clone();
-    assert!((bolts(0)["force"].as_f64().unwrap() / 20.0 - 1.0).abs() < 1e-6);
-    assert_eq!(bolts(0)["shortening"], bolts(2)["shortening"]);
+    let bolts = |step: usize| outcome.steps[step].answer.bolts[0].clone();
+    assert!((bolts(0).force / 20.0 - 1.0).abs() < 1e-6);
+    assert_eq!(bolts(0).shortening, bolts(2).shortening);
     // A run that goes on from the files of the first two steps would start where they end.
     let (_, restart) = stiction::run::begin_steps(&prepared, &folder, true).unwrap();
     let last = restart.unwrap().last;
-    assert_eq!(last.shortening, [bolts(2)["shortening"].as_f64().unwrap()]);
+    assert_eq!(last.shortening, [bolts(2).shortening]);
 }

@@ -199,18 +199,17 @@ fn a_heated_bar_closes_its_gap_and_then_presses() {
     let run = solved(&text("20 + 100*t", "[[step]]\nuntil = 1\nincrements = 3\n"));
     is(force(&run), pressed, pressed);
     let last = run.0.steps.last().unwrap();
-    let energy = |name: &str| last["balance"][name].as_f64().unwrap();
     let wanted = 0.5 * pressed * pressed / 4.0 / 200e3 * 4.0;
-    is(energy("elastic"), wanted, wanted);
+    is(last.balance.elastic, wanted, wanted);
     // The force of the step in which the gap closes is taken as its mean: the drift of closing, first order in time.
-    assert!(energy("drift").abs() < 0.2 * wanted, "{last}");
+    assert!(last.balance.drift.abs() < 0.2 * wanted, "{last:?}");
     // Held from the start there is nothing to close, and the balance is exact.
     let held = text("20 + 100*t", "[[step]]\nuntil = 1\nincrements = 3\n")
         .replace("4.002", "4")
         .replace("\"none\"", "\"bonded\"");
     let run = solved(&held);
-    let last = &run.0.steps.last().unwrap()["balance"];
-    assert!(last["drift"].as_f64().unwrap().abs() < 1e-9 * last["elastic"].as_f64().unwrap(), "{last}");
+    let last = run.0.steps.last().unwrap().balance;
+    assert!(last.drift.abs() < 1e-9 * last.elastic, "{last:?}");
 }
 
 #[test]

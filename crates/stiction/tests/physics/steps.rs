@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use serde_json::Value;
 use stiction::friction::Status;
 use stiction::io::case;
-use stiction::run::{Event, Outcome, Prepared, Restart, Settings, Step, prepare, solve, solve_steps};
+use stiction::run::{
+    BalanceRecord, Event, Outcome, Path, Prepared, Restart, Settings, Step, StepRecord, prepare, solve, solve_steps,
+};
 
 /// A block of 20 x 10 x 10 on a plane, without loads.
 const BLOCK: &str = r#"
@@ -41,18 +42,22 @@ fn run_with(text: &str, change: impl FnOnce(&mut Settings)) -> Run {
 fn run(text: &str) -> Run {
     let run = run_with(text, |_| {});
     assert_eq!(run.outcome.solution.status, Status::Solved);
-    assert!(run.outcome.steps.iter().all(|entry| entry["certificate"]["passed"] == true));
+    assert!(run.outcome.steps.iter().all(|step| step.answer.certificate.passed));
     run
 }
 
 impl Run {
-    fn number(&self, step: usize, group: &str, key: &str) -> f64 {
-        self.outcome.steps[step][group][key].as_f64().unwrap()
+    fn balance(&self, step: usize) -> BalanceRecord {
+        self.outcome.steps[step].balance
     }
 
     fn friction_x(&self, step: usize) -> f64 {
-        self.outcome.steps[step]["contact"]["tangential_force"][0].as_f64().unwrap()
+        self.outcome.steps[step].answer.contact.tangential_force[0]
     }
+}
+
+fn energies(balance: &BalanceRecord) -> [f64; 3] {
+    [balance.work, balance.elastic, balance.dissipation]
 }
 
 fn contact(friction: &str, motion: &str) -> String {
@@ -82,8 +87,8 @@ fn proportional_loading_of_a_flat_foot_does_not_depend_on_the_steps() {
            [[load]]\non = \"x-max\"\ntraction = [0, 0, \"12*t\"]\n"
         + &contact("{ coulomb = 1 }", "");
     let [one, five] = [1, 5].map(|count| run(&(body.clone() + &steps(&[(1.0, count)]))));
-    let last = &one.outcome.steps[0]["contact"];
-    assert!(["open", "stick", "slip"].iter().all(|state| last[state].as_u64() > Some(3)), "{last}");
+    let last = &one.outcome.steps[0].answer.contact;
+    assert!([last.open, last.stick, last.slip].iter().all(|&points| points > 3), "{last:?}");
     assert!(apart(&five.outcome.solution.lambda, &one.outcome.solution.lambda) < 1e-6);
     assert!(apart(&five.outcome.solution.u, &one.outcome.solution.u) < 1e-6);
     // Without [[step]] the case is solved at t = 1.
@@ -100,9 +105,9 @@ fn steps_in_proportion_are_met_at_once() {
         + "[[fix]]\non = \"x-min\"\n[[load]]\non = \"z-max\"\ntraction = [\"4*t\", 0, \"-t*(35 - x)\"]\n"
         + &contact("{ coulomb = 0.4 }", "")
         + &steps(&[(1.0, 2), (2.0, 3)]);
-    for (path, key, first, further) in [("multigrid", "cycles", 8, 1), ("dense", "iterations", 3, 1)] {
+    for (path, first, further) in [("multigrid", 8, 1), ("dense", 3, 1)] {
         let run = run(&format!("{body}[solver]\npath = \"{path}\"\n"));
-        let taken: Vec<u64> = run.outcome.steps.iter().map(|e| e["counts"][key].as_u64().unwrap()).collect();
+        let taken: Vec<usize> = run.outcome.steps.iter().map(|step| step.answer.counts.steps()).collect();
         assert!(taken[0] >= first && taken[2..].iter().all(|&n| n <= further), "{path}: {taken:?}");
     }
 }
@@ -119,8 +124,8 @@ fn a_block_pulled_to_and_fro_dissipates_the_area_of_its_loop() {
         + &contact("{ coulomb = 0.5 }", "")
         + &steps(&[(1.0, 1), (2.0, 2), (4.0, 4), (5.0, 2), (7.0, 8)]);
     let run = run(&text);
-    let time = |t: f64| run.outcome.steps.iter().position(|entry| entry["t"] == t).unwrap();
-    let dissipated = |t: f64| run.number(time(t), "balance", "dissipation");
+    let time = |t: f64| run.outcome.steps.iter().position(|step| step.t == t).unwrap();
+    let dissipated = |t: f64| run.balance(time(t)).dissipation;
     let (small, large) = (dissipated(4.0) - dissipated(2.0), dissipated(7.0) - dissipated(5.0));
     assert!(((large - small) / (4.0 * 4200.0 * 0.1) - 1.0).abs() < 1e-9, "{small} {large}");
     assert!(((dissipated(5.0) - dissipated(4.0)) / (4200.0 * 0.1) - 1.0).abs() < 1e-9);
@@ -145,8 +150,8 @@ fn friction_remembers_where_it_slid() {
     let back = run.friction_x(2);
     assert!(back > -4200.0 * 0.99 && back < 0.0, "{back}");
     // Where the pressure falls with the shear a few points still slip, by next to nothing.
-    assert!(run.outcome.steps[2]["contact"]["stick"].as_u64() > Some(30));
-    assert!((run.number(2, "balance", "dissipation") / run.number(1, "balance", "dissipation") - 1.0).abs() < 1e-3);
+    assert!(run.outcome.steps[2].answer.contact.stick > 30);
+    assert!((run.balance(2).dissipation / run.balance(1).dissipation - 1.0).abs() < 1e-3);
 }
 
 /// Only relative motion counts: a plane that moves up and along is a top that moves down and back.
@@ -160,14 +165,13 @@ fn moving_the_obstacle_is_moving_the_support_the_other_way() {
     let motion = format!(", motion = [\"{x}\", \"{y}\", \"{z}\"]");
     let by_obstacle = body + "[[fix]]\non = \"z-max\"\n" + &contact("{ coulomb = 0.3 }", &motion);
     let [a, b] = [by_support, by_obstacle].map(|text| run(&(text + &steps(&[(2.0, 6)]))));
-    let partial =
-        |entry: &Value| entry["contact"]["stick"].as_u64() > Some(0) && entry["contact"]["slip"].as_u64() > Some(0);
+    let partial = |step: &StepRecord| step.answer.contact.stick > 0 && step.answer.contact.slip > 0;
     assert!(a.outcome.steps.iter().any(partial));
     for step in 0..6 {
         assert!(apart(&b.lambda[step], &a.lambda[step]) < 1e-6);
-        for key in ["work", "elastic", "dissipation"] {
-            let (of_a, of_b) = (a.number(step, "balance", key), b.number(step, "balance", key));
-            assert!((of_a - of_b).abs() < 1e-6 * a.number(step, "balance", "work"), "{key} {of_a} {of_b}");
+        let (of_a, of_b) = (a.balance(step), b.balance(step));
+        for (a, b) in energies(&of_a).into_iter().zip(energies(&of_b)) {
+            assert!((a - b).abs() < 1e-6 * of_a.work, "{of_a:?} {of_b:?}");
         }
     }
     // What is solved at once without steps is the first step that goes there.
@@ -190,12 +194,12 @@ fn both_paths_walk_the_same_steps() {
         + &contact("{ coulomb = 0.3 }", "")
         + &steps(&[(2.0, 4), (3.0, 1)]);
     let [direct, multigrid] = ["solves", "multigrid"].map(|path| run(&format!("{text}[solver]\npath = \"{path}\"\n")));
-    assert!(multigrid.outcome.steps.iter().all(|entry| entry["path"] == "multigrid"));
+    assert!(multigrid.outcome.steps.iter().all(|step| step.answer.path == Path::Multigrid));
     for step in 0..5 {
         assert!(apart(&multigrid.lambda[step], &direct.lambda[step]) < 1e-6);
     }
     // Nothing changes in the last step.
-    let cycles = |step: usize| multigrid.outcome.steps[step]["counts"]["cycles"].as_u64().unwrap();
+    let cycles = |step: usize| multigrid.outcome.steps[step].answer.counts.cycles;
     assert!(cycles(0) > 5 && cycles(4) <= 2, "{} {}", cycles(0), cycles(4));
 }
 
@@ -207,13 +211,13 @@ fn a_step_that_changes_nothing_costs_next_to_nothing() {
         + &contact("{ coulomb = 0.3 }", "")
         + &steps(&[(1.0, 1), (2.0, 1)]);
     let run = run(&text);
-    let counts = |step: usize, key: &str| run.outcome.steps[step]["counts"][key].as_u64().unwrap();
-    assert!(counts(0, "iterations") >= 3 && counts(0, "products") > 20, "{}", run.outcome.steps[0]["counts"]);
-    assert_eq!(counts(1, "iterations"), 0);
-    assert!(counts(1, "products") <= 2 && counts(1, "solves") <= 3, "{}", run.outcome.steps[1]["counts"]);
-    assert_eq!(run.outcome.steps[1]["attempts"], 1);
+    let [first, second] = [0, 1].map(|step: usize| run.outcome.steps[step].answer.counts);
+    assert!(first.iterations >= 3 && first.products > 20, "{first:?}");
+    assert_eq!(second.iterations, 0);
+    assert!(second.products <= 2 && second.solves <= 3, "{second:?}");
+    assert_eq!(run.outcome.steps[1].attempts, 1);
     assert!(apart(&run.lambda[1], &run.lambda[0]) < 1e-12);
-    let [first, second] = [0, 1].map(|step| run.number(step, "balance", "dissipation"));
+    let [first, second] = [0, 1].map(|step| run.balance(step).dissipation);
     assert!(first > 0.0 && (second / first - 1.0).abs() < 1e-9);
 }
 
@@ -226,8 +230,8 @@ fn the_balance_of_energy_closes_as_the_steps_get_shorter() {
     let drifts = |count: usize| {
         let run = run(&(text.clone() + &steps(&[(0.1, 1), (1.6, count)])));
         // From the second step on: the body is not at rest at t = 0, and the first step has it all.
-        let drift: Vec<f64> = (0..=count).map(|step| run.number(step, "balance", "drift")).collect();
-        let work = run.number(count, "balance", "work");
+        let drift: Vec<f64> = (0..=count).map(|step| run.balance(step).drift).collect();
+        let work = run.balance(count).work;
         let each = drift.windows(2).map(|d| (d[1] - d[0]).abs()).fold(0.0, f64::max);
         [each / work, (drift[count] - drift[0]).abs() / work]
     };
@@ -261,15 +265,15 @@ fn a_step_that_fails_is_halved_and_grows_back() {
     let short = solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut count).unwrap();
     assert_eq!(short.solution.status, Status::Solved);
     assert!(halved > 0 && short.steps.len() > 1, "{halved}");
-    assert_eq!(short.steps.last().unwrap()["t"], 3.0);
+    assert_eq!(short.steps.last().unwrap().t, 3.0);
     assert!(apart(&short.solution.lambda, &exact.outcome.solution.lambda) < 1e-6);
 
     // Where nothing helps, the shortest step says how it ended.
     let lost = run_with(&(text + &steps(&[(1.0, 1), (3.0, 1)])), |settings| settings.solver.max_iterations = 1);
     let last = lost.outcome.steps.last().unwrap();
     assert_eq!(lost.outcome.solution.status, Status::MaxIterations);
-    assert!(last["status"] == "max_iterations" && last["certificate"]["passed"] == false);
-    assert!(last["attempts"].as_u64() > Some(2) && last["dt"] == 1.0 / 64.0, "{last}");
+    assert!(last.answer.status == Status::MaxIterations && !last.answer.certificate.passed);
+    assert!(last.attempts > 2 && last.dt == 1.0 / 64.0, "{last:?}");
 }
 
 /// Last digits of a factorisation depend on where the allocator puts its arrays, and steps that start from them end
@@ -290,7 +294,7 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let mut kept: Option<Restart> = None;
     let mut keep = |_: &Prepared, step: &Step| {
         let before = kept.take().map(|restart| restart.last);
-        kept = Some(Restart { entries: step.entries.to_vec(), last: step.file.clone(), before });
+        kept = Some(Restart { records: step.records.to_vec(), last: step.file.clone(), before });
         Ok(())
     };
     let mut finished = 0;
@@ -315,12 +319,10 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     assert!(apart(&resumed.solution.u, &whole.outcome.solution.u) < ROUNDING);
     assert_eq!(resumed.steps.len(), whole.outcome.steps.len());
     for (a, b) in resumed.steps.iter().zip(&whole.outcome.steps) {
-        let value = |step: &serde_json::Value, name: &str| step["balance"][name].as_f64().unwrap();
-        for name in ["work", "elastic", "dissipation"] {
-            let (a, b, scale) = (value(a, name), value(b, name), value(b, "work").abs());
-            assert!((a - b).abs() <= ROUNDING * scale, "{name}: {a} {b}");
+        for (x, y) in energies(&a.balance).into_iter().zip(energies(&b.balance)) {
+            assert!((x - y).abs() <= ROUNDING * b.balance.work.abs(), "{:?} {:?}", a.balance, b.balance);
         }
-        assert!(a["contact"]["slip"] == b["contact"]["slip"]);
+        assert_eq!(a.answer.contact.slip, b.answer.contact.slip);
     }
     let largest = resumed.solution.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     let references = prepared.problem.contact.slip_reference.iter().zip(&whole.prepared.problem.contact.slip_reference);

@@ -267,7 +267,7 @@ fn a_case_with_a_plate_from_a_file_steps_like_the_same_case_on_a_plane() {
         let on = |_: &stiction::run::Event| std::ops::ControlFlow::Continue(());
         let outcome =
             stiction::run::solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut { on }).unwrap();
-        assert!(outcome.steps.iter().all(|step| step["certificate"]["passed"] == true));
+        assert!(outcome.steps.iter().all(|step| step.answer.certificate.passed));
         (prepared.facts.to_string(), outcome)
     };
     let (_, plane) = case("plane = { point = [0, 0, 0], normal = [0, 0, 1] }");

@@ -9,7 +9,7 @@ use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
-use crate::io::report::triple;
+use crate::io::text::triple;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 

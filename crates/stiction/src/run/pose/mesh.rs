@@ -5,7 +5,7 @@ use std::path::Path;
 use super::place;
 use crate::Error;
 use crate::io::case::{MeshSource, MeshSpec};
-use crate::io::report::number;
+use crate::io::text::number;
 use crate::io::{abaqus, gmsh, machine, vtu_read};
 use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh, ring};
 

@@ -2,7 +2,7 @@
 
 use super::facts::ContactFacts;
 use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Side, SurfaceFriction};
-use crate::io::report::number;
+use crate::io::text::number;
 
 impl ContactFacts {
     /// What a person should know about the pair, one sentence each.

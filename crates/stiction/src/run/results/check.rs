@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use serde_json::Value;
-
 use super::check_steps::{CheckedStep, check_steps};
+use super::summary;
 use crate::Error;
 use crate::certificate::{Certificate, certify};
-use crate::io::{folder, problem};
+use crate::io::problem;
+use crate::run::solve::AnswerRecord;
 
 /// What a folder's files amount to.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,40 +52,23 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let (mut problem, tolerance) = problem::read_problem(&file)?;
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
-    let path = folder.join("summary.json");
-    let read = |text: String| serde_json::from_str(&text).map_err(|e| damaged(format!("this is not a summary ({e})")));
-    let place = |error: Error| error.at(&path.display().to_string());
-    let summary: Value = folder::read_text(&path).and_then(|text| read(text).map_err(place))?;
-    let stored = stored_certificate(&summary).map_err(place)?;
+    let summary = summary::read(&folder.join("summary.json"))?;
     let normal_force: f64 = lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
-    let differences = compare(stored, &certificate, normal_force)?;
-    let steps = match summary["steps"].as_array() {
-        Some(entries) => check_steps(folder, entries, &mut problem, tolerance)?,
-        None => Vec::new(),
-    };
+    let differences = compare(&summary.answer, &certificate, normal_force)?;
+    let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     Ok(Checked { certificate, differences, steps })
 }
 
-fn damaged(what: impl Into<String>) -> Error {
-    Error::new("", what, "the file is damaged or incomplete; solve the case again")
-}
-
-/// The summary, or an entry of its steps, if there is a certificate in it.
-pub(crate) fn stored_certificate(summary: &Value) -> Result<&Value, Error> {
-    if !summary["certificate"].is_object() || !summary["contact"].is_object() {
-        return Err(damaged("there is no certificate in it"));
-    }
-    Ok(summary)
-}
-
-pub(crate) fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> Result<Vec<(String, f64, f64)>, Error> {
-    // Infinities are written as null.
-    let number = |value: &Value| if value.is_null() { Some(f64::INFINITY) } else { value.as_f64() };
-    let stored = |name: &str| {
-        let value = summary["certificate"].get(name).and_then(number);
-        value.ok_or_else(|| damaged(format!("its certificate has no number `{name}`")).at("summary.json"))
-    };
-    let tolerance = new.tolerance;
+/// What differs between the record of an answer and what was recomputed.
+///
+/// # Errors
+/// If the record lacks a measure of the certificate.
+pub(crate) fn compare(
+    stored: &AnswerRecord,
+    new: &Certificate,
+    normal_force: f64,
+) -> Result<Vec<(String, f64, f64)>, Error> {
+    let old = &stored.certificate;
     let mut differences = Vec::new();
     let mut differ = |name: &str, old: f64, new: f64, scale: f64| {
         let same = old == new || (old - new).abs() <= SAME * scale.max(old.abs().max(new.abs()));
@@ -93,24 +76,29 @@ pub(crate) fn compare(summary: &Value, new: &Certificate, normal_force: f64) -> 
             differences.push((name.to_string(), old, new));
         }
     };
-    for (name, value) in new.measures().into_iter().chain([("worst", new.worst)]) {
-        differ(name, stored(name)?, value, new.tolerance);
+    let tolerance = new.tolerance;
+    for (name, value) in new.measures() {
+        let measure = old.measures.get(name).ok_or_else(|| {
+            let what = format!("its certificate has no number `{name}`");
+            Error::new("summary.json", what, "the file is damaged or incomplete; solve the case again")
+        })?;
+        differ(name, measure, value, tolerance);
     }
-    differ("tolerance", stored("tolerance")?, new.tolerance, 0.0);
-    for (body, new) in new.bodies.iter().enumerate().map(|(k, b)| (&summary["bodies"][k], b)) {
-        let told = |name: &str| body.get(name).and_then(number).unwrap_or(f64::NAN);
-        let named = |name: &str| format!("{name} of body {}", new.name);
-        differ(&named("force_balance"), told("force_balance"), new.balance.force, tolerance);
-        differ(&named("moment_balance"), told("moment_balance"), new.balance.moment, tolerance);
+    differ("worst", old.worst, new.worst, tolerance);
+    differ("tolerance", old.tolerance, tolerance, 0.0);
+    for (k, new) in new.bodies.iter().enumerate() {
+        let old = stored.bodies.get(k);
+        let mut differ = |name: &str, old: Option<f64>, new_value: f64, scale: f64| {
+            differ(&format!("{name} of body {}", new.name), old.unwrap_or(f64::NAN), new_value, scale);
+        };
+        differ("force_balance", old.map(|body| body.force_balance), new.balance.force, tolerance);
+        differ("moment_balance", old.map(|body| body.moment_balance), new.balance.moment, tolerance);
         let size = new.contact.iter().chain(&new.load).chain(&new.support).fold(0.0, |a: f64, v| a.max(v.abs()));
-        for c in 0..3 {
-            let told = body["contact"][c].as_f64().unwrap_or(f64::NAN);
-            differ(&named(["contact x", "contact y", "contact z"][c]), told, new.contact[c], size);
+        for (c, name) in ["contact x", "contact y", "contact z"].into_iter().enumerate() {
+            differ(name, old.map(|body| body.contact[c]), new.contact[c], size);
         }
     }
-    let told = |name: &str| summary["contact"].get(name).and_then(number).unwrap_or(f64::NAN);
-    differ("normal_force", told("normal_force"), normal_force, 0.0);
-    let passed = summary["certificate"]["passed"].as_bool();
-    differ("passed", passed.map_or(f64::NAN, |p| f64::from(u8::from(p))), f64::from(u8::from(new.passed)), 0.0);
+    differ("normal_force", stored.contact.normal_force, normal_force, 0.0);
+    differ("passed", f64::from(u8::from(old.passed)), f64::from(u8::from(new.passed)), 0.0);
     Ok(differences)
 }

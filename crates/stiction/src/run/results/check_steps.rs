@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use serde_json::Value;
-
-use super::check::{compare, stored_certificate};
+use super::check::compare;
 use super::step_file::step_file;
 use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::contact::ContactProblem;
 use crate::io::step::{StepFile, read_step};
 use crate::run::pose::moment::{Initial, Moment};
+use crate::run::solve::StepRecord;
 use crate::run::solve::balance::{Balance, BodyState, balance};
 
 /// What the files of one step amount to.
@@ -39,7 +38,7 @@ const SAME_ENERGY: f64 = 1e-6;
 /// If a file is missing, damaged, or does not fit the others.
 pub(crate) fn check_steps(
     folder: &Path,
-    entries: &[Value],
+    records: &[StepRecord],
     problem: &mut ContactProblem,
     tolerance: f64,
 ) -> Result<Vec<CheckedStep>, Error> {
@@ -61,15 +60,15 @@ pub(crate) fn check_steps(
     let mut slid = vec![0.0; 2 * m];
     let mut first: Option<Vec<f64>> = None;
     let mut checked = Vec::new();
-    for (number, entry) in (1..).zip(entries) {
+    for (number, record) in (1..).zip(records) {
         let path = step_file(folder, number);
         let file = read_step(&path, n, p, m)?;
         file.put_into(problem);
         problem.validate().map_err(|e| e.at(&path.display().to_string()))?;
         let certificate = certify(problem, &file.u, &file.lambda, tolerance);
-        let stored = stored_certificate(entry).map_err(|e| e.at(&format!("summary.json: step {number}")))?;
         let normal_force = file.lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
-        let mut differences = compare(stored, &certificate, normal_force)?;
+        let mut differences =
+            compare(&record.answer, &certificate, normal_force).map_err(|e| e.at(&format!("step {number}")))?;
         let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {
             // Written so that NaN differs.
             let same = (old - new).abs() <= allowed;
@@ -94,12 +93,12 @@ pub(crate) fn check_steps(
 
         let new = balance(problem, &body, &moment, &file.u, &file.lambda);
         let scale = new.work.abs().max(new.elastic).max(new.dissipation.abs());
-        let told = |name: &str| entry["balance"][name].as_f64().unwrap_or(f64::NAN);
-        for (name, value) in [("work", new.work), ("elastic", new.elastic), ("dissipation", new.dissipation)] {
-            differ(name, told(name), value, SAME_ENERGY * scale);
-        }
-        differ("t", entry["t"].as_f64().unwrap_or(f64::NAN), file.t, 0.0);
-        if number == entries.len() {
+        let stored = &record.balance;
+        differ("work", stored.work, new.work, SAME_ENERGY * scale);
+        differ("elastic", stored.elastic, new.elastic, SAME_ENERGY * scale);
+        differ("dissipation", stored.dissipation, new.dissipation, SAME_ENERGY * scale);
+        differ("t", record.t, file.t, 0.0);
+        if number == records.len() {
             let same = vectors(problem) == as_it_was;
             differ("problem.npz is that of the last step", 1.0, f64::from(u8::from(same)), 0.0);
         }

@@ -1,104 +1,102 @@
-//! The facts in plain words.
+//! The posed problem in plain words.
 
 use std::fmt;
 
 use super::pair_text;
+use super::rows::{Row, Rows, print};
 use crate::contact::{CoulombLaw, Counterpart, Obstacle, Side, SurfaceFriction};
-use crate::io::report::{number, triple};
-use crate::run::pose::{ContactFacts, Facts};
+use crate::io::text::{number, triple};
+use crate::run::pose::{ContactFacts, Facts, LoadFacts};
+
+/// Width of the labels.
+const LABELS: usize = 10;
 
 impl fmt::Display for Facts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.title)?;
-        if let Some(units) = &self.units {
-            writeln!(f, "  units      {units}")?;
-        }
-        let cells = self.mesh.cells.iter().map(|c| format!("{} {}", c.count, c.kind.name())).collect::<Vec<_>>();
-        let bodies = if self.mesh.bodies == 1 { String::new() } else { format!(", {} bodies", self.mesh.bodies) };
-        writeln!(
-            f,
-            "  mesh       {} nodes, {} cells, volume {}{bodies}",
-            self.mesh.nodes,
-            cells.join(", "),
-            number(self.mesh.volume)
-        )?;
-        for m in &self.materials {
-            match &m.orthotropic {
-                None => write!(f, "  material   {}: young {}, poisson {}", m.name, number(m.young), m.poisson)?,
-                Some([young, poisson, shear]) => write!(
-                    f,
-                    "  material   {}: orthotropic, young {}, poisson {}, shear {}",
-                    m.name,
-                    triple(*young),
-                    triple(*poisson),
-                    triple(*shear)
-                )?,
-            }
-            let density = if m.density > 0.0 { format!(", density {}", number(m.density)) } else { String::new() };
-            writeln!(f, "{density}, {} cells, volume {}", m.cells, number(m.volume))?;
-        }
-        for fix in &self.fixes {
-            let at = fix.at.map_or(String::new(), |x| format!(" (node at {})", triple(x)));
-            writeln!(f, "  fix        {}{at}: {} of {} nodes", fix.on, fix.components, fix.nodes)?;
-        }
-        for s in &self.springs {
-            let (area, normal, tangential) = (number(s.area), number(s.normal), number(s.tangential));
-            writeln!(f, "  spring     {}: normal {normal}, tangential {tangential} an area, on area {area}", s.on)?;
-        }
-        for load in &self.loads {
-            if let Some([low, high]) = load.range {
-                let (low, high, volume) = (number(low), number(high), number(load.extent));
-                writeln!(f, "  load       {}: temperature from {low} to {high} in volume {volume}", load.on)?;
-                continue;
-            }
-            let extent = if ["gravity", "rotation"].contains(&load.kind) { "volume" } else { "area" };
-            let (on, kind, size, sum) = (&load.on, load.kind, number(load.extent), triple(load.resultant));
-            writeln!(f, "  load       {on}: {kind} on {extent} {size}, resultant {sum}")?;
-        }
-        for b in &self.bolts {
-            let (axis, value) = (triple(b.axis), number(b.value));
-            writeln!(f, "  bolt       {}: {} {value} along {axis}, cut through {} nodes", b.name, b.by, b.nodes)?;
-        }
-        if self.loads.len() > 1 {
-            writeln!(f, "  loads      resultant of all {}", triple(self.resultant()))?;
-        }
-        if let Some((increments, end)) = self.steps {
-            writeln!(
-                f,
-                "  steps      {increments} increments from t = 0 to {}, where the loads are as told",
-                number(end)
-            )?;
-        }
-        self.contacts.iter().try_for_each(|contact| write!(f, "{contact}"))?;
-        writeln!(f, "  unknowns   {} displacements, {} contact points", self.unknowns, self.points)?;
-        self.notes.iter().try_for_each(|note| writeln!(f, "  note       {note}"))
+        print(f, &problem_rows(self), LABELS)
     }
 }
 
-impl fmt::Display for ContactFacts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = &self.surface;
-        let against = match &self.against {
-            Counterpart::Obstacle(it) => obstacle(it),
-            Counterpart::Surface(_) => format!("the surface {}", self.names[1]),
-        };
-        writeln!(f, "  contact    {}: {} points, area {}, against {against}", s.name, s.points, number(s.area))?;
-        writeln!(f, "             friction {}", friction(&self.friction))?;
-        if let Some(pair) = &s.pair {
-            return pair_text::lines(self, pair).iter().try_for_each(|line| writeln!(f, "             {line}"));
-        }
-        let gap = match (s.gap_min, s.gap_max) {
-            (low, high) if low == high => format!("gap {}", number(low)),
-            (low, high) => format!("gap from {} to {}", number(low), number(high)),
-        };
-        match s.overlapping {
-            0 => writeln!(f, "             {gap}, no overlap"),
-            count => {
-                let area = number(s.overlapping_area);
-                writeln!(f, "             {gap}; {count} points (area {area}) start inside the obstacle")
-            }
-        }
+/// The case as the program understood it.
+pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
+    let mut rows = Rows::default();
+    if let Some(units) = &facts.units {
+        rows.add("units", units.clone());
     }
+    let mesh = &facts.mesh;
+    let cells = mesh.cells.iter().map(|c| format!("{} {}", c.count, c.kind.name())).collect::<Vec<_>>().join(", ");
+    let bodies = if mesh.bodies == 1 { String::new() } else { format!(", {} bodies", mesh.bodies) };
+    rows.add("mesh", format!("{} nodes, {cells}, volume {}{bodies}", mesh.nodes, number(mesh.volume)));
+    for m in &facts.materials {
+        let law = match &m.orthotropic {
+            None => format!("young {}, poisson {}", number(m.young), m.poisson),
+            Some([young, poisson, shear]) => {
+                let [young, poisson, shear] = [young, poisson, shear].map(|values| triple(*values));
+                format!("orthotropic, young {young}, poisson {poisson}, shear {shear}")
+            }
+        };
+        let density = if m.density > 0.0 { format!(", density {}", number(m.density)) } else { String::new() };
+        let volume = number(m.volume);
+        rows.add("material", format!("{}: {law}{density}, {} cells, volume {volume}", m.name, m.cells));
+    }
+    for fix in &facts.fixes {
+        let at = fix.at.map_or(String::new(), |x| format!(" (node at {})", triple(x)));
+        rows.add("fix", format!("{}{at}: {} of {} nodes", fix.on, fix.components, fix.nodes));
+    }
+    for s in &facts.springs {
+        let [area, normal, tangential] = [s.area, s.normal, s.tangential].map(number);
+        let value = format!("{}: normal {normal}, tangential {tangential} per area, on area {area}", s.on);
+        rows.add("spring", value);
+    }
+    facts.loads.iter().for_each(|load| rows.add("load", describe(load)));
+    for b in &facts.bolts {
+        let (axis, value) = (triple(b.axis), number(b.value));
+        rows.add("bolt", format!("{}: {} {value} along {axis}, cut through {} nodes", b.name, b.by, b.nodes));
+    }
+    if facts.loads.len() > 1 {
+        rows.add("loads", format!("resultant of all {}", triple(facts.resultant())));
+    }
+    if let Some((increments, end)) = facts.steps {
+        let end = number(end);
+        rows.add("steps", format!("{increments} increments from t = 0 to {end}, the time of the loads above"));
+    }
+    facts.contacts.iter().for_each(|contact| contact_rows(&mut rows, contact));
+    rows.add("unknowns", format!("{} displacements, {} contact points", facts.unknowns, facts.points));
+    facts.notes.iter().for_each(|note| rows.add("note", note.clone()));
+    rows.0
+}
+
+fn describe(load: &LoadFacts) -> String {
+    let LoadFacts { on, kind, .. } = load;
+    let extent = number(load.extent);
+    if let Some([low, high]) = load.range {
+        return format!("{on}: temperature from {} to {} in volume {extent}", number(low), number(high));
+    }
+    let measure = if ["gravity", "rotation"].contains(kind) { "volume" } else { "area" };
+    format!("{on}: {kind} on {measure} {extent}, resultant {}", triple(load.resultant))
+}
+
+fn contact_rows(rows: &mut Rows, contact: &ContactFacts) {
+    let s = &contact.surface;
+    let against = match &contact.against {
+        Counterpart::Obstacle(it) => obstacle(it),
+        Counterpart::Surface(_) => format!("the surface {}", contact.names[1]),
+    };
+    rows.add("contact", format!("{}: {} points, area {}, against {against}", s.name, s.points, number(s.area)));
+    rows.more(format!("friction {}", friction(&contact.friction)));
+    if let Some(pair) = &s.pair {
+        pair_text::lines(contact, pair).into_iter().for_each(|line| rows.more(line));
+        return;
+    }
+    let gap = match (s.gap_min, s.gap_max) {
+        (low, high) if low == high => format!("gap {}", number(low)),
+        (low, high) => format!("gap from {} to {}", number(low), number(high)),
+    };
+    rows.more(match s.overlapping {
+        0 => format!("{gap}, no overlap"),
+        count => format!("{gap}; {count} points (area {}) start inside the obstacle", number(s.overlapping_area)),
+    });
 }
 
 fn obstacle(obstacle: &Obstacle) -> String {

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use crate::fem::{Solid, cell_stress_as, full_displacement, reactions, von_mises};
+use crate::fem::{Solid, cell_stress_as, full_displacement, von_mises};
 use crate::friction::PointState;
-use crate::mesh::v3::{add, scale};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 use crate::run::solve::Outcome;
+use crate::run::solve::quantities::reaction;
 
 /// Fields over the whole body.
 #[derive(Debug, Clone)]
@@ -28,30 +28,6 @@ pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
     let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.acting.initial.strain, single).unzip();
     BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
-}
-
-/// Force of the supports on the body at each node; zero away from them.
-pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> {
-    let Prepared { mesh, model, problem, .. } = prepared;
-    let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
-    let put = |reaction: &mut [[f64; 3]], dof: u32, force: f64| {
-        let at = &mut reaction[dof as usize / 3];
-        *at = add(*at, scale(force, model.dofs.direction(dof)));
-    };
-    let mut force = reactions(model, &outcome.solution.u);
-    if let Some(supports) = &problem.labels.supports {
-        // What the obstacle takes at a node that is held in part does not come from the support.
-        let contact = supports.B.transpose_times(&outcome.solution.lambda);
-        force.iter_mut().zip(contact).for_each(|(r, c)| *r += c);
-    }
-    for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
-        put(&mut reaction, dof, force);
-    }
-    let springs = problem.labels.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
-    for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
-        put(&mut reaction, dof, force);
-    }
-    reaction
 }
 
 /// Which of the two surfaces of a pair.

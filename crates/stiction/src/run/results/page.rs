@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use serde_json::Value;
-
+use super::html::{Page, Picture, html, pictures_smaller};
+use super::summary;
 use super::view::view;
 use crate::Error;
-use crate::io::report::{Page, Picture, html, pictures_smaller};
 use crate::io::{folder, plot};
 use crate::mesh::Mesh;
 
@@ -32,20 +31,16 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
-    let summary: Value = serde_json::from_str(&folder::read_text(&path)?).map_err(|error| {
-        let what = format!("this is not a summary ({error})");
-        Error::new(path.display().to_string(), what, "the file is damaged or incomplete; solve the case again")
-    })?;
+    let summary = summary::read(&path)?;
     // The case of a run may have been given another way than as a file.
     let case = folder.join("case.toml");
     let case_text = if case.exists() { folder::read_text(&case)? } else { String::new() };
-    let names = summary["pictures"].as_array().into_iter().flatten().filter_map(Value::as_str);
     // A name is one of a file in the folder, whatever the summary says.
-    let names = names.filter(|name| !name.contains(['/', '\\']));
+    let names = summary.pictures.iter().filter(|name| !name.contains(['/', '\\']));
     let mut pictures = names
-        .map(|name| Ok(Picture { name: name.to_string(), png: folder::read_bytes(&folder.join(name))? }))
+        .map(|name| Ok(Picture { name: name.clone(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
-    let units = plot::units(summary["units"].as_str());
+    let units = plot::units(summary.units.as_deref());
     let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || pictures_smaller(&mut pictures));
     let view = view?;
     let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });

@@ -1,7 +1,7 @@
 //! A pair of surfaces in plain words.
 
 use crate::contact::{Counterpart, InitialGap, PairFacts, Reason, Role, SurfaceFriction};
-use crate::io::report::number;
+use crate::io::text::number;
 use crate::run::pose::ContactFacts;
 
 /// Lengths below this part of a face's size are not worth reading.

@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::thread;
 
-use serde_json::Value;
-
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
 use crate::io::plot::{
@@ -13,7 +11,7 @@ use crate::io::plot::{
 };
 use crate::mesh::Face;
 use crate::run::pose::Prepared;
-use crate::run::solve::Outcome;
+use crate::run::solve::{Outcome, StepRecord};
 
 /// Draws all pictures and returns their names.
 pub(crate) fn write(
@@ -67,23 +65,22 @@ pub(crate) fn write(
     Ok(files)
 }
 
-fn forces_over_time(folder: &Path, title: &str, steps: &[Value], unit_label: &str) -> Result<(), Error> {
+fn forces_over_time(folder: &Path, title: &str, steps: &[StepRecord], unit_label: &str) -> Result<(), Error> {
     // The body begins at rest.
-    let curve = |value: &dyn Fn(&Value) -> Option<f64>| -> Vec<f64> {
-        let values = steps.iter().map(|entry| value(entry).unwrap_or(f64::NAN));
-        std::iter::once(0.0).chain(values).collect()
+    let curve = |value: &dyn Fn(&StepRecord) -> f64| -> Vec<f64> {
+        std::iter::once(0.0).chain(steps.iter().map(value)).collect()
     };
-    let friction = |c: usize| curve(&|entry| entry["contact"]["tangential_force"][c].as_f64());
-    let times = curve(&|entry| entry["t"].as_f64());
-    let mut forces = vec![("normal", curve(&|entry| entry["contact"]["normal_force"].as_f64()))];
+    let friction = |c: usize| curve(&|step| step.answer.contact.tangential_force[c]);
+    let times = curve(&|step| step.t);
+    let mut forces = vec![("normal", curve(&|step| step.answer.contact.normal_force))];
     let largest = |values: &[f64]| values.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
     let negligible = 1e-9 * forces.iter().map(|(_, values)| largest(values)).sum::<f64>();
     let components = ["friction x", "friction y", "friction z"].into_iter().zip((0..3).map(friction));
     forces.extend(components.filter(|(_, values)| largest(values) > negligible));
     let energies = vec![
-        ("work", curve(&|entry| entry["balance"]["work"].as_f64())),
-        ("elastic", curve(&|entry| entry["balance"]["elastic"].as_f64())),
-        ("dissipated", curve(&|entry| entry["balance"]["dissipation"].as_f64())),
+        ("work", curve(&|step| step.balance.work)),
+        ("elastic", curve(&|step| step.balance.elastic)),
+        ("dissipated", curve(&|step| step.balance.dissipation)),
     ];
     let panels = [
         HistoryPanel { label: "Force of contact on the body", unit_label, curves: forces },

@@ -1,129 +1,133 @@
 //! The answer in plain words.
 
-use std::fmt::Write as _;
-
-use serde_json::Value;
+use std::fmt;
 
 use super::fields::surfaces;
 use super::method_text;
-use super::summary::{largest_displacement, path};
+use super::rows::{Row, Rows, print};
 use crate::certificate::Certificate;
-use crate::contact::ContactProblem;
-use crate::contact::equilibrium::{in_words, no_equilibrium};
-use crate::contact::rigid::rigid_motions;
+use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, Status};
-use crate::io::report::{number, triple};
+use crate::io::text::{number, triple};
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::{BoltState, Outcome, Path, Totals, bolt_states, pair_totals, totals};
+use crate::run::solve::quantities::largest_displacement;
+use crate::run::solve::{
+    BalanceRecord, BoltState, Outcome, Path, StepRecord, Totals, bolt_states, escape_mode, pair_totals, path_name,
+    totals,
+};
 
-/// The result of a run, a few lines for a person.
-pub fn report(prepared: &Prepared, outcome: &Outcome) -> String {
-    let mut text = String::new();
+/// The result of a run, a few lines for a person; `Display` prints it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Report {
+    pub rows: Vec<Row>,
+    /// Time and memory, which differ from run to run.
+    pub cost: Vec<Row>,
+}
+
+/// Width of the labels.
+const LABELS: usize = 12;
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print(f, &self.rows, LABELS)?;
+        print(f, &self.cost, LABELS)
+    }
+}
+
+/// What is to be said of an answer.
+pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
+    let mut rows = Rows::default();
     let solution = &outcome.solution;
-    let counts = solution.counts;
-    let mut line = |name: &str, value: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {name:<12} {value}");
-    };
-    let iterations = match &outcome.method {
-        Some(report) => report.counts.iterations,
-        None => counts.newton_steps.max(counts.cycles),
-    };
-    let count = |entry: &Value, key: &str| entry["counts"][key].as_u64().unwrap_or(0) as usize;
-    let of_step = |entry: &Value| count(entry, "iterations").max(count(entry, "cycles"));
-    let in_all = if outcome.steps.is_empty() { iterations } else { outcome.steps.iter().map(of_step).sum() };
     if let Some(report) = &outcome.method {
-        line("method", method_text::words(&outcome.method_name, &outcome.settings, report));
+        rows.add("method", method_text::words(&outcome.method_name, &outcome.settings, report));
     }
-    line("status", status(solution.status, in_all));
+    let all = if outcome.steps.is_empty() {
+        iterations(outcome)
+    } else {
+        outcome.steps.iter().map(|step| step.answer.counts.steps()).sum()
+    };
+    rows.add("status", status(solution.status, all));
     if let Some(last) = outcome.steps.last() {
-        steps(&mut line, &outcome.steps, last);
+        steps(&mut rows, &outcome.steps, last);
     }
-    if let Some(why) = method_text::shortfall(outcome) {
-        line("", why);
+    method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
+    if let Some(motion) = escape_mode(&prepared.problem, solution.status) {
+        rows.more(format!("the loads carry away {motion}"));
+        rows.more("what follows, and the files, show a body that the solver holds by force: they are no result".into());
     }
-    if let Some(motion) = departure(&prepared.problem, solution.status) {
-        line("", format!("the loads carry away {motion}"));
-        line("", "what follows, and the files, show a body that the solver holds by force: they are no result".into());
-    }
-    if let Some(used_up) = used_up(prepared, outcome) {
-        line("", used_up);
-    }
-    shortfalls(prepared, outcome).into_iter().for_each(|what| line("", what));
-    line("certificate", certificate(&solution.certificate));
+    limit_load(prepared, outcome).into_iter().for_each(|what| rows.more(what));
+    shortfalls(prepared, outcome).into_iter().for_each(|what| rows.more(what));
+    rows.add("certificate", certificate(&solution.certificate));
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
         let several = pairs.len() > 1;
         for (name, t) in &pairs {
             let head = if several { format!("\"{name}\": ") } else { String::new() };
-            contact(&mut line, &head, t);
+            contact(&mut rows, &head, t);
         }
         if several {
-            contact(&mut line, "all pairs: ", &totals(prepared, outcome));
+            contact(&mut rows, "all pairs: ", &totals(prepared, outcome));
         }
     }
-    for bolt in bolt_states(prepared, outcome) {
-        line(
-            "bolt",
-            format!("\"{}\": force {}, shortening {}", bolt.name, number(bolt.force), number(bolt.shortening)),
-        );
+    for BoltState { name, force, shortening } in bolt_states(prepared, outcome) {
+        rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
     }
-    for warning in far_slides(prepared, outcome) {
-        line("note", warning);
-    }
+    far_slides(prepared, outcome).into_iter().for_each(|warning| rows.add("note", warning));
     let (size, place) = largest_displacement(prepared, outcome);
-    line("displacement", format!("at most {} at {}", number(size), triple(place)));
+    rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(facts) = &outcome.coulomb {
-        line("uniqueness", uniqueness(facts));
+        rows.add("uniqueness", uniqueness(facts));
     } else if outcome.path == Path::Multigrid && has_coulomb(prepared) {
         let why = "what can be said about others is estimated on the direct path only (path = \"solves\")";
-        line("uniqueness", format!("a solution; {why}"));
+        rows.add("uniqueness", format!("a solution; {why}"));
     }
+    rows.add("work", work(outcome));
+    Report { rows: rows.0, cost: cost(outcome) }
+}
+
+fn iterations(outcome: &Outcome) -> usize {
+    let counts = outcome.solution.counts;
+    outcome.method.as_ref().map_or(counts.newton_steps.max(counts.cycles), |report| report.counts.iterations)
+}
+
+fn work(outcome: &Outcome) -> String {
+    let counts = outcome.solution.counts;
     if outcome.path == Path::Multigrid {
         let restarts = counted(counts.restarts, "restart");
-        line("work", format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle")));
-    } else {
-        line(
-            "work",
-            format!(
-                "{}, {} with B K^-1 B' ({}), {}",
-                counted(iterations, "iteration"),
-                counted(counts.products, "product"),
-                path(outcome.path),
-                match &outcome.method {
-                    Some(report) => {
-                        let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
-                        format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
-                    }
-                    None => counted(counts.restarts, "restart"),
-                }
-            ),
-        );
+        return format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle"));
     }
-    let phases = outcome.seconds.phases().into_iter().filter(|(_, span)| span.wall >= 0.005);
+    let path = path_name(outcome.path);
+    let inside = match &outcome.method {
+        Some(report) => {
+            let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
+            format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+        }
+        None => counted(counts.restarts, "restart"),
+    };
+    let (iterations, products) = (counted(iterations(outcome), "iteration"), counted(counts.products, "product"));
+    format!("{iterations}, {products} with B K^-1 B' ({path}), {inside}")
+}
+
+/// Phases that took less than this are not listed, seconds.
+const SHORTEST_PHASE: f64 = 0.005;
+
+fn cost(outcome: &Outcome) -> Vec<Row> {
+    let mut rows = Rows::default();
+    let phases = outcome.seconds.phases().into_iter().filter(|(_, span)| span.wall >= SHORTEST_PHASE);
     let phases: Vec<String> = phases.map(|(name, span)| format!("{name} {:.2}", span.wall)).collect();
     let phases = if phases.is_empty() { String::new() } else { format!(" ({})", phases.join(", ")) };
-    line("time", format!("{:.2} s{phases}", outcome.seconds.total().wall));
+    rows.add("time", format!("{:.2} s{phases}", outcome.seconds.total().wall));
     if let Some(bytes) = outcome.peak_memory {
-        line("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
+        rows.add("memory", format!("{:.2} GB at most", bytes as f64 / 1e9));
     }
-    text
+    rows.0
 }
 
-/// How the loads carry a body away, if the status says that nothing balances them.
-pub fn departure(problem: &ContactProblem, status: Status) -> Option<String> {
-    if status != Status::NoEquilibrium {
-        return None;
-    }
-    let motions = rigid_motions(problem);
-    no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
-}
-
-/// Where friction may be used up and nothing was found: along which motion, and by how much. Forces are per unit of the
-/// displacement of what moves farthest.
-pub fn used_up(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
+/// The limit load where friction may be used up and nothing was found: along which motion, and how the loads compare with
+/// what friction resists. Forces are per unit of the displacement of what moves farthest.
+pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     let Sliding { alpha, load, friction } = outcome.sliding.as_ref()?;
     let motion = in_words(&prepared.problem, &prepared.motions, alpha);
     let [load, friction] = [load, friction].map(|force| number(*force));
@@ -133,25 +137,21 @@ pub fn used_up(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     ))
 }
 
-/// How far the load steps came, and what became of the work; the lines below are of the last step.
-fn steps(line: &mut impl FnMut(&str, String), all: &[Value], last: &Value) {
-    let value = |entry: &Value| entry.as_f64().unwrap_or(f64::NAN);
-    let (t, begin) = (value(&last["t"]), value(&last["t"]) - value(&last["dt"]));
-    let again = all.iter().filter(|entry| entry["attempts"].as_u64() > Some(1)).count();
+/// How far the load steps came, and the balance of energy; the rows below are of the last step.
+fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
+    let StepRecord { name, t, dt, attempts, .. } = last;
+    let again = all.iter().filter(|step| step.attempts > 1).count();
     let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
-    line("steps", format!("{} to t = {}{again}; below is the last", counted(all.len(), "step"), number(t)));
-    if matches!(last["status"].as_str(), Some("max_iterations" | "stalled")) {
-        let (name, attempts) = (last["name"].as_str().unwrap_or(""), &last["attempts"]);
-        let span = format!("from t = {} to {}", number(begin), number(t));
-        line(
-            "",
-            format!("the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"),
-        );
+    rows.add("steps", format!("{} to t = {}{again}; below is the last", counted(all.len(), "step"), number(*t)));
+    if matches!(last.answer.status, Status::MaxIterations | Status::Stalled) {
+        let span = format!("from t = {} to {}", number(t - dt), number(*t));
+        rows.more(format!(
+            "the last one (\"{name}\", {span}) was not solved in {attempts} attempts with ever shorter steps"
+        ));
     }
-    let energy = |name: &str| number(value(&last["balance"][name]));
-    let (work, elastic, dissipated, drift) =
-        (energy("work"), energy("elastic"), energy("dissipation"), energy("drift"));
-    line("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
+    let BalanceRecord { work, elastic, dissipation, drift } = last.balance;
+    let [work, elastic, dissipated, drift] = [work, elastic, dissipation, drift].map(number);
+    rows.add("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
 }
 
 /// Sliding beyond this part of a face is not small: two surfaces are coupled as they lie before the load.
@@ -177,36 +177,17 @@ fn has_coulomb(prepared: &Prepared) -> bool {
     prepared.problem.contact.friction.iter().any(|law| law.coefficient().is_some())
 }
 
-fn contact(line: &mut impl FnMut(&str, String), head: &str, t: &Totals) {
-    line(
-        "contact",
-        format!("{head}normal force {}, friction on the body {}", number(t.normal_force), triple(t.tangential_force)),
-    );
-    line(
-        "",
-        format!(
-            "open {} points (area {}), stick {} ({}), slip {} ({})",
-            t.open,
-            number(t.open_area),
-            t.stick,
-            number(t.stick_area),
-            t.slip,
-            number(t.slip_area)
-        ),
-    );
+fn contact(rows: &mut Rows, head: &str, t: &Totals) {
+    let (normal, tangential) = (number(t.normal_force), triple(t.tangential_force));
+    rows.add("contact", format!("{head}normal force {normal}, friction on the body {tangential}"));
+    let [open, stick, slip] = [t.open_area, t.stick_area, t.slip_area].map(number);
+    rows.more(format!("open {} points (area {open}), stick {} ({stick}), slip {} ({slip})", t.open, t.stick, t.slip));
     if t.open == t.points {
-        line("", "no point is in contact".into());
+        rows.more("no point is in contact".into());
     }
     if let Some(place) = t.max_pressure_at {
-        line(
-            "",
-            format!(
-                "pressure at most {} at {}, shear at most {}",
-                number(t.max_pressure),
-                triple(place),
-                number(t.max_shear)
-            ),
-        );
+        let (pressure, place, shear) = (number(t.max_pressure), triple(place), number(t.max_shear));
+        rows.more(format!("pressure at most {pressure} at {place}, shear at most {shear}"));
     }
 }
 
@@ -262,9 +243,8 @@ pub(crate) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> 
     let (Some(last), Status::Stalled | Status::MaxIterations) = (outcome.steps.last(), outcome.solution.status) else {
         return Vec::new();
     };
-    let step = prepared.acting.steps.iter().position(|step| last["name"] == step.name.as_str());
-    let (step, t) = (step.unwrap_or(0), last["t"].as_f64().unwrap_or(f64::NAN));
-    let targets = prepared.acting.targets(step, t).unwrap_or_default();
+    let step = prepared.acting.steps.iter().position(|step| last.name == step.name).unwrap_or(0);
+    let targets = prepared.acting.targets(step, last.t).unwrap_or_default();
     let short = |(bolt, target): (BoltState, Target)| match target {
         Target::Force(force) if (bolt.force - force).abs() > MISSED * force.abs() => Some(format!(
             "bolt \"{}\" has the force {:.4e} where {force:.4e} is asked for: if nothing that is held lies between its parts, \

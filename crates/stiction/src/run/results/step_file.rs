@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 use super::fields::body;
+use super::json;
 use super::sides::sides;
 use super::write::{encoded, log, write_body, write_contact};
 use crate::Error;
@@ -12,10 +13,22 @@ use crate::io::step::{read_step, write_step};
 use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, vtu};
 use crate::run::pose::Prepared;
-use crate::run::solve::{Restart, Step};
+use crate::run::solve::{Restart, Step, StepRecord};
 
 /// What has been finished, beside the files of the steps.
 const STATE: &str = "steps.json";
+/// Number of its format.
+const FORMAT: u32 = 2;
+
+/// The contents of `steps.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct State {
+    format: u32,
+    /// In hexadecimal digits.
+    fingerprint: String,
+    steps: Vec<StepRecord>,
+}
+
 /// Numbered files of a step: the front and the end of their names.
 const NUMBERED: [(&str, &str); 3] = [("result-", ".vtu"), ("contact-", ".vtu"), ("step-", ".npz")];
 
@@ -75,7 +88,7 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     let (folder, number) = (&files.folder, step.number);
     write_step(&step_file(folder, number), &step.file)?;
     write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, &files.grid, &body(prepared, step.outcome))?;
-    let times: Vec<f64> = step.entries.iter().map(|entry| entry["t"].as_f64().unwrap_or(f64::NAN)).collect();
+    let times: Vec<f64> = step.records.iter().map(|record| record.t).collect();
     let collection = |name: &str| {
         let parts: Vec<(f64, String)> =
             times.iter().zip(1..).map(|(&t, number)| (t, format!("{name}-{number:04}.vtu"))).collect();
@@ -90,12 +103,9 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     files.log += &log(step.outcome, Some(number));
     folder::write_text(&folder.join("log.jsonl"), &files.log)?;
     if step.finished {
-        let state = json!({
-            "format": 1,
-            "fingerprint": format!("{:016x}", files.fingerprint),
-            "steps": step.entries,
-        });
-        folder::write_text(&folder.join(STATE), &format!("{state:#}\n"))?;
+        let fingerprint = format!("{:016x}", files.fingerprint);
+        let state = State { format: FORMAT, fingerprint, steps: step.records.to_vec() };
+        folder::write_text(&folder.join(STATE), &json::text(&state))?;
     }
     Ok(())
 }
@@ -113,14 +123,16 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     let place = path.display().to_string();
     let fail = |what: &str, remedy: &str| Err(Error::new(&place, what, remedy));
     let again = "solve the case from its beginning, without --resume";
-    let state: Value = match serde_json::from_str(&folder::read_text(&path)?) {
-        Ok(state) => state,
-        Err(error) => return fail(&format!("this is no list of finished steps ({error})"), again),
-    };
-    if state["format"] != 1 {
+    #[derive(Deserialize)]
+    struct Head {
+        format: u32,
+    }
+    const WHAT: &str = "a list of finished steps";
+    if json::read::<Head>(&path, WHAT, again)?.format != FORMAT {
         return fail("the list of finished steps has another format than this version reads", again);
     }
-    if state["fingerprint"] != format!("{:016x}", files.fingerprint) {
+    let State { fingerprint, steps: records, .. } = json::read(&path, WHAT, again)?;
+    if fingerprint != format!("{:016x}", files.fingerprint) {
         let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
                       solve without --resume";
         return fail(
@@ -128,23 +140,27 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
             remedy,
         );
     }
-    let Some(entries) = state["steps"].as_array().filter(|steps| !steps.is_empty()) else { return Ok(None) };
+    let Some(last_record) = records.last() else { return Ok(None) };
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
     let read = |number: usize| read_step(&step_file(&files.folder, number), n, prepared.model.dofs.prescribed.len(), m);
-    let last = read(entries.len())?;
-    let before = if entries.len() > 1 { Some(read(entries.len() - 1)?) } else { None };
-    if entries.last().and_then(|entry| entry["t"].as_f64()) != Some(last.t) {
+    let last = read(records.len())?;
+    let before = if records.len() > 1 { Some(read(records.len() - 1)?) } else { None };
+    if last_record.t != last.t {
         return fail("the list of finished steps and the file of the last one differ", again);
     }
-    files.log = finished_log(&files.folder, entries.len());
-    Ok(Some(Restart { entries: entries.clone(), last, before }))
+    files.log = finished_log(&files.folder, records.len());
+    Ok(Some(Restart { records, last, before }))
 }
 
 /// The lines of the log that belong to the first `count` steps; a log that is lost is no reason to stop.
 fn finished_log(folder: &Path, count: usize) -> String {
     let text = folder::read_text(&folder.join("log.jsonl")).unwrap_or_default();
-    let step = |line: &str| serde_json::from_str::<Value>(line).ok().and_then(|line| line["step"].as_u64());
-    let kept = text.lines().filter(|line| step(line).is_some_and(|step| step <= count as u64));
+    #[derive(Deserialize)]
+    struct Line {
+        step: usize,
+    }
+    let step = |line: &str| serde_json::from_str::<Line>(line).ok().map(|line| line.step);
+    let kept = text.lines().filter(|line| step(line).is_some_and(|step| step <= count));
     kept.map(|line| format!("{line}\n")).collect()
 }
 

@@ -3,10 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use serde_json::Value;
-
+use super::html::{Field, FieldKind, Frame, View, thin};
+use super::summary::Summary;
 use crate::Error;
-use crate::io::report::{Field, FieldKind, Frame, View, thin};
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
 use crate::mesh::{CellKind, Mesh};
 
@@ -35,9 +34,9 @@ struct Vertices {
 }
 
 /// Reads the surface of the bodies, the contact surfaces and the fields of all steps of the folder.
-pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Value, units: [&str; 3]) -> Result<View, Error> {
-    let steps = summary["steps"].as_array().map_or(&[][..], Vec::as_slice);
-    let has_contact = summary["contact"]["points"].as_u64().unwrap_or(0) > 0;
+pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units: [&str; 3]) -> Result<View, Error> {
+    let steps = &summary.steps;
+    let has_contact = summary.answer.contact.points > 0;
     let name = |front: &str, number: usize| match number {
         0 => folder.join(format!("{front}.vtu")),
         _ => folder.join(format!("{front}-{number:04}.vtu")),
@@ -84,9 +83,8 @@ pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Value, units: [
         };
         let entry = number.checked_sub(1).and_then(|i| steps.get(i));
         let called = entry.map_or(String::new(), |entry| {
-            let name =
-                entry["name"].as_str().filter(|name| !name.is_empty()).map_or(String::new(), |n| format!("{n}, "));
-            format!("step {number}: {name}t = {}", entry["t"].as_f64().unwrap_or(f64::NAN))
+            let name = if entry.name.is_empty() { String::new() } else { format!("{}, ", entry.name) };
+            format!("step {number}: {name}t = {}", entry.t)
         });
         let frame = frame(mesh, &vertices, body, contact, stepped).map(|frame| Frame { name: called, ..frame });
         view.frames.push(frame.map_err(|e| e.at(&name("result", number).display().to_string()))?);

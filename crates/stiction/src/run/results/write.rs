@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::thread;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::fields::{BodyFields, Side, SurfaceFields, body};
 use super::sides::sides;
 use super::step_file::remove_steps;
-use super::{Ahead, REPORT, pictures};
+use super::summary::Summary;
+use super::{Ahead, REPORT, json, pictures};
 use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
-use crate::friction::Phase;
+use crate::friction::{Phase, Progress};
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{folder, machine, problem};
 use crate::run::pose::{Prepared, stopwatch};
@@ -74,9 +75,8 @@ pub fn write_with(
     files.extend(pictures.iter().cloned());
     outcome.seconds.output = outcome.seconds.output + lap();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
-    let mut told = super::summary::whole(prepared, outcome, origin);
-    told.insert("pictures".into(), json!(pictures));
-    folder::write_text(&folder.join("summary.json"), &format!("{:#}\n", serde_json::Value::Object(told)))?;
+    let summary = Summary { pictures, ..Summary::of(prepared, outcome, origin) };
+    folder::write_text(&folder.join("summary.json"), &json::text(&summary))?;
     files.push("summary.json".into());
     Ok(files)
 }
@@ -210,10 +210,28 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
     vtu::write(path, &grid, &arrays, &[], &[])
 }
 
+/// A line of `log.jsonl`.
+#[derive(Serialize)]
+struct LogLine {
+    iteration: usize,
+    phase: &'static str,
+    residual: f64,
+    products: usize,
+    open: usize,
+    stick: usize,
+    slip: usize,
+    /// Since the start of the iteration.
+    seconds: f64,
+    /// Number of the load step, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step: Option<usize>,
+}
+
 /// One line an iteration, with the number of its load step if there are any.
 pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
-    let line = |(step, seconds): (&crate::friction::Progress, &f64)| {
-        let phase = match step.phase {
+    let line = |(progress, &seconds): (&Progress, &f64)| {
+        let Progress { iteration, residual, products, open, stick, slip, .. } = *progress;
+        let phase = match progress.phase {
             Phase::Newton => "newton",
             Phase::Gradient => "gradient",
             Phase::FixedPoint => "fixed_point",
@@ -221,20 +239,8 @@ pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
             Phase::Uzawa => "uzawa",
             Phase::Multigrid => "multigrid",
         };
-        let mut line = json!({
-            "iteration": step.iteration,
-            "phase": phase,
-            "residual": step.residual,
-            "products": step.products,
-            "open": step.open,
-            "stick": step.stick,
-            "slip": step.slip,
-            "seconds": seconds,
-        });
-        if let Some(number) = number {
-            line["step"] = json!(number);
-        }
-        format!("{line}\n")
+        let line = LogLine { iteration, phase, residual, products, open, stick, slip, seconds, step: number };
+        json::line(&line)
     };
     outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
 }

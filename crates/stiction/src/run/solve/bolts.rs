@@ -2,17 +2,21 @@
 
 use std::ops::ControlFlow;
 
+use serde::{Deserialize, Serialize};
+
 use super::Outcome;
+use super::record::or_nan;
 use crate::fem::full_displacement;
 use crate::linalg::SmallLu;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::{Bolt, Target};
 
 /// A bolt in an answer.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BoltState {
     pub name: String,
     /// Tension through the cut, newton.
+    #[serde(deserialize_with = "or_nan")]
     pub force: f64,
     /// Length.
     pub shortening: f64,

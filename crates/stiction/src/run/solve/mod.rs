@@ -5,11 +5,19 @@ mod bolts;
 mod clearance;
 mod nested;
 mod path;
+pub(super) mod quantities;
+mod record;
 mod steps;
 mod totals;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
 pub use path::{Event, Outcome, Path, Settings, StepLine, solve};
+pub use quantities::escape_mode;
+pub use record::{
+    AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, PairRecord,
+    SlidingRecord, StepRecord, UniquenessRecord,
+};
+pub(super) use record::{path_name, status_name};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 
 use super::clearance;
 use super::nested;
+use super::record::StepRecord;
 use crate::Error;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::contact::sliding::{Sliding, least_resisted};
@@ -106,7 +107,8 @@ pub struct StepLine {
 }
 
 /// The way the solution was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Path {
     /// `B K⁻¹ Bᵀ` by a factor of `K` and the dense Schur complement.
     Dense,
@@ -136,8 +138,8 @@ pub struct Outcome {
     pub seconds: Seconds,
     /// Largest memory of the process so far, bytes, where the system tells it.
     pub peak_memory: Option<u64>,
-    /// One entry of `steps` in the summary for each load step; empty without load steps.
-    pub steps: Vec<Value>,
+    /// One for each load step; empty without load steps.
+    pub steps: Vec<StepRecord>,
 }
 
 impl Outcome {

@@ -5,13 +5,12 @@
 
 use std::ops::ControlFlow;
 
-use serde_json::{Value, json};
-
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
 use super::path::{Kept, sliding, solve_again, uniqueness_facts};
-use super::{Event, Outcome, Path, Settings, StepLine, totals};
+use super::record::StepRecord;
+use super::{Event, Outcome, Path, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::friction::{self, Counts, PointState, Solution, Status};
@@ -20,7 +19,6 @@ use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::moment::{Moment, apply, moment, slid};
 use crate::run::pose::{Prepared, Seconds};
-use crate::run::results::summary;
 
 /// A load step, told to whom keeps it.
 #[derive(Debug)]
@@ -32,15 +30,14 @@ pub struct Step<'a> {
     pub outcome: &'a Outcome,
     /// What a later run needs to go on from here.
     pub file: StepFile,
-    /// Entries of `steps` in the summary, this one the last.
-    pub entries: &'a [Value],
+    /// The records of all steps so far, this one the last.
+    pub records: &'a [StepRecord],
 }
 
 /// The steps an earlier run of the same case has finished.
 #[derive(Debug, Clone)]
 pub struct Restart {
-    /// Entries of `steps` in the summary.
-    pub entries: Vec<Value>,
+    pub records: Vec<StepRecord>,
     /// The last of them.
     pub last: StepFile,
     /// The one before it.
@@ -60,7 +57,7 @@ struct March {
     answers: Vec<Answer>,
     /// The last step with the slip reference it had.
     last: Option<(Outcome, Vec<f64>)>,
-    entries: Vec<Value>,
+    records: Vec<StepRecord>,
     /// Solves of the present step, those that failed included.
     attempts: usize,
 }
@@ -92,12 +89,13 @@ pub fn solve_steps(
     let steps = prepared.acting.steps.clone();
     let [mesh, assembly, contact] = prepared.seconds;
     let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
-    let by_factor = restart.as_ref().and_then(|r| r.entries.last()).is_some_and(|e| e["path"] != "multigrid");
+    let by_factor =
+        restart.as_ref().and_then(|r| r.records.last()).is_some_and(|last| last.answer.path != Path::Multigrid);
     let mut kept = Kept::none(by_factor);
     let mut march = start(prepared, settings, restart)?;
     let mut interrupted = false;
     while let Some([begin, t]) = march.at.span(&steps) {
-        let number = march.entries.len() + 1;
+        let number = march.records.len() + 1;
         if observer(&Event::Step { number, t, dt: t - begin }).is_break() {
             interrupted = true;
             break;
@@ -128,7 +126,7 @@ pub fn solve_steps(
         };
         let line = finish(prepared, &mut march, moment, &outcome, [begin, t], finished);
         let file = file(prepared, &march, &outcome, t);
-        keep(prepared, &Step { number, finished, outcome: &outcome, file, entries: &march.entries })?;
+        keep(prepared, &Step { number, finished, outcome: &outcome, file, records: &march.records })?;
         march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
         if !finished {
             break;
@@ -148,10 +146,10 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         slid: vec![0.0; 2 * m],
         answers: Vec::new(),
         last: None,
-        entries: Vec::new(),
+        records: Vec::new(),
         attempts: 0,
     };
-    let Some(Restart { entries, last, before }) = restart else { return Ok(begin) };
+    let Some(Restart { records, last, before }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
@@ -164,18 +162,18 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     apply(prepared, &moment, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &moment, &last.u);
-    let outcome = restored(prepared, settings, &last, &entries);
+    let outcome = restored(prepared, settings, &last, records.last().map(|record| record.answer.path));
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
     let answer =
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
     let answers = before.iter().chain([&last]).map(answer).collect();
     let body = BodyState { moment, u: last.u, lambda: last.lambda, balance };
-    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), entries, ..begin })
+    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), records, ..begin })
 }
 
 /// The answer of a step that an earlier run has found, judged anew.
-fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: &[Value]) -> Outcome {
+fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Option<Path>) -> Outcome {
     let certificate = certify(&prepared.problem, &last.u, &last.lambda, settings.solver.tolerance);
     let status = if certificate.passed { Status::Solved } else { Status::Uncertified };
     let state = |&code: &usize| [PointState::Open, PointState::Stick, PointState::Slip][code.min(2)];
@@ -188,12 +186,7 @@ fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, entries: 
         counts: Counts::default(),
         history: Vec::new(),
     };
-    let path = match entries.last().and_then(|e| e["path"].as_str()) {
-        Some("multigrid") => Path::Multigrid,
-        Some("dense") => Path::Dense,
-        _ => Path::Solves,
-    };
-    Outcome::new(solution, settings, path)
+    Outcome::new(solution, settings, path.unwrap_or(Path::Solves))
 }
 
 /// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)
@@ -291,26 +284,15 @@ fn finish(
     let (problem, steps) = (&prepared.problem, &prepared.acting.steps);
     let Solution { u, lambda, .. } = &outcome.solution;
     let balance = balance(problem, &march.body, &moment, u, lambda);
-    let number = march.entries.len() + 1;
-    let mut entry = serde_json::Map::from_iter([
-        ("step".to_string(), json!(number)),
-        ("name".to_string(), json!(steps[march.at.step].name)),
-        ("t".to_string(), json!(t)),
-        ("dt".to_string(), json!(t - begin)),
-        ("attempts".to_string(), json!(march.attempts)),
-    ]);
-    entry.extend(summary::answer(prepared, outcome));
-    entry.insert("load".into(), json!(summary::load(prepared)));
-    entry.insert("balance".into(), summary::balance(&balance));
-    march.entries.push(Value::Object(entry));
-    let all = totals(prepared, outcome);
+    let number = march.records.len() + 1;
+    let name = steps[march.at.step].name.as_str();
+    let record = StepRecord::of(prepared, outcome, (number, name), [begin, t], march.attempts, &balance);
+    let all = &record.answer.contact;
     let [x, y, z] = all.tangential_force;
-    let counts = &outcome.solution.counts;
-    let iterations = outcome.method.as_ref().map_or(counts.newton_steps.max(counts.cycles), |r| r.counts.iterations);
     let line = StepLine {
         number,
         t,
-        iterations,
+        iterations: record.answer.counts.steps(),
         open: all.open,
         stick: all.stick,
         slip: all.slip,
@@ -318,6 +300,7 @@ fn finish(
         tangential_force: (x * x + y * y + z * z).sqrt(),
         dissipation: balance.dissipation,
     };
+    march.records.push(record);
     march.slid = slid(prepared, &moment, u);
     if march.answers.len() == 2 {
         march.answers.remove(0);
@@ -367,11 +350,11 @@ fn end(
     interrupted: bool,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let March { body, last, entries, .. } = march;
+    let March { body, last, records, .. } = march;
     let Some((mut outcome, reference)) = last else {
         return Err(Error::new("", "interrupted before the first step", "solve the case again"));
     };
-    if interrupted && !entries.is_empty() {
+    if interrupted && !records.is_empty() {
         // What acts in the step that was left is taken back.
         apply(prepared, &body.moment, &vec![0.0; 2 * prepared.problem.points()]);
         prepared.problem.contact.slip_reference = reference;
@@ -379,13 +362,13 @@ fn end(
     if !interrupted {
         uniqueness_facts(prepared, kept, &mut outcome, observer);
     }
-    let doubtful = entries.iter().any(|entry| entry["status"] == "uncertified");
+    let doubtful = records.iter().any(|record| record.answer.status == Status::Uncertified);
     outcome.solution.status = match outcome.solution.status {
         _ if interrupted => Status::Interrupted,
         Status::Solved if doubtful => Status::Uncertified,
         status => status,
     };
     outcome.seconds = Seconds { coulomb: outcome.seconds.coulomb, ..seconds };
-    outcome.steps = entries;
+    outcome.steps = records;
     Ok(outcome)
 }

@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::Outcome;
+use super::record::{or_nan, or_nans};
 use crate::friction::PointState;
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 
 /// Sums and extremes over contact points.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Totals {
     pub points: usize,
     pub open: usize,
@@ -18,8 +21,10 @@ pub struct Totals {
     pub stick_area: f64,
     pub slip_area: f64,
     /// Sum of `lambda_n`, with what points carry for dropped neighbours.
+    #[serde(deserialize_with = "or_nan")]
     pub normal_force: f64,
     /// Resultant of friction as a force on the body; of a pair, on the body of `on`.
+    #[serde(deserialize_with = "or_nans")]
     pub tangential_force: [f64; 3],
     pub max_lambda_n: f64,
     /// Largest `|lambda_t|`.

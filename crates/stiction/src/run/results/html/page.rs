@@ -3,15 +3,19 @@
 use serde_json::{Value, json};
 
 use super::tables::{self, Units};
-use super::text::{base64, escaped, number, script_json, triple};
+use super::text::{base64, escaped, script_json};
 use super::view::{View, encoded};
+use crate::friction::Status;
 use crate::io::plot;
+use crate::io::text::{number, triple};
+use crate::run::results::rows::Row;
+use crate::run::results::summary::Summary;
+use crate::run::solve::CertificateRecord;
 
 /// What goes into a report.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<'a> {
-    /// `summary.json`.
-    pub summary: &'a Value,
+    pub summary: &'a Summary,
     /// The case file as it was.
     pub case_text: &'a str,
     pub pictures: &'a [Picture],
@@ -34,7 +38,7 @@ const NO_VIEW: &str = "The interactive view needs JavaScript; the pictures below
 pub fn html(page: &Page) -> String {
     let s = page.summary;
     let units = Units::of(s);
-    let title = escaped(s["title"].as_str().unwrap_or("Result"));
+    let title = escaped(&s.title);
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<meta name=\"generator\" content=\"stiction\">\n\
@@ -57,7 +61,7 @@ pub fn html(page: &Page) -> String {
     out += &tables::all(s, &units);
     out += "<h2 id=\"case\">Case file</h2>\n";
     out += &format!("<pre>{}</pre>\n", escaped(page.case_text));
-    let version = escaped(s["versions"]["stiction"].as_str().unwrap_or("?"));
+    let version = escaped(&s.versions.stiction);
     out += &format!("<footer class=\"soft\">Written by stiction {version} from the files beside it.</footer>\n");
     out += "<script type=\"application/json\" id=\"view-data\">";
     out += &script_json(&view_data(page.view, &units));
@@ -73,32 +77,28 @@ fn view_data(view: &View, units: &Units) -> Value {
     data
 }
 
-fn subtitle(s: &Value) -> String {
-    let count = |key: &str| s[key].as_u64().unwrap_or(0);
-    let points = s["contact"]["points"].as_u64().unwrap_or(0);
-    let steps = s["steps"].as_array().map_or(String::new(), |steps| format!(", {} load steps", steps.len()));
-    let units = s["units"].as_str().map_or(String::new(), |units| format!("; units {units}"));
-    format!("Elastic contact with friction: {} unknowns, {points} contact points{steps}{units}.", count("dofs"))
+fn subtitle(s: &Summary) -> String {
+    let points = s.answer.contact.points;
+    let steps = if s.steps.is_empty() { String::new() } else { format!(", {} load steps", s.steps.len()) };
+    let units = s.units.as_ref().map_or(String::new(), |units| format!("; units {units}"));
+    format!("Elastic contact with friction: {} unknowns, {points} contact points{steps}{units}.", s.answer.dofs)
 }
 
 /// First of all: what the answer is worth.
-fn verdict(s: &Value) -> String {
-    let c = &s["certificate"];
-    let float = |v: &Value| v.as_f64().unwrap_or(f64::INFINITY);
-    let (worst, tolerance) = (float(&c["worst"]), float(&c["tolerance"]));
-    let name = tables::worst_measure(c).map_or(String::new(), |name| format!(", {}", name.replace('_', " ")));
-    let passed = c["passed"].as_bool() == Some(true);
-    let status = s["status"].as_str().unwrap_or("");
-    let steps = s["steps"].as_array().map_or(&[][..], Vec::as_slice);
-    let (good, head) = match (status, passed) {
-        ("solved", true) => (true, "Solved and certified."),
-        ("max_iterations", _) => (false, "Not solved: the limit of iterations was reached."),
-        ("stalled", _) => (false, "Not solved: the iteration gained nothing more."),
-        ("no_equilibrium", _) => (false, "Not solved: there is no equilibrium."),
-        ("interrupted", true) => (false, "Interrupted. What was finished is certified."),
-        ("interrupted", false) => (false, "Not solved: the run was interrupted."),
-        ("uncertified", _) => (false, "Not certified: the method ended by its own rule, not by the certificate."),
-        _ => (false, "Not certified."),
+fn verdict(s: &Summary) -> String {
+    let CertificateRecord { worst, tolerance, passed, .. } = s.answer.certificate;
+    let name = tables::worst_measure(&s.answer.certificate);
+    let name = name.map_or(String::new(), |name| format!(", {}", name.replace('_', " ")));
+    let steps = &s.steps;
+    let (good, head) = match (s.answer.status, passed) {
+        (Status::Solved, true) => (true, "Solved and certified."),
+        (Status::Solved, false) => (false, "Not certified."),
+        (Status::MaxIterations, _) => (false, "Not solved: the limit of iterations was reached."),
+        (Status::Stalled, _) => (false, "Not solved: the iteration gained nothing more."),
+        (Status::NoEquilibrium, _) => (false, "Not solved: there is no equilibrium."),
+        (Status::Interrupted, true) => (false, "Interrupted. What was finished is certified."),
+        (Status::Interrupted, false) => (false, "Not solved: the run was interrupted."),
+        (Status::Uncertified, _) => (false, "Not certified: the method ended by its own rule, not by the certificate."),
     };
     let mut text = if passed {
         format!(
@@ -108,13 +108,13 @@ fn verdict(s: &Value) -> String {
     } else {
         format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", size(worst))
     };
-    if let Some(motion) = s["departure"].as_str() {
+    if let Some(motion) = &s.answer.escape_mode {
         text += &format!(" The loads carry away {motion}; what follows shows a body held by force and is no result.");
     } else if !passed {
         text += " What follows is as far as the iteration came and is no result.";
     }
     if steps.len() > 1 {
-        let passed = steps.iter().filter(|e| e["certificate"]["passed"].as_bool() == Some(true)).count();
+        let passed = steps.iter().filter(|step| step.answer.certificate.passed).count();
         text += &format!(" {passed} of {} load steps are certified; below is the last one.", steps.len());
     }
     text += &tables::uniqueness(s);
@@ -127,29 +127,24 @@ fn size(measure: f64) -> String {
     if measure.is_finite() { format!("{measure:.1e}") } else { "infinite".into() }
 }
 
-fn warnings(s: &Value, view: &View) -> String {
-    let posed = tables::lines(&s["posed"]).into_iter().chain(tables::lines(&s["told"]));
-    let notes = posed.filter(|(label, _)| label == "note").map(|(_, text)| text).chain(view.notes.iter().cloned());
+fn warnings(s: &Summary, view: &View) -> String {
+    let notes = s.problem.iter().chain(&s.report).filter(|row| row.label == "note").map(Row::line);
+    let notes = notes.chain(view.notes.iter().cloned());
     let items: String = notes.map(|note| format!("<li>{}</li>\n", escaped(&note))).collect();
     if items.is_empty() { items } else { format!("<ul class=\"warnings\" aria-label=\"Notes\">\n{items}</ul>\n") }
 }
 
-fn cards(s: &Value, units: &Units) -> String {
-    let c = &s["contact"];
-    let float = |v: &Value| v.as_f64().map_or("none".into(), number);
-    let with = |v: &Value, unit: &str| format!("{} {unit}", float(v)).trim().to_string();
-    let mut cards = vec![("largest displacement", with(&s["displacement_max"], units.length))];
-    if c["points"].as_u64().unwrap_or(0) > 0 {
-        let count = |key: &str| c[key].as_u64().unwrap_or(0);
-        let friction = tables::vector(&c["tangential_force"]);
-        cards.insert(0, ("normal force of contact", with(&c["normal_force"], units.force)));
-        cards.insert(1, ("friction on the body (x, y, z)", format!("{} {}", triple(friction), units.force)));
-        cards.push(("largest pressure", with(&c["max_pressure"], units.stress)));
-        cards.push(("largest shear traction", with(&c["max_shear"], units.stress)));
-        cards.push((
-            "points open / stick / slip",
-            format!("{} / {} / {}", count("open"), count("stick"), count("slip")),
-        ));
+fn cards(s: &Summary, units: &Units) -> String {
+    let c = &s.answer.contact;
+    let with = |value: f64, unit: &str| format!("{} {unit}", number(value)).trim().to_string();
+    let mut cards = vec![("largest displacement", with(s.answer.displacement_max, units.length))];
+    if c.points > 0 {
+        let friction = triple(c.tangential_force);
+        cards.insert(0, ("normal force of contact", with(c.normal_force, units.force)));
+        cards.insert(1, ("friction on the body (x, y, z)", format!("{friction} {}", units.force)));
+        cards.push(("largest pressure", with(c.max_pressure, units.stress)));
+        cards.push(("largest shear traction", with(c.max_shear, units.stress)));
+        cards.push(("points open / stick / slip", format!("{} / {} / {}", c.open, c.stick, c.slip)));
     }
     let card =
         |(label, text): &(&str, String)| format!("<div><b>{}</b><span>{label}</span></div>\n", escaped(text.trim()));

@@ -8,6 +8,5 @@ mod thin;
 mod view;
 
 pub use page::{Page, Picture, html, pictures_smaller};
-pub use text::{number, triple};
 pub use thin::thin;
 pub use view::{Field, FieldKind, Frame, View};

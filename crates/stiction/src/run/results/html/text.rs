@@ -40,22 +40,6 @@ pub(super) fn script_json(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 
-/// Five significant digits.
-pub fn number(x: f64) -> String {
-    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
-    let rounded = rounded + 0.0; // -0 reads as 0
-    let size = rounded.abs();
-    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
-}
-
-/// Three numbers of five digits.
-pub fn triple(x: [f64; 3]) -> String {
-    // What rounding left of a zero component is not worth reading.
-    let largest = x.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-    let [a, b, c] = x.map(|v| number(if v.abs() < 1e-9 * largest { 0.0 } else { v }));
-    format!("({a}, {b}, {c})")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,12 +55,5 @@ mod tests {
     fn nothing_of_a_text_can_become_markup() {
         assert_eq!(escaped("<a href='x'>&\"\u{1b}ü"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;\u{fffd}ü");
         assert_eq!(script_json(&serde_json::json!("</script>")), "\"\\u003c/script>\"");
-    }
-
-    #[test]
-    fn numbers_are_short_and_keep_their_size() {
-        let texts = [0.0, -0.0, 1.0, 1234.5678, 0.333333, 2.5e-7, 1e5, -3e12].map(number);
-        assert_eq!(texts, ["0", "0", "1", "1234.6", "0.33333", "2.5e-7", "1e5", "-3e12"]);
-        assert_eq!(triple([1e-12, 2.0, f64::NAN]), "(0, 2, NaN)");
     }
 }

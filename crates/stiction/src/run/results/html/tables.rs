@@ -1,0 +1,276 @@
+//! The tables of the page.
+
+use super::text::escaped;
+use crate::io::plot;
+use crate::io::text::{number, triple};
+use crate::run::results::rows::Row;
+use crate::run::results::summary::{Summary, Versions};
+use crate::run::solve::{CertificateRecord, StepRecord, Totals, path_name, status_name};
+
+/// Labels of the units, empty where the case names none.
+pub(super) struct Units<'a> {
+    pub length: &'a str,
+    pub force: &'a str,
+    pub stress: &'a str,
+}
+
+impl<'a> Units<'a> {
+    pub fn of(summary: &'a Summary) -> Self {
+        let [length, force, stress] = plot::units(summary.units.as_deref());
+        Units { length, force, stress }
+    }
+
+    fn area(&self) -> String {
+        if self.length.is_empty() { String::new() } else { format!("{}²", self.length) }
+    }
+
+    fn energy(&self) -> String {
+        if self.length.is_empty() { String::new() } else { format!("{} {}", self.force, self.length) }
+    }
+}
+
+/// Rows of cells that are escaped; the head and the number of columns of words at the left.
+struct Table {
+    head: Vec<String>,
+    rows: Vec<Vec<String>>,
+    /// Columns that hold words and may wrap.
+    words: Vec<usize>,
+}
+
+impl Table {
+    fn new(head: &[&str]) -> Self {
+        Table { head: head.iter().map(|h| h.to_string()).collect(), rows: Vec::new(), words: Vec::new() }
+    }
+
+    fn html(&self) -> String {
+        let class = |i: usize| if self.words.contains(&i) { " class=\"words\"" } else { "" };
+        let head: String =
+            self.head.iter().enumerate().map(|(i, h)| format!("<th{}>{}</th>", class(i), escaped(h))).collect();
+        let mut out = format!("<div class=\"wide\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n");
+        for row in &self.rows {
+            let cells = row.iter().enumerate().map(|(i, cell)| match cell.as_str() {
+                "exceeds" => "<td class=\"bad\">exceeds</td>".to_string(),
+                "holds" => "<td class=\"good\">holds</td>".to_string(),
+                cell => format!("<td{}>{}</td>", class(i), escaped(cell)),
+            });
+            out += &format!("<tr>{}</tr>\n", cells.collect::<String>());
+        }
+        out + "</tbody>\n</table></div>\n"
+    }
+}
+
+fn unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_string() } else { format!("{name} [{unit}]") }
+}
+
+/// The measure that is farthest from its bound.
+pub(super) fn worst_measure(certificate: &CertificateRecord) -> Option<&str> {
+    certificate.measures.0.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| name.as_str())
+}
+
+fn meaning(measure: &str) -> &'static str {
+    match measure {
+        "equilibrium" => "forces at the nodes out of balance, over the loads",
+        "force_balance" => "loads, reactions and contact forces of a body that do not add up to zero",
+        "moment_balance" => "the same for moments",
+        "penetration" => "deepest overlap of the surfaces, over the largest displacement",
+        "tension" => "largest pull where surfaces can only push, over the largest contact force",
+        "cone" => "friction beyond its bound, over the largest bound",
+        "slip_direction" => "slip that friction does not oppose fully, over bound and displacement",
+        "bipotential_gap" => "energy by which the laws of contact and friction are missed, over what is at stake",
+        "natural_residual" => "distance of the contact forces from those the laws demand, over the forces",
+        _ => "",
+    }
+}
+
+/// What is known of other solutions, as a sentence that begins with a space; empty without Coulomb friction.
+pub(super) fn uniqueness(s: &Summary) -> String {
+    let Some(facts) = &s.answer.coulomb else { return String::new() };
+    match (facts.unique, facts.uniqueness_bound) {
+        (true, _) => " The solution is unique: friction is below the proven bound.".into(),
+        (false, Some(bound)) => {
+            let [bound, largest] = [bound, facts.largest_coefficient].map(number);
+            format!(
+                " It is a solution; that there is no other is proved only below the coefficient {bound} (here {largest})."
+            )
+        }
+        (false, None) => " It is a solution; whether there are others is not known.".into(),
+    }
+}
+
+/// All tables with their headings.
+pub(super) fn all(s: &Summary, units: &Units) -> String {
+    let mut out = certificate(&s.answer.certificate, units);
+    out += &contact(s, units);
+    out += &bodies(s, units);
+    out += &steps(&s.steps, units);
+    out += &problem(&s.problem);
+    out + &run(s)
+}
+
+fn certificate(c: &CertificateRecord, units: &Units) -> String {
+    let tolerance = c.tolerance;
+    let mut table = Table::new(&["Measure", "Value", "", "Bound", "", "What it says"]);
+    table.words = vec![5];
+    for (name, value) in &c.measures.0 {
+        let [sign, verdict] = if *value <= tolerance { ["≤", "holds"] } else { [">", "exceeds"] };
+        let cells = [&name.replace('_', " "), &format!("{value:.1e}"), sign, &format!("{tolerance:e}"), verdict];
+        let mut row: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
+        row.push(meaning(name).into());
+        table.rows.push(row);
+    }
+    let gap = c.duality_gap.map_or(String::new(), |gap| {
+        let energy = units.energy();
+        format!("<p>The duality gap, a bound of the error in energy, is {} {}.</p>\n", number(gap), escaped(&energy))
+    });
+    format!("<h2 id=\"certificate\">Certificate</h2>\n{}{gap}", table.html())
+}
+
+fn contact(s: &Summary, units: &Units) -> String {
+    let pairs = &s.answer.pairs;
+    if pairs.is_empty() {
+        return String::new();
+    }
+    let area = units.area();
+    let head = [
+        "Surface".to_string(),
+        "Points".into(),
+        "Open".into(),
+        "Stick".into(),
+        "Slip".into(),
+        unit("Area in contact", &area),
+        unit("Normal force", units.force),
+        unit("Friction on the body (x, y, z)", units.force),
+        unit("Largest pressure", units.stress),
+        unit("at (x, y, z)", units.length),
+        unit("Largest shear", units.stress),
+    ];
+    let mut table = Table { head: head.to_vec(), rows: Vec::new(), words: Vec::new() };
+    let row = |name: &str, t: &Totals| {
+        let counts = [t.points, t.open, t.stick, t.slip].map(|count| count.to_string());
+        let mut row = vec![name.to_string()];
+        row.extend(counts);
+        row.extend([
+            number(t.stick_area + t.slip_area),
+            number(t.normal_force),
+            triple(t.tangential_force),
+            number(t.max_pressure),
+            t.max_pressure_at.map_or("none".into(), triple),
+            number(t.max_shear),
+        ]);
+        row
+    };
+    table.rows.extend(pairs.iter().map(|pair| row(&pair.name, &pair.totals)));
+    if pairs.len() > 1 {
+        table.rows.push(row("all", &s.answer.contact));
+    }
+    format!(
+        "<h2 id=\"contact\">Contact</h2>\n{}<p class=\"note\">The normal force is the sum of the forces of the points along \
+         their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>.</p>\n",
+        table.html()
+    )
+}
+
+fn bodies(s: &Summary, units: &Units) -> String {
+    let [load, support, contact] =
+        ["Load (x, y, z)", "Supports (x, y, z)", "Contact (x, y, z)"].map(|name| unit(name, units.force));
+    let mut table = Table::new(&["Body", &load, &support, &contact, "Force balance", "Moment balance"]);
+    for body in &s.answer.bodies {
+        let mut row = vec![body.name.clone()];
+        row.extend([body.load, body.support, body.contact].map(triple));
+        row.extend([body.force_balance, body.moment_balance].map(|measure| format!("{measure:.1e}")));
+        table.rows.push(row);
+    }
+    if table.rows.is_empty() {
+        String::new()
+    } else {
+        format!("<h2 id=\"bodies\">Forces on each body</h2>\n{}", table.html())
+    }
+}
+
+fn steps(list: &[StepRecord], units: &Units) -> String {
+    if list.is_empty() {
+        return String::new();
+    }
+    let energy = units.energy();
+    let head = [
+        "Step".to_string(),
+        "t".into(),
+        "Status".into(),
+        "Worst measure".into(),
+        unit("Normal force", units.force),
+        unit("Friction on the body (x, y, z)", units.force),
+        "Open / stick / slip".into(),
+        unit("Largest displacement", units.length),
+        unit("Work", &energy),
+        unit("Elastic", &energy),
+        unit("Dissipated", &energy),
+        "Iterations".into(),
+        "Attempts".into(),
+    ];
+    let mut table = Table { head: head.to_vec(), rows: Vec::new(), words: Vec::new() };
+    for StepRecord { step, name, t, attempts, answer, balance, .. } in list {
+        let c = &answer.contact;
+        table.rows.push(vec![
+            format!("{step} {name}").trim_end().to_string(),
+            number(*t),
+            status_name(answer.status).replace('_', " "),
+            format!("{:.1e}", answer.certificate.worst),
+            number(c.normal_force),
+            triple(c.tangential_force),
+            format!("{} / {} / {}", c.open, c.stick, c.slip),
+            number(answer.displacement_max),
+            number(balance.work),
+            number(balance.elastic),
+            number(balance.dissipation),
+            answer.counts.steps().to_string(),
+            attempts.to_string(),
+        ]);
+    }
+    format!(
+        "<h2 id=\"steps\">Load steps</h2>\n{}<p class=\"note\">Energies count from the start; work = elastic + dissipated + \
+         what the length of the steps costs.</p>\n",
+        table.html()
+    )
+}
+
+fn problem(rows: &[Row]) -> String {
+    let mut table = Table::new(&["", "As the program understood the case"]);
+    table.words = vec![1];
+    let own = rows.iter().filter(|row| row.label != "note");
+    table.rows.extend(own.map(|row| vec![row.label.clone(), row.line()]));
+    if table.rows.is_empty() {
+        String::new()
+    } else {
+        format!("<h2 id=\"problem\">What was solved</h2>\n{}", table.html())
+    }
+}
+
+/// Shorter times are not shown, seconds.
+const SHORTEST: f64 = 0.005;
+
+fn run(s: &Summary) -> String {
+    let mut table = Table::new(&["", "How it was solved"]);
+    table.words = vec![1];
+    let mut add = |name: &str, text: String| {
+        if !text.is_empty() {
+            table.rows.push(vec![name.into(), text]);
+        }
+    };
+    let answer = &s.answer;
+    let list = |entries: &mut dyn Iterator<Item = (&str, String)>| -> String {
+        entries.map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect::<Vec<_>>().join(", ")
+    };
+    let counts = answer.counts.by_name();
+    let seconds = answer.seconds.0.iter().filter(|(_, time)| *time >= SHORTEST);
+    let Versions { stiction, summary } = &s.versions;
+    add("method", answer.method.clone());
+    add("path", path_name(answer.path).into());
+    add("counts", list(&mut counts.into_iter().filter(|(_, n)| *n > 0).map(|(name, n)| (name, n.to_string()))));
+    add("seconds", list(&mut seconds.map(|(name, time)| (name.as_str(), format!("{time:.2}")))));
+    add("memory", answer.peak_memory_bytes.map_or(String::new(), |b| format!("{:.2} GB at most", b as f64 / 1e9)));
+    add("command", s.command.clone().unwrap_or_default());
+    add("options", s.overrides.join(", "));
+    add("versions", format!("stiction {stiction}, summary {summary}"));
+    format!("<h2 id=\"run\">The run</h2>\n{}", table.html())
+}

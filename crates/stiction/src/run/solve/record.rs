@@ -1,0 +1,454 @@
+//! What is kept of an answer and of each load step: plain numbers and words, in `summary.json` and `steps.json` under the
+//! names they have here.
+
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
+use super::{Balance, BoltState, Outcome, Path, Totals, bolt_states, pair_totals, totals};
+use crate::certificate::{BodyBalance, Certificate};
+use crate::contact::equilibrium::in_words;
+use crate::friction::{
+    CopiesAtOnce, Coupling, Given, MethodEnd, MethodReport, MethodSettings, Minimization, Splitting, Status, Sweeps,
+};
+use crate::run::pose::{Prepared, Seconds, Span};
+
+/// An answer; lengths, forces and energies in the units of the case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AnswerRecord {
+    #[serde(with = "StatusName")]
+    pub status: Status,
+    /// Where nothing balances the loads: the motion along which they carry a body away.
+    pub escape_mode: Option<String>,
+    /// Where friction may be used up and nothing was found.
+    pub sliding: Option<SlidingRecord>,
+    pub certificate: CertificateRecord,
+    /// Over all pairs.
+    pub contact: Totals,
+    pub pairs: Vec<PairRecord>,
+    pub bodies: Vec<BodyRecord>,
+    pub bolts: Vec<BoltState>,
+    /// The largest displacement of a node.
+    #[serde(deserialize_with = "or_nan")]
+    pub displacement_max: f64,
+    /// `1/2 u'Ku - f'u` over all degrees of freedom.
+    #[serde(deserialize_with = "or_nan")]
+    pub energy: f64,
+    /// Force of all supports on the body.
+    #[serde(deserialize_with = "or_nans")]
+    pub reaction: [f64; 3],
+    /// The force the loads add up to.
+    #[serde(deserialize_with = "or_nans")]
+    pub load: [f64; 3],
+    /// Unknown displacements.
+    pub dofs: usize,
+    /// Multipliers.
+    pub dual_dofs: usize,
+    pub method: String,
+    /// `None` for Newton's method.
+    pub method_details: Option<MethodDetails>,
+    pub counts: CountsRecord,
+    pub path: Path,
+    /// Wall time by phase, and the total.
+    pub seconds: Named,
+    /// Processor time by phase, and the total.
+    pub cpu_seconds: Named,
+    pub peak_memory_bytes: Option<u64>,
+    pub coulomb: Option<UniquenessRecord>,
+}
+
+/// A load step and its answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// From 1.
+    pub step: usize,
+    /// What the case calls the step that this increment is of.
+    pub name: String,
+    /// Time at its end, and how long it is.
+    pub t: f64,
+    pub dt: f64,
+    /// Solves it took, those of longer increments that failed included.
+    pub attempts: usize,
+    #[serde(flatten)]
+    pub answer: AnswerRecord,
+    pub balance: BalanceRecord,
+}
+
+/// How the iteration ended, as files call it.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Status", rename_all = "snake_case")]
+enum StatusName {
+    Solved,
+    MaxIterations,
+    Stalled,
+    NoEquilibrium,
+    Uncertified,
+    Interrupted,
+}
+
+/// The status as files call it.
+pub(crate) fn status_name(status: Status) -> &'static str {
+    match status {
+        Status::Solved => "solved",
+        Status::MaxIterations => "max_iterations",
+        Status::Stalled => "stalled",
+        Status::NoEquilibrium => "no_equilibrium",
+        Status::Uncertified => "uncertified",
+        Status::Interrupted => "interrupted",
+    }
+}
+
+/// The path as a case names it.
+pub(crate) fn path_name(path: Path) -> &'static str {
+    match path {
+        Path::Dense => "dense",
+        Path::Solves => "solves",
+        Path::Multigrid => "multigrid",
+    }
+}
+
+/// Friction that is used up: forces per unit of the displacement of what moves farthest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SlidingRecord {
+    pub motion: String,
+    pub load: f64,
+    /// The most friction takes up of it.
+    pub friction: f64,
+}
+
+/// A certificate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CertificateRecord {
+    /// [`Certificate::measures`].
+    #[serde(flatten)]
+    pub measures: Named,
+    pub duality_gap: Option<f64>,
+    #[serde(deserialize_with = "or_infinite")]
+    pub worst: f64,
+    pub tolerance: f64,
+    pub passed: bool,
+}
+
+/// The totals of a pair.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairRecord {
+    pub name: String,
+    #[serde(flatten)]
+    pub totals: Totals,
+}
+
+/// The forces on a body and their balance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyRecord {
+    pub name: String,
+    #[serde(deserialize_with = "or_nans")]
+    pub load: [f64; 3],
+    #[serde(deserialize_with = "or_nans")]
+    pub support: [f64; 3],
+    #[serde(deserialize_with = "or_nans")]
+    pub contact: [f64; 3],
+    #[serde(deserialize_with = "or_infinite")]
+    pub force_balance: f64,
+    #[serde(deserialize_with = "or_infinite")]
+    pub moment_balance: f64,
+}
+
+/// Energies since the start of the first load step, see [`Balance`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BalanceRecord {
+    #[serde(deserialize_with = "or_nan")]
+    pub work: f64,
+    #[serde(deserialize_with = "or_nan")]
+    pub elastic: f64,
+    #[serde(deserialize_with = "or_nan")]
+    pub dissipation: f64,
+    #[serde(deserialize_with = "or_nan")]
+    pub drift: f64,
+}
+
+/// How a method other than Newton's was set and how it ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MethodDetails {
+    pub end: String,
+    /// The method for given friction inside.
+    pub inner: String,
+    pub variant: Option<u8>,
+    pub splitting: Option<String>,
+    pub squares: Option<usize>,
+    pub coupling: Option<String>,
+    /// Penalty, length per force.
+    pub rho: Option<f64>,
+    pub disagreement: Option<f64>,
+    pub tolerance: f64,
+}
+
+/// What an answer cost; `None` where the method does not count it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CountsRecord {
+    pub iterations: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restarts: Option<usize>,
+    pub fixed_point_steps: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub qp_problems: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub short_problems: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cg_steps: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expansions: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proportionings: Option<usize>,
+    pub products: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flops: Option<f64>,
+    pub solves: usize,
+    pub cycles: usize,
+    pub coulomb_products: usize,
+}
+
+/// What is known of other solutions where friction is Coulomb's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UniquenessRecord {
+    #[serde(deserialize_with = "or_infinite")]
+    pub contraction: f64,
+    pub uniqueness_bound: Option<f64>,
+    pub largest_coefficient: f64,
+    /// Whether the coefficient is below the bound.
+    pub unique: bool,
+}
+
+/// Numbers by name, in order. In a file `null` stands for a number that is not finite and is read as infinite.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Named(pub Vec<(String, f64)>);
+
+impl Named {
+    /// The number called `name`.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.0.iter().find(|entry| entry.0 == name).map(|entry| entry.1)
+    }
+}
+
+impl Serialize for Named {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Named {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Map;
+        impl<'de> Visitor<'de> for Map {
+            type Value = Named;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("numbers by name")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named, A::Error> {
+                let mut list = Vec::new();
+                while let Some((name, value)) = map.next_entry::<String, Option<f64>>()? {
+                    list.push((name, value.unwrap_or(f64::INFINITY)));
+                }
+                Ok(Named(list))
+            }
+        }
+        deserializer.deserialize_map(Map)
+    }
+}
+
+/// A number that is written as `null` where it is not finite.
+pub(super) fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// Three of them.
+pub(super) fn or_nans<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    Ok(<[Option<f64>; 3]>::deserialize(deserializer)?.map(|value| value.unwrap_or(f64::NAN)))
+}
+
+/// A measure, which is beyond all bounds where it is not finite.
+fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+}
+
+impl AnswerRecord {
+    /// The record of an answer; its loads are those of the whole case.
+    pub(crate) fn of(prepared: &Prepared, outcome: &Outcome) -> Self {
+        let (solution, problem) = (&outcome.solution, &prepared.problem);
+        let pair = |(name, totals)| PairRecord { name, totals };
+        let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord {
+            motion: in_words(problem, &prepared.motions, &sliding.alpha),
+            load: sliding.load,
+            friction: sliding.friction,
+        });
+        let report = outcome.method.as_ref();
+        AnswerRecord {
+            status: solution.status,
+            escape_mode: escape_mode(problem, solution.status),
+            sliding,
+            certificate: CertificateRecord::of(&solution.certificate),
+            contact: totals(prepared, outcome),
+            pairs: pair_totals(prepared, outcome).into_iter().map(pair).collect(),
+            bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
+            bolts: bolt_states(prepared, outcome),
+            displacement_max: largest_displacement(prepared, outcome).0,
+            energy: energy(prepared, outcome),
+            reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
+            load: prepared.facts.resultant(),
+            dofs: problem.unknowns(),
+            dual_dofs: 3 * problem.points(),
+            method: outcome.method_name.clone(),
+            method_details: report.and_then(|report| MethodDetails::of(&outcome.settings, report)),
+            counts: CountsRecord::of(outcome),
+            path: outcome.path,
+            seconds: seconds(&outcome.seconds, |span| span.wall),
+            cpu_seconds: seconds(&outcome.seconds, |span| span.cpu),
+            peak_memory_bytes: outcome.peak_memory,
+            coulomb: outcome.coulomb.map(|facts| UniquenessRecord {
+                contraction: facts.contraction,
+                uniqueness_bound: facts.uniqueness_bound,
+                largest_coefficient: facts.largest_coefficient,
+                unique: facts.proved_unique(),
+            }),
+        }
+    }
+}
+
+impl StepRecord {
+    /// The record of step number `step`, which the case calls `name` and which took from `begin` to `t`.
+    pub(super) fn of(
+        prepared: &Prepared,
+        outcome: &Outcome,
+        (step, name): (usize, &str),
+        [begin, t]: [f64; 2],
+        attempts: usize,
+        balance: &Balance,
+    ) -> Self {
+        let answer = AnswerRecord { load: load(prepared), ..AnswerRecord::of(prepared, outcome) };
+        let Balance { work, elastic, dissipation } = *balance;
+        let balance = BalanceRecord { work, elastic, dissipation, drift: balance.drift() };
+        StepRecord { step, name: name.into(), t, dt: t - begin, attempts, answer, balance }
+    }
+}
+
+impl CertificateRecord {
+    fn of(certificate: &Certificate) -> Self {
+        let measures = certificate.measures().into_iter().map(|(name, value)| (name.to_string(), value)).collect();
+        let Certificate { duality_gap, worst, tolerance, passed, .. } = *certificate;
+        CertificateRecord { measures: Named(measures), duality_gap, worst, tolerance, passed }
+    }
+}
+
+impl BodyRecord {
+    fn of(body: &BodyBalance) -> Self {
+        let BodyBalance { load, support, contact, .. } = *body;
+        let (force_balance, moment_balance) = (body.balance.force, body.balance.moment);
+        BodyRecord { name: body.name.clone(), load, support, contact, force_balance, moment_balance }
+    }
+}
+
+impl MethodDetails {
+    pub(crate) fn of(settings: &MethodSettings, report: &MethodReport) -> Option<Self> {
+        let given = settings.method.given()?;
+        let (splitting, variant) = match given {
+            Given::Uzawa(how) => {
+                let splitting = match how.splitting {
+                    Splitting::No => "no",
+                    Splitting::Partial => "partial",
+                    Splitting::Complete => "complete",
+                };
+                let variant = if how.sweeps == Sweeps::One { 2 } else { 1 };
+                (Some(splitting.to_string()), (how.copies == CopiesAtOnce::One).then_some(variant))
+            }
+            Given::AdaptiveUzawa | Given::Discs => (None, None),
+        };
+        let end = match report.end {
+            MethodEnd::Converged => "converged",
+            MethodEnd::Limit => "limit",
+            MethodEnd::Stalled => "stalled",
+            MethodEnd::Interrupted => "interrupted",
+        };
+        let inner = match given {
+            Given::Uzawa(Minimization { copies: CopiesAtOnce::One, .. }) => "alg1",
+            Given::Uzawa(Minimization { copies: CopiesAtOnce::All, .. }) => "alg2",
+            Given::AdaptiveUzawa => "smalbe",
+            Given::Discs => "discs",
+        };
+        let coupling = match settings.coupling {
+            Coupling::Chain => "chain",
+            Coupling::Star => "star",
+        };
+        let by_squares = given != Given::Discs;
+        Some(MethodDetails {
+            end: end.into(),
+            inner: inner.into(),
+            variant,
+            splitting,
+            squares: by_squares.then_some(settings.squares),
+            coupling: by_squares.then(|| coupling.into()),
+            rho: by_squares.then_some(report.penalty),
+            disagreement: by_squares.then_some(report.disagreement),
+            tolerance: settings.tolerance,
+        })
+    }
+}
+
+impl CountsRecord {
+    fn of(outcome: &Outcome) -> Self {
+        let counts = &outcome.solution.counts;
+        let coulomb_products = outcome.coulomb.map_or(0, |facts| facts.products);
+        let all = CountsRecord { solves: counts.solves, cycles: counts.cycles, coulomb_products, ..Self::default() };
+        match &outcome.method {
+            Some(MethodReport { counts: c, .. }) => CountsRecord {
+                iterations: c.iterations,
+                fixed_point_steps: c.fixed_point_steps,
+                qp_problems: Some(c.qp_problems),
+                short_problems: Some(c.short_problems),
+                cg_steps: Some(c.cg_steps),
+                expansions: Some(c.expansions),
+                proportionings: Some(c.proportionings),
+                products: c.products,
+                flops: Some(c.flops),
+                ..all
+            },
+            None => CountsRecord {
+                iterations: counts.newton_steps,
+                restarts: Some(counts.restarts),
+                fixed_point_steps: counts.fixed_point_steps,
+                products: counts.products,
+                ..all
+            },
+        }
+    }
+
+    /// All counts of whole things with their names, in order.
+    pub fn by_name(&self) -> [(&'static str, usize); 12] {
+        let counted = |count: Option<usize>| count.unwrap_or(0);
+        [
+            ("iterations", self.iterations),
+            ("restarts", counted(self.restarts)),
+            ("fixed_point_steps", self.fixed_point_steps),
+            ("qp_problems", counted(self.qp_problems)),
+            ("short_problems", counted(self.short_problems)),
+            ("cg_steps", counted(self.cg_steps)),
+            ("expansions", counted(self.expansions)),
+            ("proportionings", counted(self.proportionings)),
+            ("products", self.products),
+            ("solves", self.solves),
+            ("cycles", self.cycles),
+            ("coulomb_products", self.coulomb_products),
+        ]
+    }
+
+    /// Iterations of the method, or cycles of multigrid.
+    pub fn steps(&self) -> usize {
+        self.iterations.max(self.cycles)
+    }
+}
+
+fn seconds(seconds: &Seconds, of: fn(&Span) -> f64) -> Named {
+    let all = seconds.phases().into_iter().chain([("total", seconds.total())]);
+    Named(all.map(|(name, span)| (name.to_string(), of(&span))).collect())
+}
