@@ -133,7 +133,7 @@ fn a_block_pulled_to_and_fro_dissipates_the_area_of_its_loop() {
     assert!(small < 4.0 * 4200.0 * 0.1 && small > 0.9 * 4.0 * 4200.0 * 0.1);
     for (t, force) in [(1.0, 0.0), (2.0, -4200.0), (3.0, 4200.0), (4.0, -4200.0), (6.0, 4200.0), (7.0, -4200.0)] {
         assert!((run.friction_x(time(t)) - force).abs() < 1e-6 * 4200.0, "t = {t}");
-        assert!((run.number(time(t), "contact", "normal_force") / 8400.0 - 1.0).abs() < 1e-9);
+        assert!((run.outcome.steps[time(t)].answer.contact.normal_force / 8400.0 - 1.0).abs() < 1e-9);
     }
 }
 
