@@ -32,7 +32,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         let (t, worst) = (step.t, step.certificate.worst);
         text += &format!("  step {:<4} t = {t:<10} worst measure {worst:.1e}{passed}\n", step.number);
         for (name, old, new) in &step.differences {
-            text += &format!("    {} is told to be {old:e}, recomputed {new:e}\n", name.replace('_', " "));
+            text += &format!("    {}: recorded {old:e}, recomputed {new:e}\n", name.replace('_', " "));
         }
     }
     let steps_agree = checked.steps.iter().all(|step| step.differences.is_empty());

@@ -18,7 +18,7 @@ pub enum Command {
     },
 }
 
-/// Reads the mesh and tells what is in it.
+/// Reads the mesh and reports what is in it.
 pub fn run(command: &Command) -> Result<u8, Error> {
     let Command::Info { file } = command;
     let (mesh, notes) = read_mesh(file, 1.0)?;

@@ -41,9 +41,9 @@ pub fn at(run: &(Outcome, Prepared), x: [f64; 3]) -> [f64; 3] {
 }
 
 pub fn stress(run: &(Outcome, Prepared)) -> Vec<[f64; 6]> {
-    let Prepared { mesh, materials, material_of_cell, acting, model, .. } = &run.1;
+    let Prepared { mesh, materials, material_of_cell, loading, model, .. } = &run.1;
     let u = full_displacement(model, &run.0.solution.u);
-    cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &acting.initial.strain)
+    cell_stress(&Solid { mesh, materials, material_of_cell }, &u, &loading.initial.strain)
 }
 
 pub fn is(value: f64, wanted: f64, scale: f64) {

@@ -9,8 +9,8 @@ mod results;
 mod solve;
 
 pub use pose::{
-    Acting, Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, MaterialFacts, Prepared, Seconds, Span,
-    SpringFacts, prepare, read_mesh,
+    Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, Prepared, Seconds,
+    Span, SpringFacts, prepare, read_mesh,
 };
 pub use results::algebraic;
 pub use results::{

@@ -59,9 +59,13 @@ fn code(text: &str) -> String {
 
 /// Names after `crate::`, those of a group `crate::{a::.., b}` included.
 fn crate_names(code: &str) -> Vec<String> {
+    names_after("crate::", code)
+}
+
+fn names_after(prefix: &str, code: &str) -> Vec<String> {
     let mut names = Vec::new();
-    for (start, _) in code.match_indices("crate::") {
-        let rest = &code[start + "crate::".len()..];
+    for (start, _) in code.match_indices(prefix) {
+        let rest = &code[start + prefix.len()..];
         let Some(group) = rest.strip_prefix('{') else {
             names.push(rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect());
             continue;
@@ -110,6 +114,28 @@ fn every_arrow_between_modules_follows_the_order() {
             let shown = path.display();
             assert!(free || allowed.contains(&name.as_str()), "{shown}: {here} must not use {name}");
         }
+    }
+    assert!(arrows > 20, "{arrows}");
+}
+
+/// The rooms of `run`: each uses those before it. Paths into another room are written in full.
+#[test]
+fn a_case_is_posed_then_solved_then_written() {
+    const ROOMS: [&str; 3] = ["pose", "solve", "results"];
+    let mut arrows = 0;
+    for (path, text) in sources() {
+        let parts: Vec<&str> = path.iter().filter_map(|part| part.to_str()).collect();
+        let ["run", room, ..] = parts[..] else { continue };
+        if room == "mod.rs" {
+            continue;
+        }
+        let (shown, code) = (path.display(), code(&text));
+        let place = ROOMS.iter().position(|r| *r == room).unwrap_or_else(|| panic!("{shown} is in no room of run"));
+        for name in names_after("crate::run::", &code) {
+            arrows += usize::from(name != room);
+            assert!(ROOMS[..=place].contains(&name.as_str()), "{shown}: {room} must not use {name}");
+        }
+        assert!(!code.contains("super::super::"), "{shown}: write the path from the root");
     }
     assert!(arrows > 20, "{arrows}");
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::facts::BoltFacts;
-use super::moment::{Acting, Moment};
+use super::load_state::{LoadState, Loading};
 use super::{Prepared, place, regions};
 use crate::Error;
 use crate::fem::{Cut, DofMap, Field, Load, Solid, cut, initial_strain};
@@ -43,7 +43,7 @@ impl Bolt {
     }
 }
 
-impl Acting {
+impl Loading {
     /// What is prescribed of each bolt at time `t` in step number `step` (from 0).
     pub(crate) fn targets(&self, step: usize, t: f64) -> Result<Vec<Target>, Error> {
         let target = |bolt: &Bolt| match bolt.lock {
@@ -61,7 +61,7 @@ impl Acting {
     }
 }
 
-/// The bolts of a case with their cuts; told for time `t`.
+/// The bolts of a case with their cuts; facts for time `t`.
 pub(crate) fn bolts(solid: &Solid, dofs: &DofMap, case: &Case, t: f64) -> Result<(Vec<Bolt>, Vec<BoltFacts>), Error> {
     let (mut bolts, mut facts) = (Vec::new(), Vec::new());
     let mut taken: HashMap<u32, String> = HashMap::new();
@@ -139,7 +139,7 @@ fn by_plane(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
     Ok((beyond.into_iter().filter(touching).collect(), nodes, axis))
 }
 
-/// How far nodes of a cut may lie off its plane, as a part of its size: sides are told by that plane.
+/// How far nodes of a cut may lie off its plane, as a part of its size: that plane tells the sides apart.
 const FLAT: f64 = 1e-3;
 
 /// The faces of a group between cells are the cut.
@@ -210,13 +210,13 @@ pub(crate) fn thermal_forces(solid: &Solid, bolts: &[Bolt], load: &Load, t: f64)
 }
 
 /// What acts with the bolts drawn together by `shortening`.
-pub(crate) fn tightened(prepared: &Prepared, mut moment: Moment, shortening: &[f64]) -> Moment {
-    let bolts = &prepared.acting.bolts;
+pub(crate) fn tightened(prepared: &Prepared, mut loads: LoadState, shortening: &[f64]) -> LoadState {
+    let bolts = &prepared.loading.bolts;
     if bolts.is_empty() {
-        return moment;
+        return loads;
     }
     let dofs = &prepared.model.dofs;
-    let initial = &mut moment.initial;
+    let initial = &mut loads.initial;
     initial.load.resize(dofs.free.len(), 0.0);
     initial.support_load.resize(dofs.prescribed.len(), 0.0);
     initial.strain.resize(prepared.mesh.cell_count(), [0.0; 6]);
@@ -228,15 +228,15 @@ pub(crate) fn tightened(prepared: &Prepared, mut moment: Moment, shortening: &[f
             let number = dofs.unknown[dof as usize];
             if number != u32::MAX {
                 initial.load[number as usize] += s * unit;
-                moment.load[number as usize] += s * unit;
+                loads.load[number as usize] += s * unit;
             } else if let Ok(p) = dofs.prescribed.binary_search(&dof) {
                 initial.support_load[p] += s * unit;
-                moment.support_load[p] += s * unit;
+                loads.support_load[p] += s * unit;
             }
         }
         for (&cell, unit) in bolt.cut.cells.iter().zip(&bolt.cut.strain) {
             (0..6).for_each(|k| initial.strain[cell as usize][k] += s * unit[k]);
         }
     }
-    moment
+    loads
 }

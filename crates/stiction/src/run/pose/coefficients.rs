@@ -29,8 +29,8 @@ fn at_nodes(mesh: &Mesh, faces: &[u32], name: &str, spot: &Spot) -> Result<Vec<f
         if value.is_finite() && value >= 0.0 {
             return Ok(value);
         }
-        let told = if value.is_nan() { "has no value".to_string() } else { format!("is {value}") };
-        let what = format!("the array \"{name}\" {told} {place} of the contact surface");
+        let found = if value.is_nan() { "has no value".to_string() } else { format!("is {value}") };
+        let what = format!("the array \"{name}\" {found} {place} of the contact surface");
         Err(spot.error(what, "a coefficient of friction is a number of at least zero wherever the surface is"))
     };
     let mut values = vec![f64::NAN; mesh.nodes.len()];

@@ -16,7 +16,7 @@ pub struct Facts {
     pub loads: Vec<LoadFacts>,
     pub bolts: Vec<BoltFacts>,
     pub contacts: Vec<ContactFacts>,
-    /// Increments of the load steps and the time they end at, at which the loads are told; none without load steps.
+    /// Increments of the load steps and the time they end at, for which the loads are given; none without load steps.
     pub steps: Option<(usize, f64)>,
     /// Unknown displacements.
     pub unknowns: usize,
@@ -83,7 +83,7 @@ pub struct BoltFacts {
     /// Nodes of the cut and cells beyond it.
     pub nodes: usize,
     pub cells: usize,
-    /// Force or shortening at the time the loads are told for.
+    /// Force or shortening at the time for which the loads are given.
     pub by: &'static str,
     pub value: f64,
 }

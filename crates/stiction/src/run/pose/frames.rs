@@ -12,7 +12,7 @@ pub(crate) struct PointFrame {
     pub normal: [f64; 3],
     /// Zero where the point cannot move that way.
     pub tangents: [[f64; 3]; 2],
-    /// -1 where the body with the point is the one the case names in `against`: forces and slips are told as those of the
+    /// -1 where the body with the point is the one the case names in `against`: forces and slips are given as those of the
     /// surface in `on`.
     pub sign: f64,
 }

@@ -4,8 +4,8 @@ use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
 use super::facts::{ContactFacts, Facts, MaterialFacts};
+use super::load_state::{Loading, apply, load_state};
 use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
-use super::moment::{Acting, apply, moment};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
 use super::{coefficients, materials, mesh, place, surfaces};
@@ -30,7 +30,7 @@ pub struct Prepared {
     pub surfaces: Vec<ContactSurface>,
     /// As it stands at the end of the last step, or of the step that is being solved.
     pub problem: ContactProblem,
-    pub acting: Acting,
+    pub loading: Loading,
     pub facts: Facts,
     /// Motions of bodies that only contact holds.
     pub motions: RigidMotions,
@@ -67,12 +67,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
-    let (posed, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
-    let (problem, surface_facts) = posed.map_err(|error| at_contact(case, error))?;
+    let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
+    let (problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let acting = Acting { bolts, ..Acting::new(case, loads, fixes).posed(&problem) };
+    let loading = Loading { bolts, ..Loading::new(case, loads, fixes).on(&problem) };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
@@ -111,7 +111,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         model,
         surfaces,
         problem,
-        acting,
+        loading,
         facts,
         multigrid_first,
         motions,
@@ -119,18 +119,18 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         seconds,
     };
     for t in planned(case) {
-        moment(&prepared, t)?;
+        load_state(&prepared, t)?;
     }
-    if prepared.acting.moves() || prepared.acting.strains() {
+    if prepared.loading.moves() || prepared.loading.strains() {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
-        let last = moment(&prepared, end(case))?;
-        let last = tightened(&prepared, last, &prepared.acting.given_shortening(end(case))?);
+        let last = load_state(&prepared, end(case))?;
+        let last = tightened(&prepared, last, &prepared.loading.given_shortening(end(case))?);
         apply(&mut prepared, &last, &unslid);
     }
     Ok(prepared)
 }
 
-/// The times at which steps end, unless they are halved: what acts then is looked at before anything is solved.
+/// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.
 fn planned(case: &Case) -> Vec<f64> {
     let (mut at, mut times) = (Position::start(), Vec::new());
     while let Some([_, t]) = at.span(&case.steps) {

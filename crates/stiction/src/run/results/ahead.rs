@@ -29,7 +29,7 @@ pub struct Ahead {
 /// mesh is encoded for `result.vtu` after it.
 ///
 /// # Errors
-/// As `solve`. What goes wrong with the file is told by [`write_with`](super::write_with).
+/// As `solve`. What goes wrong with the file is returned by [`write_with`](super::write_with).
 pub fn solve_writing(
     prepared: &Prepared,
     settings: &Settings,
@@ -44,7 +44,7 @@ pub fn solve_writing(
         let tolerance = settings.solver.tolerance;
         let written = folder::create(into)
             .and_then(|()| problem::begin_problem(&into.join("problem.npz"), &prepared.problem, tolerance));
-        // If it does not fit together that is told where it is written.
+        // If it does not fit together, writing it returns the error.
         let grid = encoded(prepared, false).ok();
         Some((written, grid, machine::thread_cpu_seconds()))
     };

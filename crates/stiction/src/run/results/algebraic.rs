@@ -169,7 +169,7 @@ fn from_guesses(
     (if again.measures.worst() < found.measures.worst() { again } else { found }, Some(guess))
 }
 
-/// What was posed, how the iteration went and how the answer is judged.
+/// The problem, how the iteration went and how the answer is judged.
 pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
     let (problem, solution) = (&contents.problem, &answer.solution);
     let kind = match problem {

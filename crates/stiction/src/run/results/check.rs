@@ -21,7 +21,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Whether the certificate passes and the summary tells the same.
+    /// Whether the certificate passes and the summary says the same.
     pub fn passed(&self) -> bool {
         let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
         self.certificate.passed && self.differences.is_empty() && steps

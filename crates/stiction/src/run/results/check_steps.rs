@@ -8,7 +8,7 @@ use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::contact::ContactProblem;
 use crate::io::step::{StepFile, read_step};
-use crate::run::pose::moment::{Initial, Moment};
+use crate::run::pose::load_state::{Initial, LoadState};
 use crate::run::solve::StepRecord;
 use crate::run::solve::balance::{Balance, BodyState, balance};
 
@@ -48,15 +48,14 @@ pub(crate) fn check_steps(
         (problem.elastic.f.clone(), problem.contact.gap.clone(), problem.contact.slip_reference.clone())
     };
     let as_it_was = vectors(problem);
-    let nothing = Moment {
+    let nothing = LoadState {
         load: vec![0.0; n],
         support_load: vec![0.0; p],
         displacement: vec![0.0; p],
         motion: vec![0.0; 3 * m],
         initial: Initial::default(),
     };
-    let mut body =
-        BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
+    let mut body = BodyState { loads: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let mut slid = vec![0.0; 2 * m];
     let mut first: Option<Vec<f64>> = None;
     let mut checked = Vec::new();
@@ -76,22 +75,22 @@ pub(crate) fn check_steps(
                 differences.push((name.to_string(), old, new));
             }
         };
-        let moment = moment_of(&file);
-        let size = largest(&file.u).max(largest(&moment.displacement)).max(largest(&moment.motion));
-        let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&moment.displacement));
+        let loads = loads_of(&file);
+        let size = largest(&file.u).max(largest(&loads.displacement)).max(largest(&loads.motion));
+        let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&loads.displacement));
         // Gap and slip reference without what has moved or slid since the start: the same in every step.
         let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
-        let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - moment.motion[i]).collect();
+        let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
         let first = first.get_or_insert_with(|| rest.clone());
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
         differ("gap", 0.0, apart(0..m), SAME * size.max(largest(&first[..m])));
         differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(largest(&slid)));
         let demanded =
-            problem.labels.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&moment.displacement));
-        let off = (0..n).map(|i| (moment.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
-        differ("load", 0.0, off, SAME * largest(&moment.load).max(largest(&demanded)));
+            problem.labels.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&loads.displacement));
+        let off = (0..n).map(|i| (loads.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
+        differ("load", 0.0, off, SAME * largest(&loads.load).max(largest(&demanded)));
 
-        let new = balance(problem, &body, &moment, &file.u, &file.lambda);
+        let new = balance(problem, &body, &loads, &file.u, &file.lambda);
         let scale = new.work.abs().max(new.elastic).max(new.dissipation.abs());
         let stored = &record.balance;
         differ("work", stored.work, new.work, SAME_ENERGY * scale);
@@ -103,8 +102,8 @@ pub(crate) fn check_steps(
             differ("problem.npz is that of the last step", 1.0, f64::from(u8::from(same)), 0.0);
         }
         let jump = problem.contact.B.times(&file.u);
-        slid = (m..3 * m).map(|i| jump[i] + held[i] - moment.motion[i] - first[i]).collect();
-        body = BodyState { moment, u: file.u.clone(), lambda: file.lambda.clone(), balance: new };
+        slid = (m..3 * m).map(|i| jump[i] + held[i] - loads.motion[i] - first[i]).collect();
+        body = BodyState { loads, u: file.u.clone(), lambda: file.lambda.clone(), balance: new };
         checked.push(CheckedStep { number, t: file.t, certificate, differences });
     }
     Ok(checked)
@@ -114,8 +113,8 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
 }
 
-fn moment_of(file: &StepFile) -> Moment {
-    Moment {
+fn loads_of(file: &StepFile) -> LoadState {
+    LoadState {
         load: file.support_free_load.clone(),
         support_load: file.support_load.clone(),
         displacement: file.support_displacement.clone(),

@@ -15,7 +15,7 @@ pub(crate) struct BodyFields {
     pub displacement: Vec<[f64; 3]>,
     /// Force of the supports on the body, springs included; zero away from them.
     pub reaction: Vec<[f64; 3]>,
-    /// xx, yy, zz, xy, yz, xz of each cell; in single precision, beyond which a mean over a cell tells nothing.
+    /// xx, yy, zz, xy, yz, xz of each cell; in single precision, beyond which a mean over a cell has no meaning.
     pub stress: Vec<[f32; 6]>,
     pub von_mises: Vec<f32>,
 }
@@ -26,7 +26,7 @@ pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let reaction = reaction(prepared, outcome);
     let solid = Solid { mesh, materials, material_of_cell };
     let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
-    let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.acting.initial.strain, single).unzip();
+    let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.loading.initial.strain, single).unzip();
     BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
 }
 
@@ -40,7 +40,7 @@ pub(crate) enum Side {
 }
 
 /// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and
-/// NaN where there is nothing to tell; of a master [`sides`](super::sides::sides) tells what it has.
+/// NaN where nothing is known; those of a master are found by [`pair_fields`](super::masters::pair_fields).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SurfaceFields {
     pub name: String,
@@ -123,13 +123,13 @@ fn fill(
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
     fields.pressure[at] = normal / problem.labels.area[j];
     let share = problem.labels.share[j];
-    let told = frame.sign / share;
+    let scale = frame.sign / share;
     fields.shear[at] = friction.map(|force| frame.sign * force / problem.labels.area[j]);
-    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| told * slip);
+    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| scale * slip);
     fields.gap[at] = opening[j] / share;
-    let before = &prepared.acting.slid;
+    let before = &prepared.loading.slid;
     fields.slid[at] =
-        frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]).map(|slip| told * slip);
+        frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]).map(|slip| scale * slip);
     fields.status[at] = match outcome.solution.states[j] {
         PointState::Open => 0,
         PointState::Stick => 1,

@@ -125,7 +125,7 @@ fn cost(outcome: &Outcome) -> Vec<Row> {
     rows.0
 }
 
-/// The limit load where friction may be used up and nothing was found: along which motion, and how the loads compare with
+/// The limit load where nothing was found and friction may have reached its limit: along which motion, and how the loads compare with
 /// what friction resists. Forces are per unit of the displacement of what moves farthest.
 pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     let Sliding { alpha, load, friction } = outcome.sliding.as_ref()?;
@@ -243,8 +243,8 @@ pub(crate) fn shortfalls(prepared: &Prepared, outcome: &Outcome) -> Vec<String> 
     let (Some(last), Status::Stalled | Status::MaxIterations) = (outcome.steps.last(), outcome.solution.status) else {
         return Vec::new();
     };
-    let step = prepared.acting.steps.iter().position(|step| last.name == step.name).unwrap_or(0);
-    let targets = prepared.acting.targets(step, last.t).unwrap_or_default();
+    let step = prepared.loading.steps.iter().position(|step| last.name == step.name).unwrap_or(0);
+    let targets = prepared.loading.targets(step, last.t).unwrap_or_default();
     let short = |(bolt, target): (BoltState, Target)| match target {
         Target::Force(force) if (bolt.force - force).abs() > MISSED * force.abs() => Some(format!(
             "bolt \"{}\" has the force {:.4e} where {force:.4e} is asked for: if nothing that is held lies between its parts, \

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fields::body;
 use super::json;
-use super::sides::sides;
+use super::masters::pair_fields;
 use super::write::{encoded, log, write_body, write_contact};
 use crate::Error;
 use crate::io::step::{read_step, write_step};
@@ -94,7 +94,7 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
             times.iter().zip(1..).map(|(&t, number)| (t, format!("{name}-{number:04}.vtu"))).collect();
         vtu::write_collection(&folder.join(format!("{name}.pvd")), &parts)
     };
-    let surfaces = sides(prepared, step.outcome);
+    let surfaces = pair_fields(prepared, step.outcome);
     if !surfaces.is_empty() {
         write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces, true)?;
         collection("contact")?;
@@ -164,11 +164,11 @@ fn finished_log(folder: &Path, count: usize) -> String {
     kept.map(|line| format!("{line}\n")).collect()
 }
 
-/// A number that differs where the posed problem, what acts on it, or the time axis differs (FNV-1a, by words).
+/// A number that differs where the posed problem, its loading, or the time axis differs (FNV-1a, by words).
 fn fingerprint(prepared: &Prepared) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;
-    let (problem, acting) = (&prepared.problem, &prepared.acting);
+    let (problem, loading) = (&prepared.problem, &prepared.loading);
     let mut hash = OFFSET;
     let mut word = |word: u64| {
         hash = (hash ^ word).wrapping_mul(PRIME);
@@ -181,11 +181,11 @@ fn fingerprint(prepared: &Prepared) -> u64 {
         column.iter().for_each(|&j| word(j.into()));
         value.iter().for_each(|v| word(v.to_bits()));
     }
-    acting.rest.iter().for_each(|v| word(v.to_bits()));
-    let steps: Vec<_> = acting.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
+    loading.undeformed.iter().for_each(|v| word(v.to_bits()));
+    let steps: Vec<_> = loading.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
     let law = (&problem.contact.friction, &problem.contact.orthotropy);
-    let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", acting.loads, acting.fixes, acting.motions);
-    let text = format!("{text} {:?}", acting.bolts);
+    let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", loading.loads, loading.fixes, loading.motions);
+    let text = format!("{text} {:?}", loading.bolts);
     text.bytes().for_each(|byte| word(byte.into()));
     hash
 }

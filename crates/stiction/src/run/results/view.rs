@@ -144,15 +144,15 @@ fn brought_together(contact: &Fields, mut values: Vec<f64>, width: usize) -> Vec
         .map(|(p, _)| p)
         .collect();
     for c in 0..width {
-        let mut told: HashMap<u64, (f64, f64)> = HashMap::new();
+        let mut sums: HashMap<u64, (f64, f64)> = HashMap::new();
         for &(point, node) in &masters {
             let value = values[width * point + c];
             if !value.is_nan() {
-                let (sum, count) = told.entry(node).or_default();
+                let (sum, count) = sums.entry(node).or_default();
                 (*sum, *count) = (*sum + value, *count + 1.0);
             }
         }
-        let mean = |node| told.get(node).map_or(f64::NAN, |(sum, count)| sum / count);
+        let mean = |node| sums.get(node).map_or(f64::NAN, |(sum, count)| sum / count);
         masters.iter().for_each(|(point, node)| values[width * point + c] = mean(node));
     }
     values
@@ -171,7 +171,7 @@ fn geometry(mesh: &Mesh, polygons: &Polygons, contact: &Fields) -> Result<(View,
     let is_master = |face: &[u32]| master.get(face[0] as usize) == Some(&true);
     let mut in_contact: HashSet<[u32; 4]> =
         polygons.faces.iter().filter(|face| !is_master(face)).map(|face| key_of(face)).collect();
-    // Of a face in several pairs one is enough, and the slave tells more.
+    // Of a face in several pairs one is enough, and the slave has more fields.
     let shown: Vec<&Vec<u32>> =
         polygons.faces.iter().filter(|face| !is_master(face) || in_contact.insert(key_of(face))).collect();
     let free = mesh.faces.iter().map(|face| corners(face.nodes())).filter(|&face| !in_contact.contains(&key(face)));

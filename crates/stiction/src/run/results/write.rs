@@ -6,7 +6,7 @@ use std::thread;
 use serde::Serialize;
 
 use super::fields::{BodyFields, Side, SurfaceFields, body};
-use super::sides::sides;
+use super::masters::pair_fields;
 use super::step_file::remove_steps;
 use super::summary::Summary;
 use super::{Ahead, REPORT, json, pictures};
@@ -63,7 +63,7 @@ pub fn write_with(
     if !stepped {
         remove_steps(folder)?;
     }
-    let (body, surfaces) = (body(prepared, outcome), sides(prepared, outcome));
+    let (body, surfaces) = (body(prepared, outcome), pair_fields(prepared, outcome));
     // Pictures and numbers take about as long, and neither needs the other.
     let (drawn, written) = thread::scope(|scope| {
         let drawing = scope.spawn(|| pictures::write(folder, prepared, outcome, &body, &surfaces));

@@ -1,7 +1,7 @@
 //! The balance of energy from the start of the first load step.
 
 use crate::contact::ContactProblem;
-use crate::run::pose::moment::{Initial, Moment};
+use crate::run::pose::load_state::{Initial, LoadState};
 
 /// Energies since the start, force times length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,7 +26,7 @@ impl Balance {
 /// The body at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BodyState {
-    pub moment: Moment,
+    pub loads: LoadState,
     /// Displacements of the unknowns, length `n`.
     pub u: Vec<f64>,
     /// Newton, length `3m`.
@@ -35,42 +35,42 @@ pub(crate) struct BodyState {
 }
 
 /// The balance after the step from `before` to the solution `(u, lambda)` of `problem`, which holds what acts at
-/// `moment`.
+/// `loads`.
 pub(crate) fn balance(
     problem: &ContactProblem,
     before: &BodyState,
-    moment: &Moment,
+    loads: &LoadState,
     u: &[f64],
     lambda: &[f64],
 ) -> Balance {
-    let (old, m) = (&before.moment, problem.points());
+    let (old, m) = (&before.loads, problem.points());
     let mean_dot = |a: &[f64], b: &[f64], x: &[f64], y: &[f64]| -> f64 {
         a.iter().zip(b).zip(x.iter().zip(y)).map(|((a, b), (x, y))| 0.5 * (a + b) * (y - x)).sum()
     };
     let mut work = before.balance.work;
-    work += mean_dot(&old.load, &moment.load, &before.u, u);
-    work -= mean_dot(&before.lambda, lambda, &old.motion, &moment.motion);
+    work += mean_dot(&old.load, &loads.load, &before.u, u);
+    work -= mean_dot(&before.lambda, lambda, &old.motion, &loads.motion);
     if problem.labels.supports.is_some() {
         let (first, last) =
-            (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, moment));
-        work += mean_dot(&first, &last, &old.displacement, &moment.displacement);
+            (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, loads));
+        work += mean_dot(&first, &last, &old.displacement, &loads.displacement);
     }
-    work += initial_energy(&moment.initial, u, &moment.displacement)
+    work += initial_energy(&loads.initial, u, &loads.displacement)
         - initial_energy(&old.initial, &before.u, &old.displacement);
     let slip = problem.opening(u);
     let taken: f64 = (m..3 * m).map(|i| -lambda[i] * slip[i]).sum();
     Balance {
         work,
-        elastic: elastic(problem, u, &moment.displacement) + initial_energy(&moment.initial, u, &moment.displacement),
+        elastic: elastic(problem, u, &loads.displacement) + initial_energy(&loads.initial, u, &loads.displacement),
         dissipation: before.balance.dissipation + taken,
     }
 }
 
 /// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.
-fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], moment: &Moment) -> Vec<f64> {
+fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], loads: &LoadState) -> Vec<f64> {
     let Some(supports) = &problem.labels.supports else { return Vec::new() };
     let mut force = supports.K.times(u);
-    force.iter_mut().zip(supports.K_own.times(&moment.displacement)).for_each(|(f, k)| *f += k);
+    force.iter_mut().zip(supports.K_own.times(&loads.displacement)).for_each(|(f, k)| *f += k);
     force.iter_mut().zip(supports.B.transpose_times(lambda)).for_each(|(f, b)| *f += b);
     force
 }

@@ -24,11 +24,11 @@ pub struct BoltState {
 
 /// Force and shortening of each bolt: the force is what the elastic energy grows by with the shortening.
 pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
-    if prepared.acting.bolts.is_empty() {
+    if prepared.loading.bolts.is_empty() {
         return Vec::new();
     }
     let u = full_displacement(&prepared.model, &outcome.solution.u);
-    let initial = &prepared.acting.initial;
+    let initial = &prepared.loading.initial;
     let state = |(number, bolt): (usize, &Bolt)| {
         let shortening = initial.shortening.get(number).copied().unwrap_or(0.0);
         let thermal = initial.thermal_force.get(number).copied().unwrap_or(0.0);
@@ -36,7 +36,7 @@ pub fn bolt_states(prepared: &Prepared, outcome: &Outcome) -> Vec<BoltState> {
         let force = bolt.cut.stiffness * shortening - from_body + thermal;
         BoltState { name: bolt.name.clone(), force, shortening }
     };
-    prepared.acting.bolts.iter().enumerate().map(state).collect()
+    prepared.loading.bolts.iter().enumerate().map(state).collect()
 }
 
 /// Broyden's method for the shortenings of the bolts whose force is given.

@@ -1,8 +1,8 @@
-//! Where loose parts come to rest when bolts draw them together over a clearance.
+//! Closure of clearances: where loose parts come to rest when bolts draw them together.
 //!
 //! A bolt whose parts can approach each other without strain takes no force until something lies between them. That
-//! motion, the slice of a bolt, is found here, and the rest of all parts as rigid bodies on an elastic foundation, from
-//! which the shortening is searched and multigrid starts.
+//! motion, the rigid mode of the bolt, is found here, and the equilibrium of all parts as rigid bodies on an elastic
+//! foundation, from which the shortening is searched and multigrid starts.
 
 use crate::friction::rigid_rest;
 use crate::linalg::axpy;
@@ -15,11 +15,11 @@ const NO_STRAIN: f64 = 1e-8;
 
 /// Displacements of the unknowns by which a unit of shortening strains nothing, for each bolt; `None` where the parts of
 /// the bolt are held or hang together elsewhere.
-fn slices(prepared: &Prepared) -> Vec<Option<Vec<f64>>> {
-    prepared.acting.bolts.iter().map(|bolt| slice(prepared, bolt)).collect()
+fn rigid_modes(prepared: &Prepared) -> Vec<Option<Vec<f64>>> {
+    prepared.loading.bolts.iter().map(|bolt| rigid_mode(prepared, bolt)).collect()
 }
 
-fn slice(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
+fn rigid_mode(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
     let (mesh, dofs, k) = (&prepared.mesh, &prepared.model.dofs, &prepared.problem.elastic.K);
     let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
     let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
@@ -72,24 +72,24 @@ fn reached(mesh: &Mesh, from: &[u32], at_cut: &dyn Fn(u32) -> bool) -> Vec<bool>
 }
 
 /// Adds to the shortening each bolt is searched from what its parts approach each other by before they bear its force;
-/// `from_rest` tells the bolts that are searched without knowledge of an earlier step.
+/// `from_rest` marks the bolts that have no shortening of an earlier step.
 pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest: &[bool], shortening: &mut [f64]) {
     let wanted = |target: &Target| if let Target::Force(force) = target { Some(*force) } else { None };
     if !targets.iter().zip(from_rest).any(|(target, from_rest)| *from_rest && wanted(target).is_some()) {
         return;
     }
-    let slices = slices(prepared);
+    let modes = rigid_modes(prepared);
     let (mut columns, mut pull, mut bolts) = (Vec::new(), Vec::new(), Vec::new());
     let mut u = vec![0.0; prepared.problem.unknowns()];
-    for (number, slice) in slices.iter().enumerate() {
-        let Some(slice) = slice else { continue };
+    for (number, mode) in modes.iter().enumerate() {
+        let Some(mode) = mode else { continue };
         match wanted(&targets[number]).filter(|_| from_rest[number]) {
             Some(force) => {
-                columns.push(slice.clone());
+                columns.push(mode.clone());
                 pull.push(force);
                 bolts.push(number);
             }
-            None => axpy(shortening[number], slice, &mut u),
+            None => axpy(shortening[number], mode, &mut u),
         }
     }
     if !columns.is_empty() {
@@ -98,19 +98,19 @@ pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest
     }
 }
 
-/// Displacements of the parts as rigid bodies with the bolts as they stand now; `None` without a bolt that slices.
+/// Displacements of the parts as rigid bodies with the bolts as they stand now; `None` without a bolt that has a rigid mode.
 pub(crate) fn start(prepared: &Prepared) -> Option<Vec<f64>> {
-    let shortening = &prepared.acting.initial.shortening;
+    let shortening = &prepared.loading.initial.shortening;
     if shortening.iter().all(|&s| s == 0.0) {
         return None;
     }
     let mut u = vec![0.0; prepared.problem.unknowns()];
-    let mut sliced = false;
-    for (slice, &s) in slices(prepared).iter().zip(shortening) {
-        if let Some(slice) = slice {
-            axpy(s, slice, &mut u);
-            sliced = true;
+    let mut moved = false;
+    for (mode, &s) in rigid_modes(prepared).iter().zip(shortening) {
+        if let Some(mode) = mode {
+            axpy(s, mode, &mut u);
+            moved = true;
         }
     }
-    sliced.then(|| rigid_rest(&prepared.problem, &prepared.motions, &[], &[], u).0)
+    moved.then(|| rigid_rest(&prepared.problem, &prepared.motions, &[], &[], u).0)
 }

@@ -55,7 +55,7 @@ impl Settings {
     }
 }
 
-/// What a run is about to do; told to the observer, whose `Break` stops the iteration (nothing else).
+/// What a run is about to do; given to the observer, whose `Break` stops the iteration (nothing else).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// Set-up of the multigrid hierarchy.
@@ -136,7 +136,7 @@ pub struct Outcome {
     /// Seconds from the start of the iteration to each entry of the solution's history.
     pub times: Vec<f64>,
     pub seconds: Seconds,
-    /// Largest memory of the process so far, bytes, where the system tells it.
+    /// Largest memory of the process so far, bytes, where the system reports it.
     pub peak_memory: Option<u64>,
     /// One for each load step; empty without load steps.
     pub steps: Vec<StepRecord>,
@@ -191,7 +191,7 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    if let Some(bolt) = prepared.acting.bolts.iter().find(|bolt| bolt.is_by_force()) {
+    if let Some(bolt) = prepared.loading.bolts.iter().find(|bolt| bolt.is_by_force()) {
         let what = format!("bolt \"{}\" is tightened by force, which takes load steps", bolt.name);
         return Err(bolt.spot.error(what, "solve the steps of the case (`solve_steps`), or give its shortening"));
     }
@@ -233,7 +233,7 @@ pub(crate) fn solve_again(
 /// Loads that use up this part of friction are worth a word: a joint that slides is last solved just before.
 const NEARLY: f64 = 0.95;
 
-/// How friction at the normal forces of `lambda` (length `3m`) is used up, where that may be why nothing was found.
+/// How friction at the normal forces of `lambda` (length `3m`) is overcome, where that may be why nothing was found.
 pub(crate) fn sliding(prepared: &Prepared, status: Status, lambda: &[f64]) -> Option<Sliding> {
     if !matches!(status, Status::Stalled | Status::MaxIterations) {
         return None;

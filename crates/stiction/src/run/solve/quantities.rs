@@ -27,7 +27,7 @@ pub(crate) fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
         .supports
         .as_ref()
         .map_or(0.0, |s| potential(&s.K_own.times(&s.displacement), &s.load, &s.displacement));
-    unknowns + supports + prepared.acting.initial.energy
+    unknowns + supports + prepared.loading.initial.energy
 }
 
 /// `1/2 u'Ku - f'u` for `elastic` `= K u`.

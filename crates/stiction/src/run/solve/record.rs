@@ -20,7 +20,7 @@ pub struct AnswerRecord {
     pub status: Status,
     /// Where nothing balances the loads: the motion along which they carry a body away.
     pub escape_mode: Option<String>,
-    /// Where friction may be used up and nothing was found.
+    /// Where nothing was found and friction may have reached its limit.
     pub sliding: Option<SlidingRecord>,
     pub certificate: CertificateRecord,
     /// Over all pairs.
@@ -107,7 +107,7 @@ pub(crate) fn path_name(path: Path) -> &'static str {
     }
 }
 
-/// Friction that is used up: forces per unit of the displacement of what moves farthest.
+/// The limit load of friction: forces per unit of the displacement of what moves farthest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SlidingRecord {
     pub motion: String,

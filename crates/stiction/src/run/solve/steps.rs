@@ -13,14 +13,16 @@ use super::record::StepRecord;
 use super::{Event, Outcome, Path, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
+use crate::contact::sliding::Sliding;
 use crate::friction::{self, Counts, PointState, Solution, Status};
+use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
-use crate::run::pose::moment::{Moment, apply, moment, slid};
+use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
 use crate::run::pose::{Prepared, Seconds};
 
-/// A load step, told to whom keeps it.
+/// A load step, given to [`KeepStep`].
 #[derive(Debug)]
 pub struct Step<'a> {
     /// From 1.
@@ -44,7 +46,7 @@ pub struct Restart {
     pub before: Option<StepFile>,
 }
 
-/// Told each step before the next one begins.
+/// Keeps each step before the next one begins.
 pub type KeepStep<'a> = dyn FnMut(&Prepared, &Step) -> Result<(), Error> + 'a;
 
 /// Where the loop stands.
@@ -86,7 +88,7 @@ pub fn solve_steps(
     keep: &mut KeepStep,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let steps = prepared.acting.steps.clone();
+    let steps = prepared.loading.steps.clone();
     let [mesh, assembly, contact] = prepared.seconds;
     let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
     let by_factor =
@@ -100,31 +102,25 @@ pub fn solve_steps(
             interrupted = true;
             break;
         }
-        let (moment, mut outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
+        let (loads, mut outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
             Status::Interrupted => {
                 interrupted = true;
-                if march.last.is_none() {
-                    march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
-                }
+                let reference = || prepared.problem.contact.slip_reference.clone();
+                march.last.get_or_insert_with(|| (outcome, reference()));
                 break;
             }
             Status::MaxIterations | Status::Stalled | Status::NoEquilibrium => {
-                if let Some(shorter) = march.at.halve() {
-                    march.at = shorter;
-                    let dt = march.at.span(&steps).map_or(0.0, |[begin, t]| t - begin);
-                    let _ = observer(&Event::Halved { t: begin, dt });
+                if halve(&mut march, &steps, observer) {
                     continue;
                 }
-                let solved = march.body.lambda.iter().any(|&force| force != 0.0);
-                let lambda = if solved { &march.body.lambda } else { &outcome.solution.lambda };
-                outcome.sliding = sliding(prepared, outcome.solution.status, lambda);
+                outcome.sliding = limit_load(prepared, &march, &outcome);
                 false
             }
         };
-        let line = finish(prepared, &mut march, moment, &outcome, [begin, t], finished);
+        let line = finish(prepared, &mut march, loads, &outcome, [begin, t], finished);
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, records: &march.records })?;
         march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
@@ -136,10 +132,27 @@ pub fn solve_steps(
     end(prepared, march, seconds, &kept, interrupted, observer)
 }
 
+/// Halves the increment; false where it is as short as it may be.
+fn halve(march: &mut March, steps: &[StepSpec], observer: &mut dyn FnMut(&Event) -> ControlFlow<()>) -> bool {
+    let Some(shorter) = march.at.halve() else { return false };
+    march.at = shorter;
+    if let Some([begin, t]) = shorter.span(steps) {
+        let _ = observer(&Event::Halved { t: begin, dt: t - begin });
+    }
+    true
+}
+
+/// What friction resists at the normal forces of the last step that was solved, or without one at those of `outcome`.
+fn limit_load(prepared: &Prepared, march: &March, outcome: &Outcome) -> Option<Sliding> {
+    let solved = march.body.lambda.iter().any(|&force| force != 0.0);
+    let lambda = if solved { &march.body.lambda } else { &outcome.solution.lambda };
+    sliding(prepared, outcome.solution.status, lambda)
+}
+
 fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>) -> Result<March, Error> {
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
-    let nothing = Moment::start(prepared);
-    let body = BodyState { moment: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
+    let nothing = LoadState::start(prepared);
+    let body = BodyState { loads: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let begin = March {
         at: Position::start(),
         body,
@@ -150,25 +163,25 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         attempts: 0,
     };
     let Some(Restart { records, last, before }) = restart else { return Ok(begin) };
-    let at = Position::read(last.position, &prepared.acting.steps).ok_or_else(|| {
+    let at = Position::read(last.position, &prepared.loading.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
-    if last.shortening.len() != prepared.acting.bolts.len() {
+    if last.shortening.len() != prepared.loading.bolts.len() {
         let what = "the last finished step has other bolts than the case";
         return Err(Error::new("", what, "solve the case from its beginning"));
     }
-    let moment = tightened(prepared, moment(prepared, last.t)?, &last.shortening);
+    let loads = tightened(prepared, load_state(prepared, last.t)?, &last.shortening);
     let unslid = vec![0.0; 2 * m];
-    apply(prepared, &moment, &unslid);
+    apply(prepared, &loads, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
-    let slid = slid(prepared, &moment, &last.u);
+    let slid = slid(prepared, &loads, &last.u);
     let outcome = restored(prepared, settings, &last, records.last().map(|record| record.answer.path));
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
     let answer =
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
     let answers = before.iter().chain([&last]).map(answer).collect();
-    let body = BodyState { moment, u: last.u, lambda: last.lambda, balance };
+    let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
     Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), records, ..begin })
 }
 
@@ -199,19 +212,19 @@ fn tighten(
     kept: &mut Kept,
     t: f64,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
-) -> Result<(Moment, Outcome), Error> {
-    let base = moment(prepared, t)?;
-    let targets = prepared.acting.targets(march.at.step, t)?;
-    let before = &march.body.moment.initial.shortening;
-    let mut search = BoltSearch::new(&prepared.acting.bolts, &targets, before, settings.solver.tolerance);
+) -> Result<(LoadState, Outcome), Error> {
+    let base = load_state(prepared, t)?;
+    let targets = prepared.loading.targets(march.at.step, t)?;
+    let before = &march.body.loads.initial.shortening;
+    let mut search = BoltSearch::new(&prepared.loading.bolts, &targets, before, settings.solver.tolerance);
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let mut from = None;
     let mut spent = Seconds::default();
     loop {
-        let moment = tightened(prepared, base.clone(), &search.shortening);
-        apply(prepared, &moment, &march.slid);
+        let loads = tightened(prepared, base.clone(), &search.shortening);
+        apply(prepared, &loads, &march.slid);
         let start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
         let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
         spent.add(&outcome.seconds);
@@ -223,7 +236,7 @@ fn tighten(
                 outcome.solution.status = Status::Stalled;
             }
             outcome.seconds = spent;
-            return Ok((moment, outcome));
+            return Ok((loads, outcome));
         }
         from = Some((outcome.solution.lambda, outcome.solution.u));
     }
@@ -276,14 +289,14 @@ fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>)
 fn finish(
     prepared: &Prepared,
     march: &mut March,
-    moment: Moment,
+    loads: LoadState,
     outcome: &Outcome,
     [begin, t]: [f64; 2],
     finished: bool,
 ) -> StepLine {
-    let (problem, steps) = (&prepared.problem, &prepared.acting.steps);
+    let (problem, steps) = (&prepared.problem, &prepared.loading.steps);
     let Solution { u, lambda, .. } = &outcome.solution;
-    let balance = balance(problem, &march.body, &moment, u, lambda);
+    let balance = balance(problem, &march.body, &loads, u, lambda);
     let number = march.records.len() + 1;
     let name = steps[march.at.step].name.as_str();
     let record = StepRecord::of(prepared, outcome, (number, name), [begin, t], march.attempts, &balance);
@@ -301,13 +314,13 @@ fn finish(
         dissipation: balance.dissipation,
     };
     march.records.push(record);
-    march.slid = slid(prepared, &moment, u);
+    march.slid = slid(prepared, &loads, u);
     if march.answers.len() == 2 {
         march.answers.remove(0);
     }
     let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
     march.answers.push(Answer { t, f, gap, u: u.clone(), lambda: lambda.clone() });
-    march.body = BodyState { moment, u: u.clone(), lambda: lambda.clone(), balance };
+    march.body = BodyState { loads, u: u.clone(), lambda: lambda.clone(), balance };
     march.attempts = 0;
     if finished {
         march.at = march.at.advance(steps);
@@ -327,13 +340,13 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         f: problem.elastic.f.clone(),
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
-        motion: body.moment.motion.clone(),
-        support_load: body.moment.support_load.clone(),
-        support_free_load: body.moment.load.clone(),
-        support_displacement: body.moment.displacement.clone(),
-        initial_load: [body.moment.initial.load.as_slice(), &body.moment.initial.support_load].concat(),
-        initial_energy: body.moment.initial.energy,
-        shortening: body.moment.initial.shortening.clone(),
+        motion: body.loads.motion.clone(),
+        support_load: body.loads.support_load.clone(),
+        support_free_load: body.loads.load.clone(),
+        support_displacement: body.loads.displacement.clone(),
+        initial_load: [body.loads.initial.load.as_slice(), &body.loads.initial.support_load].concat(),
+        initial_energy: body.loads.initial.energy,
+        shortening: body.loads.initial.shortening.clone(),
         u: body.u.clone(),
         lambda: body.lambda.clone(),
         states: outcome.solution.states.iter().map(code).collect(),
@@ -356,7 +369,7 @@ fn end(
     };
     if interrupted && !records.is_empty() {
         // What acts in the step that was left is taken back.
-        apply(prepared, &body.moment, &vec![0.0; 2 * prepared.problem.points()]);
+        apply(prepared, &body.loads, &vec![0.0; 2 * prepared.problem.points()]);
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {

@@ -1,4 +1,4 @@
-//! What acts at a time: loads, prescribed displacements, and where the obstacles have moved to.
+//! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
 use super::bolts::{Bolt, thermal_forces};
 use super::frames::{PointFrame, frames};
@@ -12,9 +12,9 @@ use crate::mesh::v3::{dot, norm, scale, sub};
 /// Displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What the case says as functions of time, with its places for errors.
+/// The loading as functions of time, with the places of the case for errors.
 #[derive(Debug, Clone)]
-pub struct Acting {
+pub struct Loading {
     pub loads: Vec<Load>,
     pub load_spots: Vec<Spot>,
     pub fixes: Vec<Fix>,
@@ -24,8 +24,8 @@ pub struct Acting {
     pub contact_spots: Vec<Spot>,
     pub steps: Vec<StepSpec>,
     /// Gap and tangential offset of the undeformed body before anything is prescribed or has moved, length, `3m`.
-    pub rest: Vec<f64>,
-    /// How far each point had slid over its obstacle before the step that is posed, length, `2m`.
+    pub undeformed: Vec<f64>,
+    /// How far each point had slid over its obstacle before the present step, length, `2m`.
     pub slid: Vec<f64>,
     /// Thermal strain now, and what tightened bolts do.
     pub initial: Initial,
@@ -49,10 +49,10 @@ pub struct Initial {
     pub thermal_force: Vec<f64>,
 }
 
-impl Acting {
-    /// As the case says; `rest` is found by [`posed`](Self::posed).
+impl Loading {
+    /// As the case says; `undeformed` is found by [`on`](Self::on).
     pub(crate) fn new(case: &Case, loads: Vec<Load>, fixes: Vec<Fix>) -> Self {
-        Acting {
+        Loading {
             loads,
             load_spots: case.loads.iter().map(|l| l.spot.clone()).collect(),
             fixes,
@@ -60,18 +60,18 @@ impl Acting {
             motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
             steps: case.steps.clone(),
-            rest: Vec::new(),
+            undeformed: Vec::new(),
             slid: Vec::new(),
             initial: Initial::default(),
             bolts: Vec::new(),
         }
     }
 
-    /// The same for a problem as `pose` left it.
-    pub(crate) fn posed(mut self, problem: &ContactProblem) -> Self {
-        self.rest = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
+    /// The same on a problem as `pose` left it.
+    pub(crate) fn on(mut self, problem: &ContactProblem) -> Self {
+        self.undeformed = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
         if let Some(s) = &problem.labels.supports {
-            self.rest.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(rest, held)| *rest += held);
+            self.undeformed.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(offset, held)| *offset += held);
         }
         self.slid = vec![0.0; 2 * problem.points()];
         self
@@ -88,9 +88,9 @@ impl Acting {
     }
 }
 
-/// What acts at one time.
+/// The load state at one time.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Moment {
+pub(crate) struct LoadState {
     /// External forces at the unknowns, newton, length `n`.
     pub load: Vec<f64>,
     /// External forces at the prescribed degrees of freedom, newton, length `p`.
@@ -103,12 +103,12 @@ pub(crate) struct Moment {
     pub initial: Initial,
 }
 
-impl Moment {
+impl LoadState {
     /// Before the first step: nothing acts, and the obstacles touch the undeformed body at most.
     pub fn start(prepared: &Prepared) -> Self {
         let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
         let p = prepared.model.dofs.prescribed.len();
-        Moment {
+        LoadState {
             load: vec![0.0; n],
             support_load: vec![0.0; p],
             displacement: vec![0.0; p],
@@ -118,31 +118,31 @@ impl Moment {
     }
 }
 
-/// What acts at time `t`.
+/// The load state at time `t`.
 ///
 /// # Errors
 /// Expressions that are not finite at `t`, prescribed displacements that contradict each other then, or motion along
 /// the surface at a node whose friction cannot follow it; shown at their place in the case file.
-pub(crate) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
-    let Prepared { mesh, materials, material_of_cell, model, acting, .. } = prepared;
+pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error> {
+    let Prepared { mesh, materials, material_of_cell, model, loading, .. } = prepared;
     let solid = Solid { mesh, materials, material_of_cell };
     let mut force = vec![0.0; 3 * mesh.nodes.len()];
     let mut strained: Option<InitialStrain> = None;
-    let mut thermal_force = vec![0.0; acting.bolts.len()];
-    for (load, spot) in acting.loads.iter().zip(&acting.load_spots) {
+    let mut thermal_force = vec![0.0; loading.bolts.len()];
+    for (load, spot) in loading.loads.iter().zip(&loading.load_spots) {
         if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
             force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
             strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
-            let through = thermal_forces(&solid, &acting.bolts, load, t).map_err(|e| place::instead(spot, e))?;
+            let through = thermal_forces(&solid, &loading.bolts, load, t).map_err(|e| place::instead(spot, e))?;
             thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
             continue;
         }
         let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
         force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
     }
-    let dofs = dof_map(mesh, &acting.fixes, t).map_err(|error| {
-        let culprit = (0..acting.fixes.len()).find(|&i| dof_map(mesh, &acting.fixes[..=i], t).is_err());
-        culprit.map_or(error.clone(), |i| place::at(&acting.fix_spots[i], error))
+    let dofs = dof_map(mesh, &loading.fixes, t).map_err(|error| {
+        let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
+        culprit.map_or(error.clone(), |i| place::at(&loading.fix_spots[i], error))
     })?;
     let motion = motion(prepared, &dofs, t)?;
     refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
@@ -156,7 +156,7 @@ pub(crate) fn moment(prepared: &Prepared, t: f64) -> Result<Moment, Error> {
         Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
     });
     let [load, support_load] = at_both(&mut force);
-    Ok(Moment { load, support_load, displacement: dofs.value, motion, initial })
+    Ok(LoadState { load, support_load, displacement: dofs.value, motion, initial })
 }
 
 /// Strains of different cells.
@@ -170,12 +170,12 @@ fn added(mut sum: InitialStrain, more: InitialStrain) -> InitialStrain {
 }
 
 fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
-    let (problem, acting) = (&prepared.problem, &prepared.acting);
+    let (problem, loading) = (&prepared.problem, &prepared.loading);
     let m = problem.points();
-    let mut motion: Vec<f64> = acting.rest[..m].iter().map(|rest| rest.min(0.0)).collect();
+    let mut motion: Vec<f64> = loading.undeformed[..m].iter().map(|gap| gap.min(0.0)).collect();
     motion.resize(3 * m, 0.0);
     let frames = frames(prepared);
-    for ((pair, field), spot) in problem.labels.pairs.iter().zip(&acting.motions).zip(&acting.contact_spots) {
+    for ((pair, field), spot) in problem.labels.pairs.iter().zip(&loading.motions).zip(&loading.contact_spots) {
         let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
@@ -199,14 +199,14 @@ fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
 
 /// A node that cannot move along the normal carries no contact point; nothing would keep it out of its obstacle.
 fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<(), Error> {
-    let Prepared { mesh, problem, acting, .. } = prepared;
+    let Prepared { mesh, problem, loading, .. } = prepared;
     let frames = frames(prepared);
     for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.labels.pairs).enumerate() {
         let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
         if surface.friction == SurfaceFriction::Bonded {
             continue;
         }
-        let d = translation(acting.motions[i].as_ref(), t)?;
+        let d = translation(loading.motions[i].as_ref(), t)?;
         let carries: std::collections::HashSet<u32> = pair.points.clone().map(|j| frames[j].node).collect();
         for node in mesh.face_nodes(&surface.faces) {
             let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
@@ -224,7 +224,7 @@ fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> R
                 let what =
                     format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
                 let remedy = "reduce the motion, or take the node out of the contact surface";
-                return Err(place::at(&acting.contact_spots[i], Error::new("", what, remedy)));
+                return Err(place::at(&loading.contact_spots[i], Error::new("", what, remedy)));
             }
         }
     }
@@ -258,37 +258,38 @@ fn refuse_dragging(
     Err(Error::new("", what, "hold none of its components, or let its support and the obstacle move together"))
 }
 
-/// Puts what acts into the problem; `slid` is how far each point has slid over its obstacle so far, length, `2m`.
-pub(crate) fn apply(prepared: &mut Prepared, moment: &Moment, slid: &[f64]) {
-    let Prepared { problem, model, acting, .. } = prepared;
+/// Puts a load state into the problem; `slid` is how far each point has slid over its obstacle so far, length, `2m`.
+pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
+    let Prepared { problem, model, loading, .. } = prepared;
     let m = problem.points();
-    let place = |j: usize| (if j < m { acting.rest[j].max(0.0) } else { acting.rest[j] }) + moment.motion[j];
+    let place =
+        |j: usize| (if j < m { loading.undeformed[j].max(0.0) } else { loading.undeformed[j] }) + loads.motion[j];
     let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
     offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
     if let Some(supports) = &mut problem.labels.supports {
-        offset.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(o, held)| *o -= held);
-        supports.load.clone_from(&moment.support_load);
-        supports.free_load.clone_from(&moment.load);
-        supports.displacement.clone_from(&moment.displacement);
+        offset.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(o, held)| *o -= held);
+        supports.load.clone_from(&loads.support_load);
+        supports.free_load.clone_from(&loads.load);
+        supports.displacement.clone_from(&loads.displacement);
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
-    acting.slid = slid.to_vec();
-    acting.initial.clone_from(&moment.initial);
-    let demanded = model.support_stiffness.transpose_times(&moment.displacement);
-    problem.elastic.f = moment.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
+    loading.slid = slid.to_vec();
+    loading.initial.clone_from(&loads.initial);
+    let demanded = model.support_stiffness.transpose_times(&loads.displacement);
+    problem.elastic.f = loads.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     model.load.clone_from(&problem.elastic.f);
-    model.support_load.clone_from(&moment.support_load);
-    model.dofs.value.clone_from(&moment.displacement);
+    model.support_load.clone_from(&loads.support_load);
+    model.dofs.value.clone_from(&loads.displacement);
 }
 
 /// How far each point has slid over its obstacle since the start, length, `2m`.
-pub(crate) fn slid(prepared: &Prepared, moment: &Moment, u: &[f64]) -> Vec<f64> {
+pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64> {
     let problem = &prepared.problem;
     let m = problem.points();
     let mut jump = problem.contact.B.times(u);
     if let Some(supports) = &problem.labels.supports {
-        jump.iter_mut().zip(supports.B.times(&moment.displacement)).for_each(|(j, held)| *j += held);
+        jump.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(j, held)| *j += held);
     }
-    (m..3 * m).map(|i| jump[i] - moment.motion[i] - prepared.acting.rest[i]).collect()
+    (m..3 * m).map(|i| jump[i] - loads.motion[i] - prepared.loading.undeformed[i]).collect()
 }

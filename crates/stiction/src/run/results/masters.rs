@@ -1,4 +1,4 @@
-//! Both surfaces of each pair: the slave's fields, and what the master receives from it.
+//! The fields of both surfaces of each pair: the slave's own, and those of the master by what it receives.
 
 use super::fields::{Side, SurfaceFields, empty, surfaces};
 use crate::contact::{Counterpart, Master, Patch, patches};
@@ -9,22 +9,22 @@ use crate::run::solve::Outcome;
 
 /// The fields of each contact surface, a pair's master after its slave. Obstacles have none.
 ///
-/// `lambda` of a master is the force its nodes receive, `-B' lambda` of the pair, told like that of the slave: as the
+/// `lambda` of a master is the force its nodes receive, `-B' lambda` of the pair, given like that of the slave: as the
 /// force of the surface in `on` on the other, so that both sides have one resultant. Pressure and shear are the mean of
 /// those of the contact points, each with the area it shares with the node: between the least and the greatest of them,
 /// right for a constant pressure, and not diluted where the slave covers the faces around a node in part only, as force
 /// over area would be. Nodes that no contact point reaches have NaN; gap, slip and state are known of the slave only.
-pub(crate) fn sides(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
+pub(crate) fn pair_fields(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
-    let mut sides = Vec::new();
+    let mut all = Vec::new();
     for slave in surfaces(prepared, outcome) {
         let number = slave.pair;
-        sides.push(slave);
+        all.push(slave);
         if let Counterpart::Surface(other) = &prepared.surfaces[number].against {
-            sides.push(master(prepared, outcome, &frames, number, other));
+            all.push(master(prepared, outcome, &frames, number, other));
         }
     }
-    sides
+    all
 }
 
 fn master(
@@ -80,7 +80,7 @@ fn shared(
     frame: PointFrame,
     j: usize,
 ) -> impl Iterator<Item = (usize, f64)> {
-    // Any row tells the weights: they stand before the same axis at the point's own node, with the other sign.
+    // Any row gives the weights: they stand before the same axis at the point's own node, with the other sign.
     let axes = [frame.normal, frame.tangents[0], frame.tangents[1]];
     let rows = prepared.problem.rows(j);
     let square = |axis: &[f64; 3]| axis.iter().map(|a| a * a).sum::<f64>();
