@@ -27,7 +27,7 @@ pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
     let mesh = &facts.mesh;
     let cells = mesh.cells.iter().map(|c| format!("{} {}", c.count, c.kind.name())).collect::<Vec<_>>().join(", ");
     let bodies = if mesh.bodies == 1 { String::new() } else { format!(", {} bodies", mesh.bodies) };
-    rows.add("mesh", format!("{} nodes, {cells}, volume {}{bodies}", mesh.nodes, number(mesh.volume)));
+    rows.add("mesh", format!("{} nodes, {cells} cells, volume {}{bodies}", mesh.nodes, number(mesh.volume)));
     for m in &facts.materials {
         let law = match &m.orthotropic {
             None => format!("young {}, poisson {}", number(m.young), m.poisson),
