@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use stiction::Error;
 use stiction::contact::{
-    Contact, ContactProblem, ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction, pose,
+    Across, Contact, ContactProblem, ContactSurface, CoulombLaw, Friction, Obstacle, SurfaceFacts, SurfaceFriction,
+    pose,
 };
 use stiction::dual::{Dual, DualSettings, Form, choose};
 use stiction::fem::{FeModel, Field, Fix, Formulation, Load, Material, Solid, assemble, full_displacement};
@@ -102,6 +103,21 @@ impl Posed {
     pub fn full(&self, u: &[f64]) -> Vec<[f64; 3]> {
         full_displacement(&self.model, u).chunks(3).map(|c| [c[0], c[1], c[2]]).collect()
     }
+}
+
+/// Coulomb friction with a coefficient along `direction` and one across it.
+pub fn orthotropic(along: f64, across: f64, direction: [f64; 3]) -> SurfaceFriction {
+    let across = Some(Across { coefficient: Field::Constant(across).into(), direction });
+    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along).into(), across, limit: None })
+}
+
+/// Coulomb friction up to a largest stress.
+pub fn limited(coefficient: f64, limit: f64) -> SurfaceFriction {
+    SurfaceFriction::Law(CoulombLaw {
+        coefficient: Field::Constant(coefficient).into(),
+        across: None,
+        limit: Some(limit),
+    })
 }
 
 /// Loads of the brick 3 x 1 x 1 clamped at x = 0.

@@ -1,9 +1,8 @@
 //! Quadratic programs over bounds, discs and ellipses, solved again by Clarabel as cone programs.
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::SupportedConeT::{self, NonnegativeConeT, SecondOrderConeT};
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
 use stiction::qp::*;
+
+use crate::cone_program::{Cones, dot, objective, times};
 
 /// Numbers in `(-1, 1)`, the same in every run.
 struct Numbers(u64);
@@ -24,65 +23,6 @@ fn random_matrix(n: usize, shift: f64, numbers: &mut Numbers) -> Vec<Vec<f64>> {
     let g: Vec<Vec<f64>> = (0..n).map(|_| numbers.vector(n)).collect();
     let entry = |i: usize, j: usize| dot(&g[i], &g[j]) / n as f64 + if i == j { shift } else { 0.0 };
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
-fn times(a: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
-    a.iter().map(|row| dot(row, x)).collect()
-}
-
-fn objective(a: &[Vec<f64>], b: &[f64], x: &[f64]) -> f64 {
-    0.5 * dot(x, &times(a, x)) - dot(b, x)
-}
-
-/// Rows of `offset - C x` in cones, in the order they are added.
-#[derive(Default)]
-struct Cones {
-    entries: Vec<(usize, usize, f64)>,
-    offset: Vec<f64>,
-    kinds: Vec<SupportedConeT<f64>>,
-}
-
-impl Cones {
-    fn row(&mut self, offset: f64, entries: &[(usize, f64)]) {
-        let row = self.offset.len();
-        self.entries.extend(entries.iter().map(|(column, value)| (row, *column, *value)));
-        self.offset.push(offset);
-    }
-
-    fn nonnegative(&mut self, offset: f64, column: usize, value: f64) {
-        self.row(offset, &[(column, value)]);
-        self.kinds.push(NonnegativeConeT(1));
-    }
-
-    fn solve(self, a: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
-        let n = b.len();
-        let upper: Vec<(usize, usize, f64)> =
-            (0..n).flat_map(|j| (0..=j).map(move |i| (i, j))).map(|(i, j)| (i, j, a[i][j])).collect();
-        let matrix = |rows: usize, t: &[(usize, usize, f64)]| {
-            let column = |f: fn(&(usize, usize, f64)) -> usize| t.iter().map(f).collect::<Vec<_>>();
-            let values = t.iter().map(|t| t.2).collect();
-            CscMatrix::new_from_triplets(rows, n, column(|t| t.0), column(|t| t.1), values)
-        };
-        let linear: Vec<f64> = b.iter().map(|b| -b).collect();
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .tol_gap_abs(1e-12)
-            .tol_gap_rel(1e-12)
-            .tol_feas(1e-12)
-            .build()
-            .unwrap();
-        let rows = self.offset.len();
-        let (p, c) = (matrix(n, &upper), matrix(rows, &self.entries));
-        let mut solver = DefaultSolver::new(&p, &linear, &c, &self.offset, &self.kinds, settings).unwrap();
-        solver.solve();
-        let status = solver.solution.status;
-        assert!(matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved), "{status:?}");
-        solver.solution.x
-    }
 }
 
 fn agree(a: &[Vec<f64>], b: &[f64], ours: &[f64], theirs: &[f64], shift: f64, what: &str) {
@@ -110,13 +50,13 @@ fn clarabel_finds_the_same_minimum_within_bounds() {
         let mut cones = Cones::default();
         for i in 0..n {
             if bounds.lower[i].is_finite() {
-                cones.nonnegative(-bounds.lower[i], i, -1.0);
+                cones.nonnegative(-bounds.lower[i], &[(i, -1.0)]);
             }
             if bounds.upper[i].is_finite() {
-                cones.nonnegative(bounds.upper[i], i, 1.0);
+                cones.nonnegative(bounds.upper[i], &[(i, 1.0)]);
             }
         }
-        let theirs = cones.solve(&a, &b);
+        let (theirs, _) = cones.minimum(&a, &b, 1e-12);
         let methods = [
             BoundMethod::Proportioning(ProportioningSettings::default()),
             BoundMethod::Mprgp(MprgpSettings::default()),
@@ -163,15 +103,16 @@ fn clarabel_finds_the_same_minimum_over_discs_and_ellipses() {
                 PointSet::HalfLineAndDisc { radius } => ([radius; 2], 0.0f64),
                 PointSet::HalfLineAndEllipse { radii, angle } => (radii, angle),
             };
-            cones.nonnegative(0.0, j, -1.0);
+            cones.nonnegative(0.0, &[(j, -1.0)]);
             let (s, c) = angle.sin_cos();
-            // (1, components along the axes over the radii) in the second-order cone.
-            cones.row(1.0, &[]);
-            cones.row(0.0, &[(m + j, -c / radii[0]), (2 * m + j, -s / radii[0])]);
-            cones.row(0.0, &[(m + j, s / radii[1]), (2 * m + j, -c / radii[1])]);
-            cones.kinds.push(SecondOrderConeT(3));
+            // Components along the axes over the radii.
+            cones.disc(
+                1.0,
+                &[(m + j, -c / radii[0]), (2 * m + j, -s / radii[0])],
+                &[(m + j, s / radii[1]), (2 * m + j, -c / radii[1])],
+            );
         }
-        let theirs = cones.solve(&a, &b);
+        let (theirs, _) = cones.minimum(&a, &b, 1e-12);
         for follow_boundaries in [true, false] {
             let mut operator = |x: &[f64]| times(&a, x);
             let problem = SetProblem { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: None };

@@ -1,6 +1,7 @@
 //! Second roads: independent solvers, other methods and paths, dense factorisations; work counted in bands.
 
 mod bodies;
+mod cone_program;
 mod counts;
 mod discrete;
 mod global_forms;

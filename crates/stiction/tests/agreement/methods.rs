@@ -3,9 +3,6 @@
 
 use std::ops::ControlFlow;
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::SupportedConeT::{NonnegativeConeT, ZeroConeT};
-use clarabel::solver::{DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
 use stiction::contact::{ContactProblem, Friction, Pair, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::friction::{
@@ -14,6 +11,8 @@ use stiction::friction::{
 };
 use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
+
+use crate::cone_program::{Cones, scaled};
 
 const FIVE: BlockElement = BlockElement::Tet4Five { parity: 0 };
 const ALG1: Given = Given::alg1(Sweeps::One, Splitting::No);
@@ -54,58 +53,26 @@ fn answer(problem: &ContactProblem, settings: &MethodSettings) -> Answer {
 /// `min 1/2 l'Ql - h'l` with `l_n >= 0` and the friction of each point within a polygon of `4 squares` sides.
 fn clarabel(p: &ContactProblem, squares: usize) -> Vec<f64> {
     let (q, h) = dense::dual_data(p, &dense::Factor::new(&p.elastic.K));
-    let (m, size) = (p.points(), h.len());
+    let m = p.points();
     let length = h.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let force = length / dense::largest_eigenvalue(&q);
-    let upper = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j)));
-    let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, j) in upper {
-        rows.push(i);
-        columns.push(j);
-        values.push(q[j][i] * force / length);
-    }
-    let objective = CscMatrix::new_from_triplets(size, size, rows, columns, values);
-    let linear: Vec<f64> = h.iter().map(|h| -h / length).collect();
-    // b - A x >= 0, a side of a polygon after the other; b - A x = 0 where there is no friction.
-    let (mut rows, mut columns, mut values, mut b) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut row = |entries: &[(usize, f64)], right: f64| {
-        for &(column, value) in entries {
-            rows.push(b.len());
-            columns.push(column);
-            values.push(value);
-        }
-        b.push(right);
-    };
-    for j in 0..m {
-        if p.contact.friction[j] == Friction::None {
-            row(&[(m + j, 1.0)], 0.0);
-            row(&[(2 * m + j, 1.0)], 0.0);
-        }
-    }
-    let zeros = 2 * p.contact.friction.iter().filter(|law| **law == Friction::None).count();
-    for j in 0..m {
-        row(&[(j, -1.0)], 0.0);
-        if let Friction::Given { slip_bound } = p.contact.friction[j] {
-            for k in 0..4 * squares {
-                let (s, c) = (std::f64::consts::FRAC_PI_2 * k as f64 / squares as f64).sin_cos();
-                row(&[(m + j, c), (2 * m + j, s)], slip_bound / force);
+    let mut cones = Cones::default();
+    for (j, law) in p.contact.friction.iter().enumerate() {
+        cones.nonnegative(0.0, &[(j, -1.0)]);
+        match *law {
+            Friction::None => [m + j, 2 * m + j].iter().for_each(|&i| cones.zero(0.0, &[(i, 1.0)])),
+            Friction::Given { slip_bound } => {
+                for k in 0..4 * squares {
+                    let (s, c) = (std::f64::consts::FRAC_PI_2 * k as f64 / squares as f64).sin_cos();
+                    cones.nonnegative(slip_bound / force, &[(m + j, c), (2 * m + j, s)]);
+                }
             }
+            _ => {}
         }
     }
-    let a = CscMatrix::new_from_triplets(b.len(), size, rows, columns, values);
-    let cones = [ZeroConeT(zeros), NonnegativeConeT(b.len() - zeros)];
-    let settings: DefaultSettings<f64> = DefaultSettingsBuilder::default()
-        .verbose(false)
-        .tol_gap_abs(1e-13)
-        .tol_gap_rel(1e-13)
-        .tol_feas(1e-13)
-        .build()
-        .unwrap();
-    let mut solver = DefaultSolver::new(&objective, &linear, &a, &b, &cones, settings).unwrap();
-    solver.solve();
-    let status = solver.solution.status;
-    assert!(matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved), "{status:?}");
-    solver.solution.x.iter().map(|x| x * force).collect()
+    let linear: Vec<f64> = h.iter().map(|h| h / length).collect();
+    let (x, _) = cones.minimum(&scaled(&q, force / length), &linear, 1e-13);
+    x.iter().map(|x| x * force).collect()
 }
 
 #[test]

@@ -2,10 +2,6 @@
 
 use std::ops::{ControlFlow, Range};
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
-};
 use stiction::contact::equilibrium::{in_words, no_equilibrium, unresisted};
 use stiction::contact::rigid::rigid_motions;
 use stiction::contact::sliding::least_resisted;
@@ -271,58 +267,6 @@ fn stacked_blocks_rest_on_one_another() {
     }
     let (problem, _) = stack(0.0, 0.3, 3.1e5);
     assert_eq!(departure(&problem).unwrap(), "body \"high\": translation along x");
-}
-
-/// `min 1/2 u'Ku - f'u` over `N u <= gap`: the displacements' own quadratic program, `K` singular.
-#[test]
-fn clarabel_finds_the_same_rest_of_a_block_in_a_corner() {
-    let wall = |normal: [f64; 3]| Obstacle::Plane { point: [0.0; 3], normal };
-    let mut case = block_of([1.0, 0.8, 0.6], [3, 3, 3], BlockElement::Hex8, YOUNG, 0.3)
-        .traction("x-max", [-1e6, 0.0, 0.0])
-        .traction("y-max", [0.0, -2e6, 0.0])
-        .traction_z("z-max", |x| -4e6 * x[0])
-        .contact("x-min", wall([1.0, 0.0, 0.0]), SurfaceFriction::None)
-        .contact("y-min", wall([0.0, 1.0, 0.0]), SurfaceFriction::None)
-        .contact("z-min", FLOOR, SurfaceFriction::None);
-    // Off the walls by more than it deforms.
-    case.mesh.nodes.iter_mut().for_each(|x| *x = [x[0] + 1e-3, x[1] + 2e-3, x[2] + 1e-4]);
-    let p = case.pose().problem;
-    assert_eq!((rigid_motions(&p).len(), free_motion(&p)), (6, None));
-    let s = solved(&p, 1e-10);
-    let (m, n) = (p.points(), p.unknowns());
-    let upper = |a: &Csr, scale: f64| {
-        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..a.rows {
-            let (c, v) = a.row(i);
-            for (&j, &v) in c.iter().zip(v) {
-                rows.push(i);
-                columns.push(j as usize);
-                values.push(v * scale);
-            }
-        }
-        (rows, columns, values)
-    };
-    // Displacements over 1e-5, forces over 1e5.
-    let (length, force) = (1e-5, 1e5);
-    let (rows, columns, values) = upper(&p.elastic.K.full(), length / force);
-    let kept: Vec<usize> = (0..rows.len()).filter(|&e| rows[e] <= columns[e]).collect();
-    let pick = |list: &[usize]| kept.iter().map(|&e| list[e]).collect::<Vec<_>>();
-    let values = kept.iter().map(|&e| values[e]).collect();
-    let k = CscMatrix::new_from_triplets(n, n, pick(&rows), pick(&columns), values);
-    let normal = p.contact.B.select_rows(&(0..m as u32).collect::<Vec<_>>());
-    let (rows, columns, values) = upper(&normal, 1.0);
-    let a = CscMatrix::new_from_triplets(m, n, rows, columns, values);
-    let f: Vec<f64> = p.elastic.f.iter().map(|f| -f / force).collect();
-    let gap: Vec<f64> = p.contact.gap.iter().map(|g| g / length).collect();
-    let settings: DefaultSettings<f64> =
-        DefaultSettingsBuilder::default().verbose(false).tol_gap_rel(1e-12).tol_feas(1e-12).build().unwrap();
-    let mut solver = DefaultSolver::new(&k, &f, &a, &gap, &[SupportedConeT::NonnegativeConeT(m)], settings).unwrap();
-    solver.solve();
-    assert!(matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
-    let theirs: Vec<f64> = solver.solution.x.iter().map(|x| x * length).collect();
-    let forces: Vec<f64> = solver.solution.z.iter().map(|x| x * force).collect();
-    assert!(distance(&s.lambda[..m], &forces) < 1e-5, "{}", distance(&s.lambda[..m], &forces));
-    assert!(distance(&s.u, &theirs) < 1e-7, "{}", distance(&s.u, &theirs));
 }
 
 #[test]

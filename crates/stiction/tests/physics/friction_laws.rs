@@ -1,15 +1,11 @@
-//! Friction that differs by direction or place, or has a limit: closed forms, an independent solver, both paths.
+//! Friction that differs by direction or place, or has a limit: closed forms, both paths.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
-};
 use stiction::certificate::certify;
-use stiction::contact::{Across, Contact, ContactProblem, CoulombLaw, Friction, SurfaceFriction};
+use stiction::contact::{Contact, ContactProblem, CoulombLaw, Friction, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::Field;
 use stiction::friction::{
@@ -22,19 +18,6 @@ use stiction_fixtures::*;
 const YOUNG: f64 = 2e9;
 const SHORTENING: f64 = 2e-3;
 const PRESSURE: f64 = YOUNG * SHORTENING / 2.0;
-
-fn orthotropic(along: f64, across: f64, direction: [f64; 3]) -> SurfaceFriction {
-    let across = Some(Across { coefficient: Field::Constant(across).into(), direction });
-    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along).into(), across, limit: None })
-}
-
-fn limited(coefficient: f64, limit: f64) -> SurfaceFriction {
-    SurfaceFriction::Law(CoulombLaw {
-        coefficient: Field::Constant(coefficient).into(),
-        across: None,
-        limit: Some(limit),
-    })
-}
 
 /// A cube of side 2 without lateral contraction pressed by `PRESSURE`, its top shifted, with the shear tractions on its
 /// sides that keep the uniform shear stress `tau` in balance.
@@ -164,83 +147,6 @@ fn friction_that_varies_in_space_is_that_of_two_contacts_with_their_own() {
     for j in (0..m).filter(|&j| s.states[j] == PointState::Slip) {
         let Friction::Coulomb { coefficient } = varying.contact.friction[j] else { panic!() };
         assert!((s.lambda[m + j].hypot(s.lambda[2 * m + j]) - coefficient * s.lambda[j]).abs() < 1e-3);
-    }
-}
-
-/// `min 1/2 l'Ql - h'l` over `l_n >= 0` and `|(l_1, l_2 / a)| <= bound`.
-fn clarabel(p: &ContactProblem, q: &[Vec<f64>], h: &[f64], bounds: &[f64], force: f64) -> Vec<f64> {
-    let (m, size) = (p.points(), 3 * p.points());
-    let length = h.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let mut upper = Vec::new();
-    for (j, column) in q.iter().enumerate() {
-        upper.extend(column.iter().enumerate().take(j + 1).map(|(i, v)| (i, j, v * force / length)));
-    }
-    let pick = |list: &[(usize, usize, f64)]| {
-        let (rows, columns): (Vec<usize>, Vec<usize>) = list.iter().map(|&(i, j, _)| (i, j)).unzip();
-        (rows, columns, list.iter().map(|e| e.2).collect::<Vec<f64>>())
-    };
-    let (rows, columns, values) = pick(&upper);
-    let objective = CscMatrix::new_from_triplets(size, size, rows, columns, values);
-    let linear: Vec<f64> = h.iter().map(|h| -h / length).collect();
-    let mut cones = vec![SupportedConeT::NonnegativeConeT(m)];
-    let mut entries: Vec<(usize, usize, f64)> = (0..m).map(|j| (j, j, -1.0)).collect();
-    let mut b = vec![0.0; m];
-    for (j, bound) in bounds.iter().enumerate() {
-        let across = p.contact.orthotropy.as_ref().unwrap()[j];
-        entries.extend([(b.len() + 1, m + j, -1.0), (b.len() + 2, 2 * m + j, -1.0 / across)]);
-        b.extend([bound / force, 0.0, 0.0]);
-        cones.push(SupportedConeT::SecondOrderConeT(3));
-    }
-    let (rows, columns, values) = pick(&entries);
-    let a = CscMatrix::new_from_triplets(b.len(), size, rows, columns, values);
-    let settings: DefaultSettings<f64> = DefaultSettingsBuilder::default()
-        .verbose(false)
-        .tol_gap_abs(1e-12)
-        .tol_gap_rel(1e-12)
-        .tol_feas(1e-12)
-        .build()
-        .unwrap();
-    let mut solver = DefaultSolver::new(&objective, &linear, &a, &b, &cones, settings).unwrap();
-    solver.solve();
-    assert!(matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
-    solver.solution.x.iter().map(|x| x * force).collect()
-}
-
-#[test]
-fn clarabel_finds_the_same_energy_over_ellipses() {
-    // Given ellipses, and those a solution of the Coulomb problem ends with: it is the optimum for its own bounds.
-    let mut given = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
-    given.contact.friction.fill(Friction::Given { slip_bound: 1e4 });
-    let coulomb = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
-    let both = brick_with(
-        SurfaceFriction::Law(CoulombLaw {
-            coefficient: Field::Constant(0.1).into(),
-            across: Some(Across { coefficient: Field::Constant(0.5).into(), direction: [1.0, 1.0, 0.0] }),
-            limit: Some(2.5e5),
-        }),
-        BrickLoad::Press,
-    );
-    for p in [given, coulomb, both] {
-        let factor = dense::Factor::new(&p.elastic.K);
-        let (q, h) = dense::dual_data(&p, &factor);
-        let ours = solved(&p, 1e-11);
-        let bound = |j: usize| match p.contact.friction[j] {
-            Friction::Coulomb { coefficient } => coefficient * ours.lambda[j],
-            Friction::Limited { coefficient, limit } => (coefficient * ours.lambda[j]).min(limit),
-            Friction::Given { slip_bound } => slip_bound,
-            _ => panic!(),
-        };
-        let bounds: Vec<f64> = (0..p.points()).map(bound).collect();
-        let force = ours.lambda.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-        let theirs = clarabel(&p, &q, &h, &bounds, force);
-        let times = |x: &[f64]| q.iter().map(|r| r.iter().zip(x).map(|(a, b)| a * b).sum()).collect::<Vec<f64>>();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let objective = |l: &[f64]| 0.5 * dot(l, &times(l)) - dot(&h, l);
-        let (a, b) = (objective(&ours.lambda), objective(&theirs));
-        assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
-        let d: Vec<f64> = ours.lambda.iter().zip(&theirs).map(|(a, b)| a - b).collect();
-        let error = dot(&d, &times(&d)).sqrt() / dot(&ours.u, &p.elastic.K.times(&ours.u)).sqrt();
-        assert!(error < 1e-5, "{error}");
     }
 }
 
