@@ -8,6 +8,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use cpu_time::ProcessTime;
+use stiction::SolveEvent;
 use stiction::contact::ContactProblem;
 use stiction::dual::{Dual, DualSettings, choose};
 use stiction::io::case;
@@ -43,7 +44,7 @@ fn row(n: usize) -> Result<(), Box<dyn Error>> {
     // CPU seconds at the borders of the phases.
     let mut marks = Vec::new();
     let mut observe = |event: &Event| {
-        if !matches!(event, Event::Iteration(_)) {
+        if !matches!(event, Event::Solver(SolveEvent::Iteration(_))) {
             marks.push(start.elapsed().as_secs_f64());
         }
         ControlFlow::Continue(())
@@ -80,7 +81,7 @@ fn row(n: usize) -> Result<(), Box<dyn Error>> {
         ratios.join(" | "),
         outcome.solution.counts.newton_steps.max(outcome.solution.counts.cycles),
         outcome.solution.counts.products,
-        outcome.path,
+        outcome.solution.path,
         outcome.solution.certificate.worst,
     );
     Ok(())

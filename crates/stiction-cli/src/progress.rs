@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
+use stiction::SolveEvent;
 use stiction::friction::Phase;
 use stiction::run::Event;
 
@@ -82,13 +83,13 @@ fn short(t: f64) -> f64 {
 
 fn words(event: &Event) -> String {
     match event {
-        Event::SettingUp { unknowns } => format!("setting up multigrid for {unknowns} unknowns"),
-        Event::Ordering => "ordering the unknowns".into(),
-        Event::Factorising { unknowns, bytes } => {
+        Event::Solver(SolveEvent::SettingUp { unknowns }) => format!("setting up multigrid for {unknowns} unknowns"),
+        Event::Solver(SolveEvent::Ordering) => "ordering the unknowns".into(),
+        Event::Solver(SolveEvent::Factorising { unknowns, bytes }) => {
             format!("factorising {unknowns} unknowns, {:.2} GB", *bytes as f64 / 1e9)
         }
-        Event::Solving => "solving".into(),
-        Event::Iteration(p) => {
+        Event::Solver(SolveEvent::Solving) => "solving".into(),
+        Event::Solver(SolveEvent::Iteration(p)) => {
             let phase = match p.phase {
                 Phase::Newton => "newton",
                 Phase::Gradient => "gradient",

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use stiction::Error;
+use stiction::SolveEvent;
 use stiction::friction::Status;
 use stiction::io::{case, folder};
 use stiction::run::{self, Ahead, Event, Origin, Prepared, Restart, Settings, Step};
@@ -93,7 +94,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     }
     let progress = Progress::new(arguments.progress);
     let mut observe = |event: &Event| {
-        if matches!(event, Event::Iteration(_)) {
+        if matches!(event, Event::Solver(SolveEvent::Iteration(_))) {
             interrupt::iterating();
         }
         progress.show(event);

@@ -23,5 +23,11 @@ pub mod linalg;
 pub mod mesh;
 pub mod qp;
 pub mod run;
+mod solve;
 
+pub use certificate::{Certificate, certify};
+pub use contact::{Contact, ContactProblem, Elastic, Friction, Labels};
 pub use error::Error;
+pub use friction::{PointState, Progress, Settings, Solution, SolverPath, Status};
+pub use linalg::{Csr, SymmetricCsr};
+pub use solve::{Kept, Observer, SolveEvent, multigrid_is_faster, solve, solve_with_kept};

@@ -17,7 +17,7 @@ fn solved(name: &str, path: &str) -> (Vec<f64>, Vec<f64>) {
     let settings = Settings::of(&case.solver);
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let mut keep = |_: &Prepared, step: &Step| {
-        assert_eq!(format!("{:?}", step.outcome.path).to_lowercase(), path, "{name}");
+        assert_eq!(format!("{:?}", step.outcome.solution.path).to_lowercase(), path, "{name}");
         Ok(())
     };
     let outcome = if case.steps.is_empty() {
@@ -27,7 +27,7 @@ fn solved(name: &str, path: &str) -> (Vec<f64>, Vec<f64>) {
     };
     let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(outcome.solution.status, Status::Solved, "{name} {path}");
-    assert_eq!(format!("{:?}", outcome.path).to_lowercase(), path, "{name}");
+    assert_eq!(format!("{:?}", outcome.solution.path).to_lowercase(), path, "{name}");
     (outcome.solution.u, outcome.solution.lambda)
 }
 

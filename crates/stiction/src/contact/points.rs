@@ -167,7 +167,11 @@ fn refuse_moving_tied(prescribed: &[Option<f64>; 3], negligible: f64, node: u32,
     }
     let value = prescribed.map(|value| value.map_or("free".to_string(), |v| v.to_string())).join(", ");
     let what = format!("node {} at {x:?} is bonded to an obstacle at rest, and prescribed to move: {value}", node + 1);
-    Err(Error::new("", what, "take the node out of the bonded surface or out of the [[fix]], or prescribe zero there"))
+    Err(Error::new(
+        "",
+        what,
+        "take the node out of the bonded surface or out of what is prescribed, or prescribe zero there",
+    ))
 }
 
 pub(super) fn refuse_dragging(

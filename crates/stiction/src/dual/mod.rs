@@ -124,6 +124,11 @@ impl Dual {
         self.factor.solve(&force)
     }
 
+    /// Whether products use the dense Schur complement.
+    pub fn is_dense(&self) -> bool {
+        matches!(self.product, Product::Dense(_))
+    }
+
     /// Products with `Q` so far.
     pub fn products(&self) -> usize {
         self.products.load(Ordering::Relaxed)
@@ -136,7 +141,7 @@ impl Dual {
 
     /// Numbers stored for the factor and, if dense, the Schur complement.
     pub fn stored(&self) -> usize {
-        self.factor.len() + if matches!(self.product, Product::Dense(_)) { self.touched.len().pow(2) } else { 0 }
+        self.factor.len() + if self.is_dense() { self.touched.len().pow(2) } else { 0 }
     }
 
     /// The local stiffness against the jump of each row of `B`; zero for an empty row. Force per length.

@@ -20,4 +20,4 @@ pub use reference::{
     Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, polygon, run_method,
     solve_with,
 };
-pub use solution::{Counts, Phase, Progress, Settings, Solution, Status};
+pub use solution::{Counts, Phase, Progress, Settings, Solution, SolverPath, Status};

@@ -1,24 +1,82 @@
 //! What every solver of contact takes, tells on its way and returns.
 
 use super::PointState;
+use crate::Error;
 use crate::certificate::Certificate;
+use crate::contact::ContactProblem;
+
+/// The way a solution is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolverPath {
+    /// The faster by prediction, within memory; never that of a [`Solution`].
+    #[default]
+    Auto,
+    /// `B K⁻¹ Bᵀ` by a Cholesky factor of `K` and the dense Schur complement on the unknowns that `B` touches.
+    Dense,
+    /// `B K⁻¹ Bᵀ` by solves with the factor.
+    Solves,
+    /// The displacements by multigrid.
+    Multigrid,
+}
 
 /// Settings of a solve; the defaults need no tuning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Every entry of the certificate is to be at most this; useful from 1e-3 to about 1e-12.
     pub tolerance: f64,
-    /// Newton steps.
+    /// Newton steps, or a fifth of the multigrid cycles.
     pub max_iterations: usize,
-    /// Multipliers to start from, length `3m`, newton; zero if `None`. For methods on the multipliers.
+    pub path: SolverPath,
+    /// Bytes the factor or the multigrid hierarchy may take; `None` sets no limit.
+    pub memory_limit: Option<u64>,
+    /// Multipliers to start from, length `3m`, newton; zero if `None`. Used where the solution is found by a factor.
     pub start: Option<Vec<f64>>,
-    /// Displacements to start from, length `n`; zero if `None`. For methods on the displacements.
+    /// Displacements to start from, length `n`, length; zero if `None`. Used where it is found by multigrid.
     pub start_displacement: Option<Vec<f64>>,
+}
+
+impl Settings {
+    /// Checks the tolerance and the starts for use with `problem`.
+    ///
+    /// # Errors
+    /// If the tolerance is not a positive number, or a start has another length than the problem needs or holds values
+    /// that are not finite.
+    pub fn validate(&self, problem: &ContactProblem) -> Result<(), Error> {
+        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
+            let what = format!("`tolerance` is {}", self.tolerance);
+            return Err(Error::new("settings", what, "give a positive number, such as 1e-8"));
+        }
+        let (n, m) = (problem.unknowns(), problem.points());
+        for (name, list, length) in [("start", &self.start, 3 * m), ("start_displacement", &self.start_displacement, n)]
+        {
+            let Some(list) = list else { continue };
+            if list.len() != length {
+                let what = format!("`{name}` has {} numbers where {length} are needed", list.len());
+                return Err(Error::new(
+                    "settings",
+                    what,
+                    "give [lambda_n; lambda_t1; lambda_t2] (3m) or u (n), or None",
+                ));
+            }
+            if let Some(i) = list.iter().position(|x| !x.is_finite()) {
+                return Err(Error::new("settings", format!("`{name}`[{i}] is {}", list[i]), "give finite numbers"));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { tolerance: 1e-8, max_iterations: 200, start: None, start_displacement: None }
+        let (start, start_displacement) = (None, None);
+        Settings {
+            tolerance: 1e-8,
+            max_iterations: 200,
+            path: SolverPath::Auto,
+            memory_limit: None,
+            start,
+            start_displacement,
+        }
     }
 }
 
@@ -92,6 +150,8 @@ pub struct Counts {
 #[derive(Debug, Clone)]
 pub struct Solution {
     pub status: Status,
+    /// The way it was found.
+    pub path: SolverPath,
     /// Displacements, length `n`.
     pub u: Vec<f64>,
     /// Multipliers `[lambda_n; lambda_t1; lambda_t2]`, newton, `3m`; admissible to the last digit.

@@ -20,6 +20,6 @@ pub use results::{
 };
 pub use solve::{
     AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
-    MethodDetails, Named, Outcome, PairRecord, Path, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord,
-    Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
+    MethodDetails, Named, Outcome, PairRecord, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord, Totals,
+    UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
 };

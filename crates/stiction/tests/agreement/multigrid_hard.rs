@@ -3,9 +3,10 @@
 
 use std::ops::ControlFlow;
 
+use stiction::SolverPath;
 use stiction::friction::{Solution, Status};
 use stiction::io::case;
-use stiction::run::{Event, Path, Settings, prepare, solve};
+use stiction::run::{Event, Settings, prepare, solve};
 use stiction_fixtures::random_case::text;
 
 fn on_path(text: &str, path: &str) -> Result<Solution, String> {
@@ -14,7 +15,7 @@ fn on_path(text: &str, path: &str) -> Result<Solution, String> {
     let prepared = prepare(&case).unwrap();
     let outcome = solve(&prepared, &Settings::of(&case.solver), &mut |_: &Event| ControlFlow::Continue(()))
         .map_err(|e| e.to_string())?;
-    assert_eq!(outcome.path == Path::Multigrid, path == "multigrid");
+    assert_eq!(outcome.solution.path == SolverPath::Multigrid, path == "multigrid");
     Ok(outcome.solution)
 }
 

@@ -1,7 +1,8 @@
 //! Planes of symmetry that are across no axis.
 
+use stiction::SolverPath;
 use stiction::mesh::Turn;
-use stiction::run::{Outcome, Path, Prepared, totals};
+use stiction::run::{Outcome, Prepared, totals};
 use stiction_fixtures::case_run::{displacement, refused, solved};
 
 /// No axis of the body is near one of space after it.
@@ -90,7 +91,7 @@ fn a_turned_body_feels_the_same_forces_on_both_paths() {
         );
         if path == "multigrid" {
             let cycles = runs.each_ref().map(|run| {
-                assert_eq!(run.0.path, Path::Multigrid);
+                assert_eq!(run.0.solution.path, SolverPath::Multigrid);
                 run.0.solution.counts.products as f64
             });
             assert!((cycles[0] - cycles[1]).abs() <= 0.15 * cycles[0], "{cycles:?}");

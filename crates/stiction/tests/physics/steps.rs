@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{
-    BalanceRecord, Event, Outcome, Path, Prepared, Restart, Settings, Step, StepRecord, prepare, solve, solve_steps,
+    BalanceRecord, Event, Outcome, Prepared, Restart, Settings, Step, StepRecord, prepare, solve, solve_steps,
 };
+use stiction::{SolveEvent, SolverPath};
 
 /// A block of 20 x 10 x 10 on a plane, without loads.
 const BLOCK: &str = r#"
@@ -194,7 +195,7 @@ fn both_paths_walk_the_same_steps() {
         + &contact("{ coulomb = 0.3 }", "")
         + &steps(&[(2.0, 4), (3.0, 1)]);
     let [direct, multigrid] = ["solves", "multigrid"].map(|path| run(&format!("{text}[solver]\npath = \"{path}\"\n")));
-    assert!(multigrid.outcome.steps.iter().all(|step| step.answer.path == Path::Multigrid));
+    assert!(multigrid.outcome.steps.iter().all(|step| step.answer.path == SolverPath::Multigrid));
     for step in 0..5 {
         assert!(apart(&multigrid.lambda[step], &direct.lambda[step]) < 1e-6);
     }
@@ -300,7 +301,7 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let mut finished = 0;
     let mut stop = |event: &Event| {
         finished += usize::from(matches!(event, Event::Finished(_)));
-        let within = matches!(event, Event::Iteration(p) if p.iteration > 0);
+        let within = matches!(event, Event::Solver(SolveEvent::Iteration(p)) if p.iteration > 0);
         if finished == 3 && within { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let stopped = solve_steps(&mut prepared, &settings, None, &mut keep, &mut stop).unwrap();

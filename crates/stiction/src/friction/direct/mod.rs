@@ -9,5 +9,5 @@ mod solve;
 
 pub use coulomb::{CoulombFacts, coulomb_facts};
 pub use rigid_start::rigid_rest;
-pub(super) use solve::make_admissible;
 pub use solve::solve;
+pub(super) use solve::{make_admissible, path_of};

@@ -10,7 +10,7 @@ use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::friction::PointState;
 use crate::friction::law::{bound, frozen, residual, states};
-use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
+use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, SolverPath, Status};
 use crate::linalg::{axpy, norm};
 use crate::qp::{PointSet, accelerated_gradient};
 
@@ -62,6 +62,11 @@ pub fn solve(
             return solution;
         }
     }
+}
+
+/// How a solution by this operator is found.
+pub(in crate::friction) fn path_of(dual: &Dual) -> SolverPath {
+    if dual.is_dense() { SolverPath::Dense } else { SolverPath::Solves }
 }
 
 /// A loop of Newton steps: [`newton`] or [`proximal`].
@@ -425,7 +430,8 @@ impl<'a> Solver<'a> {
         self.counts.products = self.dual.products();
         self.counts.solves = self.dual.solves();
         let (counts, history) = (self.counts, self.history.clone());
-        Solution { status, u, lambda, states: found, certificate, counts, history }
+        let path = path_of(self.dual);
+        Solution { status, path, u, lambda, states: found, certificate, counts, history }
     }
 }
 

@@ -36,14 +36,13 @@ pub(super) struct Point {
 
 /// Why the primal path is not for a problem.
 fn refused(what: &str) -> Error {
-    Error::new("", what, "set path = \"auto\" under [solver]")
+    Error::new("", what, "leave `settings.path` at auto")
 }
 
 fn on_stiff_body() -> Error {
     let what = "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves \
                 slowly or not";
-    let remedy = "leave out `slave` under [[contact]], which puts the points on the softer body, or set path = \"auto\" \
-                  under [solver]";
+    let remedy = "put the points (the rows of `contact.B`) on the softer body, or leave `settings.path` at auto";
     Error::new("", what, remedy)
 }
 

@@ -10,10 +10,11 @@ use super::nested;
 use super::sets::Law;
 use crate::Error;
 use crate::certificate::certify;
+use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_rest;
-use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, Status};
+use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, SolverPath, Status};
 use crate::linalg::multigrid::Multigrid;
 
 /// A problem turned into the frames of its contact points, with the multigrid hierarchy of its stiffness: what is
@@ -34,6 +35,11 @@ impl Primal {
     pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
         let (turned, multigrid) = Turned::new(problem)?;
         Ok(Primal { turned, multigrid })
+    }
+
+    /// Rigid motions of the bodies that contact alone holds.
+    pub fn motions(&self) -> &RigidMotions {
+        &self.turned.motions
     }
 }
 
@@ -275,5 +281,6 @@ fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tol
     };
     let states = at.sets.iter().map(|s| s.state).collect();
     let counts = Counts { cycles: at.cycles, restarts: at.resets, ..Counts::default() };
-    Solution { status, u, lambda, states, certificate, counts, history: Vec::new() }
+    let path = SolverPath::Multigrid;
+    Solution { status, path, u, lambda, states, certificate, counts, history: Vec::new() }
 }

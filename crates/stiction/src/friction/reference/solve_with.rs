@@ -7,7 +7,7 @@ use crate::Error;
 use crate::certificate::certify;
 use crate::contact::ContactProblem;
 use crate::dual::Dual;
-use crate::friction::direct::{make_admissible, solve};
+use crate::friction::direct::{make_admissible, path_of, solve};
 use crate::friction::law::states;
 use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
 
@@ -47,7 +47,7 @@ pub fn solve_with(
         return Err(Error::new(
             "",
             "a body is held by contact alone, and this method is for bodies that supports hold",
-            "take Newton's method (method = \"newton\" under [solver]), or add a [[fix]] that holds the body",
+            "take Newton's method (`method.method`), or hold the body in `elastic.K`",
         ));
     }
     let frugal = matches!(method.method.given(), Some(Given::AdaptiveUzawa | Given::Discs));
@@ -151,5 +151,6 @@ fn judge(
         solves: dual.solves(),
         cycles: 0,
     };
-    Solution { status, u, lambda, states, certificate, counts, history: history.to_vec() }
+    let path = path_of(dual);
+    Solution { status, path, u, lambda, states, certificate, counts, history: history.to_vec() }
 }

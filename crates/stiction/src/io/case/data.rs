@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation, Orthotropic, Voigt};
-use crate::friction::{Method, MethodSettings};
+use crate::friction::{Method, MethodSettings, SolverPath};
 use crate::mesh::{Block, Ring, Turn};
 
 /// A whole case. Any consistent system of units.
@@ -257,19 +257,4 @@ impl Default for SolverSpec {
         let (tolerance, max_iterations, path, method_name) = (1e-8, 200, SolverPath::Auto, "newton".into());
         SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
     }
-}
-
-/// How Newton's method gets at the solution: through the operator `B K⁻¹ Bᵀ` by a factor of `K`, or the displacements
-/// themselves by multigrid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SolverPath {
-    /// The cheaper one that fits the memory.
-    #[default]
-    Auto,
-    /// A factor with a stored dense Schur complement.
-    Dense,
-    /// A factor, two triangular solves for each product.
-    Solves,
-    /// No factor.
-    Multigrid,
 }

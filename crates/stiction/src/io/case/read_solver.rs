@@ -1,9 +1,9 @@
 //! `[solver]`: the method and its settings.
 
-use super::data::{ContactSpec, SolverPath, SolverSpec};
+use super::data::{ContactSpec, SolverSpec};
 use super::view::View;
 use crate::Error;
-use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, Splitting, Sweeps};
+use crate::friction::{Coupling, Given, Method, MethodSettings, Penalty, SolverPath, Splitting, Sweeps};
 
 /// Programs within a method are solved this much more accurately than the method itself.
 const INNER: f64 = 1e-2;

@@ -24,6 +24,7 @@ pub(super) use coarser::Coarser;
 pub use facts::{BoltFacts, ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
 pub use load_state::{Initial, Loading};
 pub use mesh::read_mesh;
+pub(super) use path::in_terms_of_the_case;
 pub use prepare::{Prepared, prepare};
 pub(super) use seconds::stopwatch;
 pub use seconds::{Seconds, Span};

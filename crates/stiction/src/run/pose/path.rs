@@ -1,25 +1,36 @@
-//! Which path is tried first.
+//! Which path is tried first, and the keys of the case file that stand for arguments of the solver.
 
+use crate::Error;
 use crate::contact::ContactProblem;
-use crate::dual::estimate;
-use crate::friction::Method;
-use crate::io::case::{SolverPath, SolverSpec};
-
-/// Below so many unknowns either path takes about a tenth of a second, and the direct one tells more about uniqueness.
-const SMALL: usize = 10_000;
-/// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
-const LARGE: usize = 100_000;
-/// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
-const MULTIGRID_SECONDS: f64 = 1e-5;
+use crate::friction::{Method, SolverPath};
+use crate::io::case::SolverSpec;
+use crate::solve::multigrid_is_faster;
 
 /// Whether a problem is solved by multigrid before anything else: because the case says so, or because that is
 /// predicted to be faster than the direct path.
 pub(crate) fn multigrid_first(spec: &SolverSpec, problem: &ContactProblem) -> bool {
-    let faster = || match problem.unknowns() {
-        n if n < SMALL => false,
-        n if n > LARGE => true,
-        n => MULTIGRID_SECONDS * (n as f64) < estimate(problem).seconds,
+    let path = match spec.path {
+        SolverPath::Multigrid => true,
+        SolverPath::Auto => multigrid_is_faster(problem),
+        SolverPath::Dense | SolverPath::Solves => false,
     };
-    let path = spec.path == SolverPath::Multigrid || spec.path == SolverPath::Auto && faster();
     spec.method.method == Method::Newton && path
+}
+
+/// Arguments of the library and what the case file calls them.
+const KEYS: [(&str, &str); 5] = [
+    ("`settings.memory_limit`", "`memory` under [solver]"),
+    ("`settings.path`", "`path` under [solver]"),
+    ("`method.method`", "method = \"newton\" under [solver]"),
+    ("hold the body in `elastic.K`", "add a [[fix]] that holds the body"),
+    (
+        "put the points (the rows of `contact.B`) on the softer body",
+        "leave out `slave` under [[contact]], which puts the points on the softer body",
+    ),
+];
+
+/// The same mistake in terms of the case file.
+pub(crate) fn in_terms_of_the_case(error: Error) -> Error {
+    let remedy = KEYS.iter().fold(error.remedy, |text, (argument, key)| text.replace(argument, key));
+    Error { remedy, ..error }
 }

@@ -12,6 +12,7 @@ use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, machine, problem};
 use crate::run::pose::{Prepared, Span, stopwatch};
 use crate::run::solve::{Event, Outcome, Settings, solve};
+use crate::solve::SolveEvent;
 
 /// What was written beside the solve and has no name yet; dropped, it leaves nothing behind.
 #[derive(Debug, Default)]
@@ -51,7 +52,7 @@ pub fn solve_writing(
     let (solved, written, waited) = thread::scope(|scope| {
         let writer = scope.spawn(write);
         let solved = solve(prepared, settings, &mut |event| {
-            if matches!(event, Event::Iteration(_)) {
+            if matches!(event, Event::Solver(SolveEvent::Iteration(_))) {
                 // The first is the sign; a writer that has ended already does not mind.
                 let _ = iterating.send(());
             }

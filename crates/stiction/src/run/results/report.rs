@@ -8,14 +8,13 @@ use super::rows::{Row, Rows, print};
 use crate::certificate::Certificate;
 use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
-use crate::friction::{CoulombFacts, Status};
+use crate::friction::{CoulombFacts, SolverPath, Status};
 use crate::io::text::{number, triple};
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
-    BalanceRecord, BoltState, Outcome, Path, StepRecord, Totals, bolt_states, escape_mode, pair_totals, path_name,
-    totals,
+    BalanceRecord, BoltState, Outcome, StepRecord, Totals, bolt_states, escape_mode, pair_totals, path_name, totals,
 };
 
 /// The result of a run, a few lines for a person; `Display` prints it.
@@ -79,7 +78,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));
-    } else if outcome.path == Path::Multigrid && has_coulomb(prepared) {
+    } else if outcome.solution.path == SolverPath::Multigrid && has_coulomb(prepared) {
         let why = "what can be said about others is estimated on the direct path only (path = \"solves\")";
         rows.add("uniqueness", format!("a solution; {why}"));
     }
@@ -94,11 +93,11 @@ fn iterations(outcome: &Outcome) -> usize {
 
 fn work(outcome: &Outcome) -> String {
     let counts = outcome.solution.counts;
-    if outcome.path == Path::Multigrid {
+    if outcome.solution.path == SolverPath::Multigrid {
         let restarts = counted(counts.restarts, "restart");
         return format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle"));
     }
-    let path = path_name(outcome.path);
+    let path = path_name(outcome.solution.path);
     let inside = match &outcome.method {
         Some(report) => {
             let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);

@@ -12,7 +12,7 @@ mod totals;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
-pub use path::{Event, Outcome, Path, Settings, StepLine, solve};
+pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, PairRecord,

@@ -5,11 +5,12 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
-use super::{Balance, BoltState, Outcome, Path, Totals, bolt_states, pair_totals, totals};
+use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate};
 use crate::contact::equilibrium::in_words;
 use crate::friction::{
-    CopiesAtOnce, Coupling, Given, MethodEnd, MethodReport, MethodSettings, Minimization, Splitting, Status, Sweeps,
+    CopiesAtOnce, Coupling, Given, MethodEnd, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
+    Status, Sweeps,
 };
 use crate::run::pose::{Prepared, Seconds, Span};
 
@@ -48,7 +49,8 @@ pub struct AnswerRecord {
     /// `None` for Newton's method.
     pub method_details: Option<MethodDetails>,
     pub counts: CountsRecord,
-    pub path: Path,
+    #[serde(with = "PathName")]
+    pub path: SolverPath,
     /// Wall time by phase, and the total.
     pub seconds: Named,
     /// Processor time by phase, and the total.
@@ -98,12 +100,22 @@ pub(crate) fn status_name(status: Status) -> &'static str {
     }
 }
 
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SolverPath", rename_all = "snake_case")]
+enum PathName {
+    Auto,
+    Dense,
+    Solves,
+    Multigrid,
+}
+
 /// The path as a case names it.
-pub(crate) fn path_name(path: Path) -> &'static str {
+pub(crate) fn path_name(path: SolverPath) -> &'static str {
     match path {
-        Path::Dense => "dense",
-        Path::Solves => "solves",
-        Path::Multigrid => "multigrid",
+        SolverPath::Dense => "dense",
+        SolverPath::Solves => "solves",
+        SolverPath::Multigrid => "multigrid",
+        SolverPath::Auto => "auto",
     }
 }
 
@@ -302,7 +314,7 @@ impl AnswerRecord {
             method: outcome.method_name.clone(),
             method_details: report.and_then(|report| MethodDetails::of(&outcome.settings, report)),
             counts: CountsRecord::of(outcome),
-            path: outcome.path,
+            path: outcome.solution.path,
             seconds: seconds(&outcome.seconds, |span| span.wall),
             cpu_seconds: seconds(&outcome.seconds, |span| span.cpu),
             peak_memory_bytes: outcome.peak_memory,

@@ -8,19 +8,20 @@ use std::ops::ControlFlow;
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
-use super::path::{Kept, sliding, solve_again, uniqueness_facts};
+use super::path::{sliding, solve_again, uniqueness_facts};
 use super::record::StepRecord;
-use super::{Event, Outcome, Path, Settings, StepLine};
+use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::friction::{self, Counts, PointState, Solution, Status};
+use crate::friction::{self, Counts, PointState, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
 use crate::run::pose::{Prepared, Seconds};
+use crate::solve::Kept;
 
 /// A load step, given to [`KeepStep`].
 #[derive(Debug)]
@@ -92,8 +93,8 @@ pub fn solve_steps(
     let [mesh, assembly, contact] = prepared.seconds;
     let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
     let by_factor =
-        restart.as_ref().and_then(|r| r.records.last()).is_some_and(|last| last.answer.path != Path::Multigrid);
-    let mut kept = Kept::none(by_factor);
+        restart.as_ref().and_then(|r| r.records.last()).is_some_and(|last| last.answer.path != SolverPath::Multigrid);
+    let mut kept = Kept::deciding(prepared.multigrid_first && !by_factor);
     let mut march = start(prepared, settings, restart)?;
     let mut interrupted = false;
     while let Some([begin, t]) = march.at.span(&steps) {
@@ -186,12 +187,13 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
 }
 
 /// The answer of a step that an earlier run has found, judged anew.
-fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Option<Path>) -> Outcome {
+fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Option<SolverPath>) -> Outcome {
     let certificate = certify(&prepared.problem, &last.u, &last.lambda, settings.solver.tolerance);
     let status = if certificate.passed { Status::Solved } else { Status::Uncertified };
     let state = |&code: &usize| [PointState::Open, PointState::Stick, PointState::Slip][code.min(2)];
     let solution = Solution {
         status,
+        path: path.unwrap_or(SolverPath::Solves),
         u: last.u.clone(),
         lambda: last.lambda.clone(),
         states: last.states.iter().map(state).collect(),
@@ -199,7 +201,7 @@ fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Opt
         counts: Counts::default(),
         history: Vec::new(),
     };
-    Outcome::new(solution, settings, path.unwrap_or(Path::Solves))
+    Outcome::new(solution, settings)
 }
 
 /// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)

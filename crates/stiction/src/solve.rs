@@ -1,0 +1,231 @@
+//! One call from matrices to a certified solution: validates the problem, chooses multigrid or a Cholesky factor, solves
+//! and certifies.
+
+use std::ops::ControlFlow;
+
+use crate::Error;
+use crate::contact::ContactProblem;
+use crate::contact::equilibrium::no_equilibrium;
+use crate::dual::{Dual, DualSettings, Form, choose, estimate};
+use crate::friction::{self, Primal, Progress, Settings, Solution, SolverPath, Status, solve_primal};
+
+/// What [`solve_with_kept`] is about to do. The observer's `Break` at an iteration ends it with the status
+/// [`Interrupted`](Status::Interrupted).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SolveEvent {
+    /// Set-up of the multigrid hierarchy.
+    SettingUp { unknowns: usize },
+    /// Ordering of the unknowns for the factor.
+    Ordering,
+    /// Elimination of `unknowns`, predicted to take so many bytes.
+    Factorising { unknowns: usize, bytes: u64 },
+    /// The hierarchy or the factor stands, the iteration begins.
+    Solving,
+    /// An iteration has been done.
+    Iteration(Progress),
+}
+
+/// Asked and told at every [`SolveEvent`].
+pub type Observer<'a> = dyn FnMut(&SolveEvent) -> ControlFlow<()> + 'a;
+
+/// A factor or a multigrid hierarchy, worth keeping from one solve to the next while `K` and `B` stand.
+#[derive(Debug, Default)]
+pub struct Kept {
+    operator: Option<Operator>,
+    /// Whether [`SolverPath::Auto`] tries multigrid first; known after the first solve.
+    multigrid_first: Option<bool>,
+}
+
+#[derive(Debug)]
+enum Operator {
+    Factor(Box<Dual>),
+    Multigrid(Box<Primal>),
+}
+
+/// Below so many unknowns either path takes about a tenth of a second, and the factor also tells about uniqueness.
+const SMALL: usize = 10_000;
+/// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
+const LARGE: usize = 100_000;
+/// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
+const MULTIGRID_SECONDS: f64 = 1e-5;
+/// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
+const MULTIGRID_BYTES: u64 = 2000;
+/// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
+const CYCLES_PER_ITERATION: usize = 5;
+
+/// Whether multigrid is predicted to be faster than a factor.
+pub fn multigrid_is_faster(problem: &ContactProblem) -> bool {
+    match problem.unknowns() {
+        n if n < SMALL => false,
+        n if n > LARGE => true,
+        n => MULTIGRID_SECONDS * (n as f64) < estimate(problem).seconds,
+    }
+}
+
+impl Kept {
+    /// Nothing yet, with the choice of [`SolverPath::Auto`] already made.
+    pub fn deciding(multigrid_first: bool) -> Self {
+        Kept { operator: None, multigrid_first: Some(multigrid_first) }
+    }
+
+    /// Whether the next solve begins with multigrid.
+    pub fn begins_with_multigrid(&mut self, problem: &ContactProblem, settings: &Settings) -> bool {
+        match settings.path {
+            SolverPath::Multigrid => true,
+            SolverPath::Auto => *self.multigrid_first.get_or_insert_with(|| multigrid_is_faster(problem)),
+            SolverPath::Dense | SolverPath::Solves => false,
+        }
+    }
+
+    /// The factor, if the last solve ended with one.
+    pub fn factor(&self) -> Option<&Dual> {
+        match &self.operator {
+            Some(Operator::Factor(dual)) => Some(dual),
+            _ => None,
+        }
+    }
+
+    /// The factor for `problem`, made if it does not stand yet.
+    ///
+    /// # Errors
+    /// If it does not fit `settings.memory_limit`, or `K` is not positive definite beyond the rigid motions of its bodies.
+    pub fn factorised(
+        &mut self,
+        problem: &ContactProblem,
+        settings: &Settings,
+        observer: &mut Observer,
+    ) -> Result<&Dual, Error> {
+        let dual = match self.operator.take() {
+            Some(Operator::Factor(dual)) => dual,
+            // The hierarchy goes before the factor comes: both together may not fit the memory.
+            hierarchy => {
+                drop(hierarchy);
+                let _ = observer(&SolveEvent::Ordering);
+                let form = match settings.path {
+                    SolverPath::Auto | SolverPath::Multigrid => Form::Auto,
+                    SolverPath::Dense => Form::Dense,
+                    SolverPath::Solves => Form::Solves,
+                };
+                let choice = choose(problem, &DualSettings { form, memory_limit: settings.memory_limit })?;
+                let _ = observer(&SolveEvent::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
+                Box::new(Dual::new(problem, choice)?)
+            }
+        };
+        let Operator::Factor(dual) = self.operator.insert(Operator::Factor(dual)) else {
+            unreachable!("just put there")
+        };
+        Ok(dual)
+    }
+}
+
+/// Solves elastic contact with friction, from matrices to a certified answer.
+///
+/// Stiffness, load, `B`, gap and laws suffice ([`ContactProblem::from_matrices`]). With `elastic.node_of` and
+/// `elastic.near_kernel` large problems can go by multigrid, which is faster from some ten thousand unknowns on, and
+/// bodies may float. Unless `settings.path` says otherwise the path is chosen by prediction; where multigrid does not end
+/// certified, the factor takes over.
+///
+/// An iteration that ends short of its tolerance is no error: [`Solution::status`] tells, and the certificate how far.
+///
+/// # Errors
+/// If the problem or the settings are not valid (lengths, indices, values; a start of the wrong length), `K` is not
+/// positive definite beyond the rigid motions of its bodies, or the matrices do not fit `settings.memory_limit`.
+pub fn solve(problem: &ContactProblem, settings: &Settings) -> Result<Solution, Error> {
+    solve_with_kept(problem, settings, &mut Kept::default(), &mut |_| ControlFlow::Continue(()))
+}
+
+/// As [`solve`], with what an earlier solve has kept and an observer.
+///
+/// What `kept` holds must be of the same `K` and `B`; load, gap, slip reference and laws may differ. Counts are those of
+/// this solve alone.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_with_kept(
+    problem: &ContactProblem,
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut Observer,
+) -> Result<Solution, Error> {
+    problem.validate()?;
+    settings.validate(problem)?;
+    solve_validated(problem, settings, kept, observer)
+}
+
+/// As [`solve_with_kept`], for a problem that has been validated.
+pub(crate) fn solve_validated(
+    problem: &ContactProblem,
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut Observer,
+) -> Result<Solution, Error> {
+    if !kept.begins_with_multigrid(problem, settings) {
+        return by_factor(problem, settings, kept, observer);
+    }
+    let asked = settings.path == SolverPath::Multigrid;
+    match by_multigrid(problem, settings, kept, observer) {
+        Ok(solution) if asked || is_final(solution.status) => Ok(solution),
+        Err(error) if asked => Err(error),
+        by_multigrid => {
+            let direct = by_factor(problem, settings, kept, observer);
+            kept.multigrid_first = Some(direct.is_err());
+            // The factor may not fit the memory: then what multigrid has found is the better answer.
+            if direct.is_err() && by_multigrid.is_ok() { by_multigrid } else { direct }
+        }
+    }
+}
+
+/// Whether another path could not do better.
+fn is_final(status: Status) -> bool {
+    matches!(status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
+}
+
+fn by_multigrid(
+    problem: &ContactProblem,
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut Observer,
+) -> Result<Solution, Error> {
+    let mut primal = match kept.operator.take() {
+        Some(Operator::Multigrid(primal)) => primal,
+        _ => {
+            let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
+            if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
+                let gb = |bytes: u64| bytes as f64 / 1e9;
+                let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
+                let remedy = "coarsen the mesh, raise `settings.memory_limit`, or use a machine with more memory";
+                return Err(Error::new("", what, remedy));
+            }
+            let _ = observer(&SolveEvent::SettingUp { unknowns: problem.unknowns() });
+            Box::new(Primal::new(problem)?)
+        }
+    };
+    let _ = observer(&SolveEvent::Solving);
+    let departs = no_equilibrium(problem, primal.motions()).is_some();
+    let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
+    let max_iterations = if departs { 0 } else { cycles };
+    let settings = friction::Settings { max_iterations, ..settings.clone() };
+    let mut told = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
+    let solution = solve_primal(problem, &mut primal, &settings, &mut told);
+    kept.operator = Some(Operator::Multigrid(primal));
+    let status = if departs { Status::NoEquilibrium } else { solution.status };
+    Ok(Solution { status, ..solution })
+}
+
+fn by_factor(
+    problem: &ContactProblem,
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut Observer,
+) -> Result<Solution, Error> {
+    let dual = kept.factorised(problem, settings, observer)?;
+    let _ = observer(&SolveEvent::Solving);
+    // The operator counts on from solve to solve.
+    let (products, solves) = (dual.products(), dual.solves());
+    let own = |progress: &Progress| Progress { products: progress.products - products, ..*progress };
+    let mut solution = friction::solve(problem, dual, settings, &mut |p| observer(&SolveEvent::Iteration(own(p))));
+    solution.counts.products -= products;
+    solution.counts.solves -= solves;
+    solution.history.iter_mut().for_each(|progress| *progress = own(progress));
+    Ok(solution)
+}
