@@ -1,15 +1,59 @@
-//! Static elastic contact with dry friction in three dimensions, with a certificate for every answer.
+//! Static elastic contact with dry friction in three dimensions, without penalty parameters and with a certificate for
+//! every answer.
 //!
-//! The modules, in the order in which they may use one another (`ARCHITECTURE.md` draws the arrows):
-//! [`linalg`] and [`mesh`] know nothing of the rest; [`fem`] turns a mesh into a stiffness matrix and a load;
-//! [`contact`] poses a [`contact::ContactProblem`], the first waist: no solver to its left, no mesh to its right;
-//! [`dual`] applies `Q = B K⁻¹ Bᵀ`; [`qp`] is the second waist and knows no friction; [`friction`] solves;
-//! [`certificate`] judges, sharing no code with what it judges; [`io`] alone opens files; [`run`] walks the whole way.
+//! # The problem
 //!
-//! Signs and layout, everywhere: `m` contact points, `n` displacement unknowns, `B = [N; T1; T2]` in `R^{3m x n}`,
-//! `lambda = [lambda_n; lambda_t1; lambda_t2]` in newton per contact point, `K u = f - Bᵀ lambda`, `N u <= gap`,
-//! `lambda_n >= 0` in compression, and the friction `lambda_t` points along the slip `T u` (it is the force the
-//! body exerts on its counterpart).
+//! Elastic bodies with `n` unknown displacements `u` may touch at `m` contact points. `B = [N; T1; T2]` (`3m x n`) maps
+//! displacements to the normal and the two tangential jumps of the points, `lambda = [lambda_n; lambda_t1; lambda_t2]`
+//! (newton per point, length `3m`) are the forces that the body exerts on its counterpart:
+//!
+//! ```text
+//! K u = f - Bᵀ lambda                                              equilibrium
+//! N u <= gap,   lambda_n >= 0,   lambda_n (gap - N u) = 0          contact: compression is positive
+//! |lambda_t| <= F lambda_n                                         Coulomb friction
+//! s = T u - slip_reference,   s != 0  =>  lambda_t = F lambda_n s / |s|
+//! ```
+//! Friction acts along the slip `s` because `lambda` is the force on the counterpart. Given friction (Tresca) has a bound of
+//! its own in place of `F lambda_n`. Any consistent system of units will do.
+//!
+//! # From matrices
+//!
+//! [`solve`] takes a [`ContactProblem`] and [`Settings`], chooses multigrid or a Cholesky factor, and returns a
+//! [`Solution`] with its [`Certificate`]: measures of every line above, recomputed from the data by code that shares
+//! nothing with the solvers.
+//!
+//! ```
+//! use stiction::{ContactProblem, Csr, Friction, Settings, Status, SymmetricCsr, solve};
+//! # fn main() -> Result<(), stiction::Error> {
+//! // A node on three springs of 1000 N/mm, pressed on the floor below by 10 N and pulled along it by 4 N.
+//! let k = Csr::from_triplets(3, 3, &[(0, 0, 1e3), (1, 1, 1e3), (2, 2, 1e3)]);
+//! let jump = Csr::from_triplets(3, 3, &[(0, 2, -1.0), (1, 0, 1.0), (2, 1, 1.0)]); // -u_z, u_x, u_y
+//! let load = vec![4.0, 0.0, -10.0];
+//! let friction = vec![Friction::Coulomb { coefficient: 0.3 }];
+//! let k = SymmetricCsr::from_full(&k, "K")?;
+//! let problem = ContactProblem::from_matrices(k, load, jump, vec![0.0], friction);
+//! let solution = solve(&problem, &Settings::default())?;
+//! assert_eq!(solution.status, Status::Solved);
+//! assert!((solution.lambda[0] - 10.0).abs() < 1e-6); // N
+//! assert!((solution.lambda[1] - 3.0).abs() < 1e-6); // friction, 0.3 of it
+//! assert!((solution.u[0] - 1e-3).abs() < 1e-9); // mm of slip: (4 - 3) N on 1000 N/mm
+//! # Ok(())
+//! # }
+//! ```
+//! The examples `row_of_springs` and `own_mesh` start from matrices as well.
+//!
+//! # From a case file
+//!
+//! [`io::case`] reads a case, [`run::prepare`] poses it, [`run::solve()`] or [`run::solve_steps`] solves it and
+//! [`run::write()`] fills a folder with results; the command `stiction` is these four calls.
+//!
+//! # Rooms
+//!
+//! In the order in which they may use one another (`ARCHITECTURE.md` draws the arrows): [`linalg`] and [`mesh`] know
+//! nothing of the rest; [`fem`] turns a mesh into a stiffness matrix and a load; [`contact`] poses the
+//! [`ContactProblem`], the first waist: no solver to its left, no mesh to its right; [`dual`] applies
+//! `Q = B K⁻¹ Bᵀ`; [`qp`] has quadratic programs over simple sets; [`friction`] solves; [`discrete`] solves problems
+//! given by `W`, `q` and coefficients; [`certificate`] judges; [`io`] alone opens files; [`run`] walks the whole way.
 
 pub mod certificate;
 pub mod contact;

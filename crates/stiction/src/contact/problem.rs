@@ -1,3 +1,4 @@
+use std::collections::HashSet;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -212,57 +213,116 @@ impl ContactProblem {
     }
 
     /// Checks every length, index and value once; the solvers trust a problem that passed.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, by the name of its field.
     pub fn validate(&self) -> Result<(), Error> {
+        self.check_lengths()?;
+        self.check_elastic()?;
+        self.contact.check()?;
+        self.check_labels()
+    }
+
+    fn check_lengths(&self) -> Result<(), Error> {
         let (m, n) = (self.points(), self.unknowns());
-        let p = self.labels.supports.as_ref().map_or(0, |s| s.load.len());
-        let remedy = "give K (n x n), f (n), B (3m x n), gap (m), slip_reference (2m), friction (m), area (m)";
+        let Contact { B, slip_reference, friction, orthotropy, .. } = &self.contact;
+        let Labels { area, share, supports, bodies, .. } = &self.labels;
+        let p = supports.as_ref().map_or(0, |s| s.load.len());
+        let supports = supports.as_ref();
+        let of_supports = |length: &dyn Fn(&Supports) -> usize, wanted: usize| supports.map_or(wanted, length);
+        let springs = self.springs();
         let lengths = [
-            ("rows of K", self.elastic.K.rows, n),
-            ("rows of B", self.contact.B.rows, 3 * m),
-            ("columns of B", self.contact.B.cols, n),
-            ("slip_reference", self.contact.slip_reference.len(), 2 * m),
-            ("friction", self.contact.friction.len(), m),
-            ("orthotropy", self.contact.orthotropy.as_ref().map_or(m, Vec::len), m),
-            ("area", self.labels.area.len(), m),
-            ("share", self.labels.share.len(), m),
-            ("node_of", self.elastic.node_of.as_ref().map_or(n, Vec::len), n),
-            ("near_kernel", self.elastic.near_kernel.as_ref().map_or(n, Vec::len), n),
-            ("bodies of unknowns", self.labels.bodies.as_ref().map_or(n, |b| b.of.len()), n),
-            ("rows of springs", self.springs().map_or(n + p, |s| s.rows), n + p),
-            ("columns of springs", self.springs().map_or(n + p, |s| s.cols), n + p),
-            ("bodies of supports", self.labels.bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
+            ("rows of elastic.K", self.elastic.K.rows, n),
+            ("elastic.node_of", self.elastic.node_of.as_ref().map_or(n, Vec::len), n),
+            ("elastic.near_kernel", self.elastic.near_kernel.as_ref().map_or(n, Vec::len), n),
+            ("rows of contact.B", B.rows, 3 * m),
+            ("columns of contact.B", B.cols, n),
+            ("contact.slip_reference", slip_reference.len(), 2 * m),
+            ("contact.friction", friction.len(), m),
+            ("contact.orthotropy", orthotropy.as_ref().map_or(m, Vec::len), m),
+            ("labels.area", area.len(), m),
+            ("labels.share", share.len(), m),
+            ("labels.bodies.of", bodies.as_ref().map_or(n, |b| b.of.len()), n),
+            ("labels.bodies.of_support", bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
+            ("rows of labels.supports.K", of_supports(&|s| s.K.rows, p), p),
+            ("columns of labels.supports.K", of_supports(&|s| s.K.cols, n), n),
+            ("rows of labels.supports.K_own", of_supports(&|s| s.K_own.rows, p), p),
+            ("columns of labels.supports.K_own", of_supports(&|s| s.K_own.cols, p), p),
+            ("rows of labels.supports.B", of_supports(&|s| s.B.rows, 3 * m), 3 * m),
+            ("columns of labels.supports.B", of_supports(&|s| s.B.cols, p), p),
+            ("labels.supports.free_load", of_supports(&|s| s.free_load.len(), n), n),
+            ("labels.supports.displacement", of_supports(&|s| s.displacement.len(), p), p),
+            ("labels.supports.rigid", of_supports(&|s| s.rigid.len(), p), p),
+            ("rows of labels.supports.springs", springs.map_or(n + p, |s| s.rows), n + p),
+            ("columns of labels.supports.springs", springs.map_or(n + p, |s| s.cols), n + p),
         ];
-        if let Some((name, found, wanted)) = lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
-            return Err(Error::new("contact problem", format!("{name}: {found} where {wanted} are needed"), remedy));
+        match lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
+            Some((name, found, wanted)) => {
+                let remedy = "give K (n x n), f (n), B (3m x n), gap (m), slip_reference (2m), friction (m), area (m)";
+                Err(wrong(format!("{name}: {found} where {wanted} are needed"), remedy))
+            }
+            None => Ok(()),
         }
-        let next =
-            self.labels.pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
+    }
+
+    fn check_elastic(&self) -> Result<(), Error> {
+        let Elastic { K, f, node_of, near_kernel } = &self.elastic;
+        K.validate("elastic.K")?;
+        if let Some(i) = (0..K.rows).into_par_iter().with_min_len(4096).find_first(|&i| K.diagonal(i) <= 0.0) {
+            let what = format!("elastic.K has the diagonal entry {} at unknown {i}", K.diagonal(i));
+            return Err(wrong(what, "give a stiffness: every unknown needs one"));
+        }
+        finite("elastic.f", f)?;
+        let motions = near_kernel.iter().flatten();
+        if let Some(i) = motions.clone().position(|row| row.iter().any(|x| !x.is_finite())) {
+            return Err(wrong(format!("elastic.near_kernel[{i}] is not finite"), "give finite numbers"));
+        }
+        match node_of.as_deref().and_then(scattered_node) {
+            Some(node) => {
+                let what = format!("elastic.node_of: the unknowns of node {node} do not follow one another");
+                Err(wrong(what, "order the unknowns node by node"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn check_labels(&self) -> Result<(), Error> {
+        let m = self.points();
+        let Labels { area, share, pairs, supports, bodies } = &self.labels;
+        let next = pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
         if next != Some(m) {
-            let what = format!("pairs: their ranges do not cover the {m} points one after the other");
-            return Err(Error::new("contact problem", what, "give consecutive ranges from 0 to m"));
+            let what = format!("labels.pairs: their ranges do not cover the {m} points one after the other");
+            return Err(wrong(what, "give consecutive ranges from 0 to m"));
         }
-        self.elastic.K.validate("K")?;
-        if let Some(i) = (0..n).into_par_iter().with_min_len(4096).find_first(|&i| self.elastic.K.diagonal(i) <= 0.0) {
-            let what = format!("K has the diagonal entry {} at unknown {i}", self.elastic.K.diagonal(i));
-            return Err(Error::new("contact problem", what, "give a stiffness: every unknown needs one"));
+        finite("labels.area", area)?;
+        finite("labels.share", share)?;
+        if let Some(supports) = supports {
+            supports.K.validate("labels.supports.K")?;
+            supports.K_own.validate("labels.supports.K_own")?;
+            supports.B.validate("labels.supports.B")?;
+            supports.springs.as_ref().map_or(Ok(()), |springs| springs.validate("labels.supports.springs"))?;
+            finite("labels.supports.load", &supports.load)?;
+            finite("labels.supports.free_load", &supports.free_load)?;
+            finite("labels.supports.displacement", &supports.displacement)?;
+            finite("labels.supports.rigid", supports.rigid.as_flattened())?;
         }
-        self.contact.B.validate("B")?;
-        self.springs().map_or(Ok(()), |springs| springs.validate("springs"))?;
-        if let Some(bodies) = &self.labels.bodies {
+        if let Some(bodies) = bodies {
             let known = bodies.list.len() as u32;
             if let Some(number) = bodies.of.iter().chain(&bodies.of_support).find(|&&number| number >= known) {
-                let what = format!("there is no body {number} among {known}");
-                return Err(Error::new("contact problem", what, "number the bodies from zero"));
+                let what = format!("labels.bodies: there is no body {number} among {known}");
+                return Err(wrong(what, "number the bodies from zero"));
             }
         }
-        let vectors =
-            [("f", &self.elastic.f), ("gap", &self.contact.gap), ("slip_reference", &self.contact.slip_reference)];
-        for (name, v) in vectors {
-            if let Some(i) = v.iter().position(|x| !x.is_finite()) {
-                return Err(Error::new("contact problem", format!("{name}[{i}] is {}", v[i]), "give finite numbers"));
-            }
-        }
-        for (j, law) in self.contact.friction.iter().enumerate() {
+        Ok(())
+    }
+}
+
+impl Contact {
+    fn check(&self) -> Result<(), Error> {
+        self.B.validate("contact.B")?;
+        finite("contact.gap", &self.gap)?;
+        finite("contact.slip_reference", &self.slip_reference)?;
+        for (j, law) in self.friction.iter().enumerate() {
             let values = match *law {
                 Friction::Given { slip_bound } => vec![("slip bound", slip_bound)],
                 Friction::Coulomb { coefficient } => vec![("friction coefficient", coefficient)],
@@ -272,19 +332,40 @@ impl ContactProblem {
                 Friction::None | Friction::Bonded => continue,
             };
             if let Some((name, value)) = values.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
-                let what = format!("the {name} of point {j} is {value}");
-                return Err(Error::new("contact problem", what, "friction is a finite number, at least zero"));
+                let what = format!("contact.friction[{j}]: the {name} of point {j} is {value}");
+                return Err(wrong(what, "friction is a finite number, at least zero"));
             }
         }
-        for (j, across) in self.contact.orthotropy.iter().flatten().enumerate() {
-            if !(0.0..=1.0).contains(across) {
-                let what = format!("friction across the first tangent over that along it is {across} at point {j}");
-                let remedy = "give a number from 0 to 1: the first tangent points where friction is the larger";
-                return Err(Error::new("contact problem", what, remedy));
+        for (j, ratio) in self.orthotropy.iter().flatten().enumerate() {
+            if !(0.0..=1.0).contains(ratio) {
+                let what = format!("contact.orthotropy[{j}] is {ratio}");
+                let remedy = "give a number from 0 to 1: friction across the first tangent over that along it, where it is \
+                              the larger";
+                return Err(wrong(what, remedy));
             }
         }
         Ok(())
     }
+}
+
+fn wrong(what: String, remedy: &str) -> Error {
+    Error::new("contact problem", what, remedy)
+}
+
+fn finite(name: &str, list: &[f64]) -> Result<(), Error> {
+    match list.par_iter().with_min_len(1 << 16).position_first(|x| !x.is_finite()) {
+        Some(i) => Err(wrong(format!("{name}[{i}] is {}", list[i]), "give finite numbers")),
+        None => Ok(()),
+    }
+}
+
+/// A node whose unknowns do not follow one another. Ascending labels, the usual case, need no list of what was seen.
+fn scattered_node(node_of: &[u32]) -> Option<u32> {
+    if node_of.is_sorted() {
+        return None;
+    }
+    let mut seen = HashSet::new();
+    node_of.chunk_by(|a, b| a == b).map(|run| run[0]).find(|&node| !seen.insert(node))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What each module may use besides itself and `Error`.
-const MAY_USE: [(&str, &[&str]); 11] = [
+const MAY_USE: &[(&str, &[&str])] = &[
     ("linalg", &[]),
     ("mesh", &[]),
     ("fem", &["linalg", "mesh"]),
@@ -15,7 +15,8 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ("friction", &["linalg", "contact", "dual", "certificate", "qp"]),
     ("discrete", &["linalg", "contact"]),
     ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
-    ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io"]),
+    ("solve", &["contact", "dual", "friction"]),
+    ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io", "solve"]),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

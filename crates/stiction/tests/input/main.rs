@@ -2,6 +2,7 @@
 
 mod architecture;
 mod documents;
+mod door;
 mod fclib;
 mod friction_arrays;
 mod inputs;
