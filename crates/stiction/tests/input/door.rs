@@ -53,6 +53,7 @@ fn bare_matrices_and_a_posed_problem_have_the_same_solution_on_every_path() {
 #[test]
 fn what_is_kept_serves_the_next_load_and_counts_begin_anew() {
     let (mut problem, mut kept, mut factorised) = (pressed(), Kept::default(), 0);
+    (problem.labels.supports, problem.labels.bodies) = (None, None); // supports repeat the load
     let settings = Settings { path: SolverPath::Dense, ..Settings::default() };
     let mut counts = Vec::new();
     for factor in [1.0, 1.0, 1.5] {
