@@ -63,11 +63,11 @@ fn column(drag: f64) -> Result<Solution, Error> {
         for (a, ga) in cell.into_iter().zip(g) {
             for (b, gb) in cell.into_iter().zip(g) {
                 let dot: f64 = ga.iter().zip(gb).map(|(x, y)| x * y).sum();
-                for i in 0..3 {
-                    for j in 0..3 {
+                for (i, gb_i) in gb.into_iter().enumerate() {
+                    for (j, ga_j) in ga.into_iter().enumerate() {
                         // Without contraction the stress is E times the strain, (grad u + grad u')/2.
                         let same = if i == j { dot } else { 0.0 };
-                        let value = 0.5 * YOUNG * volume * (same + ga[j] * gb[i]);
+                        let value = 0.5 * YOUNG * volume * (same + ga_j * gb_i);
                         match (3 * a + i, 3 * b + j) {
                             (row, column) if row < free && column < free => k.push((row, column, value)),
                             (row, column) if row < free => f[row] -= value * imposed(column),

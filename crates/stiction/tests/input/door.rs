@@ -9,7 +9,7 @@ use stiction::{
     solve_with_kept,
 };
 
-use crate::common::{BrickLoad, brick, distance};
+use stiction_fixtures::{BrickLoad, brick, distance};
 
 /// A node on three springs of 1000, pressed by 10 on a plane below, coefficient 0.3, pulled along it.
 fn node(pull: f64) -> ContactProblem {
