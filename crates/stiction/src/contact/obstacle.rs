@@ -18,19 +18,29 @@ pub enum Side {
 pub enum Obstacle {
     /// The half space behind the plane through `point`; `normal` points out of the obstacle, towards the body.
     Plane {
+        /// A point of the plane, or of the axis, length.
         point: [f64; 3],
+        /// Unit normal towards the body.
         normal: [f64; 3],
     },
+    /// A sphere.
     Sphere {
+        /// Its centre, length.
         center: [f64; 3],
+        /// Its radius, length.
         radius: f64,
+        /// Which side the body is on.
         side: Side,
     },
     /// An infinite circular cylinder around the line through `point` along `axis`.
     Cylinder {
+        /// A point of the plane, or of the axis, length.
         point: [f64; 3],
+        /// Unit direction of the axis.
         axis: [f64; 3],
+        /// Its radius, length.
         radius: f64,
+        /// Which side the body is on.
         side: Side,
     },
     /// A surface of triangles, open or closed.

@@ -24,6 +24,7 @@ const END_OF_TRIANGLES: f64 = 0.1;
 /// A node of a contact surface. Its jump is `u_node + sum(weight u_other)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
+    /// The node the area belongs to.
     pub node: u32,
     /// Integral of its function over the faces, > 0; area. A pressure `p` gives it the force `p area`.
     pub area: f64,

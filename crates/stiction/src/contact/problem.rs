@@ -12,11 +12,22 @@ pub enum Friction {
     /// No tangential force.
     None,
     /// Given friction (Tresca): `|lambda_t| <= slip_bound`, newton, whether or not the point is in contact.
-    Given { slip_bound: f64 },
+    Given {
+        /// The largest tangential force, newton.
+        slip_bound: f64,
+    },
     /// Coulomb friction: `|lambda_t| <= coefficient * lambda_n`.
-    Coulomb { coefficient: f64 },
+    Coulomb {
+        /// The coefficient of friction.
+        coefficient: f64,
+    },
     /// Coulomb friction up to a limit: `|lambda_t| <= min(coefficient * lambda_n, limit)`, newton.
-    Limited { coefficient: f64, limit: f64 },
+    Limited {
+        /// The coefficient of friction.
+        coefficient: f64,
+        /// The largest tangential force, newton.
+        limit: f64,
+    },
     /// Tied: no relative displacement in any direction, tension included.
     Bonded,
 }
@@ -34,22 +45,27 @@ impl Friction {
 /// Points of one contact pair, for reports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
+    /// Its name in reports.
     pub name: String,
+    /// Its points.
     pub points: Range<usize>,
 }
 
 /// A body of the mesh, for reports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
+    /// Its name in reports.
     pub name: String,
     /// Mean of its nodes, and the largest distance of one from it; length.
     pub centre: [f64; 3],
+    /// Largest distance of a node from the centre, length.
     pub radius: f64,
 }
 
 /// Which body is where; a body is what hangs together without contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bodies {
+    /// All bodies; numbers below are places in this list.
     pub list: Vec<Body>,
     /// The body of each unknown, `n`.
     pub of: Vec<u32>,

@@ -18,6 +18,7 @@ pub struct FloatingBody {
 /// the other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RigidMotions {
+    /// The bodies that contact alone holds.
     pub bodies: Vec<FloatingBody>,
 }
 

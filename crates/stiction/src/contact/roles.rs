@@ -12,13 +12,16 @@ use crate::mesh::Mesh;
 /// One of the two surfaces of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
+    /// The surface named in `on`.
     On,
+    /// The surface named in `against`.
     Against,
 }
 
 /// Why a surface carries the contact points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
+    /// The case says so.
     Asked,
     /// Its friction is given by an array of the mesh on it.
     Array,

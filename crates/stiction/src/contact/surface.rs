@@ -6,7 +6,9 @@ use crate::fem::Field;
 /// Friction of a whole surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SurfaceFriction {
+    /// No tangential force.
     None,
+    /// Tied in every direction.
     Bonded,
     /// Coefficient of Coulomb friction.
     Coulomb(f64),
@@ -23,6 +25,7 @@ pub enum SurfaceFriction {
 pub struct CoulombLaw {
     /// The coefficient; where friction differs by direction that along it.
     pub coefficient: Coefficient,
+    /// Another coefficient across a direction.
     pub across: Option<Across>,
     /// The shear stress friction does not exceed. Where friction differs by direction, that of the direction in which it is
     /// the largest: the ellipse keeps its shape.
@@ -32,10 +35,13 @@ pub struct CoulombLaw {
 /// A coefficient of friction, >= 0.
 #[derive(Clone, PartialEq)]
 pub enum Coefficient {
+    /// A number or an expression in x, y, z.
     Field(Field),
     /// An array of the mesh: one value for each node, NaN away from the surface; none before the mesh is known.
     Array {
+        /// Name of the array.
         name: String,
+        /// One value a node of the mesh.
         values: Vec<f64>,
     },
 }
@@ -76,6 +82,7 @@ impl SurfaceFriction {
 /// normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Across {
+    /// The coefficient across the direction.
     pub coefficient: Coefficient,
     /// Of any length; its part along the surface counts.
     pub direction: [f64; 3],
@@ -84,16 +91,20 @@ pub struct Across {
 /// A candidate contact surface of the body and what it may touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSurface {
+    /// Name of the surface, for reports and messages.
     pub name: String,
     /// Indices into `Mesh::faces`; their nodes carry the contact points.
     pub faces: Vec<u32>,
+    /// What it may touch.
     pub against: Counterpart,
+    /// The law of friction.
     pub friction: SurfaceFriction,
 }
 
 /// What a surface may touch.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Counterpart {
+    /// A rigid obstacle.
     Obstacle(Obstacle),
     /// Another surface of the mesh, deformable as well.
     Surface(Master),
@@ -110,6 +121,7 @@ impl From<Obstacle> for Counterpart {
 pub struct Master {
     /// Indices into `Mesh::faces`.
     pub faces: Vec<u32>,
+    /// How the initial gap is taken.
     pub gap: InitialGap,
     /// Surfaces meet if they are no farther apart, or overlap no deeper, than this length; by default
     /// [`SEARCH`] of the diagonal of the smaller of the two.
@@ -117,6 +129,7 @@ pub struct Master {
     /// Which of the surfaces named by the user is the slave, the one with the contact points. Forces and slips are those
     /// of the slave whoever it is.
     pub slave: Role,
+    /// Why the points are where they are.
     pub reason: Reason,
 }
 
@@ -138,6 +151,7 @@ pub enum InitialGap {
 /// What was found while posing one surface.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SurfaceFacts {
+    /// Name of the surface, for reports and messages.
     pub name: String,
     /// Contact points kept.
     pub points: usize,
@@ -145,10 +159,13 @@ pub struct SurfaceFacts {
     pub nodes: Vec<u32>,
     /// Area of the faces.
     pub area: f64,
+    /// Least initial gap, length.
     pub gap_min: f64,
+    /// Largest initial gap, length.
     pub gap_max: f64,
     /// Points that start inside the counterpart, and the area they stand for.
     pub overlapping: usize,
+    /// Area that overlaps its counterpart, length squared.
     pub overlapping_area: f64,
     /// Nodes of the surface whose three components are prescribed: their multipliers are dropped.
     pub clamped: usize,
@@ -169,7 +186,9 @@ pub struct SurfaceFacts {
 /// What was found about two surfaces; areas and sizes are those of the slave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairFacts {
+    /// The surface that carries the points.
     pub slave: Role,
+    /// Why the points are where they are.
     pub reason: Reason,
     /// Faces of slave and master.
     pub faces: [usize; 2],

@@ -79,14 +79,17 @@ pub struct Triangles {
     pub(super) tree: Tree,
     /// Diagonal of the box around the surface; length.
     pub(super) size: f64,
+    /// Which side the body is on.
     pub side: Side,
     /// How the file calls the surface.
     pub name: String,
     /// Edges that belong to one triangle only; none on a closed surface.
     pub border_edges: usize,
+    /// Edges that bend by more than the feature angle.
     pub sharp_edges: usize,
     /// Volume a closed surface encloses, negative where its normals point inwards; zero for an open one.
     pub volume: f64,
+    /// Triangles without area, which are left out.
     pub collapsed: usize,
 }
 
@@ -171,6 +174,7 @@ impl Triangles {
         self.triangles.len()
     }
 
+    /// Whether there is no triangle.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }

@@ -228,6 +228,7 @@ pub struct Dilatation<const N: usize> {
 pub struct VolumePoint {
     /// Values of the shape functions; those beyond the nodes of the cell are zero.
     pub shape: [f64; MOST_NODES],
+    /// Its place, length.
     pub position: V3,
     /// Volume the point stands for.
     pub weight: f64,

@@ -7,6 +7,7 @@ use crate::mesh::v3::{V3, add, norm, scale};
 pub struct FacePoint {
     /// Values of the shape functions of the face; those beyond its nodes are zero.
     pub shape: [f64; FACE_NODES],
+    /// Its place, length.
     pub position: V3,
     /// Outward normal times the area the point stands for.
     pub area: V3,

@@ -6,10 +6,13 @@ use crate::Error;
 /// A number, or a function of position and time given as an expression.
 #[derive(Clone)]
 pub enum Field {
+    /// The same number everywhere and at all times.
     Constant(f64),
     /// `f(x, t)`, with the text it was read from for messages.
     Function {
+        /// The text it was read from.
         text: String,
+        /// Its value at a point (length) and a time.
         value: Arc<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
     },
 }

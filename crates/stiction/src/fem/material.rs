@@ -16,6 +16,7 @@ pub enum Formulation {
 /// Linear elasticity.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
+    /// Its name in reports and messages.
     pub name: String,
     /// Young's modulus, stress; of an orthotropic material the mean of three, which only decides who is softer.
     pub young: f64,
@@ -23,6 +24,7 @@ pub struct Material {
     pub poisson: f64,
     /// Mass per volume; zero if gravity does not act on it.
     pub density: f64,
+    /// How the strain of linear cells is integrated.
     pub formulation: Formulation,
     /// `None` if isotropic.
     pub orthotropic: Option<Box<Orthotropic>>,

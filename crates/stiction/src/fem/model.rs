@@ -5,25 +5,77 @@ use crate::linalg::{Csr, SymmetricCsr};
 #[derive(Debug, Clone)]
 pub enum Load {
     /// Force per area, as a vector.
-    Traction { faces: Vec<u32>, value: [Field; 3] },
+    Traction {
+        /// Boundary faces, by number.
+        faces: Vec<u32>,
+        /// Force per area.
+        value: [Field; 3],
+    },
     /// Force per area against the outward normal.
-    Pressure { faces: Vec<u32>, value: Field },
+    Pressure {
+        /// Boundary faces, by number.
+        faces: Vec<u32>,
+        /// Force per area.
+        value: Field,
+    },
     /// A total force, spread evenly over the area of the faces; expressions see the time only.
-    Force { faces: Vec<u32>, total: [Field; 3] },
+    Force {
+        /// Boundary faces, by number.
+        faces: Vec<u32>,
+        /// The total force, newton.
+        total: [Field; 3],
+    },
     /// A total force and a total moment about a point (the centroid of the faces if `None`), spread as the traction
     /// `a + b x r`; expressions see the time only.
-    Resultant { faces: Vec<u32>, force: [Field; 3], moment: [Field; 3], about: Option<[f64; 3]> },
+    Resultant {
+        /// Boundary faces, by number.
+        faces: Vec<u32>,
+        /// The total force, newton.
+        force: [Field; 3],
+        /// The total moment, newton times length.
+        moment: [Field; 3],
+        /// The point the moment is about, length.
+        about: Option<[f64; 3]>,
+    },
     /// The pressure `weight * depth` of a liquid, where `depth` is how far a place lies below the level, counted along
     /// the unit vector `up`; no pressure above it. `weight` is force per volume, the level a length that depends on
     /// the time only.
-    Hydrostatic { faces: Vec<u32>, weight: f64, level: Field, up: [f64; 3] },
+    Hydrostatic {
+        /// Boundary faces, by number.
+        faces: Vec<u32>,
+        /// Weight of the liquid, force per volume.
+        weight: f64,
+        /// Its level along `up`, length.
+        level: Field,
+        /// Unit vector upwards.
+        up: [f64; 3],
+    },
     /// An acceleration acting on the mass of the cells.
-    Gravity { cells: Vec<u32>, acceleration: [Field; 3] },
+    Gravity {
+        /// Cells, by number.
+        cells: Vec<u32>,
+        /// Length per time squared.
+        acceleration: [Field; 3],
+    },
     /// Centrifugal force on the mass of the cells that turn about the line through `point` along the unit vector `axis`;
     /// the speed, radians per time, depends on the time only.
-    Rotation { cells: Vec<u32>, axis: [f64; 3], point: [f64; 3], speed: Field },
+    Rotation {
+        /// Cells, by number.
+        cells: Vec<u32>,
+        /// Unit vector along the axis.
+        axis: [f64; 3],
+        /// A point of the axis, length.
+        point: [f64; 3],
+        /// Radians per time.
+        speed: Field,
+    },
     /// The temperature of the cells, which strains them by the expansion of their material.
-    Temperature { cells: Vec<u32>, value: Temperature },
+    Temperature {
+        /// Cells, by number.
+        cells: Vec<u32>,
+        /// The temperature.
+        value: Temperature,
+    },
 }
 
 /// A temperature.
@@ -33,14 +85,25 @@ pub enum Temperature {
     Field(Field),
     /// Values at the nodes of the mesh, reached along the part `ramp` (0 to 1, of the time only) of the way from the
     /// reference temperature.
-    Nodal { values: Vec<f64>, ramp: Field },
+    Nodal {
+        /// Temperatures.
+        values: Vec<f64>,
+        /// The part of the way to them, 0 to 1.
+        ramp: Field,
+    },
     /// The same with one value for each cell of the mesh.
-    OfCells { values: Vec<f64>, ramp: Field },
+    OfCells {
+        /// Temperatures.
+        values: Vec<f64>,
+        /// The part of the way to them, 0 to 1.
+        ramp: Field,
+    },
 }
 
 /// Prescribed displacements of nodes.
 #[derive(Debug, Clone, Default)]
 pub struct Fix {
+    /// The nodes whose displacement is prescribed.
     pub nodes: Vec<u32>,
     /// `None` leaves the component free.
     pub value: [Option<Field>; 3],
@@ -67,6 +130,7 @@ pub struct DofMap {
 /// The elastic body without contact: `K u = f` for the unknown displacements.
 #[derive(Debug, Clone)]
 pub struct FeModel {
+    /// Which components are unknown and which prescribed.
     pub dofs: DofMap,
     /// `K`, `n x n`; unknowns of nodes that share a cell have an entry each, zero or not.
     pub stiffness: SymmetricCsr,

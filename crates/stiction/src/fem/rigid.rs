@@ -41,14 +41,19 @@ const AXES: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// A rigid motion; directions have length one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion {
+    /// All points move alike.
     Translation {
+        /// Unit direction of the translation or of the axis.
         along: V3,
     },
     /// A rotation about the axis `along` through the point `through`, its point nearest to the mean of the body's
     /// nodes. It moves by `advance` (length per radian) along the axis; zero for a pure rotation.
     Rotation {
+        /// Unit direction of the translation or of the axis.
         along: V3,
+        /// A point of the axis, length.
         through: V3,
+        /// Translation along the axis per radian, length.
         advance: f64,
     },
 }
@@ -104,6 +109,7 @@ fn direction(v: V3) -> String {
 /// The rigid motions of a body that the prescribed displacements do not resist.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unheld {
+    /// Number of the body.
     pub body: u32,
     /// One to six independent motions: translations first, along the coordinate axes where possible.
     pub motions: Vec<Motion>,

@@ -10,7 +10,9 @@ const AT_A_TIME: usize = 1 << 14;
 /// A mesh and what it is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Solid<'a> {
+    /// Its cells.
     pub mesh: &'a Mesh,
+    /// Its materials.
     pub materials: &'a [Material],
     /// Index into `materials` for each cell of the mesh.
     pub material_of_cell: &'a [u32],

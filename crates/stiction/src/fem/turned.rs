@@ -15,6 +15,7 @@ const ROUNDING: f64 = 1e-14;
 /// A node and its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turned {
+    /// The node.
     pub node: u32,
     /// Orthonormal, in the order of the components.
     pub axes: [V3; 3],

@@ -16,6 +16,7 @@ use crate::linalg::Csr;
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
+    /// The problem.
     pub problem: DiscreteProblem,
     /// Impulses that the file calls a solution, `dm`. Files of the collection exist in which they are none.
     pub solution: Option<Vec<f64>>,

@@ -14,9 +14,13 @@ use crate::linalg::Csr;
 /// problem), impulses of bilateral constraints `l` (`p`, empty without).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
+    /// Impulses of the points.
     pub r: Vec<f64>,
+    /// Relative velocities of the points.
     pub u: Vec<f64>,
+    /// Velocities of a global problem; empty for a local one.
     pub v: Vec<f64>,
+    /// Impulses of the bilateral constraints.
     pub l: Vec<f64>,
 }
 

@@ -9,6 +9,7 @@ use crate::contact::ContactProblem;
 /// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepFile {
+    /// Time at the end of the step.
     pub t: f64,
     /// Load less what the prescribed displacements demand, newton, `n`.
     pub f: Vec<f64>,
@@ -27,6 +28,7 @@ pub struct StepFile {
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
     /// zero where there is none.
     pub initial_load: Vec<f64>,
+    /// Energy of the thermal strain and of the shortening of bolts.
     pub initial_energy: f64,
     /// Shortening of each bolt, length.
     pub shortening: Vec<f64>,

@@ -22,13 +22,21 @@ const BLOCK: usize = 1 << 20;
 
 /// Codes of cells in VTK.
 pub const VERTEX: u8 = 1;
+/// VTK's number of this kind of cell: three nodes.
 pub const TRIANGLE: u8 = 5;
+/// VTK's number of this kind of cell: four nodes.
 pub const QUAD: u8 = 9;
+/// VTK's number of this kind of cell: four nodes.
 pub const TETRA: u8 = 10;
+/// VTK's number of this kind of cell: eight nodes.
 pub const HEXAHEDRON: u8 = 12;
+/// VTK's number of this kind of cell: six nodes.
 pub const QUADRATIC_TRIANGLE: u8 = 22;
+/// VTK's number of this kind of cell: eight nodes.
 pub const QUADRATIC_QUAD: u8 = 23;
+/// VTK's number of this kind of cell: ten nodes.
 pub const QUADRATIC_TETRA: u8 = 24;
+/// VTK's number of this kind of cell: twenty nodes.
 pub const QUADRATIC_HEXAHEDRON: u8 = 25;
 
 /// The code of a face with 3, 4, 6 or 8 nodes.
@@ -102,8 +110,11 @@ impl<'a> Grid<'a> {
 /// Numbers of an array, `components` a point or cell.
 #[derive(Debug, Clone, Copy)]
 pub enum Data<'a> {
+    /// Double precision.
     F64(&'a [f64]),
+    /// Single precision.
     F32(&'a [f32]),
+    /// Whole numbers.
     I32(&'a [i32]),
 }
 
@@ -120,11 +131,13 @@ impl Data<'_> {
 /// A named array over points, over cells or of the whole file.
 #[derive(Debug, Clone, Copy)]
 pub struct Array<'a> {
+    /// Its name.
     pub name: &'a str,
     /// Numbers a point or cell: 1 scalar, 3 vector, 6 symmetric tensor in the order xx yy zz xy yz xz.
     pub components: usize,
     /// Names of the components, or empty.
     pub component_names: &'a [&'a str],
+    /// Its numbers, entity by entity.
     pub data: Data<'a>,
 }
 

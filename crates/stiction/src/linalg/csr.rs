@@ -5,11 +5,15 @@ use crate::Error;
 /// A sparse matrix by compressed rows. Column indices ascend in each row and are unique.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Csr {
+    /// Number of rows.
     pub rows: usize,
+    /// Number of columns.
     pub cols: usize,
     /// Row `i` occupies `start[i]..start[i + 1]`; `rows + 1` entries.
     pub start: Vec<usize>,
+    /// Column of each entry.
     pub column: Vec<u32>,
+    /// Value of each entry.
     pub value: Vec<f64>,
 }
 

@@ -5,7 +5,9 @@ use super::{axpy, dot, norm};
 /// An eigenvalue estimate with the bound that belongs to it: the interval `value ± residual` holds an eigenvalue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ritz {
+    /// The Ritz value.
     pub value: f64,
+    /// Norm of its residual: an eigenvalue is as near.
     pub residual: f64,
     /// Products with the operator.
     pub products: usize,

@@ -50,6 +50,7 @@ pub struct SmallLu {
 }
 
 impl SmallLu {
+    /// Factorises the square matrix with the rows `a`.
     pub fn new(mut a: Vec<Vec<f64>>) -> Self {
         let n = a.len();
         let mut order: Vec<usize> = (0..n).collect();

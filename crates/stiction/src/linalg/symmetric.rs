@@ -6,6 +6,7 @@ use super::vectorised;
 /// A dense symmetric matrix, all entries stored, for products in quick succession.
 #[derive(Debug, Clone)]
 pub struct Symmetric {
+    /// Number of rows and columns.
     pub order: usize,
     /// Row by row, `order²` numbers.
     entries: Vec<f64>,
@@ -25,6 +26,7 @@ impl Symmetric {
         Symmetric { order, entries }
     }
 
+    /// Row `i` up to its diagonal.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.entries[i * self.order..(i + 1) * self.order]
     }

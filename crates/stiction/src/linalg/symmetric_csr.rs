@@ -13,12 +13,15 @@ use crate::Error;
 /// of its full rows that way, and memory is what its assembly and its products wait for.
 #[derive(Debug, Clone)]
 pub struct SymmetricCsr {
+    /// Number of rows and columns.
     pub rows: usize,
     /// The values of row `i` are `value[start[i]..start[i + 1]]`; `rows + 1` entries.
     pub start: Vec<usize>,
     /// The columns of row `i`, which ascend up to `i`, begin at `first[i]` in `column`.
     pub first: Vec<usize>,
+    /// Columns of the stored rows.
     pub column: Vec<u32>,
+    /// Values of the lower triangle, row by row, the diagonal last in each.
     pub value: Vec<f64>,
 }
 

@@ -6,7 +6,9 @@ use super::face_table::FaceTable;
 /// Numbers at nodes and cells, such as temperatures and coefficients of friction.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeshArrays {
+    /// Arrays on nodes.
     pub nodes: Vec<NodeArray>,
+    /// Arrays on cells.
     pub cells: Vec<CellArray>,
     /// Arrays that are not one number at each place: the name and what it is instead, as in "it has 3 components".
     pub others: Vec<(String, String)>,
@@ -15,13 +17,16 @@ pub struct MeshArrays {
 /// A number at each node; NaN where the file gives none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodeArray {
+    /// Its name in the file.
     pub name: String,
+    /// One value a node; not a number where the file has none.
     pub values: Vec<f64>,
 }
 
 /// A number for each cell, and for boundary faces that have one of their own.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CellArray {
+    /// Its name in the file.
     pub name: String,
     /// One for each cell; NaN where the file gives none.
     pub values: Vec<f64>,

@@ -17,6 +17,7 @@ pub struct Block {
     pub origin: [f64; 3],
     /// Length of the last cell over that of the first along each axis, > 0, in geometric progression; 1 is uniform.
     pub grading: [f64; 3],
+    /// Kind of its cells.
     pub element: BlockElement,
 }
 
@@ -31,6 +32,7 @@ pub enum BlockElement {
     },
     /// Six tetrahedra around the diagonal from the lowest to the highest corner of every cell (Kuhn 1960).
     Tet4Six,
+    /// Hexahedra with eight nodes.
     Hex8,
     /// The tetrahedra of [`BlockElement::Tet4Five`] with nodes in the middles of their edges.
     Tet10Five {
@@ -39,6 +41,7 @@ pub enum BlockElement {
     },
     /// The tetrahedra of [`BlockElement::Tet4Six`] with nodes in the middles of their edges.
     Tet10Six,
+    /// Hexahedra with twenty nodes.
     Hex20,
 }
 

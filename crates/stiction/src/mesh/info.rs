@@ -10,11 +10,13 @@ use super::{CellKind, Mesh, bodies};
 /// A summary of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshInfo {
+    /// Number of nodes.
     pub nodes: usize,
     /// One entry for each kind of cell.
     pub cells: Vec<CellInfo>,
     /// Lowest and highest coordinates.
     pub bounding_box: [[f64; 3]; 2],
+    /// Volume of all cells, length cubed.
     pub volume: f64,
     /// Number of boundary faces.
     pub faces: usize,
@@ -26,16 +28,20 @@ pub struct MeshInfo {
     pub open_edges: usize,
     /// Edges where more than two boundary faces meet: the body touches itself along a line.
     pub non_manifold_edges: usize,
+    /// The groups.
     pub groups: Vec<GroupInfo>,
 }
 
 /// Cells of one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellInfo {
+    /// The kind.
     pub kind: CellKind,
+    /// Number of cells of the kind.
     pub count: usize,
     /// Least and mean of [`quality`](super::quality), in (0, 1].
     pub min_quality: f64,
+    /// Mean quality, 1 for the best shape.
     pub mean_quality: f64,
     /// Number of the cell with the least quality.
     pub worst: usize,
@@ -44,9 +50,13 @@ pub struct CellInfo {
 /// A named group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupInfo {
+    /// Name of the group.
     pub name: String,
+    /// Number of its cells.
     pub cells: usize,
+    /// Number of its boundary faces.
     pub faces: usize,
+    /// Number of its faces between two cells.
     pub interior_faces: usize,
     /// All nodes of the group, also those of its cells and faces.
     pub nodes: usize,
@@ -65,6 +75,7 @@ pub fn info(mesh: &Mesh) -> MeshInfo {
 /// What is to be known of the shape of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CellShape {
+    /// Volume of all cells, length cubed.
     pub volume: f64,
     pub quality: f64,
 }

@@ -116,6 +116,7 @@ impl CellKind {
 /// Cells of one kind. The number of a cell in its mesh runs through the blocks in their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells {
+    /// The kind of all of them.
     pub kind: CellKind,
     /// Node numbers, `kind.nodes()` a cell.
     pub nodes: Vec<u32>,
@@ -185,6 +186,7 @@ impl Face {
 /// A named set of cells, boundary faces or nodes; often only one of the lists is used.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Group {
+    /// Its name.
     pub name: String,
     /// Cell numbers, ascending.
     pub cells: Vec<u32>,
@@ -202,9 +204,11 @@ pub struct Group {
 pub struct Mesh {
     /// Coordinates.
     pub nodes: Vec<[f64; 3]>,
+    /// The cells, kind by kind.
     pub cells: Vec<Cells>,
     /// All boundary faces.
     pub faces: Vec<Face>,
+    /// The named groups.
     pub groups: Vec<Group>,
     /// Numbers at nodes and cells that the file gives, such as temperatures.
     pub arrays: MeshArrays,

@@ -10,29 +10,89 @@ pub struct MeshNotes(pub Vec<MeshNote>);
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshNote {
     /// Nodes of no cell, which were dropped, and the first of them.
-    OrphanNodes { count: usize, first: Vec<u64> },
+    OrphanNodes {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: Vec<u64>,
+    },
     /// A group in which nothing is left.
-    EmptyGroup { group: String },
+    EmptyGroup {
+        /// Name of the group.
+        group: String,
+    },
     /// Nodes of a group that belong to no cell and were left out.
-    GroupNodesDropped { group: String, count: usize, first: Vec<u64> },
+    GroupNodesDropped {
+        /// Name of the group.
+        group: String,
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: Vec<u64>,
+    },
     /// Faces of a group that are the face of no cell; left out where a node belongs to no cell.
-    LooseFaces { group: String, count: usize },
+    LooseFaces {
+        /// Name of the group.
+        group: String,
+        /// How many.
+        count: usize,
+    },
     /// Faces of a group that lie between two cells.
-    InteriorFaces { group: String, count: usize },
+    InteriorFaces {
+        /// Name of the group.
+        group: String,
+        /// How many.
+        count: usize,
+    },
     /// One name for things of several dimensions, which form one group.
-    SharedName { group: String },
+    SharedName {
+        /// Name of the group.
+        group: String,
+    },
     /// Boundary nodes closer than `distance` (length) to another, each with one such partner; the first pair.
-    CoincidentNodes { pairs: usize, distance: f64, first: [u64; 2] },
+    CoincidentNodes {
+        /// How many pairs.
+        pairs: usize,
+        /// Length.
+        distance: f64,
+        /// The first of them.
+        first: [u64; 2],
+    },
     /// Faces of hexahedra that lie on triangles of tetrahedra without being joined to them, and the first hexahedra.
-    UnjoinedFaces { count: usize, first: Vec<u64> },
+    UnjoinedFaces {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: Vec<u64>,
+    },
     /// Elements of lower dimension that a file holds outside any group: `what` in the singular, how many.
-    Skipped { what: String, count: usize },
+    Skipped {
+        /// What it is.
+        what: String,
+        /// How many.
+        count: usize,
+    },
     /// Parts of a file that say nothing of the mesh, or nothing that is used.
-    NotRead { what: Vec<String> },
+    NotRead {
+        /// What it is.
+        what: Vec<String>,
+    },
     /// Numbers in a set that no node or element has, and the first of them.
-    UnknownMembers { group: String, count: usize, first: Vec<u64> },
+    UnknownMembers {
+        /// Name of the group.
+        group: String,
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: Vec<u64>,
+    },
     /// A set that shares its `name` with another of other nodes, and the group it became.
-    Renamed { name: String, group: String },
+    Renamed {
+        /// The name that is shared.
+        name: String,
+        /// Name of the group.
+        group: String,
+    },
 }
 
 impl fmt::Display for MeshNotes {

@@ -9,7 +9,9 @@ pub struct RawMesh {
     pub nodes: Vec<[f64; 3]>,
     /// Numbers of the nodes in the file, for messages; empty if they are counted from 1.
     pub node_ids: Vec<u64>,
+    /// Cells as the file lists them.
     pub cells: Vec<RawCells>,
+    /// Groups as the file lists them.
     pub groups: Vec<RawGroup>,
     /// One value for each of `nodes` and for each cell.
     pub arrays: MeshArrays,
@@ -20,6 +22,7 @@ pub struct RawMesh {
 /// Cells of one kind. The number of a cell runs through the blocks in their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawCells {
+    /// The kind of all of them.
     pub kind: CellKind,
     /// Indices into [`RawMesh::nodes`], `kind.nodes()` a cell.
     pub nodes: Vec<u32>,
@@ -30,6 +33,7 @@ pub struct RawCells {
 /// A named set as the file lists it: any order, repetitions allowed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RawGroup {
+    /// Its name.
     pub name: String,
     /// Cell numbers.
     pub cells: Vec<u32>,

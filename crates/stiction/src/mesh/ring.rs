@@ -16,6 +16,7 @@ pub struct Ring {
     pub cells: [usize; 3],
     /// Length of the last cell over that of the first in the same directions.
     pub grading: [f64; 3],
+    /// Kind of its cells.
     pub element: BlockElement,
 }
 

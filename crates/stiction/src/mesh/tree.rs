@@ -5,7 +5,9 @@ use super::v3::{V3, add, dot, scale, sub};
 /// Lowest and highest coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
+    /// The corner with the least coordinates, length.
     pub low: V3,
+    /// The corner with the largest coordinates, length.
     pub high: V3,
 }
 
@@ -70,6 +72,7 @@ struct Branch {
 }
 
 impl Tree {
+    /// The tree over these boxes.
     pub fn new(bounds: Vec<Bounds>) -> Tree {
         let mut tree = Tree { branches: Vec::new(), things: (0..bounds.len() as u32).collect(), bounds };
         let around = tree.around(0, tree.things.len());

@@ -15,14 +15,21 @@ pub struct Case {
     pub title: String,
     /// Names of the units, a label only.
     pub units: Option<String>,
+    /// Where the mesh comes from.
     pub mesh: MeshSpec,
     /// At least one.
     pub materials: Vec<MaterialSpec>,
+    /// `[[fix]]`: prescribed displacements.
     pub fixes: Vec<FixSpec>,
+    /// `[[spring]]`: elastic foundations.
     pub springs: Vec<SpringSpec>,
+    /// `[[load]]`.
     pub loads: Vec<LoadSpec>,
+    /// `[[bolt]]`.
     pub bolts: Vec<BoltSpec>,
+    /// `[[contact]]`.
     pub contacts: Vec<ContactSpec>,
+    /// `[solver]`.
     pub solver: SolverSpec,
     /// In the order of their times; empty for a single static problem.
     pub steps: Vec<StepSpec>,
@@ -31,36 +38,44 @@ pub struct Case {
 /// A stretch of the time axis, from the end of the step before it or from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepSpec {
+    /// Its name.
     pub name: String,
     /// Time at its end, greater than that of the step before it.
     pub until: f64,
     /// Equal increments, >= 1.
     pub increments: usize,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
 /// Where the mesh comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSpec {
+    /// What it is made of or read from.
     pub source: MeshSource,
+    /// How it is scaled, turned and moved.
     pub placing: Placing,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
 /// Where a mesh is taken: turned first, then moved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Placing {
+    /// A rotation, after scaling and before moving.
     pub turn: Option<Turn>,
     /// Length.
     pub by: [f64; 3],
 }
 
+/// What a mesh is made of or read from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSource {
     /// A box of cells with the groups `x-min` ... `z-max` and `body`.
     Block(Block),
     /// A block bent about the z axis, with the groups `inner` `outer` `start` `end` `z-min` `z-max` and `body`.
     Ring(Ring),
+    /// A mesh file.
     File {
         /// Relative paths start at the folder of the case file.
         path: PathBuf,
@@ -74,20 +89,25 @@ pub enum MeshSource {
 /// A linear elastic material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialSpec {
+    /// Its name.
     pub name: String,
     /// Young's modulus, stress, > 0; the mean of three if orthotropic.
     pub young: f64,
     /// Poisson's ratio, in (-1, 0.5); 0 if orthotropic.
     pub poisson: f64,
+    /// Nine moduli in place of two.
     pub orthotropic: Option<Box<Orthotropic>>,
     /// Thermal strain for each unit of temperature, along the axes of the mesh; `None` if not given.
     pub expansion: Option<Voigt>,
+    /// Temperature without thermal strain.
     pub reference_temperature: f64,
     /// Mass per volume, >= 0.
     pub density: f64,
+    /// How the strain of linear cells is integrated.
     pub formulation: Formulation,
     /// Volume groups; `None` is the whole body, possible only for a single material.
     pub on: Option<Vec<(String, Spot)>>,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
@@ -97,7 +117,12 @@ pub enum Region {
     /// The union of named groups, each with the place where it is named.
     Groups(Vec<(String, Spot)>),
     /// What lies in a box, its boundary included; length.
-    Box { min: [f64; 3], max: [f64; 3] },
+    Box {
+        /// The corner with the least coordinates, length.
+        min: [f64; 3],
+        /// The corner with the largest coordinates, length.
+        max: [f64; 3],
+    },
     /// The node nearest to a point; length.
     Point([f64; 3]),
 }
@@ -105,21 +130,26 @@ pub enum Region {
 /// Prescribed displacements.
 #[derive(Debug, Clone)]
 pub struct FixSpec {
+    /// Where.
     pub on: Region,
     /// Length; `None` leaves the component free. Of a symmetry plane all are `None`: its normal decides.
     pub value: [Option<Field>; 3],
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
 /// An elastic foundation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpringSpec {
+    /// Where.
     pub on: Region,
     /// Stiffness per area along the normal and across it, force per length³, >= 0, one of them positive.
     pub normal: f64,
+    /// Tangential stiffness per area, force per length cubed.
     pub tangential: f64,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
@@ -128,10 +158,13 @@ pub struct SpringSpec {
 pub struct LoadSpec {
     /// `None` is the whole body, possible only for loads on cells.
     pub on: Option<Region>,
+    /// What acts.
     pub kind: LoadKind,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
+/// What a load is.
 #[derive(Debug, Clone)]
 pub enum LoadKind {
     /// Force per area.
@@ -141,18 +174,46 @@ pub enum LoadKind {
     /// Total force, spread evenly over the area; depends on time only.
     Force([Field; 3]),
     /// Total force and moment about a point, by default the centroid of the faces; they depend on time only.
-    Resultant { force: [Field; 3], moment: [Field; 3], about: Option<[f64; 3]> },
+    Resultant {
+        /// The total force, newton.
+        force: [Field; 3],
+        /// The total moment, newton times length.
+        moment: [Field; 3],
+        /// The point the moment is about, length.
+        about: Option<[f64; 3]>,
+    },
     /// Pressure of a liquid: force per volume, the level along the unit vector `up`, which depends on time only.
-    Hydrostatic { weight: f64, level: Field, up: [f64; 3] },
+    Hydrostatic {
+        /// Weight of the liquid, force per volume.
+        weight: f64,
+        /// Its level along `up`, length.
+        level: Field,
+        /// Unit vector upwards.
+        up: [f64; 3],
+    },
     /// Acceleration.
     Gravity([Field; 3]),
     /// Unit axis, a point of it, and radians per time, which depend on time only.
-    Rotation { axis: [f64; 3], point: [f64; 3], speed: Field },
+    Rotation {
+        /// Unit vector along the axis.
+        axis: [f64; 3],
+        /// A point of the axis, length.
+        point: [f64; 3],
+        /// Radians per time.
+        speed: Field,
+    },
     /// Temperature.
     Temperature(Field),
     /// Temperature at the nodes or of the cells by the name of an array of the mesh file, and the part of the way to it, which depends on
     /// time only.
-    TemperatureArray { name: String, ramp: Field, spot: Spot },
+    TemperatureArray {
+        /// Its name.
+        name: String,
+        /// The part of the way to them, 0 to 1.
+        ramp: Field,
+        /// Where the file says so.
+        spot: Spot,
+    },
 }
 
 impl LoadKind {
@@ -166,6 +227,7 @@ impl LoadKind {
 /// A bolt that is tightened.
 #[derive(Debug, Clone)]
 pub struct BoltSpec {
+    /// Its name.
     pub name: String,
     /// Faces between cells, or cells; never a point.
     pub on: Region,
@@ -173,9 +235,11 @@ pub struct BoltSpec {
     pub axis: Option<[f64; 3]>,
     /// Length.
     pub point: Option<[f64; 3]>,
+    /// Force or shortening.
     pub by: Tightening,
     /// The step after which the shortening stays, by its place in `Case::steps`.
     pub lock: Option<usize>,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
@@ -195,12 +259,15 @@ pub struct ContactSpec {
     pub name: String,
     /// Never a point.
     pub on: Region,
+    /// What the surface may touch.
     pub against: AgainstSpec,
     /// Translation of the obstacle, length; depends on time only.
     pub motion: Option<[Field; 3]>,
+    /// The law of friction.
     pub friction: SurfaceFriction,
     /// Where friction is given.
     pub friction_spot: Spot,
+    /// Where the file says so.
     pub spot: Spot,
 }
 
@@ -213,7 +280,9 @@ pub enum AgainstSpec {
     File(SurfaceFile),
     /// Groups of boundary faces.
     Surface {
+        /// The other surface.
         region: Region,
+        /// How the initial gap is taken.
         gap: InitialGap,
         /// `None` lets sizes and materials decide.
         slave: Option<Role>,
@@ -229,7 +298,9 @@ pub struct SurfaceFile {
     pub path: PathBuf,
     /// Factor on the coordinates, > 0.
     pub scale: f64,
+    /// How it is scaled, turned and moved.
     pub placing: Placing,
+    /// Which side the body is on.
     pub side: Side,
     /// Degrees; where the surface bends by more it has an edge, elsewhere it is smooth.
     pub feature_angle: f64,
@@ -244,6 +315,7 @@ pub struct SolverSpec {
     pub max_iterations: usize,
     /// Gigabytes (1e9 bytes) allowed for stored matrices, > 0; `None` is what the machine has.
     pub memory: Option<f64>,
+    /// Factor or multigrid.
     pub path: SolverPath,
     /// As the case calls the method.
     pub method_name: String,

@@ -13,7 +13,9 @@ use crate::mesh::Mesh;
 /// Named arrays of a grid as numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Fields {
+    /// Number of points.
     pub points: usize,
+    /// Number of cells.
     pub cells: usize,
     /// Numbers of each array asked for, one after another; `None` for one that the file does not have.
     pub arrays: Vec<Option<Vec<f64>>>,
@@ -22,13 +24,16 @@ pub struct Fields {
 /// Which array: over points or over cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
+    /// One entry a point.
     Points,
+    /// One entry a cell.
     Cells,
 }
 
 /// Polygons in space, such as the faces of contact surfaces.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Polygons {
+    /// Places of the points.
     pub points: Vec<[f64; 3]>,
     /// Numbers of the points of each.
     pub faces: Vec<Vec<u32>>,
