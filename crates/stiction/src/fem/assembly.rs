@@ -19,6 +19,9 @@ use crate::mesh::v3::V3;
 /// Threads own ranges of node rows and add the cells in ascending order, so the result is the same to the bit for
 /// any number of threads, and `K` is symmetric to the bit. An error where mesh, materials, loads or prescribed
 /// displacements cannot be used; a body left floating is none, see [`unheld_motions`](super::unheld_motions).
+///
+/// # Errors
+/// If mesh, materials, loads or prescribed displacements cannot be used.
 pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<FeModel, Error> {
     solid.validate()?;
     let cells = solid.cells();

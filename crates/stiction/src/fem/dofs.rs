@@ -16,6 +16,9 @@ const FREE: f64 = f64::NAN;
 ///
 /// An error where a node is prescribed two different values, where a value is not finite, or where a node is not
 /// of the mesh.
+///
+/// # Errors
+/// If a node is prescribed two different values, a value is not finite, or a node is not of the mesh.
 pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
     let mut prescribed = vec![FREE; 3 * mesh.nodes.len()];
     for (number, fix) in fixes.iter().enumerate() {

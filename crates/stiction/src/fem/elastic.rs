@@ -44,6 +44,9 @@ impl Orthotropic {
 }
 
 /// A right-handed frame with its first axis along the first vector and its second in their plane.
+///
+/// # Errors
+/// If a vector has no length or both have one direction: what is wrong, as a sentence.
 pub fn frame([first, second]: [V3; 2]) -> Result<[V3; 3], String> {
     let (one, two) = (norm(first), norm(second));
     let lengths = one > 0.0 && two > 0.0 && one.is_finite() && two.is_finite();

@@ -27,6 +27,9 @@ impl Field {
     }
 
     /// The value at `x` and time `t`; an error naming expression and place if it is not a finite number.
+    ///
+    /// # Errors
+    /// If the value is not a finite number, with the expression and the place.
     pub fn finite_at(&self, x: [f64; 3], t: f64) -> Result<f64, Error> {
         let value = self.at(x, t);
         if value.is_finite() {

@@ -19,6 +19,9 @@ const CELLS_PER_TASK: usize = 4096;
 /// and for accelerations of degree 1 on tetrahedra; on straight quadratic cells for tractions of degree 3 and
 /// accelerations of degree 3, on curved ones for a constant pressure. The pressure of a liquid acts on the part of a face below
 /// its level.
+///
+/// # Errors
+/// If a load has no area or mass to act on, names what the mesh does not have, or is not finite.
 pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>, Error> {
     let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
     for (number, load) in loads.iter().enumerate() {

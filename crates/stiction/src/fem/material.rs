@@ -55,6 +55,9 @@ impl Material {
     }
 
     /// Checks `young > 0`, `-1 < poisson < 0.5` and `density >= 0`, which make the stiffness positive.
+    ///
+    /// # Errors
+    /// If a modulus is out of range.
     pub fn validate(&self) -> Result<(), Error> {
         let bad = |what: String, remedy: &str| Err(Error::new(format!("material \"{}\"", self.name), what, remedy));
         if !(self.young > 0.0 && self.young.is_finite()) {

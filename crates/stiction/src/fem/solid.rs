@@ -20,6 +20,9 @@ pub struct Solid<'a> {
 
 impl<'a> Solid<'a> {
     /// Checks the materials, that each cell has one, and that the cells name nodes of the mesh.
+    ///
+    /// # Errors
+    /// If a material is out of range, a cell has none, or a cell names a node that is not there.
     pub fn validate(&self) -> Result<(), Error> {
         let cells = self.mesh.cell_count();
         if cells == 0 {

@@ -32,6 +32,9 @@ pub type Include<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, String>;
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0. Included files are looked for beside it.
 ///
 /// Errors name the file, the line or element, what is wrong there, and the remedy.
+///
+/// # Errors
+/// If the file cannot be read, or holds what cannot be used: with file, line or element and the remedy.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -48,6 +51,9 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 ///
 /// Never panics, never follows more than a thousand includes, and never allocates more than a fixed multiple of the
 /// length of all files together.
+///
+/// # Errors
+/// If it holds what cannot be used: with line or element and the remedy.
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;

@@ -68,6 +68,9 @@ pub(crate) struct Fault {
 }
 
 /// The field an expression describes; [`Field::Constant`] if no variable occurs in it.
+///
+/// # Errors
+/// If the text is no expression in x, y, z and t: what is wrong, and where in the text.
 pub fn parse(text: &str) -> Result<Field, Error> {
     compile(text, &VARIABLES).map_err(|fault| {
         let column = text.get(..fault.span.start).map_or(0, |head| head.chars().count()) + 1;

@@ -8,6 +8,9 @@ use super::replace::replace;
 use crate::Error;
 
 /// Whether files can be written to `folder`, which need not exist yet: tried out and undone.
+///
+/// # Errors
+/// If they cannot.
 pub fn writable(folder: &Path) -> Result<(), Error> {
     // The folders that do not exist yet, the innermost first.
     let missing: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
@@ -23,16 +26,25 @@ pub fn writable(folder: &Path) -> Result<(), Error> {
 }
 
 /// Creates `folder` with all folders above it.
+///
+/// # Errors
+/// If the system refuses it.
 pub fn create(folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| refused(folder, &error))
 }
 
 /// Writes a text file as a whole.
+///
+/// # Errors
+/// If the system refuses it.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     replace(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Reads a text file.
+///
+/// # Errors
+/// If there is no such file or it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(|error| {
         let what = format!("this file cannot be read ({error})");
@@ -41,6 +53,9 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
 }
 
 /// Reads a file as it is.
+///
+/// # Errors
+/// If there is no such file or it cannot be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(|error| {
         let what = format!("this file cannot be read ({error})");
@@ -49,6 +64,9 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
 }
 
 /// Removes a file that need not exist.
+///
+/// # Errors
+/// If the system refuses it.
 pub fn remove(path: &Path) -> Result<(), Error> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -65,6 +83,9 @@ pub fn remove_empty(folder: &Path) {
 }
 
 /// The names of what lies in a folder, in no order; names that are not UTF-8 are left out.
+///
+/// # Errors
+/// If there is no such folder or it cannot be read.
 pub fn names(folder: &Path) -> Result<Vec<String>, Error> {
     let entries = fs::read_dir(folder).map_err(|error| refused(folder, &error))?;
     Ok(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect())

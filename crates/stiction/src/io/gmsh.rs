@@ -27,6 +27,9 @@ use cursor::{Cursor, Encoding};
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0.
 ///
 /// Errors name the file, the line (ASCII) or byte (binary) or element, what is wrong there, and the remedy.
+///
+/// # Errors
+/// If the file cannot be read, or holds what cannot be used: with line, byte or element and the remedy.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let name = path.display().to_string();
     mesh(Cow::Owned(super::mesh_bytes(path)?), &name, scale)
@@ -35,6 +38,9 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 /// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
 ///
 /// Never panics and never allocates more than a fixed multiple of the length of `bytes`.
+///
+/// # Errors
+/// If it holds what cannot be used: with line, byte or element and the remedy.
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     mesh(Cow::Borrowed(bytes), source_name, scale)
 }

@@ -11,6 +11,9 @@ use crate::linalg::{Csr, SymmetricCsr};
 
 /// Writes a problem and the tolerance its solution is held against. Sparse matrices are in compressed rows, `K` as its
 /// lower triangle `L` with the diagonal, `K = L + Lᵀ - diag L`.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<(), Error> {
     begin_problem(path, problem, tolerance)?.commit()
 }
@@ -80,17 +83,26 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
 }
 
 /// Reads what [`write_problem`] wrote: a problem whose lengths and values have been checked, and the tolerance.
+///
+/// # Errors
+/// If the file cannot be read or holds no valid problem.
 pub fn read_problem(path: &Path) -> Result<(ContactProblem, f64), Error> {
     let arrays = npz::read(path)?;
     problem(&arrays).map_err(|error| error.at(&path.display().to_string()))
 }
 
 /// Writes displacements and multipliers.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_solution(path: &Path, u: &[f64], lambda: &[f64]) -> Result<(), Error> {
     npz::write(path, &[("u", Array::f64(u)), ("lambda", Array::f64(lambda))])
 }
 
 /// Reads displacements and multipliers of `problem`.
+///
+/// # Errors
+/// If the file cannot be read or does not fit `problem`.
 pub fn read_solution(path: &Path, problem: &ContactProblem) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let arrays = npz::read(path)?;
     let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);

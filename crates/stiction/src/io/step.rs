@@ -59,6 +59,9 @@ impl StepFile {
 }
 
 /// Writes a step, as a whole or not at all.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
     npz::write(
         path,

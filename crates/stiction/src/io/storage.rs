@@ -14,6 +14,9 @@ pub enum Storage {
 }
 
 /// The matrix, or what is wrong with its arrays. Arrays may be longer than what is used of them.
+///
+/// # Errors
+/// What is wrong with the arrays, as a sentence.
 pub fn matrix(storage: Storage, rows: usize, cols: usize, p: &[i32], i: &[i32], x: &[f64]) -> Result<Csr, String> {
     let entries = match storage {
         Storage::Triplets(count) => {

@@ -43,11 +43,17 @@ pub fn read(path: &Path, scale: f64) -> Result<RawSurface, Error> {
 /// The surface in the `bytes` of an STL file, called `source_name` in messages, its coordinates multiplied by `scale`.
 ///
 /// Never panics, and never allocates more than a fixed multiple of the length of `bytes`.
+///
+/// # Errors
+/// If it is no STL file or has no triangles.
 pub fn parse_stl(bytes: &[u8], source_name: &str, scale: f64) -> Result<RawSurface, Error> {
     super::check_scale(scale).and_then(|()| stl::parse(bytes, scale)).map_err(|e| e.at(source_name))
 }
 
 /// The same of an OBJ file.
+///
+/// # Errors
+/// If it is no OBJ file or has no faces.
 pub fn parse_obj(bytes: &[u8], source_name: &str, scale: f64) -> Result<RawSurface, Error> {
     super::check_scale(scale).and_then(|()| obj::parse(bytes, scale)).map_err(|e| e.at(source_name))
 }

@@ -27,6 +27,9 @@ use crate::mesh::{Mesh, MeshNotes};
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0.
 ///
 /// Errors name the file, the line or array, what is wrong there, and the remedy.
+///
+/// # Errors
+/// If the file cannot be read, or holds what cannot be used: with line or array and the remedy.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     parse(&super::mesh_bytes(path)?, &path.display().to_string(), scale)
 }
@@ -35,6 +38,9 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 ///
 /// Never panics, and never allocates more than a fixed multiple of the length of `bytes` once decompressed (zlib makes
 /// a byte of at most 1032).
+///
+/// # Errors
+/// If it holds what cannot be used: with line or array and the remedy.
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;

@@ -64,6 +64,9 @@ impl Csr {
     }
 
     /// Checks lengths, ascending columns and finite values; `name` is used in the message.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its row.
     pub fn validate(&self, name: &str) -> Result<(), Error> {
         let bad = |what: String| Err(Error::new(name, what, "give a matrix by compressed rows with ascending columns"));
         if self.start.len() != self.rows + 1 || self.start[0] != 0 || self.start[self.rows] != self.column.len() {

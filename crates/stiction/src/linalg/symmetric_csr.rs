@@ -138,6 +138,9 @@ impl SymmetricCsr {
     }
 
     /// Checks lengths, ascending columns that end on the diagonal, and finite values; `name` is used in the message.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its row.
     pub fn validate(&self, name: &str) -> Result<(), Error> {
         let bad = |what: String| Err(Error::new(name, what, "give the lower triangle of a symmetric matrix by rows"));
         let (start, n) = (&self.start, self.rows);

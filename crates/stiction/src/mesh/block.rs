@@ -93,6 +93,9 @@ const HEX: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 /// numbers of their ends; groups `x-min` `x-max` `y-min` `y-max` `z-min` `z-max` of faces and `body` of all cells.
 ///
 /// Without grading the nodes lie exactly at `origin + size * i / n`.
+///
+/// # Errors
+/// If a size, a number of cells or a grading cannot be used, or the mesh has too many nodes.
 pub fn block(block: &Block) -> Result<Mesh, Error> {
     validate(block)?;
     let axes = [axis(block, 0)?, axis(block, 1)?, axis(block, 2)?];

@@ -21,6 +21,9 @@ const COINCIDENT: f64 = 1e-9;
 /// Faces and outward normals follow from the cells alone. Nodes of no cell are dropped, the others keep their order.
 /// Errors name cells that are inverted, flat, collapsed, given twice, or overlap their neighbours, and coordinates
 /// that are not finite, by their numbers in the file. The result does not depend on the number of threads.
+///
+/// # Errors
+/// If cells are inverted, flat, collapsed, given twice or overlap, or coordinates are not finite: with their numbers in the file.
 pub fn build(mut raw: RawMesh) -> Result<(Mesh, MeshNotes), Error> {
     check::numbers(&raw)?;
     raw.cells.retain(|block| !block.nodes.is_empty());

@@ -14,6 +14,9 @@ pub struct Bounds {
 
 impl Bounds {
     /// Fails unless both have the same length and each lower bound is a number not above its upper one.
+    ///
+    /// # Errors
+    /// If the lengths differ, or a lower bound is no number or above its upper one.
     pub fn validate(&self) -> Result<(), Error> {
         if self.lower.len() != self.upper.len() {
             let what = format!("{} lower and {} upper bounds", self.lower.len(), self.upper.len());

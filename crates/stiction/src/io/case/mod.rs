@@ -38,6 +38,9 @@ use source::{At, Source};
 use view::View;
 
 /// Reads the case file at `path`. Each override is a dotted path and a value: `("contact.0.friction.coulomb", "0.2")`.
+///
+/// # Errors
+/// If the file cannot be read, or a key is unknown, missing or out of range: with line, column and the nearest valid name.
 pub fn read(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Case, Error> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -58,6 +61,9 @@ pub fn read(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Ca
 }
 
 /// Reads a case from its text; `name` stands for the file in messages, and mesh files stay relative as they are.
+///
+/// # Errors
+/// As [`read`].
 pub fn parse(text: &str, name: &str, overrides: &[(String, String)]) -> Result<Case, Error> {
     interpret(text, name, overrides, Path::new(""))
 }

@@ -14,6 +14,9 @@ const BYTES_PER_NODE: f64 = 5000.0;
 
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format:
 /// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`.
+///
+/// # Errors
+/// If the ending is none of these, or the file cannot be read or used.
 pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
     match ending.as_str() {
