@@ -7,7 +7,7 @@ use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
-use crate::friction::{self, Primal, Progress, Settings, Solution, SolverPath, Status, solve_primal};
+use crate::friction::{self, Multigrid, Progress, Settings, Solution, SolverPath, Status, solve_multigrid};
 
 /// What [`solve_with_kept`] is about to do. The observer's `Break` at an iteration ends it with the status
 /// [`Interrupted`](Status::Interrupted).
@@ -39,7 +39,7 @@ pub struct Kept {
 #[derive(Debug)]
 enum Operator {
     Factor(Box<Dual>),
-    Multigrid(Box<Primal>),
+    Multigrid(Box<Multigrid>),
 }
 
 /// Below so many unknowns either path takes about a tenth of a second, and the factor also tells about uniqueness.
@@ -186,8 +186,8 @@ fn by_multigrid(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
-    let mut primal = match kept.operator.take() {
-        Some(Operator::Multigrid(primal)) => primal,
+    let mut multigrid = match kept.operator.take() {
+        Some(Operator::Multigrid(multigrid)) => multigrid,
         _ => {
             let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
             if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
@@ -197,17 +197,17 @@ fn by_multigrid(
                 return Err(Error::new("", what, remedy));
             }
             let _ = observer(&SolveEvent::SettingUp { unknowns: problem.unknowns() });
-            Box::new(Primal::new(problem)?)
+            Box::new(Multigrid::new(problem)?)
         }
     };
     let _ = observer(&SolveEvent::Solving);
-    let departs = no_equilibrium(problem, primal.motions()).is_some();
+    let departs = no_equilibrium(problem, multigrid.motions()).is_some();
     let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut told = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let solution = solve_primal(problem, &mut primal, &settings, &mut told);
-    kept.operator = Some(Operator::Multigrid(primal));
+    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut told);
+    kept.operator = Some(Operator::Multigrid(multigrid));
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
 }

@@ -1,7 +1,7 @@
 //! Solvers for contact with friction. Knows no mesh.
 //!
 //! [`solve`] is Newton's method on the law itself and on the dual operator, with what helps it when it stalls;
-//! [`solve_primal`] finds the displacements themselves by multigrid, for large problems. [`solve_with`] takes any
+//! [`solve_multigrid`] finds the displacements themselves by multigrid, for large problems. [`solve_with`] takes any
 //! [`Method`], among them those of Haslinger, Kucera & Dostal (2004): squares around the discs of friction, Uzawa's
 //! method on copies of the multipliers, and the fixed point on the bounds of friction. [`run_method`] is the same on
 //! the dual energy alone ([`Quadratic`]), without displacements and certificate.
@@ -14,7 +14,7 @@ mod solution;
 
 pub use direct::{CoulombFacts, coulomb_facts, rigid_rest, solve};
 pub use law::{PointState, states};
-pub use multigrid::{Primal, descend_primal, solve_primal};
+pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep,
     Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, polygon, run_method,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use stiction::contact::{ContactProblem, Friction, SurfaceFriction};
 use stiction::fem::full_displacement;
-use stiction::friction::{Primal, Settings, Solution, Status, solve_primal};
+use stiction::friction::{Multigrid, Settings, Solution, Status, solve_multigrid};
 use stiction::io::case;
 use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::mesh::BlockElement;
@@ -88,9 +88,9 @@ fn stacked(cells: [usize; 2], upper_side: Option<&str>, friction: Friction, shea
 }
 
 fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
-    let mut primal = Primal::new(problem).unwrap();
+    let mut multigrid = Multigrid::new(problem).unwrap();
     let settings = Settings { max_iterations: 1000, ..settings(tolerance) };
-    let s = solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()));
+    let s = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
     println!("{:?} {:?} worst {:.1e}", s.status, s.counts, s.certificate.worst);
     s
 }

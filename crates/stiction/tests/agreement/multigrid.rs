@@ -6,15 +6,15 @@ use std::ops::ControlFlow;
 use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
-use stiction::friction::{Primal, Settings, Solution, Status, descend_primal, solve_primal};
+use stiction::friction::{Multigrid, Settings, Solution, Status, solve_multigrid};
 use stiction::linalg::Csr;
 use stiction::mesh::{Block, BlockElement, block};
 use stiction_fixtures::*;
 
 fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
-    let mut primal = Primal::new(problem).unwrap();
+    let mut multigrid = Multigrid::new(problem).unwrap();
     let settings = Settings { max_iterations: 1000, ..settings(tolerance) };
-    solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()))
+    solve_multigrid(problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()))
 }
 
 fn assert_cycles(problem: &ContactProblem, most: usize, what: &str) -> usize {
@@ -188,52 +188,6 @@ fn both_paths_find_the_same_solution() {
     }
 }
 
-/// `1/2 u'Ku - f'u + sum of g |s|`.
-fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    let m = problem.points();
-    let jump = problem.contact.B.times(u);
-    let friction = problem.contact.friction.iter().enumerate().map(|(j, law)| match law {
-        Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(jump[2 * m + j]),
-        _ => 0.0,
-    });
-    0.5 * dot(u, &problem.elastic.K.times(u)) - dot(&problem.elastic.f, u) + friction.sum::<f64>()
-}
-
-#[test]
-fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_solution() {
-    let laws = [SurfaceFriction::None, SurfaceFriction::GivenForce(1.3e4), SurfaceFriction::GivenStress(3e6)];
-    for (load, law) in
-        [BrickLoad::Lift, BrickLoad::Press].into_iter().flat_map(|load| laws.clone().map(|law| (load, law)))
-    {
-        let p = brick(5, BlockElement::Hex8, load, law.clone()).pose().problem;
-        let mut primal = Primal::new(&p).unwrap();
-        // A start far from everything, with the nodes inside the obstacle.
-        let start: Vec<f64> = (0..p.unknowns()).map(|i| 1e-3 * ((i as f64 * 0.618).fract() - 0.5)).collect();
-        let mut after = |steps: usize| {
-            let start_displacement = Some(start.clone());
-            let settings = Settings { max_iterations: steps, start_displacement, ..settings(1e-10) };
-            descend_primal(&p, &mut primal, &settings, &mut |_| ControlFlow::Continue(())).unwrap()
-        };
-        let reference = solved(&p, 1e-10);
-        let least = energy(&p, &reference.u);
-        let mut before = f64::INFINITY;
-        for steps in 0..12 {
-            let now = energy(&p, &after(steps).u);
-            assert!(now <= before + 1e-13 * least.abs() && now >= least - 1e-9 * least.abs(), "{before} {now} {least}");
-            before = now;
-        }
-        let s = after(1000);
-        println!("{load:?} {law:?}: {:?}", s.counts);
-        assert_solved(&s);
-        assert!(distance(&s.u, &reference.u) < 1e-8 && s.counts.cycles <= 80, "{:?}", s.counts);
-    }
-    let coulomb = brick(3, BlockElement::Hex8, BrickLoad::Lift, SurfaceFriction::Coulomb(0.3)).pose().problem;
-    let mut primal = Primal::new(&coulomb).unwrap();
-    let nothing = descend_primal(&coulomb, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
-    assert!(nothing.is_none(), "Coulomb's law has no energy");
-}
-
 #[test]
 fn contact_costs_little_more_cycles_than_a_linear_solve_and_no_more_on_finer_meshes() {
     // The coarsest of these meshes have no second coarse level to start from.
@@ -351,8 +305,9 @@ fn one_set_up_serves_many_loads() {
     let p = brick_without_supports();
     let mut twice = p.clone();
     twice.elastic.f.iter_mut().for_each(|f| *f *= 2.0);
-    let mut primal = Primal::new(&p).unwrap();
-    let mut go = |p: &ContactProblem| solve_primal(p, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+    let mut multigrid = Multigrid::new(&p).unwrap();
+    let mut go =
+        |p: &ContactProblem| solve_multigrid(p, &mut multigrid, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
     let (first, second, third) = (go(&p), go(&twice), go(&p));
     [&first, &second, &third].into_iter().for_each(assert_solved);
     // Without a gap the problem is positively homogeneous.
@@ -372,21 +327,31 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     };
     let all = [triplets(&coupled.contact.B), triplets(&entry)].concat();
     coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
-    match Primal::new(&coupled) {
+    match Multigrid::new(&coupled) {
         Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
         Ok(_) => panic!("a hierarchy without a node for each point"),
+    }
+    // Without `node_of` every unknown is a node of its own, and no node has the three rows of a point.
+    let mut bare = p.clone();
+    bare.elastic.node_of = None;
+    match Multigrid::new(&bare) {
+        Err(error) => assert!(
+            error.what.contains("`elastic.node_of`") && error.remedy.contains("`elastic.near_kernel`"),
+            "{error}"
+        ),
+        Ok(_) => panic!("a hierarchy without nodes"),
     }
     // Indefinite and not a number: an end that says so, no solution, no hang.
     for value in [f64::NAN, -1e20] {
         let mut bad = p.clone();
         *bad.elastic.K.entry_mut(30, 30).unwrap() = value;
-        if let Ok(mut primal) = Primal::new(&bad) {
-            let s = solve_primal(&bad, &mut primal, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
+        if let Ok(mut multigrid) = Multigrid::new(&bad) {
+            let s = solve_multigrid(&bad, &mut multigrid, &settings(1e-8), &mut |_| ControlFlow::Continue(()));
             assert!(matches!(s.status, Status::Stalled | Status::MaxIterations), "{:?}", s.status);
         }
     }
     let stop = &mut |_: &stiction::friction::Progress| ControlFlow::Break(());
-    let s = solve_primal(&p, &mut Primal::new(&p).unwrap(), &settings(1e-8), stop);
+    let s = solve_multigrid(&p, &mut Multigrid::new(&p).unwrap(), &settings(1e-8), stop);
     assert_eq!(s.status, Status::Interrupted);
     // A coefficient of zero is no friction.
     let mut smooth = p.clone();

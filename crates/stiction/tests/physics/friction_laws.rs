@@ -9,8 +9,7 @@ use stiction::contact::{Contact, ContactProblem, CoulombLaw, Friction, SurfaceFr
 use stiction::dual::Form;
 use stiction::fem::Field;
 use stiction::friction::{
-    Given, Method, MethodSettings, PointState, Primal, Solution, coulomb_facts, descend_primal, solve_primal,
-    solve_with,
+    Given, Method, MethodSettings, Multigrid, PointState, Solution, coulomb_facts, solve_multigrid, solve_with,
 };
 use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
@@ -166,25 +165,14 @@ fn both_paths_agree_up_to_a_ratio_of_ten_and_with_a_limit() {
         if p.contact.orthotropy.as_ref().is_some_and(|across| across.contains(&0.0)) {
             continue; // multigrid goes round in circles and leaves it to the direct path
         }
-        let mut primal = Primal::new(&p).unwrap();
+        let mut multigrid = Multigrid::new(&p).unwrap();
         let cycles = stiction::friction::Settings { max_iterations: 300, ..settings(1e-10) };
-        let found = solve_primal(&p, &mut primal, &cycles, &mut |_| ControlFlow::Continue(()));
+        let found = solve_multigrid(&p, &mut multigrid, &cycles, &mut |_| ControlFlow::Continue(()));
         assert_solved(&found);
         assert!(found.counts.cycles <= 50, "{law:?} {load:?}: {:?}", found.counts);
         assert!(distance(&direct.u, &found.u) < 1e-7);
         assert!(distance(&direct.lambda, &found.lambda) < 1e-6);
     }
-}
-
-#[test]
-fn a_descent_over_ellipses_finds_the_same() {
-    let mut p = brick_with(orthotropic(0.5, 0.1, [1.0, 1.0, 0.0]), BrickLoad::Press);
-    p.contact.friction.fill(Friction::Given { slip_bound: 1e4 });
-    let cycles = stiction::friction::Settings { max_iterations: 400, ..settings(1e-9) };
-    let found = descend_primal(&p, &mut Primal::new(&p).unwrap(), &cycles, &mut |_| ControlFlow::Continue(()));
-    let found = found.unwrap();
-    assert_solved(&found);
-    assert!(distance(&found.u, &solved(&p, 1e-10).u) < 1e-6);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 use rayon::prelude::*;
 
-use super::frames::Point;
-use super::sets::Set;
-use crate::linalg::multigrid::Condition;
+use super::iteration::Iterate;
+use super::points::Point;
+use crate::linalg::multigrid::NodeConstraint;
 
 /// A vector of nodes with three components.
 pub(super) type Vector = Vec<[f64; 3]>;
@@ -14,7 +14,7 @@ pub(super) struct Direction {
     pub kp: Vector,
 }
 
-/// Nodes summed at a time: sums do not depend on the number of threads.
+/// Nodes of a partial sum; sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
 pub(super) fn dot(x: &Vector, y: &Vector) -> f64 {
@@ -29,36 +29,31 @@ pub(super) fn norm(x: &Vector) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// Moves `u` and `ku` along the combination of the directions that leaves no residual on any of them, `(Sᵀ M S) y = Sᵀ r`
-/// with `M` the matrix `K`, the springs of the slipping points and what their friction grows by with the normal force, and
-/// makes that combination the first of them. Without the last the energy is least there.
-pub(super) fn advance(
-    directions: &mut [Direction],
-    r: &Vector,
-    points: &[Point],
-    sets: &[Set],
-    u: &mut Vector,
-    ku: &mut Vector,
-) {
+/// Moves the iterate along the combination of the directions whose residual is orthogonal to all of them,
+/// `(Sᵀ M S) y = Sᵀ r`, with `M` the sum of `K`, the springs of slipping points and their Coulomb coupling, and makes that
+/// combination the first direction. Without the coupling it minimises the energy. Minimising the residual instead stalls:
+/// steps shrink whenever the active sets change.
+pub(super) fn minimise(directions: &mut [Direction], r: &Vector, points: &[Point], at: &mut Iterate) {
+    let Iterate { u, ku, conditions } = at;
     let (mut a, b) = gram(directions, r);
-    let mut following = [[0.0; MOST]; MOST];
-    for (p, set) in points.iter().zip(sets) {
-        let Condition { spring, follows, .. } = &set.condition;
-        if *spring == [[0.0; 3]; 3] && *follows == [0.0; 2] {
+    let mut coupling = [[0.0; MOST_DIRECTIONS]; MOST_DIRECTIONS];
+    for (p, condition) in points.iter().zip(conditions) {
+        let NodeConstraint { spring, coulomb, .. } = &condition.constraint;
+        if *spring == [[0.0; 3]; 3] && *coulomb == [0.0; 2] {
             continue;
         }
         for (i, x) in directions.iter().map(|d| d.p[p.node]).enumerate() {
             for (j, d) in directions.iter().enumerate() {
                 let y = d.p[p.node];
                 a[i][j] += (1..3).map(|r| x[r] * (spring[r][1] * y[1] + spring[r][2] * y[2])).sum::<f64>();
-                // The force that holds the point changes by minus that of the direction.
-                following[i][j] -= (x[1] * follows[0] + x[2] * follows[1]) * d.kp[p.node][0];
+                // The normal contact force changes by minus the elastic force of the direction.
+                coupling[i][j] -= (x[1] * coulomb[0] + x[2] * coulomb[1]) * d.kp[p.node][0];
             }
         }
     }
-    // With high coefficients friction may grow by more than the body resists: then it follows a cycle later.
-    if (0..directions.len()).all(|i| following[i][i] > -FOLLOWED * a[i][i]) {
-        a.iter_mut().flatten().zip(following.iter().flatten()).for_each(|(a, f)| *a += f);
+    // With high coefficients of friction the coupled matrix may be indefinite on the directions: then it is left out.
+    if (0..directions.len()).all(|i| coupling[i][i] > -MOST_COUPLED * a[i][i]) {
+        a.iter_mut().flatten().zip(coupling.iter().flatten()).for_each(|(a, c)| *a += c);
     }
     let y = solve_small(&a, &b, directions.len());
     let Some((first, rest)) = directions.split_first_mut() else { return };
@@ -80,15 +75,16 @@ fn combine(x: &mut Vector, a: f64, others: Vec<(f64, &Vector)>, sum: &mut Vector
     });
 }
 
-/// What friction that follows the normal force may take of the energy of a direction. From 0.7 to 0.9 counts are the same; with
-/// a half it followed a cycle later now and then where it need not, for four cycles more.
-const FOLLOWED: f64 = 0.8;
+/// Largest part of a direction's energy that the Coulomb coupling may cancel. Cycles are the same from 0.7 to 0.9; with 0.5
+/// the coupling is left out needlessly now and then, for four cycles more.
+const MOST_COUPLED: f64 = 0.8;
 
-/// Directions at most: the new one and those kept.
-pub(super) const MOST: usize = 4;
+/// Most directions, the new one and those kept. With a prototype on bricks of 42 000 unknowns five kept ones instead of two
+/// save up to three cycles of thirty.
+pub(super) const MOST_DIRECTIONS: usize = 4;
 
 /// `Sᵀ K S` and `Sᵀ r` in one pass.
-fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOST]) {
+fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS], [f64; MOST_DIRECTIONS]) {
     let n = directions.len();
     let tasks: Vec<usize> = (0..r.len()).step_by(CHUNK).collect();
     let part = |&first: &usize| {
@@ -97,7 +93,7 @@ fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOS
             let pairs = x[range.clone()].iter().zip(&y[range.clone()]);
             pairs.map(|(x, y)| x[0] * y[0] + x[1] * y[1] + x[2] * y[2]).sum()
         };
-        let (mut a, mut b) = ([[0.0; MOST]; MOST], [0.0; MOST]);
+        let (mut a, mut b) = ([[0.0; MOST_DIRECTIONS]; MOST_DIRECTIONS], [0.0; MOST_DIRECTIONS]);
         for i in 0..n {
             b[i] = dot(&directions[i].p, r);
             (0..=i).for_each(|j| a[i][j] = dot(&directions[i].p, &directions[j].kp));
@@ -105,7 +101,7 @@ fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOS
         (a, b)
     };
     let parts: Vec<_> = tasks.par_iter().map(part).collect();
-    let (mut a, mut b) = ([[0.0; MOST]; MOST], [0.0; MOST]);
+    let (mut a, mut b) = ([[0.0; MOST_DIRECTIONS]; MOST_DIRECTIONS], [0.0; MOST_DIRECTIONS]);
     for (pa, pb) in parts {
         for i in 0..n {
             b[i] += pb[i];
@@ -118,14 +114,19 @@ fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST]; MOST], [f64; MOS
     (a, b)
 }
 
-/// A direction of which this share or less is left beside the others adds nothing.
+/// A direction is dependent if elimination leaves this part of its energy or less.
 const DEPENDENT: f64 = 1e-12;
 
-/// `A y = b` by elimination on the unit diagonal; directions that depend on earlier ones get nothing.
-fn solve_small(a: &[[f64; MOST]; MOST], b: &[f64; MOST], n: usize) -> [f64; MOST] {
-    let scale: [f64; MOST] = std::array::from_fn(|i| if a[i][i] > 0.0 { 1.0 / a[i][i].sqrt() } else { 0.0 });
-    let mut a: [[f64; MOST]; MOST] = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] * scale[i] * scale[j]));
-    let mut y: [f64; MOST] = std::array::from_fn(|i| b[i] * scale[i]);
+/// `A y = b` by elimination after scaling to a unit diagonal; dependent directions get zero.
+fn solve_small(
+    a: &[[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS],
+    b: &[f64; MOST_DIRECTIONS],
+    n: usize,
+) -> [f64; MOST_DIRECTIONS] {
+    let scale: [f64; MOST_DIRECTIONS] = std::array::from_fn(|i| if a[i][i] > 0.0 { 1.0 / a[i][i].sqrt() } else { 0.0 });
+    let mut a: [[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS] =
+        std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] * scale[i] * scale[j]));
+    let mut y: [f64; MOST_DIRECTIONS] = std::array::from_fn(|i| b[i] * scale[i]);
     for k in 0..n {
         let reciprocal = if a[k][k] > DEPENDENT { 1.0 / a[k][k] } else { 0.0 };
         for i in k + 1..n {

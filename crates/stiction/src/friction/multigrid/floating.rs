@@ -1,13 +1,12 @@
 use super::directions::Vector;
-use super::frames::Turned;
-use super::iteration::State;
-use super::sets::Law;
+use super::iteration::{Iterate, Subproblem};
+use super::transform::Transformed;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::RigidMotions;
 use crate::friction::direct::rigid_start::{Foundation, balanced};
 
-/// Bodies that contact alone holds: what it takes to move each of them as a whole.
-pub(super) struct Floating<'a> {
+/// Floating bodies, which contact alone supports, with the data of their rigid motions.
+pub(super) struct FloatingBodies<'a> {
     motions: &'a RigidMotions,
     /// Jumps of the motions at the points, length `3m` each.
     jumps: Vec<Vec<f64>>,
@@ -15,42 +14,42 @@ pub(super) struct Floating<'a> {
     resultant: Vec<f64>,
 }
 
-impl<'a> Floating<'a> {
+impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
-    pub fn new(problem: &ContactProblem, turned: &'a Turned) -> Option<Floating<'a>> {
-        turned.points.iter().any(|p| p.floats).then(|| {
-            let motions = &turned.motions;
+    pub fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
+        transformed.points.iter().any(|p| p.floats).then(|| {
+            let motions = &transformed.motions;
             let jumps = motions.jumps(&problem.isotropic_rows());
-            Floating { motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
+            FloatingBodies { motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
         })
     }
 
-    /// Moves the bodies to where the augmented multipliers that the law admits balance the loads: the points that are then
-    /// in contact can hold the bodies, and those that stick keep them from sliding. No cycle finds these motions by itself
-    /// once the sets hold a body no more: nothing resists them on any level.
-    pub fn settle(&self, turned: &Turned, laws: &[Law], at: &mut State) {
+    /// Moves the bodies as rigid ones to where the admissible augmented multipliers balance their loads: the points then in
+    /// contact support the bodies, and the sticking ones keep them from sliding. Once the active constraints do not support a
+    /// body, cycles do not find these motions, because no level resists them.
+    pub fn balance(&self, problem: &Subproblem<'_>, at: &mut Iterate) {
         // Rigid motions take no forces: `ku` stays.
-        let moved = self.motion(turned, laws, at);
-        at.u.iter_mut().flatten().zip(moved.iter().flatten()).for_each(|(u, d)| *u += d);
+        let motion = self.motion(problem, at);
+        at.u.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(u, d)| *u += d);
     }
 
     /// That motion, in the frames.
-    pub fn motion(&self, turned: &Turned, laws: &[Law], at: &State) -> Vector {
-        let m = laws.len();
+    pub fn motion(&self, problem: &Subproblem<'_>, at: &Iterate) -> Vector {
+        let m = problem.laws.len();
         let mut opening = vec![0.0; 3 * m];
-        for (j, (p, law)) in turned.points.iter().zip(laws).enumerate() {
-            for c in (0..3).filter(|&c| p.live[c]) {
-                let lambda = turned.f[p.node][c] - at.ku[p.node][c];
-                opening[c * m + j] = law.rest[c] - at.u[p.node][c] - lambda / law.parameter;
+        for (j, (p, law)) in problem.points().enumerate() {
+            let lambda = at.force(problem.transformed, p.node);
+            for c in (0..3).filter(|&c| p.has_row[c]) {
+                opening[c * m + j] = law.target[c] - at.u[p.node][c] - lambda[c] / law.parameter;
             }
         }
-        let friction: Vec<_> = laws.iter().map(|law| law.friction).collect();
-        let stiffness: Vec<_> = laws.iter().map(|law| law.parameter).collect();
+        let friction: Vec<_> = problem.laws.iter().map(|law| law.friction).collect();
+        let stiffness: Vec<_> = problem.laws.iter().map(|law| law.parameter).collect();
         let (jumps, resultant) = (&self.jumps[..], &self.resultant[..]);
         let (friction, opening, stiffness) = (&friction[..], &opening[..], &stiffness[..]);
-        let rest = Foundation { friction, jumps, resultant, opening, stiffness }.rest();
-        let mut u = vec![0.0; turned.nodes.of.len()];
-        self.motions.add(&rest.alpha, &mut u);
-        turned.to_frames(&u)
+        let equilibrium = Foundation { friction, jumps, resultant, opening, stiffness }.rest();
+        let mut u = vec![0.0; problem.transformed.nodes.of.len()];
+        self.motions.add(&equilibrium.alpha, &mut u);
+        problem.transformed.to_frames(&u)
     }
 }

@@ -1,290 +1,270 @@
 use std::ops::ControlFlow;
 
-use super::directions::{Direction, MOST, Vector, advance, norm};
-use super::floating::Floating;
-use super::frames::Turned;
-use super::sets::{Law, Set, halted, reverses, set, stuck};
+use super::active_set::{ContactCondition, PointLaw, closed_condition, contact_condition, forced_stick, slip_reverses};
+use super::directions::{Direction, MOST_DIRECTIONS, Vector, minimise, norm};
+use super::floating::FloatingBodies;
+use super::monitor::{Monitor, Verdict};
+use super::points::Point;
+use super::transform::Transformed;
 use crate::friction::PointState;
-use crate::linalg::multigrid::{Block, Blocks, Condition, Multigrid};
+use crate::linalg::multigrid::{Block, Blocks, Hierarchy, NodeConstraint};
 
 /// How a run of cycles ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
+pub(super) enum Termination {
     Converged,
-    Limit,
-    /// Not a number, or no gain over many cycles.
+    CycleLimit,
+    /// The residual is not a number or has stopped falling, or the active sets are cycling.
     Failed,
     Interrupted,
 }
 
-/// Where the iteration is: displacements in the frames, their forces, the directions kept.
-#[derive(Debug, Clone, Default)]
-pub(super) struct State {
-    pub u: Vector,
-    pub ku: Vector,
-    pub sets: Vec<Set>,
-    /// Points whose slip has turned round in the last cycle.
-    reversed: Vec<bool>,
-    kept: Vec<Direction>,
-    /// Sets the coarse levels of the hierarchy follow.
-    coarse: Vec<Condition>,
-    /// The residual after each cycle.
-    history: Vec<f64>,
-    /// Where the residual was least so far.
-    best: Option<Best>,
-    last_reset: usize,
-    /// Whether the first sets are those of the displacements.
-    warm: bool,
-    pub cycles: usize,
-    pub resets: usize,
+/// A problem for the iteration, and how far it goes.
+#[derive(Clone, Copy)]
+pub(super) struct Subproblem<'a> {
+    pub transformed: &'a Transformed,
+    pub laws: &'a [PointLaw],
+    /// Violation of balance and law to reach, over the load.
+    pub tolerance: f64,
+    /// Cycles in all, those of earlier stages included.
+    pub max_cycles: usize,
+    /// Resets of cycling active sets before the run counts as failed.
+    pub max_resets: usize,
+    /// Floating bodies, which are balanced as rigid ones before each cycle as long as the residual is large.
+    pub floating: Option<&'a FloatingBodies<'a>>,
 }
 
-#[derive(Debug, Clone)]
-struct Best {
-    residual: f64,
-    u: Vector,
-    ku: Vector,
-    sets: Vec<Set>,
+impl<'a> Subproblem<'a> {
+    /// The points with their laws.
+    pub fn points(&self) -> impl Iterator<Item = (&'a Point, &'a PointLaw)> + use<'a> {
+        self.transformed.points.iter().zip(self.laws)
+    }
+}
+
+/// Displacements in the frames, their images under `K`, and the contact conditions there.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Iterate {
+    pub u: Vector,
+    pub ku: Vector,
+    pub conditions: Vec<ContactCondition>,
+}
+
+impl Iterate {
+    /// The contact force at a node, `f - K u`, newton.
+    pub fn force(&self, transformed: &Transformed, node: usize) -> [f64; 3] {
+        std::array::from_fn(|c| transformed.f[node][c] - self.ku[node][c])
+    }
+}
+
+/// The state of the iteration.
+#[derive(Debug, Clone, Default)]
+pub(super) struct State {
+    pub iterate: Iterate,
+    /// Cycles and resets in all, those of earlier stages included.
+    pub cycles: usize,
+    pub resets: usize,
+    pub monitor: Monitor,
+    /// Points whose slip reversed in the last cycle.
+    reversed: Vec<bool>,
+    /// Search directions of the last cycles, the newest first.
+    directions: Vec<Direction>,
+    /// The constraints of the coarse levels.
+    coarse: Vec<NodeConstraint>,
+    /// Whether the first contact conditions are a guess, for want of displacements.
+    guess: bool,
+}
+
+/// Cycles with frozen active sets after a reset; found with the prototype by which the monitor's thresholds were.
+const FROZEN_CYCLES: usize = 5;
+/// Directions kept while the Coulomb coupling is left out: older ones belong to other active sets.
+const KEPT_FAR: usize = 2;
+/// The last cycle's drift of `K u` that is accepted, over the tolerance.
+const DRIFT: f64 = 0.1;
+
+/// Receives the cycle, the residual and the contact conditions; may stop the run.
+pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[ContactCondition]) -> ControlFlow<()> + 'a;
+
+/// Active-set iteration until the law and the balance hold to the tolerance.
+///
+/// Every cycle the contact conditions are those of the present iterate: constrained components take their target values and
+/// are truncated from the hierarchy (Graeser & Kornhuber 2009), slipping points add the stiffness of their friction, and the
+/// radius of friction is the augmented normal force (Alart & Curnier 1991). One multigrid cycle gives a direction, and the
+/// energy is minimised over it and the last two or three. Keeping directions across changes of the active sets is what
+/// makes the cost that of one linear solve: restarting conjugate gradients for each set costs two to four times as much.
+pub(super) fn run(
+    problem: &Subproblem<'_>,
+    hierarchy: &mut Hierarchy,
+    state: &mut State,
+    observe: &mut Observe<'_>,
+) -> Termination {
+    loop {
+        if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
+            floating.balance(problem, &mut state.iterate);
+        }
+        let guessed = state.update_conditions(problem);
+        let violated = violation(problem, &state.iterate);
+        state.monitor.record(violated);
+        if observe(state.cycles, violated, &state.iterate.conditions).is_break() {
+            return Termination::Interrupted;
+        }
+        if violated <= problem.tolerance && !guessed {
+            if state.refresh_forces(problem) {
+                return Termination::Converged;
+            }
+            state.monitor.retract();
+            continue;
+        }
+        if state.cycles >= problem.max_cycles {
+            return Termination::CycleLimit;
+        }
+        let cycles = match state.monitor.assess(&state.iterate, state.cycles) {
+            Verdict::Progress => 1,
+            Verdict::Cycling if state.monitor.resets < problem.max_resets => {
+                state.reset(problem);
+                FROZEN_CYCLES
+            }
+            Verdict::Cycling | Verdict::Failed => return Termination::Failed,
+        };
+        let coupled = state.monitor.is_coupled();
+        if !coupled {
+            state.iterate.conditions.iter_mut().for_each(|s| s.constraint.coulomb = [0.0; 2]);
+        }
+        state.constrain(problem, hierarchy);
+        state.apply_targets(problem);
+        for _ in 0..cycles {
+            let r = residual(problem, &state.iterate);
+            let p = hierarchy.cycle(&r);
+            let kp = problem.transformed.k.times(&p);
+            state.directions.insert(0, Direction { p, kp });
+            minimise(&mut state.directions, &r, &problem.transformed.points, &mut state.iterate);
+            state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { KEPT_FAR });
+            state.cycles += 1;
+        }
+    }
 }
 
 impl State {
-    /// Zero displacements of so many nodes; the first sets are guessed.
+    /// At zero displacements of so many nodes; the first contact conditions are a guess.
     pub fn zero(nodes: usize) -> State {
-        State { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..State::default() }
+        let iterate = Iterate { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], conditions: Vec::new() };
+        State { iterate, guess: true, ..State::default() }
     }
 
-    /// Displacements whose law decides the first sets.
+    /// At displacements `u`, whose law decides the first contact conditions.
     pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
-        State { ku: k.times(&u), u, warm: true, ..State::default() }
+        State { iterate: Iterate { ku: k.times(&u), u, conditions: Vec::new() }, ..State::default() }
     }
 
-    /// The same once so many cycles have been run.
-    pub fn after(self, cycles: usize) -> State {
-        State { cycles, ..self }
+    /// The same with the counts of an earlier stage. A guess that has failed is not repeated.
+    pub fn after(self, earlier: &State) -> State {
+        let guess = self.guess && earlier.cycles == 0;
+        State { cycles: earlier.cycles, resets: earlier.resets, guess, ..self }
     }
 
-    /// Goes back to where the residual was least. Bodies that nothing holds any more are carried off ever faster, and where
-    /// they are then says nothing.
-    pub fn go_back(&mut self) {
-        if let Some(Best { u, ku, sets, .. }) = self.best.take() {
-            (self.u, self.ku, self.sets) = (u, ku, sets);
-        }
-    }
-
-    fn keep_best(&mut self, residual: f64) {
-        if self.best.as_ref().is_none_or(|best| residual < best.residual) {
-            let (u, ku, sets) = (self.u.clone(), self.ku.clone(), self.sets.clone());
-            self.best = Some(Best { residual, u, ku, sets });
-        }
-    }
-
-    /// Another iteration begins here: its sets are not those the directions were kept for.
-    pub fn begin_anew(&mut self) {
-        self.kept.clear();
+    /// Another iteration begins here: directions, coarse levels and residuals belong to other active sets.
+    pub fn restart(&mut self) {
+        self.directions.clear();
         self.reversed.clear();
-        self.history.clear();
         self.coarse.clear();
-        self.best = None;
-        self.resets = 0;
-        self.last_reset = self.cycles;
-        self.warm = true;
+        self.monitor.restart(self.cycles);
+        self.guess = false;
     }
-}
 
-/// Cycles over which a residual above [`HIGH`] is to fall by [`GAIN`]; otherwise the sets go round in circles. Down to there
-/// friction follows the normal force a cycle later: the sets are not those of the end, and a step that knows more of them
-/// goes round more easily.
-const PATIENCE: usize = 15;
-const GAIN: f64 = 0.7;
-const HIGH: f64 = 0.05;
-/// Above this residual the body swings as a whole, and slips that turn round twice say nothing of their points. Below it they
-/// go to and fro one by one, a little less each cycle, and single ones cost ten to thirty cycles.
-const SWINGS: f64 = 0.3;
-/// Resets of the first way at most, and the cycles with frozen sets after one.
-pub(super) const RESETS: usize = 4;
-const FROZEN: usize = 5;
-/// Steps kept while the residual is above [`HIGH`]: older ones belong to other sets.
-const KEPT_FAR: usize = 2;
-/// After so many cycles without a halving friction follows a cycle later again.
-const SLOW: usize = 12;
-/// Cycles without a halving of the best residual that count as a failure.
-const HOPELESS: usize = 60;
-
-/// What cycles are run on, and how far.
-#[derive(Clone, Copy)]
-pub(super) struct Cycles<'a> {
-    pub turned: &'a Turned,
-    /// Violation to reach, over the load.
-    pub tolerance: f64,
-    /// Cycles in all, those of earlier runs counted.
-    pub most: usize,
-    /// Bodies that are moved as a whole before each cycle, by [`run`] while the residual is above [`HIGH`].
-    pub floating: Option<&'a Floating<'a>>,
-}
-
-/// Told the residual and the sets after each cycle; may stop the run.
-pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[Set]) -> ControlFlow<()> + 'a;
-
-/// Cycles until the law and the balance hold to `tolerance` of the load.
-///
-/// Every cycle the sets are those of the present iterate; held components take their values and are truncated from
-/// the hierarchy, slipping points add the spring of their turning friction and what it grows by with the normal force, and
-/// the balance is met on the preconditioned residual and the last two or three steps (without friction that follows a normal
-/// force: the energy is least over them). Keeping those steps across changes of the sets is what makes the
-/// whole cost that of one linear solve: restarting conjugate gradients for each set costs two to four of them.
-/// Sets that go round in circles are reset so many times and then a failure. Truncation follows Graeser & Kornhuber (2009),
-/// the radius of friction the augmented normal force (Alart & Curnier 1991).
-pub(super) fn run(
-    on: &Cycles<'_>,
-    laws: &[Law],
-    multigrid: &mut Multigrid,
-    at: &mut State,
-    resets: usize,
-    observe: &mut Observe<'_>,
-) -> End {
-    let Cycles { turned, tolerance, most, floating } = *on;
-    let (k, f, points) = (&turned.k, &turned.f, &turned.points);
-    loop {
-        if let Some(floating) = floating
-            && at.history.last().is_some_and(|eps| *eps > HIGH)
-        {
-            floating.settle(turned, laws, at);
+    /// Goes back to the best iterate.
+    pub fn go_back(&mut self) {
+        if let Some(best) = self.monitor.take_best() {
+            self.iterate = best;
         }
-        let lambda = |node: usize| std::array::from_fn(|c| f[node][c] - at.ku[node][c]);
-        let first = at.cycles == 0 && at.sets.is_empty() && !at.warm;
-        let mut sets: Vec<Set> = (points.iter().zip(laws))
+    }
+
+    /// Takes the contact conditions of the law at the iterate, and forces points to stick whose slip reverses twice in a row;
+    /// returns whether the conditions are guessed.
+    fn update_conditions(&mut self, problem: &Subproblem<'_>) -> bool {
+        let guessed = std::mem::take(&mut self.guess);
+        let mut conditions: Vec<ContactCondition> = (problem.points())
             .map(|(p, law)| {
-                if first && (p.floats || law.rest[0] <= 0.0) {
-                    stuck(law, p)
+                if guessed && (p.floats || law.target[0] <= 0.0) {
+                    closed_condition(law, p)
                 } else {
-                    set(law, p, lambda(p.node), at.u[p.node])
+                    contact_condition(law, p, self.iterate.force(problem.transformed, p.node), self.iterate.u[p.node])
                 }
             })
             .collect();
-        let swings = at.history.last().is_none_or(|eps| *eps > SWINGS);
-        at.reversed.resize(sets.len(), false);
-        for (((new, old), p), reversed) in sets.iter_mut().zip(&at.sets).zip(points).zip(&mut at.reversed) {
-            let before = std::mem::replace(reversed, reverses(old, new));
-            if before && *reversed && !swings {
-                *new = halted(new, p.live);
+        let chattering = self.monitor.is_chattering();
+        self.reversed.resize(conditions.len(), false);
+        let all = conditions.iter_mut().zip(&self.iterate.conditions).zip(&problem.transformed.points);
+        for (((new, old), p), reversed) in all.zip(&mut self.reversed) {
+            let before = std::mem::replace(reversed, slip_reverses(old, new));
+            if before && *reversed && chattering {
+                *new = forced_stick(new, p.has_row);
             }
         }
-        at.sets = sets;
-        let eps = violation(turned, laws, &at.sets, &at.u, &at.ku);
-        at.history.push(eps);
-        if observe(at.cycles, eps, &at.sets).is_break() {
-            return End::Interrupted;
-        }
-        if eps <= tolerance && !first {
-            // The forces were carried along; they are believed once a fresh product agrees.
-            let fresh = k.times(&at.u);
-            let drift: Vector = fresh.iter().zip(&at.ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
-            at.ku = fresh;
-            if norm(&drift) <= 0.1 * tolerance * load(turned, &at.ku) {
-                return End::Converged;
+        self.iterate.conditions = conditions;
+        guessed
+    }
+
+    /// Replaces `K u`, which was updated along with `u`, by a fresh product; whether the two agree.
+    fn refresh_forces(&mut self, problem: &Subproblem<'_>) -> bool {
+        let Iterate { u, ku, .. } = &mut self.iterate;
+        let fresh = problem.transformed.k.times(u);
+        let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+        *ku = fresh;
+        norm(&drift) <= DRIFT * problem.tolerance * load(problem.transformed, ku)
+    }
+
+    /// Resets cycling active sets: all points in contact stick, and the directions are dropped.
+    fn reset(&mut self, problem: &Subproblem<'_>) {
+        for (condition, (p, law)) in self.iterate.conditions.iter_mut().zip(problem.points()) {
+            if condition.constraint.constrained[0] {
+                *condition = closed_condition(law, p);
             }
-            at.history.pop();
-            continue;
         }
-        if at.cycles >= most {
-            return End::Limit;
+        self.directions.clear();
+        self.monitor.reset(self.cycles);
+    }
+
+    /// Constrains the hierarchy by the contact conditions. Its coarse levels change when a component is constrained or
+    /// released, a spring changes, or the Coulomb coupling begins or ends. They may not lag behind: a function truncated at a
+    /// component that is free again, or the spring of a point that has hardly slipped yet, a thousand times stiffer than
+    /// a cycle later, makes the coarse levels too stiff there. A single one costs a hundred cycles on graded meshes.
+    pub fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy) {
+        let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
+        let coupled = |constraints: &[NodeConstraint]| constraints.iter().any(|c| c.coulomb != [0.0; 2]);
+        let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
+            new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
+        };
+        let coarse = self.coarse.len() != constraints.len()
+            || coupled(&constraints) != coupled(&self.coarse)
+            || constraints.iter().zip(&self.coarse).zip(problem.laws).any(differs);
+        hierarchy.constrain(&constraints, coarse);
+        if coarse {
+            self.coarse = constraints;
         }
-        at.keep_best(eps);
-        if !eps.is_finite() || hopeless(&at.history) {
-            return End::Failed;
-        }
-        let near = eps <= HIGH && !slow(&at.history);
-        if !near {
-            at.sets.iter_mut().for_each(|s| s.condition.follows = [0.0; 2]);
-        }
-        let round = goes_round(&at.history, at.cycles - at.last_reset);
-        if round && at.resets >= resets {
-            return End::Failed;
-        }
-        if round {
-            for ((s, p), law) in at.sets.iter_mut().zip(points).zip(laws) {
-                if s.condition.held[0] {
-                    *s = stuck(law, p);
+    }
+
+    /// Constrained components take their target values, and those of the directions become zero.
+    fn apply_targets(&mut self, problem: &Subproblem<'_>) {
+        let k = &problem.transformed.k;
+        let Iterate { u, ku, conditions } = &mut self.iterate;
+        for (condition, (p, law)) in conditions.iter().zip(problem.points()) {
+            for c in (0..3).filter(|&c| condition.constraint.constrained[c]) {
+                let change = law.target[c] - std::mem::replace(&mut u[p.node][c], law.target[c]);
+                add_column(k, p.node, c, change, ku);
+                for d in &mut self.directions {
+                    let change = -std::mem::take(&mut d.p[p.node][c]);
+                    add_column(k, p.node, c, change, &mut d.kp);
                 }
             }
-            at.kept.clear();
-            at.resets += 1;
-            at.last_reset = at.cycles;
-        }
-        constrain(multigrid, laws, at);
-        hold(k, points, laws, at);
-        for _ in 0..if round { FROZEN } else { 1 } {
-            let r = residual(turned, laws, at);
-            let p = multigrid.cycle(&r);
-            let kp = k.times(&p);
-            at.kept.insert(0, Direction { p, kp });
-            advance(&mut at.kept, &r, points, &at.sets, &mut at.u, &mut at.ku);
-            at.kept.truncate(if near { MOST - 1 } else { KEPT_FAR });
-            at.cycles += 1;
         }
     }
 }
 
-fn hopeless(history: &[f64]) -> bool {
-    no_halving(history, HOPELESS)
-}
-
-fn slow(history: &[f64]) -> bool {
-    no_halving(history, SLOW)
-}
-
-fn no_halving(history: &[f64], cycles: usize) -> bool {
-    let Some(before) = history.len().checked_sub(cycles) else { return false };
-    let best = |part: &[f64]| part.iter().fold(f64::INFINITY, |a, &b| a.min(b));
-    best(&history[before..]) > 0.5 * best(&history[..before])
-}
-
-fn goes_round(history: &[f64], since_reset: usize) -> bool {
-    let Some(before) = history.len().checked_sub(PATIENCE) else { return false };
-    let best = history[..before].iter().fold(f64::INFINITY, |a, &b| a.min(b));
-    let now = history[history.len() - 1];
-    since_reset > PATIENCE && now > HIGH && now > GAIN * best
-}
-
-/// Tells the hierarchy the conditions. Its coarse levels follow when some point holds other components, some spring is
-/// another, or friction begins or ceases to follow the normal force: functions truncated at a component that is free again,
-/// or the spring of a point that has hardly slipped yet, a thousand times stiffer than a cycle later, hold the body where
-/// nothing does. A single one costs a hundred cycles on graded meshes.
-pub(super) fn constrain(multigrid: &mut Multigrid, laws: &[Law], at: &mut State) {
-    let conditions: Vec<Condition> = at.sets.iter().map(|s| s.condition).collect();
-    let follow = |conditions: &[Condition]| conditions.iter().any(|c| c.follows != [0.0; 2]);
-    let other = |((new, old), law): ((&Condition, &Condition), &Law)| {
-        new.held != old.held || differs(&new.spring, &old.spring, law.parameter)
-    };
-    let coarse = at.coarse.len() != conditions.len()
-        || follow(&conditions) != follow(&at.coarse)
-        || conditions.iter().zip(&at.coarse).zip(laws).any(other);
-    multigrid.constrain(&conditions, coarse);
-    if coarse {
-        at.coarse = conditions;
-    }
-}
-
-/// Whether a spring has become stiffer or softer by more than itself and the body's stiffness at its point.
-fn differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool {
+/// Whether a spring changes by more than the stiffness of the spring and of the body at its point.
+fn spring_differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool {
     let trace = |spring: &Block<3, 3>| spring[1][1] + spring[2][2];
     let pairs = new.iter().flatten().zip(old.iter().flatten());
     let change = pairs.map(|(new, old)| (new - old).abs()).fold(0.0, f64::max);
     change > parameter + trace(new).min(trace(old))
-}
-
-/// Held components take their values; the directions kept lose them.
-fn hold(k: &Blocks<3, 3>, points: &[super::frames::Point], laws: &[Law], at: &mut State) {
-    for ((s, p), law) in at.sets.iter().zip(points).zip(laws) {
-        for c in (0..3).filter(|&c| s.condition.held[c]) {
-            let change = law.rest[c] - std::mem::replace(&mut at.u[p.node][c], law.rest[c]);
-            add_column(k, p.node, c, change, &mut at.ku);
-            for d in &mut at.kept {
-                let change = -std::mem::take(&mut d.p[p.node][c]);
-                add_column(k, p.node, c, change, &mut d.kp);
-            }
-        }
-    }
 }
 
 /// `y += change` times the column of `K` at a component of a node; `K` is symmetric.
@@ -298,52 +278,53 @@ fn add_column(k: &Blocks<3, 3>, node: usize, component: usize, change: f64, y: &
     }
 }
 
-fn balance(turned: &Turned, ku: &Vector) -> Vector {
-    turned.f.iter().zip(ku).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect()
+fn balance(transformed: &Transformed, ku: &Vector) -> Vector {
+    transformed.f.iter().zip(ku).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect()
 }
 
-/// The residual on the components that are not held: `f - K u` less friction.
-pub(super) fn residual(turned: &Turned, laws: &[Law], at: &State) -> Vector {
-    let mut r = balance(turned, &at.ku);
-    for ((p, s), law) in turned.points.iter().zip(&at.sets).zip(laws) {
-        let (r, u) = (&mut r[p.node], at.u[p.node]);
+/// The residual on the free components: `f - K u` less friction.
+pub(super) fn residual(problem: &Subproblem<'_>, at: &Iterate) -> Vector {
+    let mut r = balance(problem.transformed, &at.ku);
+    for ((p, law), condition) in problem.points().zip(&at.conditions) {
+        let (r, u, constraint) = (&mut r[p.node], at.u[p.node], &condition.constraint);
         for c in 1..3 {
-            let spring = &s.condition.spring[c];
-            r[c] -= s.friction[c - 1] + spring[1] * (u[1] - law.rest[1]) + spring[2] * (u[2] - law.rest[2]);
+            let spring = &constraint.spring[c];
+            r[c] -= condition.friction[c - 1] + spring[1] * (u[1] - law.target[1]) + spring[2] * (u[2] - law.target[2]);
         }
-        (0..3).filter(|&c| s.condition.held[c]).for_each(|c| r[c] = 0.0);
+        (0..3).filter(|&c| constraint.constrained[c]).for_each(|c| r[c] = 0.0);
     }
     r
 }
 
-/// Takes the sets of the law at the present displacements, and says how much it is violated, over the load.
-pub(super) fn judge(turned: &Turned, laws: &[Law], at: &mut State) -> f64 {
-    let lambda = |v: usize| std::array::from_fn(|c| turned.f[v][c] - at.ku[v][c]);
-    at.sets = turned.points.iter().zip(laws).map(|(p, law)| set(law, p, lambda(p.node), at.u[p.node])).collect();
-    violation(turned, laws, &at.sets, &at.u, &at.ku)
+/// Takes the contact conditions of the law at the iterate; returns the violation there.
+pub(super) fn judge(problem: &Subproblem<'_>, at: &mut Iterate) -> f64 {
+    at.conditions = (problem.points())
+        .map(|(p, law)| contact_condition(law, p, at.force(problem.transformed, p.node), at.u[p.node]))
+        .collect();
+    violation(problem, at)
 }
 
-/// Violation of balance and law over the load: forces that are not balanced and, as forces, displacements that are
-/// not held.
-fn violation(turned: &Turned, laws: &[Law], sets: &[Set], u: &Vector, ku: &Vector) -> f64 {
-    let mut r = balance(turned, ku);
-    for ((p, s), law) in turned.points.iter().zip(sets).zip(laws) {
-        let (r, u) = (&mut r[p.node], u[p.node]);
+/// Violation of balance and law over the load: unbalanced forces on free components, and on constrained ones the distance
+/// from the target value times the parameter.
+fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
+    let mut r = balance(problem.transformed, &at.ku);
+    for ((p, law), condition) in problem.points().zip(&at.conditions) {
+        let (r, u) = (&mut r[p.node], at.u[p.node]);
         for c in 0..3 {
-            if s.condition.held[c] {
-                r[c] = law.parameter * (u[c] - law.rest[c]);
-            } else if c > 0 && s.state == PointState::Slip {
-                r[c] -= s.friction[c - 1];
+            if condition.constraint.constrained[c] {
+                r[c] = law.parameter * (u[c] - law.target[c]);
+            } else if c > 0 && condition.state == PointState::Slip {
+                r[c] -= condition.friction[c - 1];
             }
         }
     }
-    let scale = load(turned, ku);
+    let scale = load(problem.transformed, &at.ku);
     if scale > 0.0 { norm(&r) / scale } else { norm(&r) }
 }
 
 /// The larger of the load and the contact forces, newton.
-fn load(turned: &Turned, ku: &Vector) -> f64 {
-    let at = |v: usize| (0..3).map(|c| (turned.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
-    let contact: f64 = turned.points.iter().map(|p| at(p.node)).sum();
-    norm(&turned.f).max(contact.sqrt())
+fn load(transformed: &Transformed, ku: &Vector) -> f64 {
+    let at = |v: usize| (0..3).map(|c| (transformed.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
+    let contact: f64 = transformed.points.iter().map(|p| at(p.node)).sum();
+    norm(&transformed.f).max(contact.sqrt())
 }

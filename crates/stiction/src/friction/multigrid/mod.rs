@@ -1,17 +1,23 @@
-//! The primal path: the displacements themselves by multigrid, one cycle for each change of the active sets. Costs
-//! little more than one linear solve and needs no factor, so it is the path of large problems.
+//! Multigrid for contact with friction: an active-set iteration on the displacements with one multigrid cycle for each
+//! change of the active sets. It costs little more than one linear solve and needs no factor, which suits large problems.
+//!
+//! [`solve_multigrid`] walks the stages of the fallback strategy (`strategy.rs`). The iteration is `iteration.rs`. The trials
+//! by which constants were chosen are in docs/notes/2026-11-23-multigrid-trials.md.
 
-// Three components and three directions are told by their indices.
+// Three components and three directions are read by their indices.
 #![allow(clippy::needless_range_loop)]
 
-mod bounds;
+mod active_set;
+mod coarse_start;
 mod descent;
 mod directions;
+mod fixed_point;
 mod floating;
-mod frames;
 mod iteration;
-mod nested;
-mod sets;
+mod monitor;
+mod points;
 mod solve;
+mod strategy;
+mod transform;
 
-pub use solve::{Primal, descend_primal, solve_primal};
+pub use solve::{Multigrid, solve_multigrid};

@@ -1,286 +1,246 @@
 use std::ops::ControlFlow;
 
-use super::bounds::follow_bounds;
-use super::descent::descend;
+use super::active_set::{ContactCondition, PointLaw};
+use super::coarse_start;
 use super::directions::norm;
-use super::floating::Floating;
-use super::frames::{Point, Turned};
-use super::iteration::{Cycles, End, RESETS, State, judge, run};
-use super::nested;
-use super::sets::Law;
+use super::floating::FloatingBodies;
+use super::iteration::{Iterate, State, Subproblem, Termination, judge};
+use super::points::Point;
+use super::strategy::{STAGES, Traits};
+use super::transform::Transformed;
 use crate::Error;
-use crate::certificate::certify;
+use crate::certificate::{Certificate, certify};
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_rest;
 use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, SolverPath, Status};
-use crate::linalg::multigrid::Multigrid;
+use crate::linalg::multigrid::Hierarchy;
 
-/// A problem turned into the frames of its contact points, with the multigrid hierarchy of its stiffness: what is
-/// worth keeping while the stiffness stands.
+/// A problem transformed to the frames of its contact points, with the multigrid hierarchy of its stiffness: what can be
+/// kept as long as `K` and `B` do not change.
 #[derive(Debug)]
-pub struct Primal {
-    turned: Turned,
-    multigrid: Multigrid,
+pub struct Multigrid {
+    transformed: Transformed,
+    hierarchy: Hierarchy,
 }
 
-impl Primal {
-    /// Turns the problem and sets up the hierarchy.
+impl Multigrid {
+    /// Transforms the problem and sets up the hierarchy.
     ///
     /// # Errors
-    /// If the problem is not one for this path: a contact point without a node of its own on which its rows of `B` are
-    /// an orthonormal frame, points between bodies on one some hundred times stiffer than the other, nodes with more than
-    /// three unknowns, or a matrix that does not get coarser by aggregation.
-    pub fn new(problem: &ContactProblem) -> Result<Primal, Error> {
-        let (turned, multigrid) = Turned::new(problem)?;
-        Ok(Primal { turned, multigrid })
+    /// If multigrid is not for the problem: a contact point without a node of its own on which its rows of `B` are an
+    /// orthonormal frame (points have none where `node_of` is missing), points between bodies on one some hundred times
+    /// stiffer than the other, nodes with more than three unknowns, or a matrix that aggregation does not make coarser.
+    pub fn new(problem: &ContactProblem) -> Result<Multigrid, Error> {
+        let (transformed, hierarchy) = Transformed::new(problem)?;
+        Ok(Multigrid { transformed, hierarchy })
     }
 
-    /// Rigid motions of the bodies that contact alone holds.
+    /// The rigid motions of floating bodies, which contact alone supports.
     pub fn motions(&self) -> &RigidMotions {
-        &self.turned.motions
+        &self.transformed.motions
     }
 }
 
-/// Share of a point's stiffness that turns displacements into forces; from 0.4 to 0.8 the counts hardly change. It has to be
-/// local, and to know that flat cells give way as a whole: with the stiffness of single nodes blocks of cells thirty times
-/// flatter than wide take three times as many cycles, or do not settle.
+/// The parameter of the augmented multipliers times the compliance of the point. From 0.4 to 0.8 the counts hardly change. The
+/// compliance has to be local and contain that of the coarse levels: with that of single nodes blocks of cells thirty times
+/// flatter than wide take three times as many cycles, or do not converge.
 const PARAMETER: f64 = 0.6;
 
-/// Solves contact with friction on the displacements; `primal` is that of `problem`, or of another problem with the
-/// same `K` and `B`. `settings.max_iterations` bounds the cycles; `settings.start` is not used,
-/// `settings.start_displacement` is; without it bodies that float start at rest where gaps are wide, and problems in which
-/// none floats from their solution on the second coarse level.
+/// Where the certificate does not pass, the residual is reduced further by the factor that the certificate misses, within
+/// these bounds. The certificate scales its measures differently from the residual; on the random cases it passes nineteen
+/// times of twenty as soon as the residual reaches the tolerance.
+const REDUCTION: [f64; 2] = [0.03, 0.3];
+/// Least target of the residual over the tolerance. A certificate that does not pass there fails by rounding.
+const LEAST_TARGET: f64 = 1e-6;
+
+/// Solves contact with friction on the displacements; `multigrid` is that of `problem`, or of another problem with the
+/// same `K` and `B`. `settings.max_iterations` bounds the cycles. `settings.start` is not used, `settings.start_displacement`
+/// is; without it floating bodies with wide gaps start from their rigid equilibrium, and problems without floating bodies from
+/// the solution in the space of the second coarse level.
 ///
-/// Where the sets go round in circles bodies that float are moved as a whole before each cycle, so that what touches can
-/// hold them. Where that is not it, and no friction depends on a normal force, the energy is minimised by a descent that
-/// cannot go round ([`descend_primal`]), with as many cycles again; Coulomb friction is solved as given friction with bounds
-/// that follow the normal forces.
+/// If the active sets cycle, further stages follow ([`Status::Stalled`] if all fail): floating bodies are balanced as rigid
+/// bodies before each cycle, then Coulomb friction is solved by the fixed point on the slip bounds, where a monotone descent
+/// minimises the energy of each problem with given friction.
 ///
-/// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is
-/// reduced further.
+/// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is reduced
+/// further.
 ///
 /// # Panics
-/// If `primal` is of a problem with another number of unknowns or points, or the start has another length.
-pub fn solve_primal(
+/// If `multigrid` is of a problem with another number of unknowns or points, or the start has another length.
+pub fn solve_multigrid(
     problem: &ContactProblem,
-    primal: &mut Primal,
+    multigrid: &mut Multigrid,
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
-    iterate(problem, primal, settings, false, observer)
-}
-
-/// Contact with given friction, without friction or bonded by monotone descent on the energy: what [`solve_primal`]
-/// falls back to. `None` if some friction is Coulomb's: there is no energy then.
-///
-/// # Panics
-/// As [`solve_primal`].
-pub fn descend_primal(
-    problem: &ContactProblem,
-    primal: &mut Primal,
-    settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Option<Solution> {
-    convex(&problem.contact.friction).then(|| iterate(problem, primal, settings, true, observer))
-}
-
-/// How a problem is solved; what comes later is taken where what comes earlier fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
-    /// The sets' own iteration.
-    Sets,
-    /// The same, floating bodies moved as a whole before each cycle.
-    Settled,
-    /// Given friction, with bounds that follow the normal forces.
-    Bounds,
-    /// The energy is minimised.
-    Descent,
-}
-
-impl Way {
-    fn next(self, end: End, floats: bool, convex: bool) -> Option<Way> {
-        match (self, end) {
-            (Way::Sets, End::Failed) if floats => Some(Way::Settled),
-            (Way::Sets | Way::Settled, End::Failed) => Some(Way::Bounds),
-            (Way::Sets | Way::Settled, End::Limit) if convex => Some(Way::Bounds),
-            _ => None,
-        }
-    }
-}
-
-/// Resets of the second way. Bodies that nothing holds at all are told so no sooner by more of them.
-const SETTLED_RESETS: usize = 2;
-/// Cycles of the fixed point on the bounds of friction; nine in ten of the cases it solves take fewer.
-const BOUNDS_CYCLES: usize = 120;
-
-/// The certificate measures with other scales than the residual. It is asked first where that reaches the tolerance, and
-/// passes nineteen times of twenty; where it does not, the residual is to fall as far as the certificate has to, and by a
-/// share between these.
-const LOWERED: [f64; 2] = [0.03, 0.3];
-/// Where it has not passed with residuals down to this share of the tolerance, the numbers are what they are.
-const LEAST: f64 = 1e-6;
-
-/// By the sets' own iteration, from where that fails by the other ways; or by descent alone.
-fn iterate(
-    problem: &ContactProblem,
-    primal: &mut Primal,
-    settings: &Settings,
-    descending: bool,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Solution {
-    let Primal { turned, multigrid } = primal;
-    let sizes = (turned.nodes.of.len(), turned.points.len());
+    let Multigrid { transformed, hierarchy } = multigrid;
+    let sizes = (transformed.nodes.of.len(), transformed.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
     if let Some(u) = &settings.start_displacement {
         assert_eq!(u.len(), sizes.0, "displacements to start from");
     }
-    turned.set_load(&problem.elastic.f);
-    let turned = &*turned;
-    let laws = laws(problem, turned);
-    let start = settings.start_displacement.clone().or_else(|| rest(problem, turned));
-    let floats = turned.points.iter().any(|p| p.floats);
-    let start = match start {
-        Some(u) => Some(turned.to_frames(&u)),
-        None if floats || descending => None,
-        None => nested::start(turned, &laws, multigrid),
+    transformed.set_load(&problem.elastic.f);
+    let transformed = &*transformed;
+    let laws = point_laws(problem, transformed);
+    let floats = transformed.points.iter().any(|p| p.floats);
+    let traits = Traits { floats, convex: convex(&problem.contact.friction), max_iterations: settings.max_iterations };
+    let given = settings.start_displacement.clone().or_else(|| rigid_equilibrium(problem, transformed));
+    let start = match given {
+        Some(u) => Some(transformed.to_frames(&u)),
+        None if floats => None,
+        None => coarse_start::start(transformed, &laws, hierarchy),
     };
-    let begin = |cycles: usize| {
-        let at = match &start {
-            Some(u) => State::at(u.clone(), &turned.k),
-            None => State::zero(turned.f.len()),
-        };
-        at.after(cycles)
+    let begin = || match &start {
+        Some(u) => State::at(u.clone(), &transformed.k),
+        None => State::zero(transformed.f.len()),
     };
-    let convex = convex(&problem.contact.friction);
-    let mut way = if descending { Way::Descent } else { Way::Sets };
-    let mut floating = descending.then(|| Floating::new(problem, turned)).flatten();
-    let (mut at, mut most, mut resets) = (begin(0), settings.max_iterations, 0);
     let mut history = Vec::new();
-    // What failed is told where it was nearest to a solution.
-    let mut best: Option<(f64, State)> = None;
-    let mut target = settings.tolerance;
-    loop {
-        let mut observe = |cycle: usize, residual: f64, sets: &[super::sets::Set]| {
-            let count = |s| sets.iter().filter(|x| x.state == s).count();
-            let progress = Progress {
-                phase: Phase::Multigrid,
-                iteration: cycle,
-                residual,
-                products: cycle,
-                open: count(PointState::Open),
-                stick: count(PointState::Stick),
-                slip: count(PointState::Slip),
-            };
-            history.push(progress);
-            observer(&progress)
-        };
-        let on = Cycles { turned, tolerance: target, most, floating: floating.as_ref() };
-        let own = if floats { 0 } else { RESETS };
-        let mut end = match way {
-            Way::Sets => run(&Cycles { floating: None, ..on }, &laws, multigrid, &mut at, own, &mut observe),
-            Way::Settled => run(&on, &laws, multigrid, &mut at, SETTLED_RESETS, &mut observe),
-            Way::Bounds => follow_bounds(&on, &laws, multigrid, &mut at, &mut observe),
-            Way::Descent => descend(&on, &laws, multigrid, &mut at, &mut observe),
-        };
-        resets += std::mem::take(&mut at.resets);
-        if let Some(next) = way.next(end, floats, convex) {
-            at.go_back();
-            keep_best(&mut best, turned, &laws, &at);
-            way = next;
-            most = match way {
-                Way::Bounds if convex => at.cycles + settings.max_iterations,
-                Way::Bounds => most.min(at.cycles + BOUNDS_CYCLES),
-                _ => most,
-            };
-            at = begin(at.cycles);
-            floating = floating.or_else(|| Floating::new(problem, turned));
+    let mut observe = |cycle: usize, residual: f64, conditions: &[ContactCondition]| {
+        let progress = progress(cycle, residual, conditions);
+        history.push(progress);
+        observer(&progress)
+    };
+    let (mut state, mut end, mut target) = (State::default(), Termination::Failed, settings.tolerance);
+    let (mut floating, mut certified, mut best) = (None, None, None);
+    for stage in &STAGES {
+        if !(stage.entry)(end, &traits) {
             continue;
         }
-        // A descent ends lower than wherever it began.
-        if matches!(end, End::Failed | End::Limit) && way != Way::Descent {
-            if end == End::Failed {
-                at.go_back();
+        if stage.balances_floating_bodies && floating.is_none() {
+            floating = FloatingBodies::new(problem, transformed);
+        }
+        state = begin().after(&state);
+        let subproblem = Subproblem {
+            transformed,
+            laws: &laws,
+            tolerance: target,
+            max_cycles: (stage.budget)(state.cycles, &traits),
+            max_resets: (stage.max_resets)(&traits),
+            floating: floating.as_ref().filter(|_| stage.balances_floating_bodies),
+        };
+        loop {
+            let subproblem = Subproblem { tolerance: target, ..subproblem };
+            end = (stage.run)(&subproblem, hierarchy, &mut state, &mut observe);
+            state.resets += std::mem::take(&mut state.monitor.resets);
+            if end != Termination::Converged {
+                break;
             }
-            if way == Way::Bounds && at.cycles < settings.max_iterations {
-                end = End::Failed;
-            }
-            keep_best(&mut best, turned, &laws, &at);
-            if let Some((_, best)) = best.take() {
-                at = best.after(at.cycles);
+            let converged = solution(problem, transformed, &state, end, settings.tolerance);
+            target *= reduction(settings.tolerance, &converged.certificate);
+            if converged.certificate.passed || target < LEAST_TARGET * settings.tolerance {
+                certified = Some(converged);
+                break;
             }
         }
-        at.resets = resets;
-        let solution = solution(problem, turned, &at, end, settings.tolerance);
-        let share = 0.5 * settings.tolerance / solution.certificate.worst;
-        target *= if share.is_nan() { LOWERED[0] } else { share.clamp(LOWERED[0], LOWERED[1]) };
-        if end != End::Converged || solution.certificate.passed || target < LEAST * settings.tolerance {
-            return Solution { history, ..solution };
+        if end == Termination::Failed {
+            state.go_back();
         }
+        if matches!(end, Termination::Failed | Termination::CycleLimit) {
+            keep_best(&mut best, &subproblem, &state.iterate);
+        }
+    }
+    let solution = certified.unwrap_or_else(|| {
+        if let Some((_, iterate)) = best.filter(|_| end != Termination::Interrupted) {
+            state.iterate = iterate;
+        }
+        // A stage that ends by its own budget has failed; the user's leaves something to raise.
+        let own_budget = end == Termination::CycleLimit && state.cycles < settings.max_iterations;
+        let end = if own_budget { Termination::Failed } else { end };
+        solution(problem, transformed, &state, end, settings.tolerance)
+    });
+    Solution { history, ..solution }
+}
+
+/// The factor for the target after a certificate that does not pass.
+fn reduction(tolerance: f64, certificate: &Certificate) -> f64 {
+    let missed = 0.5 * tolerance / certificate.worst;
+    if missed.is_nan() { REDUCTION[0] } else { missed.clamp(REDUCTION[0], REDUCTION[1]) }
+}
+
+fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Progress {
+    let count = |s| conditions.iter().filter(|x| x.state == s).count();
+    Progress {
+        phase: Phase::Multigrid,
+        iteration: cycle,
+        residual,
+        products: cycle,
+        open: count(PointState::Open),
+        stick: count(PointState::Stick),
+        slip: count(PointState::Slip),
     }
 }
 
 /// The law at each point, in its frame.
-fn laws(problem: &ContactProblem, turned: &Turned) -> Vec<Law> {
+fn point_laws(problem: &ContactProblem, transformed: &Transformed) -> Vec<PointLaw> {
     let m = problem.points();
     let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
-        let rest = [problem.contact.gap[j], reference[j], reference[m + j]];
-        // The mean over both tangents: across, displacements are counted in multiples below one.
-        let parameter = PARAMETER / (turned.points[j].flexibility * turned.points[j].scale[2]);
-        Law { friction: problem.contact.friction[j], rest, parameter }
+        let target = [problem.contact.gap[j], reference[j], reference[m + j]];
+        // The mean over both tangents: scaled displacements are smaller by a factor below one across the first.
+        let parameter = PARAMETER / (transformed.points[j].compliance * transformed.points[j].scale[2]);
+        PointLaw { friction: problem.contact.friction[j], target, parameter }
     };
     (0..m).map(law).collect()
 }
 
-/// Keeps the state, with the sets of the law there, if it violates the law less than what is kept.
-fn keep_best(best: &mut Option<(f64, State)>, turned: &Turned, laws: &[Law], at: &State) {
+/// Keeps the iterate, with the contact conditions of the law there, if it violates the law less than the one kept.
+fn keep_best(best: &mut Option<(f64, Iterate)>, problem: &Subproblem<'_>, at: &Iterate) {
     let mut at = at.clone();
-    let wrong = judge(turned, laws, &mut at);
-    if wrong.is_finite() && best.as_ref().is_none_or(|(least, _)| wrong < *least) {
-        *best = Some((wrong, at));
+    let violated = judge(problem, &mut at);
+    if violated.is_finite() && best.as_ref().is_none_or(|(least, _)| violated < *least) {
+        *best = Some((violated, at));
     }
 }
 
-/// Where floating bodies rest as rigid ones on elastic ground, which tells the points that hold them. `None` where no body
-/// floats, or where the load would close all gaps: with all points closed a body at the limit of friction does not slide off.
-fn rest(problem: &ContactProblem, turned: &Turned) -> Option<Vec<f64>> {
-    let load = norm(&turned.f);
-    let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.flexibility * load;
-    let wide = turned.points.iter().zip(&problem.contact.gap).any(wide);
-    wide.then(|| rigid_rest(problem, &turned.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
+/// The equilibrium of floating bodies as rigid ones on an elastic foundation, which finds the points that support them. `None`
+/// where no body floats, or where the load would close all gaps: with all points closed a body at the limit of friction does
+/// not slide off.
+fn rigid_equilibrium(problem: &ContactProblem, transformed: &Transformed) -> Option<Vec<f64>> {
+    let load = norm(&transformed.f);
+    let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.compliance * load;
+    let wide = transformed.points.iter().zip(&problem.contact.gap).any(wide);
+    wide.then(|| rigid_rest(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
-/// Whether a solution is the minimum of an energy: no bound of friction depends on a normal force.
+/// Whether the solution minimises an energy: no slip bound depends on a normal force.
 fn convex(friction: &[Friction]) -> bool {
     friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0))
 }
 
-/// Multipliers from the balance at the contact nodes, made admissible, and what the certificate says.
-fn solution(problem: &ContactProblem, turned: &Turned, at: &State, end: End, tolerance: f64) -> Solution {
+/// Multipliers from the balance at the contact nodes, made admissible, and their certificate.
+fn solution(
+    problem: &ContactProblem,
+    transformed: &Transformed,
+    state: &State,
+    end: Termination,
+    tolerance: f64,
+) -> Solution {
     let m = problem.points();
     let mut lambda = vec![0.0; 3 * m];
-    for (j, (p, s)) in turned.points.iter().zip(&at.sets).enumerate() {
-        let force: [f64; 3] = std::array::from_fn(|c| turned.f[p.node][c] - at.ku[p.node][c]);
-        let friction = if s.state == PointState::Slip { s.friction } else { [force[1], force[2]] };
-        let values = [if s.condition.held[0] { force[0] } else { 0.0 }, friction[0], friction[1]];
-        if s.state != PointState::Open {
-            (0..3).filter(|&c| p.live[c]).for_each(|c| lambda[c * m + j] = values[c]);
+    let conditions = &state.iterate.conditions;
+    for (j, (p, condition)) in transformed.points.iter().zip(conditions).enumerate() {
+        let force = state.iterate.force(transformed, p.node);
+        let friction = if condition.state == PointState::Slip { condition.friction } else { [force[1], force[2]] };
+        let normal = if condition.constraint.constrained[0] { force[0] } else { 0.0 };
+        let values = [normal, friction[0], friction[1]];
+        if condition.state != PointState::Open {
+            (0..3).filter(|&c| p.has_row[c]).for_each(|c| lambda[c * m + j] = values[c]);
         }
     }
     make_admissible(&problem.contact.friction, &mut lambda);
     problem.out_of_isotropic(&mut lambda);
-    let u = turned.out_of_frames(&at.u);
+    let u = transformed.out_of_frames(&state.iterate.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = match end {
-        End::Interrupted => Status::Interrupted,
+        Termination::Interrupted => Status::Interrupted,
         _ if certificate.passed => Status::Solved,
-        End::Limit => Status::MaxIterations,
-        End::Failed | End::Converged => Status::Stalled,
+        Termination::CycleLimit => Status::MaxIterations,
+        Termination::Failed | Termination::Converged => Status::Stalled,
     };
-    let states = at.sets.iter().map(|s| s.state).collect();
-    let counts = Counts { cycles: at.cycles, restarts: at.resets, ..Counts::default() };
+    let states = conditions.iter().map(|s| s.state).collect();
+    let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };
     let path = SolverPath::Multigrid;
     Solution { status, path, u, lambda, states, certificate, counts, history: Vec::new() }
 }

@@ -38,9 +38,9 @@ pub fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize
     (start, neighbour)
 }
 
-/// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then what is
-/// left joins a neighbouring aggregate, then the rest among itself. Returns the aggregate of each node and their
-/// number; a node without strong neighbours makes one of its own.
+/// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then remaining nodes
+/// join a neighbouring aggregate, then those still left form aggregates of their own. Returns the aggregate of each node
+/// and their number; a node without strong neighbours is an aggregate.
 pub fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
     let n = start.len() - 1;
     let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];

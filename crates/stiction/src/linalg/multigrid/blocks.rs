@@ -38,9 +38,9 @@ impl Pattern {
         value
     }
 
-    /// Adds to `value`, the blocks from the first row of `tasks` on, what `fill` adds up in each of their rows; they ascend.
+    /// Runs `fill` on each row of `tasks`, which ascend; `value` has the blocks from the first of these rows on.
     ///
-    /// For the instructions of the machine at hand `fill` has to be compiled into this: `#[inline(always)]`.
+    /// `fill` has to be `#[inline(always)]`, so that it is compiled for the vector instructions of the machine at hand.
     pub(super) fn fill<const R: usize, const C: usize>(
         &self,
         tasks: &[Range<usize>],
@@ -109,8 +109,8 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
     }
 
     /// A matrix whose row `i` has the columns that `columns` names (in any order, repeated or not) and the values that
-    /// `fill` adds up in its zeroed blocks. Rows are made in parallel, each by one thread, straight into their place:
-    /// at this size copies and fresh pages cost more than the arithmetic.
+    /// `fill` accumulates in its zeroed blocks. Rows are computed in parallel, each by one thread, in place: at this size
+    /// copies and fresh pages cost more than the arithmetic.
     pub(super) fn from_rows(
         rows: usize,
         cols: usize,
@@ -124,8 +124,8 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         Blocks { rows, cols, start, column, value }
     }
 
-    /// Puts the rows of `new` in the place of `rows`, which ascend and none of which gets shorter. Everything else moves up
-    /// within the same memory: another matrix as large would cost more than all arithmetic on a few rows.
+    /// Replaces `rows`, which ascend and none of which gets shorter, by the rows of `new`. The others move up within the same
+    /// memory: a second matrix of this size would cost more than the arithmetic on a few rows.
     pub(super) fn replace_rows(&mut self, rows: &[u32], new: &Blocks<R, C>) {
         let mut end = self.column.len();
         let grown = |t: usize, i: usize| new.row(t).0.len() - self.row(i).0.len();
@@ -147,7 +147,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         }
     }
 
-    /// The transpose's pattern: for each column the rows that hold it, with the places of the blocks.
+    /// The transpose's pattern: for each column the rows that contain it, with the places of the blocks.
     pub(super) fn by_columns(&self) -> (Vec<usize>, Vec<(u32, u32)>) {
         let mut start = vec![0usize; self.cols + 1];
         self.column.iter().for_each(|&j| start[j as usize + 1] += 1);
@@ -191,7 +191,7 @@ impl<const R: usize, const C: usize> Row<'_, R, C> {
     }
 }
 
-/// Where the unknowns of a matrix stand in vectors of nodes with three components.
+/// The position of each unknown in vectors of nodes with three components.
 #[derive(Debug, Clone)]
 pub struct Nodes {
     /// Node and component of each unknown.
@@ -200,7 +200,7 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// Nodes of the graph; `None` if one has more than three unknowns.
+    /// The nodes of the graph; `None` if one has more than three unknowns.
     pub fn new(graph: &NodeGraph, unknowns: usize) -> Option<Nodes> {
         let mut of = vec![(0, 0); unknowns];
         for v in 0..graph.len() {
@@ -213,7 +213,7 @@ impl Nodes {
         Some(Nodes { of, count: graph.len() })
     }
 
-    /// A vector of unknowns as one of nodes; components no unknown stands for are zero.
+    /// A vector of unknowns as one of nodes; components without unknown are zero.
     pub fn gather(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let mut y = vec![[0.0; 3]; self.count];
         self.of.iter().zip(x).for_each(|(&(v, c), &x)| y[v as usize][c as usize] = x);
@@ -225,7 +225,7 @@ impl Nodes {
         self.of.iter().map(|&(v, c)| y[v as usize][c as usize]).collect()
     }
 
-    /// The matrix by nodes; components no unknown stands for get the identity, so that it stays positive definite.
+    /// The matrix by nodes; components without unknown get a diagonal entry, so that it stays positive definite.
     pub fn blocks(&self, k: &SymmetricCsr, graph: &NodeGraph) -> Blocks<3, 3> {
         let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
             name(v as u32);
@@ -245,7 +245,7 @@ impl Nodes {
                         row.at(w)[r][c as usize] += a;
                     }
                 }
-                // What is right of the diagonal stands in the rows of the neighbours, in the columns of the node.
+                // Entries right of the diagonal are stored in the rows of the neighbours, in the columns of the node.
                 let (Some(&lowest), Some(&highest)) = (own.first(), own.last()) else { return };
                 for &w in graph.neighbours_of(v).iter().chain([&(v as u32)]) {
                     let block = row.at(w);

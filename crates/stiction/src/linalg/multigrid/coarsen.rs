@@ -12,11 +12,11 @@ use crate::linalg::pattern::{Pattern, tasks};
 /// The near-kernel at one node: a row of six values for each of its components.
 pub type Kernel<const R: usize> = [[f64; 6]; R];
 
-/// A coarser level: its matrix, the prolongation to it and what it needs of its own.
+/// A coarser level: its matrix, its near-kernel and the prolongation from it.
 #[derive(Debug, Clone)]
 pub struct Coarser<const R: usize> {
     pub prolongation: Blocks<R, 6>,
-    /// The rows of `A P` that were asked for, of use for local changes of the coarse matrix.
+    /// The requested rows of `A P`, for local changes of the coarse matrix.
     pub a_times_p: Blocks<R, 6>,
     pub matrix: Blocks<6, 6>,
     pub kernel: Vec<Kernel<6>>,
@@ -24,8 +24,8 @@ pub struct Coarser<const R: usize> {
 
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
-/// prolongation follow couplings that are strong and near. `None` if that makes nothing coarser. Rows of `A P` are kept
-/// for the nodes `wanted`.
+/// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
+/// are kept for the nodes `wanted`.
 pub fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     kernel: &[Kernel<R>],
@@ -35,14 +35,14 @@ pub fn coarsen<const R: usize>(
     let kept = near(a, kernel, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
-    // Six unknowns an aggregate against R a node: flat cells in thin layers have two nodes an aggregate or little more.
+    // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
     if 6 * count > R * a.rows * 9 / 10 {
         return None;
     }
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| inverse(&a.diagonal(i))).collect();
-    // Aggregates a node has no kept neighbour in are out of its reach: they would fill the coarse matrix across
-    // couplings that carry little.
+    // Aggregates in which a node has no kept neighbour are out of its reach: they would fill the coarse matrix across
+    // weak couplings.
     let out = marks(a, |i, place| {
         let reach = |g: u32| (a.start[i]..a.start[i + 1]).any(|p| kept[p] && of[a.column[p] as usize] == g);
         let g = of[a.column[place] as usize];
@@ -55,8 +55,8 @@ pub fn coarsen<const R: usize>(
     Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
 }
 
-/// A coarser level with the displacements of the fine one, of use for a matrix that is no larger than a coarsest one
-/// needs to be: each node is an aggregate of its own, with as many idle unknowns as it has fewer than six.
+/// A coarse level with the displacements of the fine one, for a matrix that is small enough for a coarsest level: each node is
+/// an aggregate of its own, with idle unknowns that fill it up to six.
 pub fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[u32]) -> Option<Coarser<R>> {
     let of: Vec<u32> = (0..a.rows as u32).collect();
     let (tentative, kernel) = tentative(&of, a.rows, kernel);
@@ -66,8 +66,8 @@ pub fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[
     Some(Coarser { prolongation, a_times_p, matrix, kernel })
 }
 
-/// A coarse matrix with so many times the numbers of its finer one costs more than it saves. Flat cells, which
-/// coarsen along lines of three nodes only, have up to 2.6 times as many.
+/// Most entries of a coarse matrix over those of the finer one. Flat cells, which coarsen along lines of three nodes only,
+/// reach 2.6.
 const MOST_FILL: usize = 4;
 
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.
@@ -95,7 +95,7 @@ fn tentative<const R: usize>(of: &[u32], count: usize, kernel: &[Kernel<R>]) -> 
     (basis, made.into_iter().map(|(_, coarse)| coarse).collect())
 }
 
-/// Makes the columns of a few blocks orthonormal, or zero; the result says what they were in them.
+/// Makes the columns of a few blocks orthonormal, or zero, and returns the triangular factor of the decomposition.
 fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
     let mut coarse = [[0.0; 6]; 6];
     let product = |basis: &[Block<R, 6>], p: usize, q: usize| -> f64 {
@@ -119,11 +119,11 @@ fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
     coarse
 }
 
-/// A column of the near-kernel that keeps less than this share of its length beside the others depends on them.
+/// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
 const DEPENDENT: f64 = 1e-8;
 
-/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with what is `out` of reach lumped on the
-/// diagonal: power steps from a rough start.
+/// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with blocks `out` of reach lumped on the
+/// diagonal: power iteration from a rough start.
 fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: &[Block<R, R>]) -> f64 {
     let mut x: Vec<[f64; R]> =
         (0..a.rows).map(|i| std::array::from_fn(|c| ((i * R + c) as f64 * 1.618).fract() - 0.5)).collect();
@@ -149,10 +149,10 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: 
     value
 }
 
-/// The damping is not sensitive to the estimate.
+/// Steps of the power iteration; the damping is not sensitive to the estimate.
 const POWER_STEPS: usize = 8;
 
-/// What the prolongation is smoothed with.
+/// The data of the prolongation smoother.
 struct Smoother<'a, const R: usize> {
     inverses: &'a [Block<R, R>],
     omega: f64,
@@ -163,10 +163,10 @@ struct Smoother<'a, const R: usize> {
     out: &'a [bool],
 }
 
-/// `P = (I - omega D⁻¹ A) T` within the reach of each node. What is left out of a row is spread over the rest so that
-/// the near-kernel is represented as before: the smallest change in the sum of squares over those of the blocks that
-/// are there (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without those weights
-/// stiff nodes would be made to follow soft aggregates.
+/// `P = (I - omega D⁻¹ A) T` within the reach of each node. Omitted blocks of a row are redistributed over the kept ones so
+/// that the near-kernel is still represented exactly: the smallest change in the sum of squares, weighted with those of the
+/// kept blocks (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without the weights
+/// stiff nodes would be tied to soft aggregates.
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
     smoother: &Smoother<'_, R>,
@@ -211,7 +211,7 @@ fn smoothed<const R: usize>(
     )
 }
 
-/// Adds to the blocks of a row what makes their product with the near-kernel larger by `lost`.
+/// Adds to the blocks of a row the weighted least change that increases their product with the near-kernel by `lost`.
 fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Row<'_, R, 6>) {
     let weights: Vec<f64> = row.values.iter().map(square).collect();
     let mut gram = [[0.0; 6]; 6];
@@ -228,10 +228,10 @@ fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Ro
     }
 }
 
-/// `Pᵀ A P` and the wanted rows of `A P`; a coarse unknown that nothing depends on gets a one on the diagonal. `None` if
-/// it fills in too much.
+/// `Pᵀ A P` and the wanted rows of `A P`; an idle coarse unknown gets a positive diagonal entry. `None` if the fill exceeds
+/// [`MOST_FILL`].
 ///
-/// `A P` would be the largest matrix of the whole set-up: it is made by slabs of rows, each used up before the next.
+/// `A P` would be the largest matrix of the set-up. It is computed by slabs of rows, each consumed before the next.
 fn galerkin<const R: usize>(
     a: &Blocks<R, R>,
     p: &Blocks<R, 6>,
@@ -319,10 +319,10 @@ fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>, i: usize, row: &m
     }
 }
 
-/// Bytes of `A P` at a time: enough for the threads, and what caches hold.
+/// Bytes of `A P` at a time: enough rows for the threads, few enough for the caches.
 const SLAB: usize = 16 << 20;
 
-/// The coarse nodes that a slab reaches, a few at a time: they lie together, and what is left to one thread is left to one.
+/// The coarse nodes that a slab reaches, in small groups of neighbours, one task each.
 fn coarse_tasks(reached: &[u32]) -> Vec<Range<usize>> {
     let mut nodes = reached.to_vec();
     nodes.sort_unstable();

@@ -43,8 +43,8 @@ pub fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
     a.iter().flatten().map(|v| v * v).sum()
 }
 
-/// A direction whose pivot is below this share of its diagonal entry carries nothing.
-const NOTHING: f64 = 1e-12;
+/// A pivot below this multiple of its diagonal entry counts as zero.
+const ZERO_PIVOT: f64 = 1e-12;
 
 /// The lower Cholesky factor of a symmetric block and the pivots; columns whose pivot is not above `least` are zero and
 /// count as pivot zero.
@@ -63,25 +63,25 @@ fn cholesky<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> (Block<R, R>, 
     (l, pivots)
 }
 
-fn nothing<const R: usize>(a: &Block<R, R>) -> [f64; R] {
-    std::array::from_fn(|k| NOTHING * a[k][k])
+fn zero_pivots<const R: usize>(a: &Block<R, R>) -> [f64; R] {
+    std::array::from_fn(|k| ZERO_PIVOT * a[k][k])
 }
 
-/// The inverse of a symmetric positive semidefinite block; directions that carry nothing are left out (zero rows and
+/// The inverse of a symmetric positive semidefinite block; directions with a zero pivot are left out (zero rows and
 /// columns).
 pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
-    inverse_above(a, &nothing(a))
+    inverse_above(a, &zero_pivots(a))
 }
 
-/// What is left of a direction is rounding if it is this share of its pivot before, or less.
+/// A pivot that truncation has reduced to this multiple of its former value is rounding.
 const ROUNDING: f64 = 1e-10;
-/// Sweeps in single precision know no direction whose pivot is below this share of its diagonal entry.
+/// A pivot below this multiple of its diagonal entry is not resolved in single precision.
 const SINGLE: f64 = 1e-6;
 
-/// The same for sweeps in single precision, of what truncation has left of a block that was `before`: directions of which
-/// only rounding is left are left out too. Steps along them would be a million times too long.
-pub fn inverse_of_rest<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
-    let (_, pivots) = cholesky(before, &nothing(before));
+/// [`inverse`] of a block after truncation, `before` it untruncated, for sweeps in single precision: directions whose pivot
+/// is rounding are left out too, because steps along them would be a million times too long.
+pub fn inverse_of_truncated<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
+    let (_, pivots) = cholesky(before, &zero_pivots(before));
     inverse_above(a, &std::array::from_fn(|k| (ROUNDING * pivots[k]).max(SINGLE * a[k][k])))
 }
 
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_inverse_leaves_out_what_carries_nothing() {
+    fn the_inverse_leaves_out_directions_with_a_zero_pivot() {
         let a = [[4.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 0.0]];
         let b = inverse(&a);
         let mut product = [[0.0; 3]; 3];
@@ -138,8 +138,8 @@ mod tests {
         // The first direction was far stiffer, the third depends on the second but for rounding.
         let before = [[4e11, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 1.0]];
         let left = [[4.0, 0.0, 0.0], [0.0, 3.0, 3.0], [0.0, 3.0, 3.0 + 1e-7]];
-        let rest = inverse_of_rest(&left, &before);
-        assert!((rest[1][1] - 1.0 / 3.0).abs() < 1e-15 && rest[0] == [0.0; 3] && rest[2] == [0.0; 3]);
+        let inverse = inverse_of_truncated(&left, &before);
+        assert!((inverse[1][1] - 1.0 / 3.0).abs() < 1e-15 && inverse[0] == [0.0; 3] && inverse[2] == [0.0; 3]);
         let only_second = inverse_on(&a, &[false, true, true]);
         assert!((only_second[1][1] - 1.0 / 3.0).abs() < 1e-15 && only_second[0] == [0.0; 3]);
     }

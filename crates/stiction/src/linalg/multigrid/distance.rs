@@ -4,16 +4,16 @@ use super::aggregate::marks;
 use super::blocks::Blocks;
 use super::coarsen::Kernel;
 
-/// A neighbour that is more than so many times as far as the nearest ones is across the short side of stretched
-/// cells: in a cube and in its tetrahedra no neighbour is more than 1.74 times as far as the nearest.
+/// A neighbour is far if its distance exceeds this multiple of the nearest neighbour's: it lies along the long side of
+/// stretched cells. In a cube and in its tetrahedra the largest ratio is 1.74.
 const FAR: f64 = 2.0;
 
 /// The strong blocks whose nodes are not far apart, measured by the nearest strongly coupled neighbour of each.
 ///
-/// The matrix of stretched cells does not tell: trilinear elements couple along the long side with a quarter of the
-/// strength across the short one however long they are, although nothing smooths along it. Lengths do tell (as in
-/// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006), and the rigid motions know
-/// the places; where they do not, nothing is far.
+/// The entries of the matrix do not show it: trilinear elements couple along the long side with a quarter of the
+/// strength across the short one however long they are, although nothing smooths along it. Distances do (as in
+/// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are computed from the
+/// rigid motions; where these do not contain the coordinates, nothing is far.
 pub fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
     let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
     let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
@@ -32,12 +32,12 @@ pub fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bo
     })
 }
 
-/// The centre of a node or an aggregate from its rigid motions `B = [T, T x]`, with `T x` the turns at `x`: in the
-/// first three columns of `Bᵀ B` stands how much of each translation there is, and that times the place. Not a number
-/// where the motions do not tell.
+/// The coordinates of a node or the centre of an aggregate from its rigid motions `B = [T, T x]`, with `T x` the rotations
+/// at `x`: the first three rows of `Bᵀ B` hold the squared norm of each translation, and that times the coordinates. Not a
+/// number where the motions do not contain them.
 pub(super) fn place<const R: usize>(b: &Kernel<R>) -> [f64; 3] {
     let product = |p: usize, q: usize| -> f64 { b.iter().map(|row| row[p] * row[q]).sum() };
-    // Turns about x, y, z move a point by (0, -z, y), (z, 0, -x), (-y, x, 0).
+    // Rotations about x, y, z move a point by (0, -z, y), (z, 0, -x), (-y, x, 0).
     let pairs = [[(1, 5, 1.0), (2, 4, -1.0)], [(0, 5, -1.0), (2, 3, 1.0)], [(0, 4, 1.0), (1, 3, -1.0)]];
     pairs.map(|[first, second]| {
         let best = if product(first.0, first.0) >= product(second.0, second.0) { first } else { second };

@@ -25,7 +25,7 @@ pub fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64; C]; R]
     std::array::from_fn(|r| std::array::from_fn(|c| f64::from(a[c][r])))
 }
 
-/// In single precision, whose range is narrow, with the largest entry as the unit.
+/// Single precision with the largest entry as the unit, because its range of exponents is narrow.
 pub fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
     let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
     (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())

@@ -88,7 +88,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
                 own
             });
         }
-        // A row is exact up to its own node: what is left comes from the nodes swept later.
+        // The sweep satisfies a row up to its own node: its residual comes from the nodes swept later.
         let mut residual = vec![[0.0; R]; b.len()];
         residual.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, residual)| {
             let nodes = self.nodes(chunk);
@@ -125,7 +125,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
                     || {
                         for i in nodes.clone().rev() {
                             let mut sum = Sum::<R, R, W>::zero();
-                            // The node itself adds nothing to its own row.
+                            // The sum is over the other nodes of the row.
                             own[i - first] = [0.0; R];
                             // Backwards as well: what comes next in memory is fetched ahead of its use.
                             for place in (self.matrix.start[i]..self.matrix.start[i + 1]).rev() {
@@ -148,7 +148,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
     }
 }
 
-/// The value of a node that balances its row, where the others add `sum` to it.
+/// The value of a node that satisfies its row, where the other nodes contribute `sum`.
 #[inline(always)]
 fn step<const R: usize, const W: usize>(inverses: &[f32], node: usize, b: &[f32; R], sum: &Sum<R, R, W>) -> [f32; R] {
     let sum = sum.total();

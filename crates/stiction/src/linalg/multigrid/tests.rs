@@ -4,7 +4,7 @@ use super::dense::{add_product, add_transpose_product};
 use super::distance::place;
 use super::*;
 
-/// A lattice of springs along edges and face diagonals with steps of these lengths, held weakly everywhere: an
+/// A lattice of springs along edges and face diagonals with steps of these lengths, weakly supported everywhere: an
 /// elastic body without elements.
 pub(super) fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Kernel<3>>) {
     let [a, b, c] = size;
@@ -56,13 +56,13 @@ fn truncated_galerkin(
     a: &Blocks<3, 3>,
     step: &Coarser<3>,
     nodes: &[u32],
-    conditions: &[Condition],
+    constraints: &[NodeConstraint],
 ) -> Vec<Vec<Block<6, 6>>> {
-    let condition = |v: usize| nodes.iter().position(|&n| n as usize == v).map(|k| conditions[k]).unwrap_or_default();
+    let constraint = |v: usize| nodes.iter().position(|&n| n as usize == v).map(|k| constraints[k]).unwrap_or_default();
     let p = |v: usize, k: usize| {
         let mut block = step.prolongation.place(v, k).map_or([[0.0; 6]; 3], |place| step.prolongation.value[place]);
-        let held = condition(v).held;
-        (0..3).filter(|&r| held[r]).for_each(|r| block[r] = [0.0; 6]);
+        let constrained = constraint(v).constrained;
+        (0..3).filter(|&r| constrained[r]).for_each(|r| block[r] = [0.0; 6]);
         block
     };
     let coarse = step.matrix.rows;
@@ -72,7 +72,7 @@ fn truncated_galerkin(
         for (&j, block) in columns.iter().zip(blocks) {
             let mut block = *block;
             if j as usize == i {
-                let spring = condition(i).spring;
+                let spring = constraint(i).spring;
                 block.iter_mut().flatten().zip(spring.iter().flatten()).for_each(|(a, s)| *a += s);
             }
             for l in 0..coarse {
@@ -148,11 +148,11 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels = Multigrid::new(&mut a.clone(), &kernel, &[], None).unwrap().numbers();
+        let levels = Hierarchy::new(&mut a.clone(), &kernel, &[], None).unwrap().level_sizes();
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
-        assert!(levels.last().unwrap().0 <= BOTTOM, "{levels:?}");
+        assert!(levels.last().unwrap().0 <= COARSEST_NODES, "{levels:?}");
     }
 }
 
@@ -166,58 +166,58 @@ fn local_changes_give_the_galerkin_product_of_the_truncated_prolongation() {
 fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 4 == 0).collect();
     let spring = [[0.0; 3], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
-    let conditions: Vec<Condition> = (0..nodes.len())
+    let constraints: Vec<NodeConstraint> = (0..nodes.len())
         .map(|k| match k % 4 {
-            0 => Condition { held: [true; 3], ..Default::default() },
-            1 => Condition { held: [true, false, false], spring, ..Default::default() },
-            2 => Condition::default(),
-            _ => Condition { held: [true, false, false], ..Default::default() },
+            0 => NodeConstraint { constrained: [true; 3], ..Default::default() },
+            1 => NodeConstraint { constrained: [true, false, false], spring, ..Default::default() },
+            2 => NodeConstraint::default(),
+            _ => NodeConstraint { constrained: [true, false, false], ..Default::default() },
         })
         .collect();
     let step = coarsen(&a, &kernel, STRONG, &nodes).unwrap();
-    assert_local_changes(&a, &a, &step, &nodes, &conditions);
+    assert_local_changes(&a, &a, &step, &nodes, &constraints);
 }
 
-/// A block with a face that slips, and a hierarchy that knows.
+/// A block with a slipping face, and its constrained hierarchy.
 struct SlippingFace {
     a: Blocks<3, 3>,
     nodes: Vec<u32>,
-    conditions: Vec<Condition>,
-    multigrid: Multigrid,
+    constraints: Vec<NodeConstraint>,
+    hierarchy: Hierarchy,
 }
 
-const FOLLOWS: [f64; 2] = [0.3, -0.4];
+const COULOMB: [f64; 2] = [0.3, -0.4];
 
 impl SlippingFace {
     fn new() -> Self {
         let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
         // One face, whose normal component comes first; a node in seven is open.
         let nodes: Vec<u32> = (0..a.rows as u32).filter(|&v| place(&kernel[v as usize])[0] < 0.5).collect();
-        let slips = Condition { held: [true, false, false], follows: FOLLOWS, ..Default::default() };
-        let conditions: Vec<Condition> =
-            (0..nodes.len()).map(|k| if k % 7 == 0 { Condition::default() } else { slips }).collect();
-        let mut multigrid = Multigrid::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
-        multigrid.constrain(&conditions, true);
-        SlippingFace { a, nodes, conditions, multigrid }
+        let slips = NodeConstraint { constrained: [true, false, false], coulomb: COULOMB, ..Default::default() };
+        let constraints: Vec<NodeConstraint> =
+            (0..nodes.len()).map(|k| if k % 7 == 0 { NodeConstraint::default() } else { slips }).collect();
+        let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+        hierarchy.constrain(&constraints, true);
+        SlippingFace { a, nodes, constraints, hierarchy }
     }
 
     /// Displacements of the first coarse level on the finest.
     fn fine(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
         let mut up = vec![[0.0; 3]; self.a.rows];
-        self.multigrid.first.add_times(x, &mut up);
+        self.hierarchy.first.add_times(x, &mut up);
         up.iter().map(|x| x.map(f64::from)).collect()
     }
 
     fn truncated(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
         let mut u = self.fine(x);
-        let held = self.nodes.iter().zip(&self.conditions).filter(|(_, c)| c.held[0]);
-        held.for_each(|(&v, _)| u[v as usize][0] = 0.0);
+        let constrained = self.nodes.iter().zip(&self.constraints).filter(|(_, c)| c.constrained[0]);
+        constrained.for_each(|(&v, _)| u[v as usize][0] = 0.0);
         u
     }
 
     fn lifted(&self, x: &[[f32; 6]]) -> Vec<[f64; 3]> {
         let mut up = vec![[0.0; 6]; x.len()];
-        let lifts = self.multigrid.following.lifts.iter();
+        let lifts = self.hierarchy.coulomb_coupling.lifts.iter();
         lifts.for_each(|(k, lift)| packed::add(lift, &x[*k as usize], &mut up[*k as usize]));
         self.fine(&up)
     }
@@ -233,44 +233,44 @@ fn dot<A: Copy + Into<f64>, const R: usize>(a: &[[A; R]], b: &[[A; R]]) -> f64 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(&a, &b)| a.into() * b.into()).sum()
 }
 
-/// What the second coarse level loses, by the functions themselves: `-(lifts of the tests)ᵀ A (functions truncated at held
-/// components)`.
+/// The coupling's part of the second coarse level, by the functions themselves: `-(lifts of the tests)ᵀ A (functions truncated
+/// at constrained components)`.
 #[test]
-fn the_force_that_follows_is_tested_by_lifts_and_lifts_follow_the_tangential_motion() {
+fn the_coulomb_coupling_is_tested_by_lifts_and_lifts_fit_the_coupled_tangential_motion() {
     let face = SlippingFace::new();
-    let SlippingFace { a, nodes, conditions, multigrid } = &face;
-    let size = multigrid.coarse.get(1).map_or(multigrid.bottom.nodes(), |level| level.matrix.rows);
+    let SlippingFace { a, nodes, constraints, hierarchy } = &face;
+    let size = hierarchy.coarse.get(1).map_or(hierarchy.coarsest.nodes(), |level| level.matrix.rows);
     let (x, test) = (scattered(size, 0), scattered(size, 333));
     let mut found = vec![[0.0f32; 6]; size];
-    multigrid.subtract_following(1, &x, &mut found);
+    hierarchy.subtract_coulomb(1, &x, &mut found);
     let first = |x: &[[f32; 6]]| {
-        let mut up = vec![[0.0; 6]; multigrid.coarse[0].matrix.rows];
-        multigrid.further[0].add_times(x, &mut up);
+        let mut up = vec![[0.0; 6]; hierarchy.coarse[0].matrix.rows];
+        hierarchy.further[0].add_times(x, &mut up);
         up
     };
     let force = a.times(&face.truncated(&first(&x)));
     let (given, expected) = (dot(&test, &found), dot(&face.lifted(&first(&test)), &force));
     assert!((given - expected).abs() < 1e-4 * expected.abs(), "{given} {expected}");
-    // The motion along the face of the first coarse level: lifts move the face by about what follows, each by its own fit.
+    // The motion along the face of the first coarse level: lifts move the face by about the coupled part, each by its own fit.
     let (_, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let step = coarsen(a, &kernel, STRONG, nodes).unwrap();
     let along: Vec<[f32; 6]> = step.kernel.iter().map(|k| std::array::from_fn(|c| k[c][1] as f32)).collect();
     let up = face.lifted(&along);
     let mean = nodes.iter().map(|&v| up[v as usize][0]).sum::<f64>() / nodes.len() as f64;
-    let share = conditions.iter().filter(|c| c.held[0]).count() as f64 / nodes.len() as f64;
-    assert!((mean / (share * FOLLOWS[0]) - 1.0).abs() < 0.25, "{mean}");
+    let share = constraints.iter().filter(|c| c.constrained[0]).count() as f64 / nodes.len() as f64;
+    assert!((mean / (share * COULOMB[0]) - 1.0).abs() < 0.25, "{mean}");
 }
 
-/// The work of the residual on the functions of the first coarse level, truncated at held components, less that on their
-/// lifts; the residual is that of the matrix itself, though sweeps are of rows less what follows.
+/// The work of the residual on the functions of the first coarse level, truncated at constrained components, less that on their
+/// lifts; the residual is that of the matrix itself, though the sweeps solve the coupled rows.
 #[test]
-fn what_is_handed_down_is_the_residual_on_truncated_functions_less_that_on_lifts() {
+fn the_restricted_residual_is_that_on_truncated_functions_less_that_on_lifts() {
     let face = SlippingFace::new();
-    let SlippingFace { a, nodes, conditions, multigrid } = &face;
+    let SlippingFace { a, nodes, constraints, hierarchy } = &face;
     let mut b: Vec<[f32; 3]> = scattered(a.rows, 77);
-    nodes.iter().zip(conditions).filter(|(_, c)| c.held[0]).for_each(|(&v, _)| b[v as usize][0] = 0.0);
-    let (x, left) = multigrid.fine.forward(&b);
-    let found = multigrid.hand_down(&x, left);
+    nodes.iter().zip(constraints).filter(|(_, c)| c.constrained[0]).for_each(|(&v, _)| b[v as usize][0] = 0.0);
+    let (x, left) = hierarchy.fine.forward(&b);
+    let found = hierarchy.restrict_residual(&x, left);
     let mut residual = a.times(&x.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>());
     for (r, b) in residual.iter_mut().flatten().zip(b.iter().flatten()) {
         *r = f64::from(*b) - *r;
@@ -286,64 +286,64 @@ fn what_is_handed_down_is_the_residual_on_truncated_functions_less_that_on_lifts
 }
 
 #[test]
-fn the_nested_problem_is_the_one_on_the_finest_level_in_a_smaller_space() {
+fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
-    let mut multigrid = Multigrid::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
-    // What the levels were last constrained to does not matter.
-    multigrid.constrain(&vec![Condition { held: [true; 3], ..Default::default() }; nodes.len()], true);
+    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+    // Earlier constraints of the levels do not matter.
+    hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
-    let mut nested = Nested::new(&mut multigrid).unwrap();
+    let mut coarse = CoarseProblem::new(&mut hierarchy).unwrap();
     let f: Vec<[f64; 3]> = (0..a.rows).map(|i| [1.0, (i % 3) as f64, (i % 7) as f64 - 3.0]).collect();
-    let f_nested = nested.restrict(&f);
+    let f_coarse = coarse.restrict(&f);
     let pulls = |u: &[[f64; 3]]| -> Vec<[f64; 3]> {
         u.iter().map(|u| spring.map(|row| row.iter().zip(u).map(|(s, u)| s * u).sum())).collect()
     };
-    nested.set_springs(&vec![spring; nodes.len()]);
-    let mut x = vec![[0.0; 6]; f_nested.len()];
+    coarse.set_springs(&vec![spring; nodes.len()]);
+    let mut x = vec![[0.0; 6]; f_coarse.len()];
     let size = |r: &[[f64; 6]]| r.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
-    let residual = |nested: &Nested, x: &[[f64; 6]]| -> Vec<[f64; 6]> {
-        let (inner, held) = (nested.times(x), nested.from_nodes(&pulls(&nested.to_nodes(x))));
-        let all = f_nested.iter().zip(inner).zip(held);
-        all.map(|((f, inner), held)| std::array::from_fn(|c| f[c] - inner[c] - held[c])).collect()
+    let residual = |coarse: &CoarseProblem, x: &[[f64; 6]]| -> Vec<[f64; 6]> {
+        let (inner, springs) = (coarse.times(x), coarse.from_nodes(&pulls(&coarse.to_nodes(x))));
+        let all = f_coarse.iter().zip(inner).zip(springs);
+        all.map(|((f, inner), springs)| std::array::from_fn(|c| f[c] - inner[c] - springs[c])).collect()
     };
     for _ in 0..40 {
-        let r = residual(&nested, &x);
+        let r = residual(&coarse, &x);
         // The same residual by way of the finest level.
-        let u = nested.prolong(&x);
+        let u = coarse.prolong(&x);
         let mut fine = a.times(&u);
         fine.iter_mut().flatten().zip(f.iter().flatten()).for_each(|(r, f)| *r = f - *r);
         let at_nodes: Vec<[f64; 3]> = nodes.iter().map(|&v| u[v as usize]).collect();
         for (&v, pull) in nodes.iter().zip(pulls(&at_nodes)) {
             (0..3).for_each(|c| fine[v as usize][c] -= pull[c]);
         }
-        for (r, s) in r.iter().flatten().zip(nested.restrict(&fine).iter().flatten()) {
-            assert!((r - s).abs() < 1e-4 * size(&f_nested), "{r} {s}");
+        for (r, s) in r.iter().flatten().zip(coarse.restrict(&fine).iter().flatten()) {
+            assert!((r - s).abs() < 1e-4 * size(&f_coarse), "{r} {s}");
         }
-        let z = nested.cycle(&r);
+        let z = coarse.cycle(&r);
         x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += z);
     }
     // Cycles that knew of other springs would not converge to the solution with these.
-    let r = residual(&nested, &x);
-    assert!(size(&r) < 1e-4 * size(&f_nested), "{:e}", size(&r) / size(&f_nested));
+    let r = residual(&coarse, &x);
+    assert!(size(&r) < 1e-4 * size(&f_coarse), "{:e}", size(&r) / size(&f_coarse));
 }
 
-/// Beside the displacement of a node on the surface under a unit force on it. What its own stiffness tells falls to a tenth
-/// of that in flat cells.
+/// Compared with the displacement of a node on the surface under a unit force on it, of which the node's own compliance
+/// is only a tenth in flat cells.
 #[test]
-fn the_levels_tell_how_much_a_node_gives_way_in_flat_cells_too() {
+fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
     for step in [[1.0; 3], [20.0, 20.0, 1.0]] {
         let (a, kernel) = lattice([13, 13, 13], step);
         let node = (6 * 13 + 6) * 13;
-        let multigrid = Multigrid::new(&mut a.clone(), &kernel, &[node as u32], None).unwrap();
-        let (own, coarse) = (inverse(&a.diagonal(node)), multigrid.coarse_flexibilities()[0]);
+        let hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None).unwrap();
+        let (own, coarse) = (inverse(&a.diagonal(node)), hierarchy.coarse_compliances()[0]);
         for c in 0..3 {
             let mut u = vec![[0.0; 3]; a.rows];
             for _ in 0..60 {
                 let mut r = a.times(&u);
                 r.iter_mut().flatten().for_each(|r| *r = -*r);
                 r[node][c] += 1.0;
-                let z = multigrid.cycle(&r);
+                let z = hierarchy.cycle(&r);
                 u.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(u, z)| *u += z);
             }
             let ratio = (own[c][c] + coarse[c]) / u[node][c];
@@ -352,23 +352,23 @@ fn the_levels_tell_how_much_a_node_gives_way_in_flat_cells_too() {
     }
 }
 
-/// The coarse matrix of `a` and its local change beside the product with the matrix `conditioned` the long way.
+/// Compares the coarse matrix of `a` and its local change with the full product of the matrix `conditioned`.
 pub(super) fn assert_local_changes(
     a: &Blocks<3, 3>,
     conditioned: &Blocks<3, 3>,
     step: &Coarser<3>,
     nodes: &[u32],
-    conditions: &[Condition],
+    constraints: &[NodeConstraint],
 ) {
-    let local = truncate::Local::new(a, step, nodes);
-    let expected = truncated_galerkin(conditioned, step, nodes, conditions);
-    let change = local.change(conditions, step.matrix.rows);
+    let truncation = truncation::Truncation::new(a, step, nodes);
+    let expected = truncated_galerkin(conditioned, step, nodes, constraints);
+    let change = truncation.change(constraints, step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
             let before = step.matrix.place(k, l).map_or([[0.0; 6]; 6], |place| step.matrix.value[place]);
             // What changes has its place in the matrix.
             let room = step.matrix.place(k, l).is_some();
-            let row = local.touched[0].iter().position(|&t| t as usize == k);
+            let row = truncation.touched[0].iter().position(|&t| t as usize == k);
             let d = row.and_then(|t| change.place(t, l).map(|place| change.value[place])).unwrap_or([[0.0; 6]; 6]);
             for r in 0..6 {
                 for c in 0..6 {

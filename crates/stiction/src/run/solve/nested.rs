@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use crate::fem::full_displacement;
-use crate::friction::{Primal, Settings, solve_primal};
+use crate::friction::{Multigrid, Settings, solve_multigrid};
 use crate::run::pose::{Coarser, Prepared};
 
 /// Accuracy of the coarse solution; a better one saves no fine cycles, one of 0.1 costs one now and then.
@@ -19,10 +19,10 @@ const CYCLES: usize = 100;
 /// if it is not found.
 pub(crate) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
-    let mut primal = Primal::new(problem).ok()?;
+    let mut multigrid = Multigrid::new(problem).ok()?;
     let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared));
     let settings = Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
-    let solution = solve_primal(problem, &mut primal, &settings, &mut |_| ControlFlow::Continue(()));
+    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
     if !solution.certificate.passed {
         return None;
     }

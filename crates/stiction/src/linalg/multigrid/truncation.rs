@@ -1,51 +1,51 @@
-use super::Multigrid;
+use super::Hierarchy;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
-use super::dense::{add_product, add_transpose_product, inverse_of_rest, inverse_on};
-use super::following::{Following, following};
+use super::coarsest::CoarsestFactor;
+use super::coulomb_coupling::{CoulombCoupling, coupled_inverse};
+use super::dense::{add_product, add_transpose_product, inverse_of_truncated, inverse_on};
 use super::packed::{Packed, double, single};
 use super::smoother::Level;
-use crate::linalg::multigrid::bottom::Bottom;
 
-/// What is constrained at a node: components held at their value, and a stiffness added to its diagonal block
-/// (positive semidefinite, on components that are free).
+/// The constraint at a node: constrained components, which keep their value, and a stiffness added to its diagonal block
+/// (positive semidefinite, on free components).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Condition {
-    pub held: [bool; 3],
+pub struct NodeConstraint {
+    pub constrained: [bool; 3],
     pub spring: Block<3, 3>,
-    /// What the rows of the second and third component lose of the row of the first, which is held: a force on them that
-    /// grows with what holds the first.
-    pub follows: [f64; 2],
+    /// Coulomb coupling: this multiple of the row of the first component, which is constrained, is subtracted from the rows
+    /// of the second and third. Their force then grows with the constraint force of the first.
+    pub coulomb: [f64; 2],
 }
 
-/// What local changes of the hierarchy need: everything about the nodes that may be constrained, and the matrices of
-/// all levels without constraints.
+/// The data of local changes of the hierarchy: the rows of the nodes that may be constrained, and the matrices of all levels
+/// without constraints.
 ///
-/// Held components are truncated from the finest prolongation (Kornhuber 1997; Graeser & Kornhuber 2009). With `S` the
+/// Constrained components are truncated from the finest prolongation (Kornhuber 1997; Graeser & Kornhuber 2009). With `S` the
 /// projector on them the coarse matrix `Pᵀ (I - S)(A + spring)(I - S) P` is the one without constraints plus
 /// `Pᵀ (S A S + spring) P - G - Gᵀ`, `G = Pᵀ S A P`, which is supported near the constrained nodes.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Local {
+pub(super) struct Truncation {
     nodes: Vec<u32>,
     diagonal: Vec<Block<3, 3>>,
-    /// Couplings of the nodes among themselves, by their places in `nodes`.
+    /// The matrix between these nodes, by their places in `nodes`.
     among: Blocks<3, 3>,
     /// Rows of `P` and `A P` at the nodes.
     pub p: Blocks<3, 6>,
     a_times_p: Blocks<3, 6>,
     p_columns: Columns,
     a_times_p_columns: Columns,
-    /// Coarse nodes whose rows may change, by coarse level, the bottom last.
+    /// Coarse nodes whose rows may change, by coarse level, the coarsest last.
     pub touched: Vec<Vec<u32>>,
     /// Values of the touched rows without constraints, one row after the other, by coarse level.
     pub free: Vec<Vec<Block<6, 6>>>,
-    bottom: Blocks<6, 6>,
+    coarsest: Blocks<6, 6>,
 }
 
-/// For each column the rows that hold it, with the places of the blocks.
+/// For each column the rows that contain it, with the places of the blocks.
 pub(super) type Columns = (Vec<usize>, Vec<(u32, u32)>);
 
-impl Local {
+impl Truncation {
     pub fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
         let mut place = vec![u32::MAX; a.rows];
         nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
@@ -74,12 +74,12 @@ impl Local {
         let mut touched = [a_times_p.column.as_slice(), &p.column].concat();
         touched.sort_unstable();
         touched.dedup();
-        let (free, bottom) = Default::default();
+        let (free, coarsest) = Default::default();
         let (nodes, touched) = (nodes.to_vec(), vec![touched]);
-        Local { nodes, diagonal, among, p, a_times_p, p_columns, a_times_p_columns, touched, free, bottom }
+        Truncation { nodes, diagonal, among, p, a_times_p, p_columns, a_times_p_columns, touched, free, coarsest }
     }
 
-    /// The next coarser level stands: where changes of this one reach there, and its matrix without constraints.
+    /// Adds a coarse level: its matrix without constraints, and the nodes of the next level that its changes reach.
     pub fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>) {
         let here = &self.touched[self.touched.len() - 1];
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
@@ -99,8 +99,9 @@ impl Local {
         column(&self.a_times_p_columns, &self.a_times_p, k)
     }
 
-    pub fn set_bottom(&mut self, bottom: Blocks<6, 6>) {
-        self.bottom = bottom;
+    /// Sets the coarsest matrix without constraints.
+    pub fn set_coarsest(&mut self, coarsest: Blocks<6, 6>) {
+        self.coarsest = coarsest;
     }
 }
 
@@ -111,42 +112,41 @@ fn column<'a>(columns: &'a Columns, of: &'a Blocks<3, 6>, k: u32) -> impl Iterat
     own.iter().map(|&(i, place)| (i as usize, &of.value[place as usize]))
 }
 
-impl Multigrid {
-    /// Constrains the nodes the hierarchy was made for, one condition each in their order. The finest level follows
-    /// at once; the coarse levels only if `coarse` is true (they may lag a few changes behind).
-    pub fn constrain(&mut self, conditions: &[Condition], coarse: bool) {
-        let local = &self.local;
-        for ((condition, &v), block) in conditions.iter().zip(&local.nodes).zip(&local.diagonal) {
+impl Hierarchy {
+    /// Constrains the contact nodes, one constraint each in their order. The finest level changes at once, the coarse levels
+    /// only if `coarse` is true.
+    pub fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
+        let Truncation { nodes, diagonal, .. } = &self.truncation;
+        for ((constraint, &v), block) in constraints.iter().zip(nodes).zip(diagonal) {
             let mut diagonal = *block;
-            diagonal.iter_mut().flatten().zip(condition.spring.iter().flatten()).for_each(|(d, s)| *d += s);
-            let symmetric = inverse_on(&diagonal, &condition.held.map(|h| !h));
-            self.fine.inverse[v as usize] = single(&following(&symmetric, &diagonal, condition.follows));
+            diagonal.iter_mut().flatten().zip(constraint.spring.iter().flatten()).for_each(|(d, s)| *d += s);
+            let symmetric = inverse_on(&diagonal, &constraint.constrained.map(|h| !h));
+            self.fine.inverse[v as usize] = single(&coupled_inverse(&symmetric, &diagonal, constraint.coulomb));
         }
-        self.follows.clear();
-        let rows = conditions.iter().zip(&local.nodes).filter(|(c, _)| c.follows != [0.0; 2]);
-        self.follows.extend(rows.map(|(c, &v)| (v, c.follows.map(|f| f as f32))));
-        self.held.clear();
-        self.held.extend(
-            conditions.iter().zip(&local.nodes).filter(|(c, _)| c.held != [false; 3]).map(|(c, &v)| (v, c.held)),
-        );
+        self.coulomb.clear();
+        let rows = constraints.iter().zip(nodes).filter(|(c, _)| c.coulomb != [0.0; 2]);
+        self.coulomb.extend(rows.map(|(c, &v)| (v, c.coulomb.map(|f| f as f32))));
+        self.constrained.clear();
+        let some = constraints.iter().zip(nodes).filter(|(c, _)| c.constrained != [false; 3]);
+        self.constrained.extend(some.map(|(c, &v)| (v, c.constrained)));
         if coarse {
-            self.update_coarse(conditions);
+            self.update_coarse(constraints);
         }
     }
 
-    fn update_coarse(&mut self, conditions: &[Condition]) {
-        let local = &self.local;
-        let change = local.change(conditions, self.first_coarse());
+    fn update_coarse(&mut self, constraints: &[NodeConstraint]) {
+        let truncation = &self.truncation;
+        let change = truncation.change(constraints, self.first_coarse());
         self.change_coarse(0, change);
-        self.follow(conditions);
+        self.couple_coarse_levels(constraints);
     }
 
     /// The matrix of a coarse level without constraints.
     pub(super) fn without_constraints(&self, level: usize) -> Blocks<6, 6> {
-        let Some(Level { matrix, .. }) = self.coarse.get(level) else { return self.local.bottom.clone() };
+        let Some(Level { matrix, .. }) = self.coarse.get(level) else { return self.truncation.coarsest.clone() };
         let mut value: Vec<Block<6, 6>> = matrix.value.iter().map(double).collect();
-        let mut free = self.local.free[level].iter();
-        for &i in &self.local.touched[level] {
+        let mut free = self.truncation.free[level].iter();
+        for &i in &self.truncation.touched[level] {
             let own = matrix.start[i as usize]..matrix.start[i as usize + 1];
             value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = *free);
         }
@@ -154,14 +154,14 @@ impl Multigrid {
         Blocks { rows: matrix.rows, cols: matrix.rows, start, column, value }
     }
 
-    /// Makes the matrices of the coarse levels those without constraints, changed on one level by rows for its touched
-    /// nodes and on the ones below by what comes of that there. Nothing follows any more.
+    /// Sets the matrices of the coarse levels to those without constraints plus `change`, rows for the touched nodes of level
+    /// `from`, and its Galerkin products on the coarser levels. Removes the Coulomb coupling.
     pub(super) fn change_coarse(&mut self, from: usize, mut change: Blocks<6, 6>) {
-        self.following = Following::default();
-        let local = &self.local;
+        self.coulomb_coupling = CoulombCoupling::default();
+        let truncation = &self.truncation;
         for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
-            let rows = &local.touched[k];
-            let mut free = local.free[k].as_slice();
+            let rows = &truncation.touched[k];
+            let mut free = truncation.free[k].as_slice();
             for (t, &i) in rows.iter().enumerate() {
                 let i = i as usize;
                 let start = level.matrix.start[i];
@@ -179,64 +179,65 @@ impl Multigrid {
                     }
                 }
                 if let Ok(place) = own.binary_search(&(i as u32)) {
-                    level.inverse[i] = single(&inverse_of_rest(&now[place], &before[place]));
+                    level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place]));
                 }
                 let values = &mut level.matrix.value[start..start + now.len()];
                 values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
             }
             let prolongation = &self.further[k];
-            change = coarser_change(&change, rows, prolongation, &local.touched[k + 1]);
+            change = coarser_change(&change, rows, prolongation, &truncation.touched[k + 1]);
         }
-        let mut bottom = local.bottom.clone();
-        for (t, &i) in local.touched[self.coarse.len()].iter().enumerate() {
+        let mut coarsest = truncation.coarsest.clone();
+        for (t, &i) in truncation.touched[self.coarse.len()].iter().enumerate() {
             let (columns, blocks) = change.row(t);
             for (&j, block) in columns.iter().zip(blocks) {
-                if let Some(place) = bottom.place(i as usize, j as usize) {
-                    let target = bottom.value[place].iter_mut().flatten();
+                if let Some(place) = coarsest.place(i as usize, j as usize) {
+                    let target = coarsest.value[place].iter_mut().flatten();
                     target.zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
                 }
             }
         }
-        self.bottom = Bottom::new(&bottom);
+        self.coarsest = CoarsestFactor::new(&coarsest);
     }
 }
 
-impl Local {
-    /// The change of the first coarse matrix under the conditions: a row for each of its touched nodes.
-    pub fn change(&self, conditions: &[Condition], cols: usize) -> Blocks<6, 6> {
+impl Truncation {
+    /// The change of the first coarse matrix by the constraints: a row for each of its touched nodes.
+    pub fn change(&self, constraints: &[NodeConstraint], cols: usize) -> Blocks<6, 6> {
         // Row i of (S A S + spring) P - S A P.
         let reached = |i: usize, name: &mut dyn FnMut(u32)| {
-            if conditions[i] != Condition::default() {
+            if constraints[i] != NodeConstraint::default() {
                 self.a_times_p.row(i).0.iter().for_each(|&j| name(j));
-                // Relative displacements reach coarse nodes that the rows of `A P` do not.
+                // With relative coordinates the pattern of the rows of `A P` does not contain all of these.
                 let near = self.among.row(i).0.iter();
                 near.for_each(|&k| self.p.row(k as usize).0.iter().for_each(|&j| name(j)));
             }
         };
         let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
-            let condition = &conditions[i];
+            let constraint = &constraints[i];
             let (columns, blocks) = self.p.row(i);
-            if condition.spring != [[0.0; 3]; 3] {
-                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&condition.spring, p, row.at(j)));
+            if constraint.spring != [[0.0; 3]; 3] {
+                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&constraint.spring, p, row.at(j)));
             }
-            if condition.held == [false; 3] {
+            if constraint.constrained == [false; 3] {
                 return;
             }
             let (columns, blocks) = self.among.row(i);
             for (&k, a) in columns.iter().zip(blocks) {
-                let other = conditions[k as usize].held;
+                let other = constraints[k as usize].constrained;
                 if other == [false; 3] {
                     continue;
                 }
-                let held = |r: usize, c: usize| if condition.held[r] && other[c] { a[r][c] } else { 0.0 };
-                let part = std::array::from_fn(|r| std::array::from_fn(|c| held(r, c)));
+                let constrained =
+                    |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
+                let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
                 let (columns, blocks) = self.p.row(k as usize);
                 columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&part, p, row.at(j)));
             }
             let (columns, blocks) = self.a_times_p.row(i);
             for (&j, block) in columns.iter().zip(blocks) {
                 let target = row.at(j);
-                for r in (0..3).filter(|&r| condition.held[r]) {
+                for r in (0..3).filter(|&r| constraint.constrained[r]) {
                     (0..6).for_each(|c| target[r][c] -= block[r][c]);
                 }
             }
@@ -246,8 +247,8 @@ impl Local {
             let k = touched[t];
             let mut near = |i: usize, of: &Blocks<3, 6>| of.row(i).0.iter().for_each(|&j| name(j));
             self.p_column(k).for_each(|(i, _)| near(i, &inner));
-            let held = self.a_times_p_column(k).filter(|&(i, _)| conditions[i].held != [false; 3]);
-            held.for_each(|(i, _)| near(i, &self.p));
+            let constrained = self.a_times_p_column(k).filter(|&(i, _)| constraints[i].constrained != [false; 3]);
+            constrained.for_each(|(i, _)| near(i, &self.p));
         };
         Blocks::from_rows(touched.len(), cols, reached, |t, row| {
             let k = touched[t];
@@ -256,12 +257,12 @@ impl Local {
                 columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(p, block, row.at(j)));
             }
             for (i, part) in self.a_times_p_column(k) {
-                let held = conditions[i].held;
-                if held == [false; 3] {
+                let constrained = constraints[i].constrained;
+                if constrained == [false; 3] {
                     continue;
                 }
                 let mut part = *part;
-                (0..3).for_each(|r| part[r] = if held[r] { part[r].map(|v| -v) } else { [0.0; 6] });
+                (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; 6] });
                 let (columns, blocks) = self.p.row(i);
                 columns.iter().zip(blocks).for_each(|(&j, p)| add_transpose_product(&part, p, row.at(j)));
             }

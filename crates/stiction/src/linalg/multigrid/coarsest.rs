@@ -2,20 +2,20 @@ use crate::linalg::kernels;
 
 use super::blocks::Blocks;
 
-/// The dense Cholesky factor of the coarsest matrix; directions it does not resist are left out.
+/// The dense Cholesky factor of the coarsest matrix; singular directions are left out.
 #[derive(Debug, Clone, Default)]
-pub struct Bottom {
+pub struct CoarsestFactor {
     size: usize,
     /// By columns.
     lower: Vec<f64>,
-    /// Directions that were left out.
+    /// Number of singular directions.
     pub singular: usize,
 }
 
-/// A pivot below this share of its diagonal entry is taken for zero.
+/// A pivot below this multiple of its diagonal entry counts as zero.
 const SINGULAR: f64 = 1e-10;
 
-impl Bottom {
+impl CoarsestFactor {
     pub fn new(a: &Blocks<6, 6>) -> Self {
         let n = 6 * a.rows;
         let mut lower = vec![0.0; n * n];
@@ -50,7 +50,7 @@ impl Bottom {
                 singular += 1;
             }
         }
-        Bottom { size: n, lower, singular }
+        CoarsestFactor { size: n, lower, singular }
     }
 
     pub fn nodes(&self) -> usize {

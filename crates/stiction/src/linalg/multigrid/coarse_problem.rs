@@ -1,16 +1,16 @@
 use rayon::prelude::*;
 
-use super::Multigrid;
+use super::Hierarchy;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
 use super::packed::{Packed, double, scaled, unit};
-use super::truncate::Columns;
+use super::truncation::Columns;
 
-/// The problem in the space of the second coarse level, with springs at the nodes that may be constrained: what nested
-/// iteration solves first where there is no coarser mesh. A cycle of it costs a few hundredths of one of the whole
-/// hierarchy, whose coarse levels it borrows: constrain them again afterwards.
-pub struct Nested<'a> {
-    multigrid: &'a mut Multigrid,
+/// The problem in the space of the second coarse level, with springs at the contact nodes: the first problem of nested
+/// iteration where there is no coarser mesh. Its cycle costs a few hundredths of one of the whole hierarchy. It borrows the
+/// coarse levels of the hierarchy, which have to be constrained again afterwards.
+pub struct CoarseProblem<'a> {
+    hierarchy: &'a mut Hierarchy,
     /// Without springs.
     matrix: Blocks<6, 6>,
     /// Displacements of the nodes by those of this space, a row for each node.
@@ -18,10 +18,10 @@ pub struct Nested<'a> {
     columns: Columns,
 }
 
-/// Nodes that the second coarse level has at least; with six a start from there costs more cycles than it saves.
+/// Fewest nodes of the second coarse level; with six a start from there costs more cycles than it saves.
 const LEAST: usize = 12;
 
-/// Rows of nodes on one coarse level, on the next with so many nodes.
+/// The product of rows of blocks with a prolongation from a level of so many nodes.
 fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Blocks<3, 6> {
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         rows.row(i).0.iter().for_each(|&j| prolongation.row(j as usize).0.iter().for_each(|&k| name(k)));
@@ -35,21 +35,21 @@ fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Bloc
     })
 }
 
-impl Multigrid {
-    /// Displacement over force of the components of the nodes that may be constrained, but for what the finest level and the
-    /// coarsest give way: the diagonal of `sum of P D⁻¹ Pᵀ` over the levels between (Bramble, Pasciak & Xu 1990), of a
-    /// hierarchy without constraints. In flat cells that is most of it: their nodes are held by close neighbours, which give
-    /// way themselves.
-    pub fn coarse_flexibilities(&self) -> Vec<[f64; 3]> {
-        let mut sum = vec![[0.0; 3]; self.local.p.rows];
-        let mut rows = self.local.p.clone();
+impl Hierarchy {
+    /// The compliance (displacement over force) of the contact nodes' components, without the parts of the finest and the
+    /// coarsest level: the diagonal of `sum of P D⁻¹ Pᵀ` over the levels between (Bramble, Pasciak & Xu 1990), for a
+    /// hierarchy without constraints. In flat cells it is most of the compliance: their nodes move with their close
+    /// neighbours.
+    pub fn coarse_compliances(&self) -> Vec<[f64; 3]> {
+        let mut sum = vec![[0.0; 3]; self.truncation.p.rows];
+        let mut rows = self.truncation.p.clone();
         for (k, level) in self.coarse.iter().enumerate() {
             sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
                 let (columns, blocks) = rows.row(i);
                 for (&j, block) in columns.iter().zip(blocks) {
-                    let mut given = [[0.0; 6]; 3];
-                    add_product(block, &double(&level.inverse[j as usize]), &mut given);
-                    (0..3).for_each(|r| sum[r] += (0..6).map(|c| given[r][c] * block[r][c]).sum::<f64>());
+                    let mut moved = [[0.0; 6]; 3];
+                    add_product(block, &double(&level.inverse[j as usize]), &mut moved);
+                    (0..3).for_each(|r| sum[r] += (0..6).map(|c| moved[r][c] * block[r][c]).sum::<f64>());
                 }
             });
             if let Some(coarser) = self.coarse.get(k + 1) {
@@ -60,33 +60,33 @@ impl Multigrid {
     }
 }
 
-impl<'a> Nested<'a> {
-    /// `None` if the hierarchy has no second coarse level, or one of too few nodes to tell places of a surface apart.
-    pub fn new(multigrid: &'a mut Multigrid) -> Option<Nested<'a>> {
-        let further = multigrid.further.first()?;
-        let matrix = multigrid.without_constraints(1);
+impl<'a> CoarseProblem<'a> {
+    /// `None` if the hierarchy has no second coarse level, or one with too few nodes to resolve the contact surface.
+    pub fn new(hierarchy: &'a mut Hierarchy) -> Option<CoarseProblem<'a>> {
+        let further = hierarchy.further.first()?;
+        let matrix = hierarchy.without_constraints(1);
         if matrix.rows < LEAST {
             return None;
         }
-        let rows = below(&multigrid.local.p, further, matrix.rows);
+        let rows = below(&hierarchy.truncation.p, further, matrix.rows);
         let columns = rows.by_columns();
-        Some(Nested { multigrid, matrix, rows, columns })
+        Some(CoarseProblem { hierarchy, matrix, rows, columns })
     }
 
     /// A load on the finest level, newton by its nodes, in this space.
     pub fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let (scale, f) = unit(f);
-        let coarse = self.multigrid.first.transpose_times(&f, self.multigrid.first_coarse());
-        scaled(scale, &self.multigrid.further[0].transpose_times(&coarse, self.matrix.rows))
+        let coarse = self.hierarchy.first.transpose_times(&f, self.hierarchy.first_coarse());
+        scaled(scale, &self.hierarchy.further[0].transpose_times(&coarse, self.matrix.rows))
     }
 
     /// Displacements of this space by the nodes of the finest level.
     pub fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         let (scale, x) = unit(x);
-        let mut coarse = vec![[0.0; 6]; self.multigrid.first_coarse()];
-        self.multigrid.further[0].add_times(&x, &mut coarse);
-        let mut u = vec![[0.0; 3]; self.multigrid.fine.matrix.rows];
-        self.multigrid.first.add_times(&coarse, &mut u);
+        let mut coarse = vec![[0.0; 6]; self.hierarchy.first_coarse()];
+        self.hierarchy.further[0].add_times(&x, &mut coarse);
+        let mut u = vec![[0.0; 3]; self.hierarchy.fine.matrix.rows];
+        self.hierarchy.first.add_times(&coarse, &mut u);
         scaled(scale, &u)
     }
 
@@ -116,8 +116,8 @@ impl<'a> Nested<'a> {
     /// Springs for the cycles, one stiffness (force per length, positive semidefinite) for each of those nodes; they take the
     /// place of those before.
     pub fn set_springs(&mut self, springs: &[Block<3, 3>]) {
-        let Nested { multigrid, rows, columns: (start, entry), .. } = self;
-        let touched = &multigrid.local.touched[1];
+        let CoarseProblem { hierarchy, rows, columns: (start, entry), .. } = self;
+        let touched = &hierarchy.truncation.touched[1];
         let of_column = |t: usize| {
             let k = touched[t] as usize;
             let entries = entry[start[k]..start[k + 1]].iter();
@@ -134,12 +134,12 @@ impl<'a> Nested<'a> {
                 columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&pulled, block, row.at(j)));
             }
         });
-        multigrid.change_coarse(1, change);
+        hierarchy.change_coarse(1, change);
     }
 
     /// One cycle for `(A + springs) x = b` from zero.
     pub fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
         let (scale, b) = unit(b);
-        scaled(scale, &self.multigrid.cycles_from(1, &b))
+        scaled(scale, &self.hierarchy.cycles_from(1, &b))
     }
 }

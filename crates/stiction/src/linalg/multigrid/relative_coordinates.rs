@@ -4,25 +4,25 @@ use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product};
 
-/// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes conditions on differences
-/// between nodes conditions on single unknowns: with relative displacements at the nodes of one side of an interface
+/// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes constraints on differences
+/// between nodes constraints on single unknowns: with relative displacements at the nodes of one side of an interface
 /// (Wohlmuth & Krause 2003, for dual Lagrange multipliers) contact between bodies is as local as contact with an
 /// obstacle.
 #[derive(Debug, Clone)]
-pub struct Coupling {
-    /// The nodes that change. None of those with a row of `c` that is not empty is a column of `c`.
+pub struct RelativeCoordinates {
+    /// The nodes with relative displacements. A node with a nonempty row of `c` is no column of `c`.
     pub nodes: Vec<u32>,
-    /// `C`: a row for each of `nodes`, a column for each node there is.
+    /// `C`: a row for each of `nodes`, a column for each node of the mesh.
     pub c: Blocks<3, 3>,
 }
 
-impl Coupling {
-    /// `C` from its rows: what is added at each of `nodes`, as node and block.
-    pub fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> Coupling {
+impl RelativeCoordinates {
+    /// `C` from its rows, each a list of columns and blocks.
+    pub fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> RelativeCoordinates {
         let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
         let c =
             Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
-        Coupling { nodes, c }
+        RelativeCoordinates { nodes, c }
     }
 
     fn terms(&self, i: usize) -> impl Iterator<Item = (usize, &Block<3, 3>)> {
@@ -66,15 +66,15 @@ impl Coupling {
         place
     }
 
-    /// Makes `A` the matrix of the relative displacements, `Tᵀ A T` with `x = T x'`. Only rows near the changed nodes and
-    /// those of the nodes they are coupled to are made anew.
-    pub fn make_relative(&self, a: &mut Blocks<3, 3>) {
+    /// Transforms `A` to the relative displacements, `Tᵀ A T` with `x = T x'`. Only rows near the changed nodes and near
+    /// the columns of their rows of `C` are recomputed.
+    pub fn transform_matrix(&self, a: &mut Blocks<3, 3>) {
         let place = self.places();
         let coupled = |j: u32| {
             let i = place[j as usize];
             (i != u32::MAX && !self.c.row(i as usize).0.is_empty()).then_some(i as usize)
         };
-        // A T: a column of a changed node goes to the nodes it is coupled to as well.
+        // A T: the column of a changed node contributes to the columns of its row of C as well.
         let changed: Vec<u32> =
             (0..a.rows as u32).filter(|&i| a.row(i as usize).0.iter().any(|&j| coupled(j).is_some())).collect();
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
@@ -100,7 +100,7 @@ impl Coupling {
             u32::MAX => a.row(i as usize),
             t => right.row(t as usize),
         };
-        // Tᵀ of that: rows of the changed nodes are taken off the rows of the nodes they are coupled to.
+        // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of C.
         let (start, entry) = self.c.by_columns();
         let touched: Vec<u32> =
             (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
@@ -121,9 +121,9 @@ impl Coupling {
         a.replace_rows(&touched, &rows);
     }
 
-    /// A step of coarsening for the displacements made one for relative displacements, whose matrix is `matrix`.
-    pub(super) fn relative(&self, mut step: Coarser<3>, matrix: &Blocks<3, 3>) -> Coarser<3> {
-        self.make_relative_prolongation(&mut step.prolongation);
+    /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
+    pub(super) fn transform_step(&self, mut step: Coarser<3>, matrix: &Blocks<3, 3>) -> Coarser<3> {
+        self.transform_prolongation(&mut step.prolongation);
         step.a_times_p = self.transpose_own(&step.a_times_p);
         self.widen(matrix, &mut step);
         step
@@ -153,8 +153,8 @@ impl Coupling {
         })
     }
 
-    /// Makes a prolongation one to relative displacements, `T⁻¹ P`.
-    fn make_relative_prolongation(&self, p: &mut Blocks<3, 6>) {
+    /// Transforms a prolongation into one to relative displacements, `T⁻¹ P`.
+    fn transform_prolongation(&self, p: &mut Blocks<3, 6>) {
         let mut coupled: Vec<usize> = (0..self.nodes.len()).filter(|&i| !self.c.row(i).0.is_empty()).collect();
         coupled.sort_unstable_by_key(|&i| self.nodes[i]);
         let nodes: Vec<u32> = coupled.iter().map(|&i| self.nodes[i]).collect();
@@ -173,8 +173,8 @@ impl Coupling {
         p.replace_rows(&nodes, &rows);
     }
 
-    /// Gives the coarse matrix of a step whose prolongation is one to relative displacements room for what conditions at
-    /// the changed nodes will add: aggregates of both sides become neighbours.
+    /// Extends the pattern of the coarse matrix of a transformed step by the entries that constraints at the changed nodes
+    /// will add: aggregates of both sides become neighbours.
     fn widen(&self, a: &Blocks<3, 3>, step: &mut Coarser<3>) {
         let Coarser { prolongation: p, a_times_p, matrix: m, .. } = step;
         let place = self.places();
@@ -214,12 +214,12 @@ impl Coupling {
 mod tests {
     use super::super::coarsen::coarsen;
     use super::super::tests::{assert_local_changes, lattice};
-    use super::super::{Condition, Multigrid};
+    use super::super::{Hierarchy, NodeConstraint};
     use super::*;
 
     /// Two lattices side by side without a spring between them, the nodes of one face of the first coupled to two nodes
     /// of the second.
-    fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, Coupling) {
+    fn two_bodies() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
         let (a, kernel) = lattice([4, 4, 4], [1.0; 3]);
         let n = a.rows;
         let named = |i: usize, name: &mut dyn FnMut(u32)| {
@@ -232,22 +232,22 @@ mod tests {
         let weight = |w: f64| [[-w, 0.1 * w, 0.0], [0.0, -w, 0.2 * w], [0.3 * w, 0.0, -w]];
         let rows = (0..16u32).map(|i| vec![(n as u32 + i, weight(0.7)), (n as u32 + (i + 1) % 16, weight(0.3))]);
         let kernel = [kernel.clone(), kernel].concat();
-        let coupling = Coupling::new((0..16).collect(), &rows.collect::<Vec<_>>(), 2 * n);
-        (both, kernel, coupling)
+        let coordinates = RelativeCoordinates::new((0..16).collect(), &rows.collect::<Vec<_>>(), 2 * n);
+        (both, kernel, coordinates)
     }
 
-    /// One lattice; nodes of an edge are counted from their neighbours, every other one, and all can be held.
-    fn ends_and_middles() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, Coupling) {
+    /// One lattice; every other node of an edge is relative to its neighbours, and all of them can be constrained.
+    fn ends_and_middles() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
         let (a, kernel) = lattice([4, 4, 5], [1.0; 3]);
         let weight = [[-0.2, 0.02, 0.0], [0.0, -0.2, 0.03], [0.01, 0.0, -0.2]];
         let row = |i: u32| if i.is_multiple_of(2) { Vec::new() } else { vec![(i - 1, weight), (i + 1, weight)] };
-        let coupling = Coupling::new((0..17).collect(), &(0..17).map(row).collect::<Vec<_>>(), a.rows);
-        (a, kernel, coupling)
+        let coordinates = RelativeCoordinates::new((0..17).collect(), &(0..17).map(row).collect::<Vec<_>>(), a.rows);
+        (a, kernel, coordinates)
     }
 
-    fn relative(a: &Blocks<3, 3>, coupling: &Coupling) -> Blocks<3, 3> {
+    fn relative(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) -> Blocks<3, 3> {
         let mut relative = a.clone();
-        coupling.make_relative(&mut relative);
+        coordinates.transform_matrix(&mut relative);
         relative
     }
 
@@ -261,35 +261,35 @@ mod tests {
 
     #[test]
     fn relative_displacements_have_the_energy_and_the_work_of_the_absolute_ones() {
-        let (a, _, coupling) = two_bodies();
-        let relative = relative(&a, &coupling);
+        let (a, _, coordinates) = two_bodies();
+        let relative = relative(&a, &coordinates);
         for seed in [0.618, 0.414] {
             let (x, f) = (vector(a.rows, seed), vector(a.rows, 0.7321));
             let mut y = x.clone();
-            coupling.to_relative(&mut y);
+            coordinates.to_relative(&mut y);
             let (e, other) = (dot(&x, &a.times(&x)), dot(&y, &relative.times(&y)));
             assert!((e - other).abs() < 1e-12 * e);
             let mut g = f.clone();
-            coupling.forces(&mut g);
+            coordinates.forces(&mut g);
             assert!((dot(&f, &x) - dot(&g, &y)).abs() < 1e-12 * dot(&f, &f));
-            coupling.to_absolute(&mut y);
+            coordinates.to_absolute(&mut y);
             let back = x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
             assert!(back < 1e-14);
         }
     }
 
     #[test]
-    fn the_coarse_matrix_stays_and_bodies_held_together_are_solved_fast() {
-        for (a, kernel, coupling) in [two_bodies(), ends_and_middles()] {
-            solved_fast(&a, &kernel, &coupling);
+    fn the_coarse_matrix_stays_and_bodies_joined_by_constraints_are_solved_fast() {
+        for (a, kernel, coordinates) in [two_bodies(), ends_and_middles()] {
+            solved_fast(&a, &kernel, &coordinates);
         }
     }
 
-    fn solved_fast(a: &Blocks<3, 3>, kernel: &[[[f64; 6]; 3]], coupling: &Coupling) {
-        let relative = relative(a, coupling);
-        let step = coarsen(a, kernel, 0.05, &coupling.nodes).unwrap();
+    fn solved_fast(a: &Blocks<3, 3>, kernel: &[[[f64; 6]; 3]], coordinates: &RelativeCoordinates) {
+        let relative = relative(a, coordinates);
+        let step = coarsen(a, kernel, 0.05, &coordinates.nodes).unwrap();
         let mut p = step.prolongation.clone();
-        coupling.make_relative_prolongation(&mut p);
+        coordinates.transform_prolongation(&mut p);
         // P'T'ATP is P'AP: the coarse spaces are the same displacements.
         for q in [0, 3, 7] {
             let mut coarse = vec![[0.0; 6]; p.cols];
@@ -299,27 +299,27 @@ mod tests {
                 (dot(&fine, &relative.times(&fine)), step.matrix.diagonal(q % p.cols)[q % 6][q % 6]);
             assert!((energy - expected).abs() < 1e-12 * expected);
         }
-        let holding = |held: &dyn Fn(usize) -> [bool; 3]| -> Vec<Condition> {
-            (0..coupling.nodes.len())
-                .map(|i| Condition { held: held(i), spring: [[0.0; 3]; 3], follows: [0.0; 2] })
+        let constraints_of = |constrained: &dyn Fn(usize) -> [bool; 3]| -> Vec<NodeConstraint> {
+            (0..coordinates.nodes.len())
+                .map(|i| NodeConstraint { constrained: constrained(i), spring: [[0.0; 3]; 3], coulomb: [0.0; 2] })
                 .collect()
         };
-        let coupled = coupling.relative(step, &relative);
-        for conditions in [holding(&|_| [true; 3]), holding(&|i| [i % 3 == 0, i % 4 == 1, false])] {
-            assert_local_changes(&relative, &relative, &coupled, &coupling.nodes, &conditions);
+        let coupled = coordinates.transform_step(step, &relative);
+        for constraints in [constraints_of(&|_| [true; 3]), constraints_of(&|i| [i % 3 == 0, i % 4 == 1, false])] {
+            assert_local_changes(&relative, &relative, &coupled, &coordinates.nodes, &constraints);
         }
-        let mut multigrid = Multigrid::new(&mut a.clone(), kernel, &coupling.nodes, Some(coupling)).unwrap();
-        multigrid.constrain(&holding(&|_| [true; 3]), true);
-        let hold = |x: &mut Vec<[f64; 3]>| coupling.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
-        // Steepest descent with the cycle contracts the error; held nodes stay where they are.
+        let mut multigrid = Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates)).unwrap();
+        multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
+        let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
+        // Steepest descent with the cycle contracts the error; constrained nodes do not move.
         let mut x = vector(a.rows, 0.618);
-        hold(&mut x);
+        zero_constrained(&mut x);
         let start = dot(&x, &relative.times(&x));
         for _ in 0..12 {
             let mut r: Vec<[f64; 3]> = relative.times(&x);
-            hold(&mut r);
+            zero_constrained(&mut r);
             let z = multigrid.cycle(&r);
-            assert!(coupling.nodes.iter().all(|&v| z[v as usize] == [0.0; 3]));
+            assert!(coordinates.nodes.iter().all(|&v| z[v as usize] == [0.0; 3]));
             let step = dot(&r, &z) / dot(&z, &relative.times(&z));
             x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x -= step * z);
         }

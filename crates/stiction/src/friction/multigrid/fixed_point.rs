@@ -1,0 +1,83 @@
+use super::active_set::PointLaw;
+use super::descent::descend;
+use super::iteration::{Iterate, Observe, State, Subproblem, Termination, judge, run};
+use crate::friction::law::frozen;
+use crate::linalg::multigrid::Hierarchy;
+
+/// Accuracy of the problems with given friction, over the violation of Coulomb's law, and its upper bound.
+const INNER: f64 = 0.1;
+const INNER_MOST: f64 = 0.02;
+/// Below this violation the active-set iteration is tried on Coulomb's law itself, and after a failure again below
+/// [`NEARER`] times the violation it began with.
+const NEAR: f64 = 0.05;
+const NEARER: f64 = 0.1;
+/// Relaxation of the bounds. A half contracts even where a bound that falls raises the next one by up to three times as much.
+const RELAXATION: f64 = 0.5;
+
+/// Coulomb friction by the fixed point on the slip bounds (Necas, Jarusek & Haslinger 1980), for active sets that cycle: each
+/// problem with given friction minimises an energy, which the descent does where the active-set iteration fails. Close to the
+/// solution the active-set iteration on Coulomb's law is faster.
+pub(super) fn fixed_point(
+    problem: &Subproblem<'_>,
+    hierarchy: &mut Hierarchy,
+    state: &mut State,
+    observe: &mut Observe<'_>,
+) -> Termination {
+    if judge(problem, &mut state.iterate) > NEAR
+        && let Some(floating) = problem.floating
+    {
+        floating.balance(problem, &mut state.iterate);
+    }
+    let (mut normals, mut accuracy, mut near) = (normal_forces(problem, &state.iterate), INNER_MOST, NEAR);
+    loop {
+        let given: Vec<PointLaw> = (problem.laws.iter().zip(&normals))
+            .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
+            .collect();
+        let inner = Subproblem { laws: &given, tolerance: accuracy, ..*problem };
+        let end =
+            attempt(&inner, hierarchy, state, observe).unwrap_or_else(|| descend(&inner, hierarchy, state, observe));
+        if end != Termination::Converged {
+            return end;
+        }
+        let violated = judge(problem, &mut state.iterate);
+        if violated <= problem.tolerance {
+            return Termination::Converged;
+        }
+        if violated <= near {
+            if let Some(end) = attempt(problem, hierarchy, state, observe) {
+                return end;
+            }
+            near = NEARER * violated;
+        }
+        let new = normal_forces(problem, &state.iterate);
+        normals.iter_mut().zip(new).for_each(|(normal, new)| *normal = RELAXATION * (*normal + new));
+        accuracy = (INNER * violated).min(INNER_MOST).max(0.3 * problem.tolerance);
+    }
+}
+
+/// The active-set iteration from here. `None` if it fails; then only its cycles count.
+fn attempt(
+    problem: &Subproblem<'_>,
+    hierarchy: &mut Hierarchy,
+    state: &mut State,
+    observe: &mut Observe<'_>,
+) -> Option<Termination> {
+    state.restart();
+    let before = state.clone();
+    let end = run(&Subproblem { max_resets: 0, ..*problem }, hierarchy, state, observe);
+    if end != Termination::Failed {
+        return Some(end);
+    }
+    *state = before.after(state);
+    None
+}
+
+/// Augmented normal forces, newton.
+fn normal_forces(problem: &Subproblem<'_>, at: &Iterate) -> Vec<f64> {
+    (problem.points())
+        .map(|(p, law)| {
+            let force = at.force(problem.transformed, p.node)[0];
+            (force + law.parameter * (at.u[p.node][0] - law.target[0])).max(0.0)
+        })
+        .collect()
+}

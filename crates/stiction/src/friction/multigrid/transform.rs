@@ -1,0 +1,251 @@
+use super::points::{OtherNodes, Point, points};
+use crate::Error;
+use crate::contact::ContactProblem;
+use crate::contact::rigid::{RigidMotions, rigid_motions};
+use crate::linalg::NodeGraph;
+use crate::linalg::multigrid::{Block, Blocks, Hierarchy, Kernel, Nodes, RelativeCoordinates};
+
+/// The transformed problem: `K`, `f` and the near-kernel by nodes, those of contact points in their frames `(n, t1, t2)` and,
+/// between bodies, as displacements relative to the other body. Contact conditions then concern single components.
+#[derive(Debug)]
+pub(super) struct Transformed {
+    pub nodes: Nodes,
+    pub k: Blocks<3, 3>,
+    pub f: Vec<[f64; 3]>,
+    pub points: Vec<Point>,
+    /// Where rows of `B` reach other nodes than the point's own.
+    relative: Option<RelativeCoordinates>,
+    /// The rigid motions of floating bodies.
+    pub motions: RigidMotions,
+}
+
+/// Why the problem is none for multigrid.
+fn refused(what: &str) -> Error {
+    Error::new("", what, "leave `settings.path` at auto")
+}
+
+/// Without `node_of` every unknown is a node of its own, on which no point has a frame.
+fn no_own_nodes(problem: &ContactProblem) -> Error {
+    if problem.elastic.node_of.is_some() {
+        return refused("multigrid is for contact points that each have a node of their own");
+    }
+    let what = "multigrid is for contact points that each have a node of their own, and `elastic.node_of` does not say which \
+                unknowns belong to one node";
+    Error::new(
+        "",
+        what,
+        "give `elastic.node_of` and, for a good rate of convergence, `elastic.near_kernel`, or leave `settings.path` at auto",
+    )
+}
+
+fn on_stiff_body() -> Error {
+    let what = "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves \
+                slowly or not";
+    Error::new(
+        "",
+        what,
+        "put the points (the rows of `contact.B`) on the softer body, or leave `settings.path` at auto",
+    )
+}
+
+/// A node this many times stiffer than those it is relative to is on a stiff body. A soft node then carries stiff ones along
+/// wherever they may slide, and no sweep by nodes smooths its motion: sliding without friction takes 31 cycles at a ratio of
+/// ten, 73 at a hundred and 158 at 500.
+const MUCH_STIFFER: f64 = 100.0;
+/// Part of the points between bodies on stiff bodies from which the problem is refused: single nodes at an edge do not count.
+const MOST_ON_STIFF: f64 = 0.25;
+
+/// Whether many points are relative to much softer nodes than their own.
+fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[OtherNodes]) -> bool {
+    let coupled = others.iter().filter(|o| !o.is_empty()).count();
+    let stiff = |(p, others): &(&Point, &OtherNodes)| {
+        let (mut soft, mut all) = (0.0, 0.0);
+        for (v, block) in others.iter() {
+            let weight: f64 = block.iter().flatten().map(|c| c * c).sum();
+            soft += weight * trace(&k.diagonal(*v as usize));
+            all += weight;
+        }
+        all > 0.0 && trace(&k.diagonal(p.node)) * all > MUCH_STIFFER * soft
+    };
+    points.iter().zip(others).filter(stiff).count() as f64 > MOST_ON_STIFF * coupled as f64
+}
+
+impl Transformed {
+    /// The transformed problem and the multigrid hierarchy of its matrix.
+    ///
+    /// # Errors
+    /// If the problem is none for multigrid: a point without a node of its own on which its rows are an orthonormal frame,
+    /// or on a much stiffer body than the one it touches; nodes with more than three unknowns; a matrix that aggregation does
+    /// not make coarser.
+    pub fn new(problem: &ContactProblem) -> Result<(Transformed, Hierarchy), Error> {
+        let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
+        let nodes =
+            Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
+        let (mut points, others) = points(problem, &nodes).ok_or_else(|| no_own_nodes(problem))?;
+        let mut frame_of = vec![u32::MAX; nodes.count];
+        points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
+        let mut k = nodes.blocks(&problem.elastic.K, &graph);
+        if on_stiff_bodies(&k, &points, &others) {
+            return Err(on_stiff_body());
+        }
+        rotate_matrix(&mut k, &frame_of, &points);
+        let mut others: Vec<OtherNodes> = others.into_iter().map(|o| rotated(o, &frame_of, &points)).collect();
+        let kernel = kernel(problem, &nodes, &points);
+        let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
+        for (p, others) in points.iter_mut().zip(&others) {
+            // The other nodes add their compliance, without the scale, which belongs to friction and not to the body.
+            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
+            p.compliance = others.iter().map(|(v, b)| compliance(&k, *v as usize, [1.0; 3], square(b))).sum();
+        }
+        if points.iter().any(|p| p.scale != [1.0; 3]) {
+            scale_matrix(&mut k, &frame_of, &points);
+            scale_others(&mut others, &frame_of, &points);
+        }
+        let between_bodies = others.iter().any(|o| !o.is_empty());
+        let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
+        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref())
+            .ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
+        // The node's own compliance is that of the relative coordinates.
+        for (p, coarse) in points.iter_mut().zip(hierarchy.coarse_compliances()) {
+            let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();
+            p.compliance += compliance(&k, p.node, p.scale, 3.0) + coarse;
+        }
+        let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
+        if !motions.is_empty() {
+            let mut floating = vec![false; problem.unknowns()];
+            motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
+            for (j, p) in points.iter_mut().enumerate() {
+                let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
+                p.floats = problem.rows(j).into_iter().any(reached);
+            }
+        }
+        let mut transformed = Transformed { nodes, k, f: Vec::new(), points, relative, motions };
+        transformed.set_load(&problem.elastic.f);
+        Ok((transformed, hierarchy))
+    }
+
+    /// Replaces the load.
+    pub fn set_load(&mut self, f: &[f64]) {
+        self.f = self.nodes.gather(f);
+        for p in &self.points {
+            let rotated = times(&p.frame, &self.f[p.node]);
+            self.f[p.node] = std::array::from_fn(|r| rotated[r] / p.scale[r]);
+        }
+        if let Some(relative) = &self.relative {
+            relative.forces(&mut self.f);
+        }
+    }
+
+    /// Displacements of unknowns in the frames.
+    pub fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
+        let mut x = self.nodes.gather(u);
+        for p in &self.points {
+            let rotated = times(&p.frame, &x[p.node]);
+            x[p.node] = std::array::from_fn(|r| rotated[r] * p.scale[r]);
+        }
+        if let Some(relative) = &self.relative {
+            relative.to_relative(&mut x);
+        }
+        x
+    }
+
+    /// The inverse of [`Self::to_frames`].
+    pub fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
+        let mut x = x.to_vec();
+        if let Some(relative) = &self.relative {
+            relative.to_absolute(&mut x);
+        }
+        for p in &self.points {
+            let y: [f64; 3] = std::array::from_fn(|r| x[p.node][r] / p.scale[r]);
+            x[p.node] = std::array::from_fn(|c| (0..3).map(|r| p.frame[r][c] * y[r]).sum());
+        }
+        self.nodes.scatter(&x)
+    }
+}
+
+/// Displacement over force at a node: `weight` over the trace of its scaled diagonal block.
+fn compliance(k: &Blocks<3, 3>, node: usize, scale: [f64; 3], weight: f64) -> f64 {
+    let d = k.diagonal(node);
+    weight / (0..3).map(|c| d[c][c] * scale[c] * scale[c]).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+fn trace(a: &Block<3, 3>) -> f64 {
+    a[0][0] + a[1][1] + a[2][2]
+}
+
+/// The near-kernel by nodes, in the frames.
+fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kernel<3>> {
+    let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
+    for (i, &(v, c)) in nodes.of.iter().enumerate() {
+        let c = c as usize;
+        kernel[v as usize][c] = match &problem.elastic.near_kernel {
+            Some(rows) => rows[i],
+            None => std::array::from_fn(|q| f64::from(u8::from(q == c))),
+        };
+    }
+    for p in points {
+        let old = kernel[p.node];
+        kernel[p.node] = std::array::from_fn(|r| {
+            std::array::from_fn(|q| (0..3).map(|c| p.scale[r] * p.frame[r][c] * old[c][q]).sum())
+        });
+    }
+    kernel
+}
+
+fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|r| (0..3).map(|c| a[r][c] * x[c]).sum())
+}
+
+/// The blocks for displacements in the frames of the nodes that have one.
+fn rotated(others: OtherNodes, frame_of: &[u32], points: &[Point]) -> OtherNodes {
+    let rotate = |(v, block): (u32, Block<3, 3>)| match points.get(frame_of[v as usize] as usize) {
+        Some(Point { frame, .. }) => {
+            let entry = |r: usize, c: usize| (0..3).map(|s| block[r][s] * frame[c][s]).sum();
+            (v, std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c))))
+        }
+        None => (v, block),
+    };
+    others.into_iter().map(rotate).collect()
+}
+
+/// `R K Rᵀ` with the frames at the nodes that have one.
+fn rotate_matrix(k: &mut Blocks<3, 3>, frame_of: &[u32], points: &[Point]) {
+    let frame = |v: usize| points.get(frame_of[v] as usize).map(|p| &p.frame);
+    for i in 0..k.rows {
+        for place in k.start[i]..k.start[i + 1] {
+            let (left, right) = (frame(i), frame(k.column[place] as usize));
+            let block = &mut k.value[place];
+            if let Some(left) = left {
+                let old = *block;
+                *block = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| left[r][s] * old[s][c]).sum()));
+            }
+            if let Some(right) = right {
+                let old = *block;
+                *block =
+                    std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| old[r][s] * right[c][s]).sum()));
+            }
+        }
+    }
+}
+
+/// `S⁻¹ K S⁻¹` with the scales at the nodes that have them.
+fn scale_matrix(k: &mut Blocks<3, 3>, frame_of: &[u32], points: &[Point]) {
+    let scale = |v: usize| points.get(frame_of[v] as usize).map_or([1.0; 3], |p| p.scale);
+    for i in 0..k.rows {
+        for place in k.start[i]..k.start[i + 1] {
+            let (left, right) = (scale(i), scale(k.column[place] as usize));
+            let block = &mut k.value[place];
+            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] /= left[r] * right[c]));
+        }
+    }
+}
+
+/// The blocks for displacements scaled at their own points and at the nodes they reach.
+fn scale_others(others: &mut [OtherNodes], frame_of: &[u32], points: &[Point]) {
+    for (p, others) in points.iter().zip(others) {
+        for (v, block) in others {
+            let reached = points.get(frame_of[*v as usize] as usize).map_or([1.0; 3], |p| p.scale);
+            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] *= p.scale[r] / reached[c]));
+        }
+    }
+}
