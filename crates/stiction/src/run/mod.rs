@@ -12,7 +12,6 @@ pub use pose::{
     Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, Prepared, Seconds,
     Span, SpringFacts, prepare, read_mesh,
 };
-pub use results::algebraic;
 pub use results::{
     Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, StepFiles, Summary, Versions, begin_steps, check,
     keep_step, limit_load, report, solve_writing, summary, uniqueness, writable, write, write_report, write_report_on,
@@ -23,3 +22,9 @@ pub use solve::{
     MethodDetails, Named, Outcome, PairRecord, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord, Totals,
     UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
 };
+
+/// Discrete problems given as matrices.
+pub mod algebraic {
+    pub use super::results::algebraic::{report, summary, table_head, table_row, write};
+    pub use super::solve::algebraic::{Answer, Guess, Seconds, answer, read};
+}

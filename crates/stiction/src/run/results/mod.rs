@@ -1,7 +1,7 @@
 //! From an answer to a folder of results, and back.
 
 mod ahead;
-pub mod algebraic;
+pub(super) mod algebraic;
 mod check;
 mod check_steps;
 mod facts_text;

@@ -1,5 +1,6 @@
 //! From a posed problem to a certified answer.
 
+pub(super) mod algebraic;
 pub(super) mod balance;
 mod bolts;
 mod clearance;
