@@ -124,8 +124,8 @@ fn cost(outcome: &Outcome) -> Vec<Row> {
     rows.0
 }
 
-/// The limit load where nothing was found and friction may have reached its limit: along which motion, and how the loads compare with
-/// what friction resists. Forces are per unit of the displacement of what moves farthest.
+/// The limit load where nothing was found and friction may have reached its limit: along which motion, and how the loads
+/// compare with what friction resists. Forces are per unit of the displacement of what moves farthest.
 pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     let Sliding { alpha, load, friction } = outcome.sliding.as_ref()?;
     let motion = in_words(&prepared.problem, &prepared.motions, alpha);

@@ -6,8 +6,8 @@ use crate::run::pose::load_state::{Initial, LoadState};
 /// Energies since the start, force times length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Balance {
-    /// Work of loads, temperature, supports and moving obstacles on the body: mean of the forces before and after each step, times
-    /// the displacement of the step.
+    /// Work of loads, temperature, supports and moving obstacles on the body: mean of the forces before and after each
+    /// step, times the displacement of the step.
     pub work: f64,
     /// Elastic energy of body and springs now, `1/2 u'Ku` over all degrees of freedom, less thermal strain.
     pub elastic: f64,
