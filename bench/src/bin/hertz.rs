@@ -146,7 +146,7 @@ fn run(element: &str, down: f64, n: usize) -> Result<Solved, Box<dyn Error>> {
         for (j, &node) in nodes.iter().enumerate() {
             let x = prepared.mesh.nodes[node as usize];
             let wanted = (1.0 - (x[0] * x[0] + x[1] * x[1]) / (a * a)).max(0.0).sqrt();
-            let area = problem.labels.area[j] * problem.labels.share[j];
+            let area = problem.labels.area[j] * problem.labels.unity_sum[j];
             off += area * (lambda[j] / problem.labels.area[j] / greatest - wanted).powi(2);
             all += area * wanted * wanted;
         }

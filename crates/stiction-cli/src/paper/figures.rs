@@ -106,7 +106,7 @@ fn forces(number: usize, solved: &Solved, kind: &str, symbol: &str, of: fn([f64;
     // The paper draws the contact nodes, which the clamped ones are not.
     let mut values = vec![f64::NAN; nodes.len()];
     for (j, node) in contact.surface.nodes.iter().enumerate() {
-        let lambda = problem.rows(j).map(|row| problem.labels.share[j] * solved.outcome.solution.lambda[row]);
+        let lambda = problem.rows(j).map(|row| problem.labels.unity_sum[j] * solved.outcome.solution.lambda[row]);
         values[local(node)] = of(lambda);
     }
     let largest = values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);

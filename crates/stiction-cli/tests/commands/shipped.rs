@@ -310,7 +310,7 @@ impl Solved {
     fn hertz(&self, name: &str) -> f64 {
         let (radius, young, poisson) = (10.0, 210e3, 0.3f64);
         let problem = &self.prepared.problem;
-        let (m, lambda, share) = (problem.points(), &self.outcome.solution.lambda, &problem.labels.share);
+        let (m, lambda, share) = (problem.points(), &self.outcome.solution.lambda, &problem.labels.unity_sum);
         let nodes = self.nodes();
         let x = |j: usize| self.prepared.mesh.nodes[nodes[j]];
         let r2 = |j: usize| x(j)[0].powi(2) + x(j)[1].powi(2);

@@ -16,7 +16,7 @@ pub struct Slide {
 }
 
 /// A motion counts as resisted if some contact point moves by this part of the largest displacement in a direction in
-/// which it can carry force. As [`unheld_motions`](crate::fem::unheld_motions) for supports.
+/// which it can carry force. As [`unconstrained_motions`](crate::fem::unconstrained_motions) for supports.
 const UNSEEN: f64 = 1e-6;
 
 /// Loads out of balance by less than this part of their resultants may be in balance: a projection on a cone cannot

@@ -34,7 +34,7 @@ impl ContactProblem {
             },
             labels: Labels {
                 area: self.labels.area.clone(),
-                share: self.labels.share.clone(),
+                unity_sum: self.labels.unity_sum.clone(),
                 pairs: self.labels.pairs.clone(),
                 supports: None,
                 bodies: self.labels.bodies.clone(),

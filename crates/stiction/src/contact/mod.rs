@@ -10,23 +10,23 @@ mod mortar;
 mod normals;
 mod obstacle;
 mod pair;
-mod patches;
 mod points;
 mod pose;
 mod problem;
 pub mod rigid;
-mod roles;
+mod slave_choice;
 pub mod sliding;
 mod surface;
 mod triangles;
+mod tributary;
 
 pub use obstacle::{Obstacle, Side};
-pub use patches::{Patch, patches};
 pub use pose::pose;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
-pub use roles::{Reason, Role, choose_slave, reverse_where_held};
+pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub use surface::{
     Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
     SurfaceFriction,
 };
 pub use triangles::{RawSurface, Triangles};
+pub use tributary::{TributaryArea, tributary_areas};

@@ -9,7 +9,7 @@
 //!
 //! Quadratic faces are projected and clipped as the polygons between their nodes, a middle and a triangle or
 //! quadrilateral at each corner; points are mapped back to the curved face. On the slave side `phi` are the functions of
-//! `patches.rs`, whose integrals are positive.
+//! `tributary.rs`, whose integrals are positive.
 //!
 //! Warped faces are taken as flat, along the mean normal of the slave face, and the coupling is that of the reference
 //! configuration.
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::flat::{Flat, P2, area, bounds, clip, quadrature};
 use super::obstacle::unit;
-use super::patches::{END, ends, positive};
+use super::tributary::{END, ends, positive};
 use crate::fem::face_coordinates;
 use crate::mesh::shape::FACE_NODES;
 use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
@@ -240,7 +240,7 @@ pub(super) struct Row {
     pub area: f64,
     /// `int psi_j / D_jj`: one, or `1 - 2 END` in the middle of an edge, and more where the node carries what a dropped
     /// neighbour would have carried. The master weights add up to its negative.
-    pub share: f64,
+    pub unity_sum: f64,
     /// Master nodes with `-M_jk / D_jj`, then slave nodes (dropped ones, ends of edges), each ascending.
     pub others: Vec<(u32, f64)>,
 }
@@ -358,17 +358,17 @@ impl Sums {
         count(node, 1.0);
         self.dropped.iter().for_each(|(&q, value)| count(q, value / self.area));
         let own = slave.remove(&node).filter(|own| *own >= LEAST_OWN)?;
-        let (area, share) = (self.area * own, 1.0 + slave.values().sum::<f64>() / own);
+        let (area, unity_sum) = (self.area * own, 1.0 + slave.values().sum::<f64>() / own);
         self.masters.sort_by_key(|term| term.0);
         let same_node = self.masters.chunk_by(|a, b| a.0 == b.0);
         let mut others: Vec<(u32, f64)> =
             same_node.map(|terms| (terms[0].0, -terms.iter().map(|term| term.1).sum::<f64>() / area)).collect();
         others.retain(|(_, weight)| weight.abs() > ROUNDING);
         // A translation of everything must not be a jump, to the last digit.
-        let sum = share + others.iter().map(|other| other.1).sum::<f64>();
+        let sum = unity_sum + others.iter().map(|other| other.1).sum::<f64>();
         let heaviest = others.iter_mut().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         heaviest.into_iter().for_each(|other| other.1 -= sum);
         others.extend(slave.into_iter().map(|(q, weight)| (q, weight / own)));
-        Some(Row { node, area, share, others })
+        Some(Row { node, area, unity_sum, others })
     }
 }

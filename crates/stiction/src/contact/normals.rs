@@ -34,7 +34,7 @@ pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3
     let mut normals = nodal_normals(mesh, faces);
     let of: HashMap<u32, V3> = normals.iter().copied().collect();
     let across = planes(mesh, faces, dofs);
-    let held = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
+    let constrained = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
     let mut edges: HashMap<u32, Vec<Edge>> = HashMap::new();
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
@@ -46,7 +46,7 @@ pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3
                     let d = sub(mesh.nodes[other as usize], mesh.nodes[node as usize]);
                     let away = dot(d, plane);
                     (entry.low, entry.high) = (entry.low.min(away), entry.high.max(away));
-                    entry.edge |= away.abs() <= IN_PLANE * norm(d) && held(other, plane);
+                    entry.edge |= away.abs() <= IN_PLANE * norm(d) && constrained(other, plane);
                     entry.bend = entry.bend.max(norm(sub(of[&other], of[&node])));
                 }
             }

@@ -3,7 +3,7 @@
 //! Rows of `B` are an orthonormal frame at the slave node and minus `M_jk / D_jj` times the same frame at the master
 //! nodes, so that forces are self-equilibrated to rounding and moments up to force times gap. A node that cannot carry a
 //! multiplier (prescribed, used by another contact, a node of both surfaces, hardly covered) leaves its function to its
-//! neighbours, in whose rows it then appears; their share says how much more than their own force they stand for.
+//! neighbours, in whose rows it then appears; their unity_sum says how much more than their own force they stand for.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,10 +11,10 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
-use super::patches::patches;
 use super::points::{Point, prescribed, refuse_dragging};
-use super::roles::face_size;
+use super::slave_choice::face_size;
 use super::surface::SEARCH;
+use super::tributary::tributary_areas;
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::FeModel;
@@ -88,25 +88,25 @@ pub(super) fn points_of_pair(
     for row in rows {
         let (normal, mut frame) = frames[&row.node];
         let x = mesh.nodes[row.node as usize];
-        let held = prescribed(model, row.node);
+        let constrained = prescribed(model, row.node);
         let along = model.dofs.components(row.node, normal);
-        let imposed: f64 = (0..3).map(|c| along[c] * held[c].unwrap_or(0.0)).sum();
-        refuse_dragging(&held, imposed, along, row.node, x, &surface.friction)?;
+        let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
+        refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction)?;
         let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
-        let visible = gap / row.share;
+        let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
         if visible.abs() <= TOUCHING * sizes[0] {
-            facts.touching_area += row.area * row.share.min(1.0);
+            facts.touching_area += row.area * row.unity_sum.min(1.0);
         } else if visible < 0.0 {
             found.overlapping += 1;
-            found.overlapping_area += row.area * row.share.min(1.0);
+            found.overlapping_area += row.area * row.unity_sum.min(1.0);
         }
         // A tie keeps the distance it was meshed with.
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
-        let Row { node, area, share, others } = row;
+        let Row { node, area, unity_sum, others } = row;
         let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
-        points.push(Point { node, gap, area, friction, across, frame, normal, others, share });
+        points.push(Point { node, gap, area, friction, across, frame, normal, others, unity_sum });
         found.nodes.push(node);
     }
     found.points = found.nodes.len();
@@ -148,11 +148,11 @@ fn frames(
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
     let mut frames = HashMap::new();
-    for (&(node, normal), patch) in outward.iter().zip(patches(mesh, &surface.faces)) {
-        let whole = patch.area;
-        found.area += patch.share() * whole;
-        let held = prescribed(model, node);
-        let free = held.map(|value| value.is_none());
+    for (&(node, normal), tributary) in outward.iter().zip(tributary_areas(mesh, &surface.faces)) {
+        let whole = tributary.area;
+        found.area += tributary.unity_sum() * whole;
+        let constrained = prescribed(model, node);
+        let free = constrained.map(|value| value.is_none());
         let axes = frame_at(&model.dofs, node, normal, free);
         let axes = axes.or_else(|| if tied { tied_frame_at(&model.dofs, node, free) } else { None });
         match axes {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
-use super::patches::{Patch, patches_on_obstacle};
+use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{FeModel, nodal_normals};
@@ -29,8 +29,8 @@ pub(super) struct Point {
     pub normal: [f64; 3],
     /// Other nodes with their weights; on an obstacle the ends of the edge in whose middle the node is, if it is in one.
     pub others: Vec<(u32, f64)>,
-    /// See `ContactProblem::share`.
-    pub share: f64,
+    /// See `ContactProblem::unity_sum`.
+    pub unity_sum: f64,
 }
 
 /// Appends the points of a surface that may touch an obstacle.
@@ -63,8 +63,8 @@ pub(super) fn points_on_obstacle(
         }
         Ok(found)
     };
-    'patches: for (patch, &(_, outward)) in patches_on_obstacle(mesh, &surface.faces).into_iter().zip(&outward) {
-        let (share, Patch { node, area, others }) = (patch.share(), patch);
+    'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, &surface.faces).into_iter().zip(&outward) {
+        let (unity_sum, TributaryArea { node, area, others }) = (patch.unity_sum(), patch);
         let x = mesh.nodes[node as usize];
         if area <= 0.0 {
             let what = format!(
@@ -74,7 +74,7 @@ pub(super) fn points_on_obstacle(
             let remedy = "move the nodes in the middles of their edges to the middles, or mesh the surface more evenly";
             return Err(Error::new("", what, remedy));
         }
-        facts.area += share * area;
+        facts.area += unity_sum * area;
         let Some((distance, away)) = distance_of(node)? else {
             facts.beyond += 1;
             continue;
@@ -83,46 +83,46 @@ pub(super) fn points_on_obstacle(
         for &(other, weight) in &others {
             let Some((distance, _)) = distance_of(other)? else {
                 facts.beyond += 1;
-                continue 'patches;
+                continue 'areas;
             };
             measured += weight * distance;
         }
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
-        let held = prescribed(model, node);
-        let free = held.map(|p| p.is_none());
+        let constrained = prescribed(model, node);
+        let free = constrained.map(|p| p.is_none());
         let tied = surface.friction == SurfaceFriction::Bonded;
         if tied {
-            refuse_moving_tied(&held, negligible, node, x)?;
+            refuse_moving_tied(&constrained, negligible, node, x)?;
         }
         let dofs = &model.dofs;
         let frame = frame_at(dofs, node, normal, free);
         let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
         let along = dofs.components(node, normal);
-        let imposed: f64 = (0..3).map(|c| along[c] * held[c].unwrap_or(0.0)).sum();
+        let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
         let gap = distance - imposed;
         let Some(mut frame) = frame else {
-            let clamped = held.iter().all(Option::is_some);
+            let clamped = constrained.iter().all(Option::is_some);
             *(if clamped { &mut facts.clamped } else { &mut facts.held_along_normal }) += 1;
-            facts.dropped_area += share * area;
+            facts.dropped_area += unity_sum * area;
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
-        refuse_dragging(&held, imposed, along, node, x, &surface.friction)?;
+        refuse_dragging(&constrained, imposed, along, node, x, &surface.friction)?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
         facts.gap_max = facts.gap_max.max(distance);
         if distance < 0.0 {
             facts.overlapping += 1;
-            facts.overlapping_area += share * area;
+            facts.overlapping_area += unity_sum * area;
         }
         facts.points += 1;
         facts.nodes.push(node);
         let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { measured };
-        points.push(Point { node, gap, area, friction, across, frame, normal, others, share });
+        points.push(Point { node, gap, area, friction, across, frame, normal, others, unity_sum });
     }
     if facts.points == 0 && facts.beyond > 0 {
         let what = format!(
@@ -152,7 +152,7 @@ fn refuse_imposed_overlap(
     x: [f64; 3],
     surface: &ContactSurface,
 ) -> Result<(), Error> {
-    // A node meshed slightly inside and held there is an overlap of the mesh, not one that was imposed.
+    // A node meshed slightly inside and constrained there is an overlap of the mesh, not one that was imposed.
     if surface.friction == SurfaceFriction::Bonded || gap >= 0.0 || gap >= distance {
         return Ok(());
     }

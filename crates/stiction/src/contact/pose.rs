@@ -43,8 +43,8 @@ pub fn pose(
         Pair { name: facts.name.clone(), points: first - facts.points..first }
     };
     let pairs = facts.iter().map(pair).collect();
-    let (free, held) = jump(model, &points);
-    let mut offset = held.times(&model.dofs.value);
+    let (free, constrained) = jump(model, &points);
+    let mut offset = constrained.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
     let center = centroid(mesh);
     let rigid = |dofs: &[u32]| {
@@ -74,7 +74,7 @@ pub fn pose(
     };
     let labels = Labels {
         area: points.iter().map(|p| p.area).collect(),
-        share: points.iter().map(|p| p.share).collect(),
+        unity_sum: points.iter().map(|p| p.unity_sum).collect(),
         pairs,
         supports: Some(Supports {
             K: model.support_stiffness.clone(),
@@ -82,7 +82,7 @@ pub fn pose(
             load: model.support_load.clone(),
             free_load,
             displacement: model.dofs.value.clone(),
-            B: held,
+            B: constrained,
             rigid: of_supports,
             springs: model.springs.clone(),
         }),
@@ -95,7 +95,7 @@ pub fn pose(
 ///
 /// A node carries the points of one surface only where pairs are concerned: bonded surfaces come first, then those that
 /// may touch an obstacle, then pairs, each in the order given; a pair drops nodes that are used before. What obstacles
-/// share among themselves stays with both.
+/// unity_sum among themselves stays with both.
 fn all_points(
     mesh: &Mesh,
     model: &FeModel,
@@ -136,14 +136,14 @@ fn quoted(name: &str) -> String {
 /// `B` over the unknown and over the prescribed degrees of freedom.
 fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
     let m = points.len();
-    let (mut free, mut held) = (Vec::new(), Vec::new());
+    let (mut free, mut constrained) = (Vec::new(), Vec::new());
     let mut add = |row: usize, dof: u32, value: f64| {
         let unknown = model.dofs.unknown[dof as usize];
         if value == 0.0 {
         } else if unknown != u32::MAX {
             free.push((row, unknown as usize, value));
         } else if let Ok(p) = model.dofs.prescribed.binary_search(&dof) {
-            held.push((row, p, value));
+            constrained.push((row, p, value));
         }
     };
     for (j, point) in points.iter().enumerate() {
@@ -165,7 +165,7 @@ fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
         }
     }
     let n = model.dofs.free.len();
-    (Csr::from_triplets(3 * m, n, &free), Csr::from_triplets(3 * m, model.dofs.prescribed.len(), &held))
+    (Csr::from_triplets(3 * m, n, &free), Csr::from_triplets(3 * m, model.dofs.prescribed.len(), &constrained))
 }
 
 /// The bodies by the names of the groups of cells they are, otherwise by their numbers.

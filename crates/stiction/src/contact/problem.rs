@@ -89,7 +89,7 @@ pub struct Supports {
     pub free_load: Vec<f64>,
     /// Prescribed displacements, length `p`.
     pub displacement: Vec<f64>,
-    /// The jump's share of the prescribed degrees of freedom, `3m x p`.
+    /// The jump's unity_sum of the prescribed degrees of freedom, `3m x p`.
     pub B: Csr,
     /// The six rigid motions at the prescribed degrees of freedom.
     pub rigid: Vec<[f64; 6]>,
@@ -173,7 +173,7 @@ pub struct Labels {
     /// What the force of each point is to be multiplied with to add up to the whole force, `m`: one, more where a point
     /// between two bodies carries for a neighbour that was dropped, less in the middle of the edge of a quadratic face;
     /// what a translation of the counterpart does to the gap of the point.
-    pub share: Vec<f64>,
+    pub unity_sum: Vec<f64>,
     /// Consecutive ranges that cover all points.
     pub pairs: Vec<Pair>,
     /// The prescribed part of the bodies.
@@ -192,7 +192,7 @@ impl ContactProblem {
             contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None },
             labels: Labels {
                 area: vec![1.0; m],
-                share: vec![1.0; m],
+                unity_sum: vec![1.0; m],
                 pairs: vec![Pair { name: "contact".into(), points: 0..m }],
                 supports: None,
                 bodies: None,
@@ -242,7 +242,7 @@ impl ContactProblem {
     fn check_lengths(&self) -> Result<(), Error> {
         let (m, n) = (self.points(), self.unknowns());
         let Contact { B, slip_reference, friction, orthotropy, .. } = &self.contact;
-        let Labels { area, share, supports, bodies, .. } = &self.labels;
+        let Labels { area, unity_sum, supports, bodies, .. } = &self.labels;
         let p = supports.as_ref().map_or(0, |s| s.load.len());
         let supports = supports.as_ref();
         let of_supports = |length: &dyn Fn(&Supports) -> usize, wanted: usize| supports.map_or(wanted, length);
@@ -257,7 +257,7 @@ impl ContactProblem {
             ("contact.friction", friction.len(), m),
             ("contact.orthotropy", orthotropy.as_ref().map_or(m, Vec::len), m),
             ("labels.area", area.len(), m),
-            ("labels.share", share.len(), m),
+            ("labels.unity_sum", unity_sum.len(), m),
             ("labels.bodies.of", bodies.as_ref().map_or(n, |b| b.of.len()), n),
             ("labels.bodies.of_support", bodies.as_ref().map_or(p, |b| b.of_support.len()), p),
             ("rows of labels.supports.K", of_supports(&|s| s.K.rows, p), p),
@@ -304,14 +304,14 @@ impl ContactProblem {
 
     fn check_labels(&self) -> Result<(), Error> {
         let m = self.points();
-        let Labels { area, share, pairs, supports, bodies } = &self.labels;
+        let Labels { area, unity_sum, pairs, supports, bodies } = &self.labels;
         let next = pairs.iter().try_fold(0, |end, pair| (pair.points.start == end).then_some(pair.points.end));
         if next != Some(m) {
             let what = format!("labels.pairs: their ranges do not cover the {m} points one after the other");
             return Err(wrong(what, "give consecutive ranges from 0 to m"));
         }
         finite("labels.area", area)?;
-        finite("labels.share", share)?;
+        finite("labels.unity_sum", unity_sum)?;
         if let Some(supports) = supports {
             supports.K.validate("labels.supports.K")?;
             supports.K_own.validate("labels.supports.K_own")?;

@@ -31,7 +31,7 @@ const NO_ENERGY: f64 = 1e-12;
 const DEPENDENT: f64 = 1e-9;
 
 /// The rigid motions that strain nothing. Bodies are the connected components of the graph of `K`; for each the
-/// energies `R' K R` of the near-kernel restricted to it tell the motions that are free: six for a body held by
+/// energies `R' K R` of the near-kernel restricted to it tell the motions that are free: six for a body constrained by
 /// contact alone, three for one on a symmetry plane. Empty where the problem has no near-kernel.
 ///
 /// # Panics
@@ -67,7 +67,7 @@ impl RigidMotions {
         self.bodies.iter().map(|body| body.motions.len()).sum()
     }
 
-    /// Whether every body is held.
+    /// Whether every body is constrained.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }

@@ -45,8 +45,9 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     let pressed = |j: usize| problem.contact.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
     // Motions by their largest displacement, so that entries of `along` are lengths of order one.
     let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-    let held = (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.contact.friction[i % m] == Friction::Bonded));
-    let along = null_space(&jumps, &unit, &held.collect::<Vec<_>>(), problem.contact.B.max_abs());
+    let constrained =
+        (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.contact.friction[i % m] == Friction::Bonded));
+    let along = null_space(&jumps, &unit, &constrained.collect::<Vec<_>>(), problem.contact.B.max_abs());
     let force: Vec<f64> = along.iter().map(|a| dot(a, &load)).collect();
     let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(&load);
     if norm(&force) <= WORKS * possible {
@@ -82,12 +83,12 @@ fn bound(law: Friction, normal: f64) -> f64 {
     }
 }
 
-/// Combinations of the motions (weighted by `unit`) that move nothing along the rows `held`; `scale` is the size of `B`.
-fn null_space(jumps: &[Vec<f64>], unit: &[f64], held: &[usize], scale: f64) -> Vec<Vec<f64>> {
+/// Combinations of the motions (weighted by `unit`) that move nothing along the rows `constrained`; `scale` is the size of `B`.
+fn null_space(jumps: &[Vec<f64>], unit: &[f64], constrained: &[usize], scale: f64) -> Vec<Vec<f64>> {
     let scale = scale.max(f64::MIN_POSITIVE);
     let entry = |a: usize, b: usize| {
         let product = |&i: &usize| jumps[a][i] * unit[a] / scale * (jumps[b][i] * unit[b] / scale);
-        held.iter().map(product).sum::<f64>()
+        constrained.iter().map(product).sum::<f64>()
     };
     let k = jumps.len();
     let gram: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| entry(a, b)).collect()).collect();

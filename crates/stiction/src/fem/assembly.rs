@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::elements::Law;
 use super::incidence::{Incidence, NodeRange};
-use super::sums::Sums;
-use super::turned::turn_block;
+use super::rotated::turn_block;
+use super::row_assembly::RowAssembly;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
 use crate::linalg::{Csr, SymmetricCsr, in_huge_pages, piece};
@@ -18,7 +18,7 @@ use crate::mesh::v3::V3;
 ///
 /// Threads own ranges of node rows and add the cells in ascending order, so the result is the same to the bit for
 /// any number of threads, and `K` is symmetric to the bit. An error where mesh, materials, loads or prescribed
-/// displacements cannot be used; a body left floating is none, see [`unheld_motions`](super::unheld_motions).
+/// displacements cannot be used; a body left floating is none, see [`unconstrained_motions`](super::unconstrained_motions).
 ///
 /// # Errors
 /// If mesh, materials, loads or prescribed displacements cannot be used.
@@ -33,8 +33,8 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     };
     let (incidence, acting) = rayon::join(|| Incidence::new(solid.mesh), acting);
     let (incidence, (dofs, force)) = (incidence?, acting?);
-    let held: Vec<bool> = dofs.unknown.as_chunks::<3>().0.iter().map(|dofs| dofs.contains(&u32::MAX)).collect();
-    let ranges = NodeRange::all(&incidence, &cells, &held);
+    let constrained: Vec<bool> = dofs.unknown.as_chunks::<3>().0.iter().map(|dofs| dofs.contains(&u32::MAX)).collect();
+    let ranges = NodeRange::all(&incidence, &cells, &constrained);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
     let mut model = with_pattern(dofs, &ranges);
@@ -43,7 +43,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
 
     let number = number_in_its_set(dofs);
-    let turned = turned_of_node(dofs);
+    let rotated = rotated_of_node(dofs);
     let free_rows = rows_of_ranges(&dofs.free, &ranges);
     let support_rows = rows_of_ranges(&dofs.prescribed, &ranges);
     let rows = split_lower(stiffness, &free_rows)
@@ -56,9 +56,9 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .with_max_len(piece(ranges.len()))
         .zip(rows.collect::<Vec<_>>())
         .map_init(
-            || Sums::new(solid, &laws, &cells, &incidence, &held),
+            || RowAssembly::new(solid, &laws, &cells, &incidence, &constrained),
             |sums, (range, (((free_free, support_free), support_support), load))| {
-                Rows { dofs, number: &number, turned: &turned, free_free, support_free, support_support, load }
+                Rows { dofs, number: &number, rotated: &rotated, free_free, support_free, support_support, load }
                     .fill(range, sums)
             },
         )
@@ -73,8 +73,8 @@ struct Rows<'a> {
     dofs: &'a DofMap,
     /// For each degree of freedom its number among the unknown or among the prescribed.
     number: &'a [u32],
-    /// For each node its place in `dofs.turned`, or `u32::MAX`; empty if none is turned.
-    turned: &'a [u32],
+    /// For each node its place in `dofs.rotated`, or `u32::MAX`; empty if none is rotated.
+    rotated: &'a [u32],
     free_free: LowerEntries<'a>,
     support_free: Entries<'a>,
     support_support: Entries<'a>,
@@ -82,13 +82,13 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn fill(mut self, range: &NodeRange, sums: &mut Sums) -> Result<(), Error> {
+    fn fill(mut self, range: &NodeRange, sums: &mut RowAssembly) -> Result<(), Error> {
         let blocks = sums.of(range)?;
         let mut free_row = 0;
         for i in range.nodes.clone() {
             let neighbours = range.neighbours(i);
             let row = &mut blocks[range.row(i)];
-            if !self.turned.is_empty() {
+            if !self.rotated.is_empty() {
                 let turn = |(block, &j): (&mut [V3; 3], &u32)| *block = self.turn(block, i as u32, j);
                 row.iter_mut().zip(neighbours).for_each(turn);
             }
@@ -139,8 +139,8 @@ impl Rows<'_> {
     /// The block in the axes of its nodes.
     fn turn(&self, block: &[V3; 3], i: u32, j: u32) -> [V3; 3] {
         let axes = |node: u32| {
-            let place = *self.turned.get(node as usize)?;
-            self.dofs.turned.get(place as usize).map(|turned| &turned.axes)
+            let place = *self.rotated.get(node as usize)?;
+            self.dofs.rotated.get(place as usize).map(|rotated| &rotated.axes)
         };
         turn_block(block, [i, j], axes(i), axes(j))
     }
@@ -279,13 +279,13 @@ fn number_in_its_set(dofs: &DofMap) -> Vec<u32> {
     number
 }
 
-/// For each node its place among the turned ones, or `u32::MAX`; empty if there are none.
-fn turned_of_node(dofs: &DofMap) -> Vec<u32> {
-    if dofs.turned.is_empty() {
+/// For each node its place among the rotated ones, or `u32::MAX`; empty if there are none.
+fn rotated_of_node(dofs: &DofMap) -> Vec<u32> {
+    if dofs.rotated.is_empty() {
         return Vec::new();
     }
     let mut place = vec![u32::MAX; dofs.unknown.len() / 3];
-    dofs.turned.iter().enumerate().for_each(|(k, turned)| place[turned.node as usize] = k as u32);
+    dofs.rotated.iter().enumerate().for_each(|(k, rotated)| place[rotated.node as usize] = k as u32);
     place
 }
 

@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
 use super::field::point;
-use super::turned::Held;
-use super::{DofMap, Fix, Turned};
+use super::rotated::Constrained;
+use super::{DofMap, Fix, RotatedNode};
 use crate::Error;
 use crate::mesh::Mesh;
 
@@ -24,14 +24,14 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
     for (number, fix) in fixes.iter().enumerate() {
         prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
     }
-    let turned = turn(mesh, fixes, &mut prescribed)?;
+    let rotated = turn(mesh, fixes, &mut prescribed)?;
     let count = prescribed.iter().filter(|value| !value.is_nan()).count();
     let mut dofs = DofMap {
         unknown: Vec::with_capacity(prescribed.len()),
         free: Vec::with_capacity(prescribed.len() - count),
         prescribed: Vec::with_capacity(count),
         value: Vec::with_capacity(count),
-        turned,
+        rotated,
     };
     for (dof, value) in prescribed.into_iter().enumerate() {
         if value.is_nan() {
@@ -46,37 +46,38 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
     Ok(dofs)
 }
 
-/// The nodes held along a direction that is no axis, with axes of which the first are `prescribed` then.
-fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [f64]) -> Result<Vec<Turned>, Error> {
-    let mut held: BTreeMap<u32, Held> = BTreeMap::new();
+/// The nodes constrained along a direction that is no axis, with axes of which the first are `prescribed` then.
+fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [f64]) -> Result<Vec<RotatedNode>, Error> {
+    let mut constrained: BTreeMap<u32, Constrained> = BTreeMap::new();
     for (number, fix) in fixes.iter().enumerate() {
         let Some(across) = fix.across else { continue };
         for &node in &fix.nodes {
-            let held = held.entry(node).or_insert_with(|| along_axes(&prescribed[3 * node as usize..][..3]));
-            held.add(across, 0.0).map_err(|other| {
+            let constrained =
+                constrained.entry(node).or_insert_with(|| along_axes(&prescribed[3 * node as usize..][..3]));
+            constrained.add(across, 0.0).map_err(|other| {
                 let place = format!("fix {}, node {node} at {}", number + 1, point(mesh.nodes[node as usize]));
                 let what = format!("its displacement along {} is prescribed twice: {other} and 0", point(across));
                 Error::new(place, what, "keep one of the two, or let them agree where they meet")
             })?;
         }
     }
-    let turned = |(node, held): (u32, Held)| {
-        let (axes, values) = held.axes();
+    let rotated = |(node, constrained): (u32, Constrained)| {
+        let (axes, values) = constrained.axes();
         prescribed[3 * node as usize..][..3].copy_from_slice(&values.map(|value| value.unwrap_or(FREE)));
-        Turned { node, axes }
+        RotatedNode { node, axes }
     };
-    Ok(held.into_iter().map(turned).collect())
+    Ok(constrained.into_iter().map(rotated).collect())
 }
 
 /// What is prescribed along x, y, z.
-fn along_axes(components: &[f64]) -> Held {
-    let mut held = Held::default();
+fn along_axes(components: &[f64]) -> Constrained {
+    let mut constrained = Constrained::default();
     for (c, &value) in components.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
         let axis = [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
         // Axes are across one another: the second cannot contradict the first.
-        let _ = held.add(axis, value);
+        let _ = constrained.add(axis, value);
     }
-    held
+    constrained
 }
 
 fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [f64]) -> Result<(), Error> {

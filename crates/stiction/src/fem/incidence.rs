@@ -85,8 +85,8 @@ pub(super) struct NodeRange {
 }
 
 impl NodeRange {
-    /// All nodes in ranges, with their neighbours; some displacement of the nodes `held` is prescribed.
-    pub fn all(incidence: &Incidence, cells: &CellList, held: &[bool]) -> Vec<NodeRange> {
+    /// All nodes in ranges, with their neighbours; some displacement of the nodes `constrained` is prescribed.
+    pub fn all(incidence: &Incidence, cells: &CellList, constrained: &[bool]) -> Vec<NodeRange> {
         let nodes = incidence.nodes();
         let size = nodes / (RANGES_PER_THREAD * rayon::current_num_threads());
         let size = size.clamp(NODES_PER_RANGE.start, NODES_PER_RANGE.end);
@@ -96,21 +96,27 @@ impl NodeRange {
                 || vec![u32::MAX; nodes],
                 |seen_by, r| {
                     let range = r * size..((r + 1) * size).min(nodes);
-                    NodeRange::new(range, incidence, cells, held, seen_by)
+                    NodeRange::new(range, incidence, cells, constrained, seen_by)
                 },
             )
             .collect()
     }
 
     /// `seen_by[j]` is the last node that listed `j` as its neighbour.
-    fn new(nodes: Range<usize>, incidence: &Incidence, cells: &CellList, held: &[bool], seen_by: &mut [u32]) -> Self {
+    fn new(
+        nodes: Range<usize>,
+        incidence: &Incidence,
+        cells: &CellList,
+        constrained: &[bool],
+        seen_by: &mut [u32],
+    ) -> Self {
         let mut neighbour = Vec::with_capacity(nodes.len() * 10);
         let mut start = vec![0];
         for i in nodes.clone() {
             let first = neighbour.len();
             for &cell in incidence.at(i) {
                 for &j in cells.get(cell as usize).1 {
-                    if is_needed(i, j as usize, held) && seen_by[j as usize] != i as u32 {
+                    if is_needed(i, j as usize, constrained) && seen_by[j as usize] != i as u32 {
                         seen_by[j as usize] = i as u32;
                         neighbour.push(j);
                     }
@@ -140,6 +146,6 @@ impl NodeRange {
 }
 
 /// Whether the block of nodes `i` and `j` is needed: the unknowns among themselves take one of it and its mirror image.
-pub(super) fn is_needed(i: usize, j: usize, held: &[bool]) -> bool {
-    j <= i || held[i] || held[j]
+pub(super) fn is_needed(i: usize, j: usize, constrained: &[bool]) -> bool {
+    j <= i || constrained[i] || constrained[j]
 }

@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::elements::{MOST_NODES, folded, volume_points};
 use super::faces::{FacePoint, face_coordinates, face_points};
-use super::wetted::wetted_points;
+use super::submerged::submerged_points;
 use super::{Field, Load, Solid, initial_strain};
 use crate::Error;
 use crate::mesh::Mesh;
@@ -40,7 +40,7 @@ pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>
                 let level = of_time(level, t, "the level of a liquid");
                 level.and_then(|level| {
                     let pressure = |p: &FacePoint| weight * (level - dot(*up, p.position)).max(0.0);
-                    let points = |x: &[V3]| wetted_points(x, &|x| level - dot(*up, x));
+                    let points = |x: &[V3]| submerged_points(x, &|x| level - dot(*up, x));
                     on_points(solid.mesh, faces, &points, &mut force, |p| Ok(scale(-pressure(p), p.area)))
                 })
             }

@@ -1,9 +1,10 @@
 //! Elements, materials and loads: from a mesh to a stiffness matrix and a load vector.
 //!
 //! [`assemble`] poses `K u = f`; [`full_displacement`], [`reactions`] and [`cell_stress`] read its solution;
-//! [`unheld_motions`] says which rigid motions the prescribed displacements leave free.
+//! [`unconstrained_motions`] says which rigid motions the prescribed displacements leave free.
 
 mod assembly;
+mod congruent_cells;
 mod cut;
 mod dofs;
 mod elastic;
@@ -12,19 +13,18 @@ mod faces;
 mod field;
 mod incidence;
 mod initial;
-mod integrated;
 mod loads;
 mod material;
 mod model;
 mod recovery;
 mod rigid;
+mod rotated;
+mod row_assembly;
 mod solid;
 mod springs;
-mod sums;
+mod submerged;
 #[cfg(test)]
 mod tests;
-mod turned;
-mod wetted;
 
 pub use assembly::assemble;
 pub use cut::{Cut, cut};
@@ -38,7 +38,7 @@ pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
 pub use model::{DofMap, FeModel, Fix, Load, Temperature};
 pub(crate) use recovery::cell_stress_as;
 pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
-pub use rigid::{Motion, Unheld, rigid_motions, unheld_motions};
+pub use rigid::{Motion, Unconstrained, rigid_motions, unconstrained_motions};
+pub use rotated::RotatedNode;
 pub use solid::{Solid, notes};
 pub use springs::{Spring, add_springs};
-pub use turned::Turned;

@@ -1,4 +1,4 @@
-use super::{Field, Turned};
+use super::{Field, RotatedNode};
 use crate::linalg::{Csr, SymmetricCsr};
 
 /// A load on boundary faces (indices into `Mesh::faces`) or cells.
@@ -112,7 +112,7 @@ pub struct Fix {
 }
 
 /// Which components of displacement are unknown. Component `c` of node `i` is degree of freedom `3 i + c`; it is that along
-/// x, y, z except at the nodes that are turned.
+/// x, y, z except at the nodes that are rotated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofMap {
     /// For each degree of freedom its number among the unknowns, or `u32::MAX` where it is prescribed.
@@ -124,7 +124,7 @@ pub struct DofMap {
     /// Prescribed displacements, length `p`.
     pub value: Vec<f64>,
     /// Nodes with axes of their own, ascending.
-    pub turned: Vec<Turned>,
+    pub rotated: Vec<RotatedNode>,
 }
 
 /// The elastic body without contact: `K u = f` for the unknown displacements.

@@ -108,34 +108,34 @@ fn direction(v: V3) -> String {
 
 /// The rigid motions of a body that the prescribed displacements do not resist.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unheld {
+pub struct Unconstrained {
     /// Number of the body.
     pub body: u32,
     /// One to six independent motions: translations first, along the coordinate axes where possible.
     pub motions: Vec<Motion>,
 }
 
-impl fmt::Display for Unheld {
+impl fmt::Display for Unconstrained {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.motions.len() == 6 {
-            return write!(f, "body {} is not held at all", self.body);
+            return write!(f, "body {} is not constrained at all", self.body);
         }
         let motions: Vec<String> = self.motions.iter().map(Motion::to_string).collect();
         write!(f, "body {} is free in {}", self.body, motions.join("; "))
     }
 }
 
-/// For each connected body the rigid motions that the prescribed displacements leave free; bodies that are held do
+/// For each connected body the rigid motions that the prescribed displacements leave free; bodies that are constrained do
 /// not appear. `body_of_node` numbers the bodies from zero, one entry per node.
 ///
 /// # Panics
 /// If `dofs` or `body_of_node` do not belong to the mesh.
-pub fn unheld_motions(mesh: &Mesh, dofs: &DofMap, body_of_node: &[u32]) -> Vec<Unheld> {
+pub fn unconstrained_motions(mesh: &Mesh, dofs: &DofMap, body_of_node: &[u32]) -> Vec<Unconstrained> {
     assert_eq!(body_of_node.len(), mesh.nodes.len());
     let bodies = body_of_node.iter().max().map_or(0, |&last| last as usize + 1);
     let mut nodes_of_body = vec![Vec::new(); bodies];
     body_of_node.iter().enumerate().for_each(|(node, &body)| nodes_of_body[body as usize].push(node));
-    let mut unheld = Vec::new();
+    let mut unconstrained = Vec::new();
     for (body, nodes) in nodes_of_body.iter().enumerate() {
         let centre = mean(nodes.iter().map(|&i| mesh.nodes[i]));
         let size = nodes.iter().map(|&i| norm(sub(mesh.nodes[i], centre))).fold(0.0, f64::max);
@@ -147,10 +147,10 @@ pub fn unheld_motions(mesh: &Mesh, dofs: &DofMap, body_of_node: &[u32]) -> Vec<U
         });
         let motions = free_motions(&Subspace::spanned(seen.collect()).complement(), centre, size);
         if !nodes.is_empty() && !motions.is_empty() {
-            unheld.push(Unheld { body: body as u32, motions });
+            unconstrained.push(Unconstrained { body: body as u32, motions });
         }
     }
-    unheld
+    unconstrained
 }
 
 /// Names a basis of the space of free motions `(t, ω size)` about `centre`.

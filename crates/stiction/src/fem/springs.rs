@@ -5,7 +5,7 @@
 
 use super::FeModel;
 use super::faces::{face_coordinates, face_points};
-use super::turned::turn_block;
+use super::rotated::turn_block;
 use crate::Error;
 use crate::linalg::{Csr, SymmetricCsr};
 use crate::mesh::Mesh;

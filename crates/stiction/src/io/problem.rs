@@ -35,7 +35,7 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
         ("friction_value".to_string(), Array::f64(&law_values)),
         ("friction_limit".to_string(), Array::f64(&law_limits)),
         ("area".to_string(), Array::f64(&problem.labels.area)),
-        ("share".to_string(), Array::f64(&problem.labels.share)),
+        ("share".to_string(), Array::f64(&problem.labels.unity_sum)),
         ("pair_names".to_string(), Array::text(&names.join("\n"))),
         ("pair_ends".to_string(), Array::usize(&ends)),
     ];
@@ -147,7 +147,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     };
     let labels = Labels {
         area: f64s(arrays, "area", Some(m))?.to_vec(),
-        share: optional(arrays, "share", m)?.unwrap_or_else(|| vec![1.0; m]),
+        unity_sum: optional(arrays, "share", m)?.unwrap_or_else(|| vec![1.0; m]),
         pairs: pairs(arrays, m)?,
         supports: if arrays.contains_key("support_load") { Some(supports(arrays, n, m)?) } else { None },
         bodies: if arrays.contains_key("body_of") { Some(bodies(arrays, n)?) } else { None },

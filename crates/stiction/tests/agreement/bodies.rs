@@ -192,7 +192,7 @@ tolerance = 1e-11
             for (lambda, area) in outcome.solution.lambda.iter().zip(&p.labels.area) {
                 assert!((lambda / area / (2e11 * strain) - 1.0).abs() < 1e-8, "{label} {}", lambda / area);
             }
-            let whole: f64 = (0..p.points()).map(|j| p.labels.share[j] * p.labels.area[j]).sum();
+            let whole: f64 = (0..p.points()).map(|j| p.labels.unity_sum[j] * p.labels.area[j]).sum();
             assert!((whole - 1.0).abs() < 1e-9, "{label}: points stand for {whole} of the unit square");
         }
     }

@@ -103,7 +103,7 @@ fn what_cannot_be_solved_is_named_by_its_argument() {
         ("contact.orthotropy[0]", |p, _| p.contact.orthotropy = Some(vec![1.5])),
         ("labels.area", |p, _| p.labels.area.push(1.0)),
         ("labels.area[0] is NaN", |p, _| p.labels.area[0] = f64::NAN),
-        ("labels.share", |p, _| p.labels.share.clear()),
+        ("labels.unity_sum", |p, _| p.labels.unity_sum.clear()),
         ("labels.pairs", |p, _| p.labels.pairs.clear()),
         ("elastic.node_of", |p, _| p.elastic.node_of = Some(vec![0])),
         ("do not follow one another", |p, _| p.elastic.node_of = Some(vec![4, 2, 4])),

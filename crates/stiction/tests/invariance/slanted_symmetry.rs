@@ -66,7 +66,7 @@ fn agree(straight: &(Outcome, Prepared), turned: &(Outcome, Prepared), turn: &Tu
         let u = turn.apply(*u);
         (0..3).for_each(|c| assert!((u[c] - v[c]).abs() < 1e-9 * size, "{u:?} {v:?}"));
     }
-    assert!(!turned.1.model.dofs.turned.is_empty() && straight.1.model.dofs.turned.is_empty());
+    assert!(!turned.1.model.dofs.rotated.is_empty() && straight.1.model.dofs.rotated.is_empty());
     let m = straight.1.problem.points();
     let [a, b] = [straight, turned].map(|run| &run.0.solution.lambda);
     let size = a.iter().fold(0.0, |size: f64, x| size.max(x.abs()));

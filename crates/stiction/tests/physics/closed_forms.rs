@@ -69,7 +69,7 @@ fn a_block_pushed_above_the_friction_limit_slips_along_the_push_by_the_excess() 
             let slip = &p.contact.B.times(&s.u)[m..];
             for j in 0..m {
                 assert!(close(s.lambda[j], PRESSURE * p.labels.area[j], 1e-9));
-                let slipped = 0.001 * LIMIT * p.labels.share[j];
+                let slipped = 0.001 * LIMIT * p.labels.unity_sum[j];
                 assert!((slip[j] - slipped * direction.cos()).abs() < 1e-9 * LIMIT);
                 assert!((slip[m + j] - slipped * direction.sin()).abs() < 1e-9 * LIMIT);
             }
@@ -234,8 +234,14 @@ fn areas_of_contact_points_add_up_to_the_surface() {
         let case = brick(4, element, BrickLoad::Lift, SurfaceFriction::None);
         let all: f64 = nodal_areas(&case.mesh, &case.faces("z-min")).iter().map(|a| a.1).sum();
         let posed = case.pose();
-        let kept: f64 =
-            posed.problem.labels.area.iter().zip(&posed.problem.labels.share).map(|(area, share)| area * share).sum();
+        let kept: f64 = posed
+            .problem
+            .labels
+            .area
+            .iter()
+            .zip(&posed.problem.labels.unity_sum)
+            .map(|(area, share)| area * share)
+            .sum();
         assert!(close(all, 3.0, 1e-13) && close(kept + posed.facts[0].dropped_area, 3.0, 1e-13));
         assert!(close(posed.facts[0].area, 3.0, 1e-13));
     }

@@ -190,7 +190,7 @@ fn a_constant_pressure_is_carried_past_dropped_nodes() {
                 assert!((0..3).all(|c| (f[c] - n[c]).abs() < 1e-13), "{group} {node}: {f:?} {n:?}");
             }
         }
-        let total: f64 = (0..m).map(|j| problem.labels.share[j] * lambda[j]).sum();
+        let total: f64 = (0..m).map(|j| problem.labels.unity_sum[j] * lambda[j]).sum();
         assert!((total - 1.0).abs() < 1e-13);
     }
 }
@@ -269,7 +269,7 @@ fn patch_tests_pass_in_contact_and_bonded() {
                     assert!((pressure - normal).abs() < 1e-9 * normal.abs(), "{pressure} {normal}");
                 }
                 assert_eq!(facts[0].clamped > 0, sided);
-                assert_eq!(problem.labels.share.iter().any(|&s| s > 1.0 + 1e-9), sided);
+                assert_eq!(problem.labels.unity_sum.iter().any(|&s| s > 1.0 + 1e-9), sided);
             }
         }
     }
@@ -383,7 +383,7 @@ fn contact_forces_are_in_equilibrium_between_the_bodies() {
         let fixes = [zero.fix(&mesh, "a.z-min"), zero.fix(&mesh, "b.z-max")];
         let (problem, Posed { model, .. }) =
             posed(&mesh, &fixes, &[], &[pair(&mesh, "b.z-min", "a.z-max", SurfaceFriction::None)]);
-        assert!(problem.contact.gap.iter().zip(&problem.labels.share).all(|(g, s)| (g - s * gap).abs() < 1e-14));
+        assert!(problem.contact.gap.iter().zip(&problem.labels.unity_sum).all(|(g, s)| (g - s * gap).abs() < 1e-14));
         let m = problem.points();
         let lambda: Vec<f64> = (0..3 * m).map(|i| ((i * 7919) % 1009) as f64 / 1009.0 - 0.3).collect();
         let force = problem.contact.B.transpose_times(&lambda);
@@ -396,7 +396,8 @@ fn contact_forces_are_in_equilibrium_between_the_bodies() {
         }
         assert!(sum.iter().all(|f| f.abs() < 1e-12), "{sum:?}");
         // Tangential forces act at both surfaces, a gap apart; the tangents are x and y.
-        let tangential = |from: usize| (from..from + m).map(|i| problem.labels.share[i % m] * lambda[i]).sum::<f64>();
+        let tangential =
+            |from: usize| (from..from + m).map(|i| problem.labels.unity_sum[i % m] * lambda[i]).sum::<f64>();
         let wanted = [-gap * tangential(2 * m), gap * tangential(m), 0.0];
         assert!((0..3).all(|c| (moment[c] - wanted[c]).abs() < 1e-12), "{moment:?} {wanted:?}");
     }

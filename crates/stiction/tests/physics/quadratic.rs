@@ -69,7 +69,7 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
         };
         let (problem, facts) = pose(&mesh, &mut model, &[surface]).unwrap();
         let s = solved(&problem, 1e-9);
-        let total: f64 = (0..problem.points()).map(|j| problem.labels.share[j] * s.lambda[j]).sum();
+        let total: f64 = (0..problem.points()).map(|j| problem.labels.unity_sum[j] * s.lambda[j]).sum();
         let worst = (0..problem.points())
             .map(|j| (s.lambda[j] / problem.labels.area[j] / pressure - 1.0).abs())
             .fold(0.0, f64::max);

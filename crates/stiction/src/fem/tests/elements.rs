@@ -46,10 +46,10 @@ fn the_stiffness_is_symmetric_to_the_bit_and_positive() {
             let value = [zero.clone(), zero.clone(), zero];
             let fix = Fix { nodes: (0..mesh.nodes.len() as u32).collect(), value, ..Fix::default() };
             let material = Material { formulation, ..material(2.0, 0.3) };
-            let held = model_of(&mesh, &material, &[], &[fix]).unwrap();
-            assert_eq!(held.stiffness.rows, 0);
-            assert_eq!(held.support_support, held.support_support.transpose());
-            assert_eq!(held.support_support, k.full());
+            let constrained = model_of(&mesh, &material, &[], &[fix]).unwrap();
+            assert_eq!(constrained.stiffness.rows, 0);
+            assert_eq!(constrained.support_support, constrained.support_support.transpose());
+            assert_eq!(constrained.support_support, k.full());
             let u: Vec<f64> = (0..k.rows).map(|i| (i as f64 * i as f64).sin()).collect();
             assert!(k.times(&u).iter().zip(&u).map(|(f, u)| f * u).sum::<f64>() > 0.0);
         }

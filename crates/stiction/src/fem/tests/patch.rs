@@ -60,8 +60,9 @@ fn a_pulled_bar_stretches_by_e_and_narrows_by_nu() {
         }
         // The wall pulls back with stress times area.
         let along_x = |(dof, _): &(&u32, f64)| **dof % 3 == 0;
-        let held: f64 = model.dofs.prescribed.iter().zip(reactions(&model, &u_free)).filter(along_x).map(|r| r.1).sum();
-        assert!((held + pull * 2.0).abs() < 1e-9, "{held}");
+        let constrained: f64 =
+            model.dofs.prescribed.iter().zip(reactions(&model, &u_free)).filter(along_x).map(|r| r.1).sum();
+        assert!((constrained + pull * 2.0).abs() < 1e-9, "{constrained}");
 
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &vec![0; mesh.cell_count()] };
         assert!(cell_stress(&solid, &u, &[]).iter().all(|s| (von_mises(s) - pull).abs() < 1e-9));

@@ -2,28 +2,28 @@
 
 use super::*;
 
-/// What is left free when each listed component of each listed node is held.
-fn unheld(mesh: &Mesh, held: &[(Vec<u32>, [bool; 3])]) -> Vec<Unheld> {
-    let fix = |(nodes, held): &(Vec<u32>, [bool; 3])| Fix {
+/// What is left free when each listed component of each listed node is constrained.
+fn unconstrained(mesh: &Mesh, constrained: &[(Vec<u32>, [bool; 3])]) -> Vec<Unconstrained> {
+    let fix = |(nodes, constrained): &(Vec<u32>, [bool; 3])| Fix {
         nodes: nodes.clone(),
-        value: held.map(|held| held.then_some(Field::Constant(0.0))),
+        value: constrained.map(|constrained| constrained.then_some(Field::Constant(0.0))),
         ..Fix::default()
     };
-    let fixes: Vec<Fix> = held.iter().map(fix).collect();
+    let fixes: Vec<Fix> = constrained.iter().map(fix).collect();
     let dofs = dof_map(mesh, &fixes, 0.0).unwrap();
-    let unheld = unheld_motions(mesh, &dofs, &vec![0; mesh.nodes.len()]);
-    // Whatever is called free must leave the held components alone.
-    for motion in unheld.iter().flat_map(|unheld| &unheld.motions) {
+    let unconstrained = unconstrained_motions(mesh, &dofs, &vec![0; mesh.nodes.len()]);
+    // Whatever is called free must leave the constrained components alone.
+    for motion in unconstrained.iter().flat_map(|unconstrained| &unconstrained.motions) {
         for &dof in &dofs.prescribed {
             let moved = motion.at(mesh.nodes[dof as usize / 3])[dof as usize % 3];
-            assert!(moved.abs() < 1e-11, "{motion} moves a held node by {moved:e}");
+            assert!(moved.abs() < 1e-11, "{motion} moves a constrained node by {moved:e}");
         }
     }
-    unheld
+    unconstrained
 }
 
-fn names(unheld: &[Unheld]) -> Vec<String> {
-    unheld.iter().flat_map(|unheld| unheld.motions.iter().map(Motion::to_string)).collect()
+fn names(unconstrained: &[Unconstrained]) -> Vec<String> {
+    unconstrained.iter().flat_map(|unconstrained| unconstrained.motions.iter().map(Motion::to_string)).collect()
 }
 
 fn block() -> Mesh {
@@ -33,12 +33,12 @@ fn block() -> Mesh {
 #[test]
 fn a_clamped_face_holds_the_body() {
     let mesh = block();
-    assert!(unheld(&mesh, &[(nodes_where(&mesh, |x| x[0] == 0.0), [true; 3])]).is_empty());
+    assert!(unconstrained(&mesh, &[(nodes_where(&mesh, |x| x[0] == 0.0), [true; 3])]).is_empty());
 }
 
 #[test]
 fn an_unsupported_body_is_not_held_at_all() {
-    assert_eq!(unheld(&block(), &[])[0].to_string(), "body 0 is not held at all");
+    assert_eq!(unconstrained(&block(), &[])[0].to_string(), "body 0 is not constrained at all");
 }
 
 #[test]
@@ -46,21 +46,21 @@ fn symmetry_planes_normal_to_x_and_y_leave_the_translation_along_z() {
     let mesh = block();
     let x = (nodes_where(&mesh, |x| x[0] == 0.0), [true, false, false]);
     let y = (nodes_where(&mesh, |x| x[1] == 0.0), [false, true, false]);
-    let found = unheld(&mesh, &[x, y]);
+    let found = unconstrained(&mesh, &[x, y]);
     assert_eq!(found[0].to_string(), "body 0 is free in translation along z");
 }
 
 #[test]
 fn a_smooth_floor_leaves_three_motions_of_the_plane() {
     let mesh = block();
-    let found = unheld(&mesh, &[(nodes_where(&mesh, |x| x[2] == 0.0), [false, false, true])]);
+    let found = unconstrained(&mesh, &[(nodes_where(&mesh, |x| x[2] == 0.0), [false, false, true])]);
     let about_z = "rotation about the axis along z through (1, 0.5, 0.5)";
     assert_eq!(names(&found), ["translation along x", "translation along y", about_z]);
 }
 
 #[test]
 fn one_held_node_leaves_three_rotations_through_it() {
-    let found = unheld(&block(), &[(vec![0], [true; 3])]);
+    let found = unconstrained(&block(), &[(vec![0], [true; 3])]);
     let names = names(&found);
     assert_eq!(names.len(), 3);
     // Each axis runs through the origin; named is its point nearest to the centre (1, 0.5, 0.5).
@@ -72,7 +72,7 @@ fn one_held_node_leaves_three_rotations_through_it() {
 #[test]
 fn a_hinge_on_a_diagonal_is_named_by_its_direction() {
     let mesh = brick(CellKind::Hex8, [2, 2, 2], [1.0; 3]);
-    let found = unheld(&mesh, &[(nodes_where(&mesh, |x| x[0] == x[1] && x[2] == 0.0), [true; 3])]);
+    let found = unconstrained(&mesh, &[(nodes_where(&mesh, |x| x[0] == x[1] && x[2] == 0.0), [true; 3])]);
     let name = "rotation about the axis along (0.707107, 0.707107, 0) through (0.5, 0.5, 0)";
     assert_eq!(names(&found), [name]);
 }
@@ -87,7 +87,7 @@ fn a_screw_is_named_with_its_advance() {
     let diagonal = (nodes_where(&mesh, |x| x[0] == x[1]), [false, false, true]);
     let name = "rotation about the axis along (0.707107, 0.707107, 0) through (1, 1, 1), combined with a translation \
                 along it of 1 per radian";
-    assert_eq!(names(&unheld(&mesh, &[floor, top, diagonal])), [name]);
+    assert_eq!(names(&unconstrained(&mesh, &[floor, top, diagonal])), [name]);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn each_body_is_judged_alone() {
     };
     let dofs = dof_map(&mesh, &[fix], 0.0).unwrap();
     let body: Vec<u32> = (0..mesh.nodes.len() as u32).map(|i| (i >= count) as u32).collect();
-    let found = unheld_motions(&mesh, &dofs, &body);
+    let found = unconstrained_motions(&mesh, &dofs, &body);
     assert_eq!(found.len(), 1);
     assert_eq!((found[0].body, found[0].motions.len()), (1, 6));
 }
@@ -125,6 +125,6 @@ fn the_decision_depends_neither_on_units_nor_on_a_far_origin() {
         *x = v3::add(v3::scale(1e-6, *x), [1e-3, 0.0, 0.0]);
     }
     let floor = nodes_where(&mesh, |x| x[2] == 0.0);
-    assert_eq!(unheld(&mesh, &[(floor.clone(), [false, false, true])])[0].motions.len(), 3);
-    assert!(unheld(&mesh, &[(floor, [true; 3])]).is_empty());
+    assert_eq!(unconstrained(&mesh, &[(floor.clone(), [false, false, true])])[0].motions.len(), 3);
+    assert!(unconstrained(&mesh, &[(floor, [true; 3])]).is_empty());
 }

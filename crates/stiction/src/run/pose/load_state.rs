@@ -181,7 +181,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error>
             let frame = &frames[j];
             refuse_dragging(prepared, dofs, frame, translation, problem.contact.friction[j])
                 .map_err(|error| place::at(spot, error))?;
-            let translation = scale(problem.labels.share[j], translation);
+            let translation = scale(problem.labels.unity_sum[j], translation);
             motion[j] += dot(frame.normal, translation);
             motion[m + j] += dot(frame.tangents[0], translation);
             motion[2 * m + j] += dot(frame.tangents[1], translation);

@@ -7,7 +7,9 @@ use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::fem::{DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unheld_motions};
+use crate::fem::{
+    DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
+};
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::io::text::triple;
 use crate::mesh::Mesh;
@@ -150,8 +152,8 @@ fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<E
         let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
         free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dof as usize / 3] = body);
     }
-    let unheld = unheld_motions(mesh, dofs, &body_of_node);
-    let first = unheld.first()?;
+    let unconstrained = unconstrained_motions(mesh, dofs, &body_of_node);
+    let first = unconstrained.first()?;
     let count = body_of_node.iter().max().map_or(1, |&last| last + 1);
     let who = if count == 1 {
         "the body".to_string()

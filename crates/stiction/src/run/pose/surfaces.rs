@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{place, regions};
 use crate::Error;
 use crate::contact::{
-    ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave, reverse_where_held,
+    ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave, reverse_where_constrained,
 };
 use crate::fem::{DofMap, Solid};
 use crate::io::case::{AgainstSpec, ContactSpec, Placing, SurfaceFile};
@@ -75,7 +75,7 @@ pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurfac
 pub(crate) fn reverse(solid: &Solid, dofs: &DofMap, surfaces: &mut Vec<ContactSurface>) -> Vec<usize> {
     let mut of: Vec<usize> = (0..surfaces.len()).collect();
     for number in 0..surfaces.len() {
-        if let Some(other) = reverse_where_held(solid.mesh, dofs, &mut surfaces[number]) {
+        if let Some(other) = reverse_where_constrained(solid.mesh, dofs, &mut surfaces[number]) {
             surfaces.push(other);
             of.push(number);
         }

@@ -53,7 +53,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let summary = summary::read(&folder.join("summary.json"))?;
-    let normal_force: f64 = lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
+    let normal_force: f64 = lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
     let differences = compare(&summary.answer, &certificate, normal_force)?;
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     Ok(Checked { certificate, differences, steps })

@@ -65,7 +65,7 @@ pub(crate) fn check_steps(
         file.put_into(problem);
         problem.validate().map_err(|e| e.at(&path.display().to_string()))?;
         let certificate = certify(problem, &file.u, &file.lambda, tolerance);
-        let normal_force = file.lambda.iter().zip(&problem.labels.share).map(|(force, share)| share * force).sum();
+        let normal_force = file.lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
         let mut differences =
             compare(&record.answer, &certificate, normal_force).map_err(|e| e.at(&format!("step {number}")))?;
         let mut differ = |name: &str, old: f64, new: f64, allowed: f64| {

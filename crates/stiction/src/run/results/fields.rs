@@ -122,7 +122,7 @@ fn fill(
     let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
     fields.pressure[at] = normal / problem.labels.area[j];
-    let share = problem.labels.share[j];
+    let share = problem.labels.unity_sum[j];
     let scale = frame.sign / share;
     fields.shear[at] = friction.map(|force| frame.sign * force / problem.labels.area[j]);
     fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| scale * slip);

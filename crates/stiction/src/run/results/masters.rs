@@ -1,7 +1,7 @@
 //! The fields of both surfaces of each pair: the slave's own, and those of the master by what it receives.
 
 use super::fields::{Side, SurfaceFields, empty, surfaces};
-use crate::contact::{Counterpart, Master, Patch, patches};
+use crate::contact::{Counterpart, Master, TributaryArea, tributary_areas};
 use crate::mesh::v3::{dot, scale, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
@@ -41,7 +41,7 @@ fn master(
         side: Side::Master,
         ..empty(prepared, &prepared.surfaces[number].name, &other.faces)
     };
-    let patches = patches(&prepared.mesh, &other.faces);
+    let areas = tributary_areas(&prepared.mesh, &other.faces);
     // Per node: the shared area, and the pressure and shear times it.
     let mut sums = vec![(0.0, 0.0, [0.0; 3]); fields.nodes.len()];
     for j in points {
@@ -54,7 +54,7 @@ fn master(
         }
         let [n, t1, t2] = prepared.problem.rows(j).map(|row| outcome.solution.lambda[row]);
         let shear = frame.tangential([t1, t2]);
-        for (at, weight) in shared(prepared, &fields.nodes, &patches, frame, j) {
+        for (at, weight) in shared(prepared, &fields.nodes, &areas, frame, j) {
             let (whole, pressure, along) = &mut sums[at];
             // Area times force over area.
             (*whole, *pressure) = (*whole + weight * area, *pressure + weight * n);
@@ -76,7 +76,7 @@ fn master(
 fn shared(
     prepared: &Prepared,
     nodes: &[i32],
-    patches: &[Patch],
+    areas: &[TributaryArea],
     frame: PointFrame,
     j: usize,
 ) -> impl Iterator<Item = (usize, f64)> {
@@ -92,7 +92,7 @@ fn shared(
     let of_middles = |&(at, weight): &(usize, f64)| {
         let of_end =
             move |&(end, part): &(u32, f64)| (nodes.partition_point(|&node| node < end as i32), -part * weight);
-        patches[at].others.iter().map(of_end).collect::<Vec<_>>()
+        areas[at].others.iter().map(of_end).collect::<Vec<_>>()
     };
     let more: Vec<(usize, f64)> = weights.iter().flat_map(of_middles).collect();
     weights.extend(more);

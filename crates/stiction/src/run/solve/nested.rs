@@ -26,7 +26,7 @@ pub(crate) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
     if !solution.certificate.passed {
         return None;
     }
-    if !fine.model.dofs.turned.is_empty() {
+    if !fine.model.dofs.rotated.is_empty() {
         return None; // the interpolation is along x, y, z
     }
     let u = full_displacement(&coarser.prepared.model, &solution.u);

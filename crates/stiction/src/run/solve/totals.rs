@@ -52,7 +52,7 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
     for j in points {
-        let (area, share) = (prepared.problem.labels.area[j], prepared.problem.labels.share[j]);
+        let (area, share) = (prepared.problem.labels.area[j], prepared.problem.labels.unity_sum[j]);
         let (count, sum) = match outcome.solution.states[j] {
             PointState::Open => (&mut t.open, &mut t.open_area),
             PointState::Stick => (&mut t.stick, &mut t.stick_area),

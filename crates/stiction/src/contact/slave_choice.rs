@@ -48,9 +48,9 @@ const NEARLY_RIGID: f64 = 5.0;
 /// smaller faces, whose nodes could otherwise sink in between those of the other; then that of the softer body, which
 /// adapts to the other; then the first.
 pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64; 2]) -> (Role, Reason) {
-    let held = faces.map(|faces| mostly_held(mesh, dofs, faces));
-    if held[0] != held[1] {
-        return (if held[0] { Role::Against } else { Role::On }, Reason::Free);
+    let constrained = faces.map(|faces| mostly_constrained(mesh, dofs, faces));
+    if constrained[0] != constrained[1] {
+        return (if constrained[0] { Role::Against } else { Role::On }, Reason::Free);
     }
     let smaller = |a: f64, b: f64, alike: f64| match () {
         () if alike * a < b => Some(Role::On),
@@ -82,10 +82,10 @@ pub(super) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
 /// faces nothing would keep the other body out, and multipliers there would be more than the other body has nodes to
 /// tell them apart. Takes such faces out of `surface`, and returns the pair with the other role; if they are all the faces,
 /// `surface` itself changes its roles.
-pub fn reverse_where_held(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurface) -> Option<ContactSurface> {
+pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurface) -> Option<ContactSurface> {
     let Counterpart::Surface(master) = &mut surface.against else { return None };
-    let all_held = |face: &u32| mesh.faces[*face as usize].nodes().iter().all(|&node| held(dofs, node));
-    let (fixed, free): (Vec<u32>, Vec<u32>) = surface.faces.iter().partition(|&face| all_held(face));
+    let all_constrained = |face: &u32| mesh.faces[*face as usize].nodes().iter().all(|&node| constrained(dofs, node));
+    let (fixed, free): (Vec<u32>, Vec<u32>) = surface.faces.iter().partition(|&face| all_constrained(face));
     if fixed.is_empty() {
         return None;
     }
@@ -93,7 +93,7 @@ pub fn reverse_where_held(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurfa
     let met = meet(mesh, &master.faces, &fixed, search);
     let faces = master.faces.iter().zip(&met).filter(|(_, met)| met.covered > 0.0).map(|(&face, _)| face);
     let faces: Vec<u32> = faces.collect();
-    if faces.iter().all(all_held) {
+    if faces.iter().all(all_constrained) {
         return None;
     }
     let slave = if master.slave == Role::On { Role::Against } else { Role::On };
@@ -105,17 +105,17 @@ pub fn reverse_where_held(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurfa
     }
     let other = Master { faces: fixed, gap: master.gap, search, slave, reason };
     (surface.faces, master.search) = (free, search);
-    let (name, friction) = (format!("{}-held", surface.name), surface.friction.clone());
+    let (name, friction) = (format!("{}-constrained", surface.name), surface.friction.clone());
     Some(ContactSurface { name, faces, against: Counterpart::Surface(other), friction })
 }
 
 /// Whether more than half of the nodes are prescribed altogether.
-fn mostly_held(mesh: &Mesh, dofs: &DofMap, faces: &[u32]) -> bool {
+fn mostly_constrained(mesh: &Mesh, dofs: &DofMap, faces: &[u32]) -> bool {
     let nodes = mesh.face_nodes(faces);
-    2 * nodes.iter().filter(|&&node| held(dofs, node)).count() > nodes.len()
+    2 * nodes.iter().filter(|&&node| constrained(dofs, node)).count() > nodes.len()
 }
 
 /// Whether all components of a node are prescribed.
-fn held(dofs: &DofMap, node: u32) -> bool {
+fn constrained(dofs: &DofMap, node: u32) -> bool {
     (0..3).all(|c| dofs.unknown[(3 * node + c) as usize] == u32::MAX)
 }

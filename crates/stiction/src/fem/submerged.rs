@@ -19,7 +19,7 @@ const HALVINGS: usize = 3;
 /// the middle) the face is cut along the level and the rule is exact to degree 5: exact for the pressure of a liquid times
 /// a shape function. Other faces are cut along a chord of the level in each of 64 triangles (128 for four corners). The
 /// chord is off by the second order of their size and the force, whose pressure vanishes there, by the fourth.
-pub(super) fn wetted_points(x: &[V3], depth: &dyn Fn(V3) -> f64) -> Vec<FacePoint> {
+pub(super) fn submerged_points(x: &[V3], depth: &dyn Fn(V3) -> f64) -> Vec<FacePoint> {
     let n = face_corners(x.len());
     let at = |reference: [f64; 2]| {
         let value = face_shape(x.len(), reference).value;

@@ -23,7 +23,7 @@ const END_OF_TRIANGLES: f64 = 0.1;
 
 /// A node of a contact surface. Its jump is `u_node + sum(weight u_other)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct TributaryArea {
     /// The node the area belongs to.
     pub node: u32,
     /// Integral of its function over the faces, > 0; area. A pressure `p` gives it the force `p area`.
@@ -32,14 +32,14 @@ pub struct Patch {
     pub others: Vec<(u32, f64)>,
 }
 
-impl Patch {
-    /// Its jump under a unit translation. `share area` of all nodes add up to the area of the faces.
-    pub fn share(&self) -> f64 {
-        share(&self.others)
+impl TributaryArea {
+    /// Its jump under a unit translation. `unity_sum area` of all nodes add up to the area of the faces.
+    pub fn unity_sum(&self) -> f64 {
+        unity_sum(&self.others)
     }
 }
 
-pub(super) fn share(others: &[(u32, f64)]) -> f64 {
+pub(super) fn unity_sum(others: &[(u32, f64)]) -> f64 {
     1.0 + others.iter().map(|other| other.1).sum::<f64>()
 }
 
@@ -47,49 +47,49 @@ pub(super) fn share(others: &[(u32, f64)]) -> f64 {
 ///
 /// # Panics
 /// If a face does not exist.
-pub fn patches(mesh: &Mesh, faces: &[u32]) -> Vec<Patch> {
+pub fn tributary_areas(mesh: &Mesh, faces: &[u32]) -> Vec<TributaryArea> {
     with_part(mesh, faces, END)
 }
 
 /// The same of faces against an obstacle. Triangles too curved for their own part take that of quadrilaterals.
-pub(super) fn patches_on_obstacle(mesh: &Mesh, faces: &[u32]) -> Vec<Patch> {
-    let patches = with_part(mesh, faces, END_OF_TRIANGLES);
-    if patches.iter().all(|patch| patch.area > 0.0) { patches } else { with_part(mesh, faces, END) }
+pub(super) fn areas_on_obstacle(mesh: &Mesh, faces: &[u32]) -> Vec<TributaryArea> {
+    let areas = with_part(mesh, faces, END_OF_TRIANGLES);
+    if areas.iter().all(|area_of_node| area_of_node.area > 0.0) { areas } else { with_part(mesh, faces, END) }
 }
 
 /// The same with `part` for edges between triangles.
-fn with_part(mesh: &Mesh, faces: &[u32], part_of_triangles: f64) -> Vec<Patch> {
-    let empty = |node: u32| Patch { node, area: 0.0, others: Vec::new() };
-    let mut patches: Vec<Patch> = mesh.face_nodes(faces).into_iter().map(empty).collect();
-    let place = |patches: &[Patch], node: u32| patches.partition_point(|patch| patch.node < node);
+fn with_part(mesh: &Mesh, faces: &[u32], part_of_triangles: f64) -> Vec<TributaryArea> {
+    let empty = |node: u32| TributaryArea { node, area: 0.0, others: Vec::new() };
+    let mut areas: Vec<TributaryArea> = mesh.face_nodes(faces).into_iter().map(empty).collect();
+    let place = |areas: &[TributaryArea], node: u32| areas.partition_point(|area_of_node| area_of_node.node < node);
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
         let part = if nodes.len() == 6 { part_of_triangles } else { END };
         for (i, &node) in nodes.iter().enumerate() {
             let Some(ends) = ends(nodes.len(), i) else { continue };
-            let at = place(&patches, node);
+            let at = place(&areas, node);
             // Between a triangle and a quadrilateral the larger part.
-            if patches[at].others.first().is_none_or(|other| -other.1 < part) {
-                patches[at].others = ends.map(|end| (nodes[end], -part)).into();
-                patches[at].others.sort_unstable_by_key(|other| other.0);
+            if areas[at].others.first().is_none_or(|other| -other.1 < part) {
+                areas[at].others = ends.map(|end| (nodes[end], -part)).into();
+                areas[at].others.sort_unstable_by_key(|other| other.0);
             }
         }
     }
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
-        let part = |i: usize| patches[place(&patches, nodes[i])].others.first().map_or(0.0, |other| -other.1);
+        let part = |i: usize| areas[place(&areas, nodes[i])].others.first().map_or(0.0, |other| -other.1);
         let parts: [f64; 8] = std::array::from_fn(|i| if i < nodes.len() { part(i) } else { 0.0 });
-        let mut areas = [0.0; 8];
+        let mut of_nodes = [0.0; 8];
         for FacePoint { shape, area, .. } in face_points(&face_coordinates(mesh, face)) {
             let shape = positive(&shape, nodes.len(), &parts);
-            areas.iter_mut().zip(shape).for_each(|(sum, s)| *sum += s * norm(area));
+            of_nodes.iter_mut().zip(shape).for_each(|(sum, s)| *sum += s * norm(area));
         }
-        for (&node, area) in nodes.iter().zip(areas) {
-            let at = place(&patches, node);
-            patches[at].area += area;
+        for (&node, area) in nodes.iter().zip(of_nodes) {
+            let at = place(&areas, node);
+            areas[at].area += area;
         }
     }
-    patches
+    areas
 }
 
 /// The two ends of the edge in whose middle node `i` of a face with so many nodes is; none for a corner.
@@ -117,21 +117,21 @@ mod tests {
     #[test]
     fn every_node_of_a_quadratic_face_stands_for_some_area_and_all_for_the_whole() {
         // A square has 1/20 of its area at corners and 1/3 at middles of edges, one triangle 2/3 of its part at corners.
-        type Find = fn(&Mesh, &[u32]) -> Vec<Patch>;
+        type Find = fn(&Mesh, &[u32]) -> Vec<TributaryArea>;
         let cases: [(BlockElement, Find, f64); 4] = [
-            (BlockElement::Tet10Six, patches, 2.0 / 15.0),
-            (BlockElement::Hex20, patches, 0.05),
-            (BlockElement::Tet10Six, patches_on_obstacle, 1.0 / 15.0),
-            (BlockElement::Hex20, patches_on_obstacle, 0.05),
+            (BlockElement::Tet10Six, tributary_areas, 2.0 / 15.0),
+            (BlockElement::Hex20, tributary_areas, 0.05),
+            (BlockElement::Tet10Six, areas_on_obstacle, 1.0 / 15.0),
+            (BlockElement::Hex20, areas_on_obstacle, 0.05),
         ];
         for (element, find, corner) in cases {
             let mesh =
                 block(&Block { size: [2.0; 3], cells: [1; 3], origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
             let face = mesh.group("z-min").unwrap().faces[0];
             let whole = mesh.face_area(face as usize);
-            let patches = find(&mesh, &[face]);
-            assert!((patches.iter().map(|p| p.share() * p.area).sum::<f64>() - whole).abs() < 1e-14);
-            for p in patches {
+            let areas = find(&mesh, &[face]);
+            assert!((areas.iter().map(|p| p.unity_sum() * p.area).sum::<f64>() - whole).abs() < 1e-14);
+            for p in areas {
                 let part = if p.others.is_empty() { corner } else { 1.0 / 3.0 };
                 assert!((p.area - part * whole).abs() < 1e-14, "{element:?} {p:?}");
             }

@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// A node and its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turned {
+pub struct RotatedNode {
     /// The node.
     pub node: u32,
     /// Orthonormal, in the order of the components.
@@ -22,11 +22,11 @@ pub struct Turned {
 }
 
 impl DofMap {
-    /// The axes of a node that is turned; `None` stands for x, y, z.
+    /// The axes of a node that is rotated; `None` stands for x, y, z.
     pub fn axes(&self, node: u32) -> Option<&[V3; 3]> {
         // Nearly always there are none at all.
-        let place = self.turned.binary_search_by_key(&node, |turned| turned.node).ok()?;
-        Some(&self.turned[place].axes)
+        let place = self.rotated.binary_search_by_key(&node, |rotated| rotated.node).ok()?;
+        Some(&self.rotated[place].axes)
     }
 
     /// The direction in which degree of freedom `dof` moves its node.
@@ -53,7 +53,7 @@ impl DofMap {
     /// # Panics
     /// If `all` has not three entries for each node.
     pub fn to_components(&self, all: &mut [f64]) {
-        for Turned { node, axes } in &self.turned {
+        for RotatedNode { node, axes } in &self.rotated {
             let v = at(all, *node);
             set(all, *node, axes.map(|axis| dot(axis, v)));
         }
@@ -64,7 +64,7 @@ impl DofMap {
     /// # Panics
     /// If `all` has not three entries for each node.
     pub fn to_vectors(&self, all: &mut [f64]) {
-        for Turned { node, axes } in &self.turned {
+        for RotatedNode { node, axes } in &self.rotated {
             let c = at(all, *node);
             set(all, *node, back(axes, c));
         }
@@ -129,12 +129,12 @@ fn transposed(block: &[V3; 3]) -> [V3; 3] {
 
 /// What is prescribed at a node: orthonormal directions and the displacements along them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Held {
+pub(super) struct Constrained {
     directions: Vec<V3>,
     values: Vec<f64>,
 }
 
-impl Held {
+impl Constrained {
     /// Adds the displacement `value` along the unit vector `direction`; `Err` is the displacement along it that is already
     /// prescribed and differs.
     pub fn add(&mut self, direction: V3, value: f64) -> Result<(), f64> {
@@ -186,10 +186,10 @@ mod tests {
         let unit = |v: V3| scale(1.0 / norm(v), v);
         let u = [0.3, -0.7, 0.2];
         for directions in [vec![[1.0, 1.0, 0.0]], vec![[1.0, 0.0, 0.1], [0.9, 0.0, 0.1]], vec![[1.0, 2.0, 3.0]; 2]] {
-            let mut held = Held::default();
+            let mut constrained = Constrained::default();
             let directions: Vec<V3> = directions.into_iter().map(unit).collect();
-            directions.iter().for_each(|d| held.add(*d, dot(*d, u)).unwrap());
-            let (axes, values) = held.axes();
+            directions.iter().for_each(|d| constrained.add(*d, dot(*d, u)).unwrap());
+            let (axes, values) = constrained.axes();
             for a in 0..3 {
                 (0..3).for_each(|b| assert!((dot(axes[a], axes[b]) - f64::from(u8::from(a == b))).abs() < 1e-15));
             }
@@ -198,18 +198,18 @@ mod tests {
                 assert!((along - dot(d, u)).abs() < 1e-13);
             }
         }
-        let mut held = Held::default();
-        held.add([1.0, 0.0, 0.0], 0.5).unwrap();
-        assert_eq!(held.add(unit([1.0, 1e-5, 0.0]), 0.0), Err(unit([1.0, 1e-5, 0.0])[0] * 0.5));
+        let mut constrained = Constrained::default();
+        constrained.add([1.0, 0.0, 0.0], 0.5).unwrap();
+        assert_eq!(constrained.add(unit([1.0, 1e-5, 0.0]), 0.0), Err(unit([1.0, 1e-5, 0.0])[0] * 0.5));
     }
 
     #[test]
     fn turned_blocks_stay_symmetric_to_the_bit() {
         let block = [[2.0, 0.3, -0.1], [0.7, 1.9, 0.4], [0.11, -0.6, 3.0]];
         let axes = |d: V3| {
-            let mut held = Held::default();
-            held.add(scale(1.0 / norm(d), d), 0.0).unwrap();
-            held.axes().0
+            let mut constrained = Constrained::default();
+            constrained.add(scale(1.0 / norm(d), d), 0.0).unwrap();
+            constrained.axes().0
         };
         let (left, right) = (axes([1.0, 2.0, -0.7]), axes([0.3, 0.1, 1.0]));
         for (l, r) in [(Some(&left), Some(&right)), (None, Some(&right)), (Some(&left), None)] {

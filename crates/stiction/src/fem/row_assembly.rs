@@ -4,9 +4,9 @@
 //! triangle, and the others are mirror images.
 
 use super::Solid;
+use super::congruent_cells::Shapes;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
 use super::incidence::{Incidence, NodeRange, Touching, is_needed};
-use super::integrated::Shapes;
 use super::solid::CellList;
 use crate::Error;
 use crate::mesh::CellKind;
@@ -14,29 +14,29 @@ use crate::mesh::geometry::corners;
 use crate::mesh::v3::V3;
 
 /// The 3 x 3 blocks of one range of nodes after the other, for one thread. Cells are added in ascending order.
-pub(super) struct Sums<'a> {
+pub(super) struct RowAssembly<'a> {
     solid: &'a Solid<'a>,
     /// Of each material.
     laws: &'a [Law<'a>],
     cells: &'a CellList<'a>,
     incidence: &'a Incidence,
     /// Nodes of which some displacement is prescribed.
-    held: &'a [bool],
+    constrained: &'a [bool],
     shapes: Shapes,
     touching: Touching,
     blocks: Vec<[V3; 3]>,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> RowAssembly<'a> {
     pub fn new(
         solid: &'a Solid<'a>,
         laws: &'a [Law<'a>],
         cells: &'a CellList<'a>,
         incidence: &'a Incidence,
-        held: &'a [bool],
+        constrained: &'a [bool],
     ) -> Self {
         let (shapes, touching) = (Shapes::new(), Touching::default());
-        Sums { solid, laws, cells, incidence, held, shapes, touching, blocks: Vec::new() }
+        RowAssembly { solid, laws, cells, incidence, constrained, shapes, touching, blocks: Vec::new() }
     }
 
     /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
@@ -53,21 +53,21 @@ impl<'a> Sums<'a> {
         let at = &self.solid.mesh.nodes;
         let material = self.solid.material_of_cell[cell];
         let law = self.laws[material as usize];
-        let (held, sums) = (self.held, &mut self.blocks);
+        let (constrained, sums) = (self.constrained, &mut self.blocks);
         let added = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
+            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
             CellKind::Hex8 => {
                 let x = corners(at, nodes);
                 match self.shapes.rows(cell, &x, material, law) {
                     Some(rows) => {
-                        add_blocks::<8>(|i, j| rows[i][j], nodes, range, held, sums);
+                        add_blocks::<8>(|i, j| rows[i][j], nodes, range, constrained, sums);
                         Some(())
                     }
-                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, held, sums)),
+                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, constrained, sums)),
                 }
             }
-            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
-            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, held, sums)),
+            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
+            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
         };
         added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
     }
@@ -79,11 +79,11 @@ fn add<const N: usize, const Q: usize>(
     law: Law,
     nodes: &[u32],
     range: &NodeRange,
-    held: &[bool],
+    constrained: &[bool],
     sums: &mut [[V3; 3]],
 ) {
     let dilatation = element.dilatation(law);
-    add_blocks::<N>(|i, j| element.block(i, j, law, dilatation.as_ref()), nodes, range, held, sums);
+    add_blocks::<N>(|i, j| element.block(i, j, law, dilatation.as_ref()), nodes, range, constrained, sums);
 }
 
 /// The same of a cell whose nodes `i` and `j` have the block `block(i, j)`.
@@ -92,7 +92,7 @@ fn add_blocks<const N: usize>(
     block: impl Fn(usize, usize) -> [V3; 3],
     nodes: &[u32],
     range: &NodeRange,
-    held: &[bool],
+    constrained: &[bool],
     sums: &mut [[V3; 3]],
 ) {
     let nodes: &[u32; N] = nodes.first_chunk().expect("a cell has all its nodes");
@@ -107,7 +107,7 @@ fn add_blocks<const N: usize>(
         }
         let to = &mut sums[range.row(node as usize)];
         for (j, (&other, &place)) in nodes.iter().zip(&places).enumerate() {
-            if is_needed(node as usize, other as usize, held) {
+            if is_needed(node as usize, other as usize, constrained) {
                 let (to, from) = (to[place as usize].as_flattened_mut(), block(i, j));
                 to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
             }
