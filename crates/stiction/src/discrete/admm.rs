@@ -1,10 +1,10 @@
 use super::V3;
-use super::blocks::length;
-use super::course::Course;
 use super::gradient::ROUND;
-use super::law::project;
+use super::monitor::Monitor;
 use super::settings::Status;
-use super::system::{Shifted, System};
+use super::system::{Discrete, Shifted};
+use crate::friction::law::nearest_in_cone;
+use crate::friction::system::length;
 
 /// Penalty over the local flexibility.
 pub const PENALTY: f64 = 1.0;
@@ -19,7 +19,7 @@ const ROUNDS: usize = 2;
 /// Saxcé `s = mu |u_t|` taken anew at each step (Carpentier, Le Lidec & Montaut 2024). `W + rho` is factorised once a
 /// penalty `rho`.
 pub struct Alternating<'a> {
-    system: &'a dyn System,
+    system: &'a dyn Discrete,
     solve: Shifted<'a>,
     rho: f64,
     pub z: Vec<V3>,
@@ -31,7 +31,7 @@ pub struct Alternating<'a> {
 
 impl<'a> Alternating<'a> {
     /// From impulses `r`; `None` if `W + rho` is singular.
-    pub fn new(system: &'a dyn System, r: &[V3], rho: f64) -> Option<Self> {
+    pub fn new(system: &'a dyn Discrete, r: &[V3], rho: f64) -> Option<Self> {
         let solve = system.shifted(rho)?;
         let y = system.velocity(r).iter().zip(system.mu()).map(|(u, mu)| de_saxce(*mu, u).map(|u| -u)).collect();
         Some(Alternating { system, solve, rho, z: r.to_vec(), y, residuals: [0.0; 2] })
@@ -51,7 +51,7 @@ impl<'a> Alternating<'a> {
         for (a, r) in r.iter().enumerate() {
             let (z, y) = (self.z[a], &mut self.y[a]);
             let relaxed: V3 = std::array::from_fn(|i| RELAXATION * r[i] + (1.0 - RELAXATION) * z[i]);
-            let next = project(mu[a], std::array::from_fn(|i| relaxed[i] + y[i] / rho));
+            let next = nearest_in_cone(mu[a], std::array::from_fn(|i| relaxed[i] + y[i] / rho));
             for i in 0..3 {
                 y[i] += rho * (relaxed[i] - next[i]);
                 apart += (r[i] - next[i]).powi(2);
@@ -81,18 +81,18 @@ fn de_saxce(mu: f64, u: &V3) -> V3 {
     [u[0] + mu * u[1].hypot(u[2]), u[1], u[2]]
 }
 
-/// Alternating directions until the course ends.
-pub fn alternating_directions(system: &dyn System, r: Vec<V3>, course: &mut Course) -> Status {
+/// Alternating directions until the monitor ends it.
+pub fn alternating_directions(system: &dyn Discrete, r: Vec<V3>, monitor: &mut Monitor) -> Status {
     let Some(mut directions) = Alternating::new(system, &r, PENALTY) else { return Status::Stalled };
     loop {
-        if let Some(status) = course.ends(&directions.z, directions.rho) {
+        if let Some(status) = monitor.ends(&directions.z, directions.rho) {
             return status;
         }
         (0..ROUND).for_each(|_| directions.step());
-        course.counts.alternations += ROUND;
-        course.counts.iterations += 1;
+        monitor.counts.alternations += ROUND;
+        monitor.counts.iterations += 1;
         let rho = directions.better_penalty();
-        if rho != directions.rho && course.counts.iterations.is_multiple_of(ROUNDS) {
+        if rho != directions.rho && monitor.counts.iterations.is_multiple_of(ROUNDS) {
             let Some(solve) = system.shifted(rho) else { return Status::Stalled };
             (directions.solve, directions.rho) = (solve, rho);
         }

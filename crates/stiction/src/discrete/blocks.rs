@@ -1,8 +1,9 @@
 use super::V3;
-use super::law::Linearised;
 use super::problem::LocalProblem;
 use super::sweeps::sweep;
-use super::system::{Shifted, System};
+use super::system::{Discrete, Shifted};
+use crate::friction::law::Linearisation;
+use crate::friction::system::{Iterate, Step, System, length, moved};
 use crate::linalg::{NodeGraph, nested_dissection};
 
 /// `W` and `q` of a problem scaled point by point, as blocks of 3 x 3 (two dimensions get a third that is zero).
@@ -116,6 +117,25 @@ impl Blocks {
 }
 
 impl System for Blocks {
+    fn live(&self, _: usize) -> [bool; 3] {
+        [true; 3]
+    }
+
+    fn imbalance(&self, _: &[V3]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn step(&self, _: &Iterate, points: &[Linearisation], _: f64) -> Option<Step> {
+        self.newton_step(points)
+    }
+
+    fn advance(&self, at: &Iterate, t: f64, step: &Step) -> Iterate {
+        let lambda = moved(&at.lambda, t, &step.lambda);
+        Iterate { v: self.velocity(&lambda), lambda, alpha: Vec::new() }
+    }
+}
+
+impl Discrete for Blocks {
     fn mu(&self) -> &[f64] {
         &self.mu
     }
@@ -128,12 +148,8 @@ impl System for Blocks {
         (0..r.len()).map(|a| plus(&self.row_times(a, r), &self.q[a])).collect()
     }
 
-    fn step(&self, alpha: f64, points: &[Linearised]) -> Option<Vec<V3>> {
-        self.newton_step(alpha, points)
-    }
-
-    fn shifted(&self, alpha: f64) -> Option<Shifted<'_>> {
-        let lu = self.shifted_factor(alpha)?;
+    fn shifted(&self, shift: f64) -> Option<Shifted<'_>> {
+        let lu = self.shifted_factor(shift)?;
         Some(Box::new(move |x| lu.solve(x.as_flattened()).as_chunks().0.to_vec()))
     }
 
@@ -146,16 +162,6 @@ impl System for Blocks {
 /// `x + y`.
 pub fn plus(x: &V3, y: &V3) -> V3 {
     [x[0] + y[0], x[1] + y[1], x[2] + y[2]]
-}
-
-/// Euclidean norm.
-pub fn length(x: &[V3]) -> f64 {
-    crate::linalg::norm(x.as_flattened())
-}
-
-/// `x + t d`.
-pub fn moved(x: &[V3], t: f64, d: &[V3]) -> Vec<V3> {
-    x.iter().zip(d).map(|(x, d)| std::array::from_fn(|i| x[i] + t * d[i])).collect()
 }
 
 fn trace(w: &[V3; 3]) -> f64 {

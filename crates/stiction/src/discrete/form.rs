@@ -2,8 +2,8 @@ use std::ops::ControlFlow;
 
 use super::V3;
 use super::condense::{Condensed, Recovered, components, condense, imbalance, symmetric_pattern};
-use super::course::{Course, Judged};
 use super::measures::{Measures, measure};
+use super::monitor::{Judged, Monitor};
 use super::problem::{DiscreteProblem, GlobalProblem};
 use super::redundant::{Independent, independent};
 use super::saddle::Order;
@@ -171,7 +171,7 @@ fn solve_sparse(
         Some(start) if start.iter().all(|x| x.is_finite()) => system.scaled(start),
         _ => vec![[0.0; 3]; system.mu.len()],
     };
-    let mut course = Course::new(&system.mu, norm(&system.offset), &judge, settings, observer);
-    let status = iterate(system, start, settings.method, &mut course);
-    course.solution(status)
+    let mut monitor = Monitor::new(&system.mu, norm(&system.offset), &judge, settings, observer);
+    let status = iterate(system, start, settings.method, &mut monitor);
+    monitor.solution(status)
 }

@@ -9,12 +9,10 @@
 mod admm;
 mod blocks;
 mod condense;
-mod course;
 mod form;
 mod gradient;
-mod law;
 mod measures;
-mod newton;
+mod monitor;
 mod problem;
 mod proximal;
 mod rank;
@@ -35,5 +33,4 @@ pub use rank::rank;
 pub use settings::{Counts, Method, Progress, Settings, Solution, Status};
 pub use solve::solve;
 
-/// A vector of three: the normal component, then the tangential ones (the last zero in two dimensions).
-type V3 = [f64; 3];
+use crate::friction::law::V3;

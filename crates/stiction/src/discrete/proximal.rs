@@ -1,12 +1,25 @@
+use std::ops::ControlFlow;
+
 use super::V3;
 use super::admm::{Alternating, PENALTY};
-use super::course::Course;
 use super::gradient::gradients;
-use super::law::residual_norm;
-use super::newton::Regular;
+use super::monitor::Monitor;
 use super::settings::Status;
-use super::system::System;
+use super::system::Discrete;
+use crate::contact::Friction;
+use crate::friction::system::{Iterate, Newton, ProximalTerm, Rules, newton};
 
+/// Thresholds of Newton's method on a regularised problem.
+const RULES: Rules = Rules {
+    patience: usize::MAX,
+    shortest: 1.0 / 128.0,
+    leaps: 3,
+    largest_slope: f64::INFINITY,
+    // Factors are exact.
+    accuracy: 0.0,
+};
+/// Newton steps on one regularised problem.
+const MAX_STEPS: usize = 30;
 /// First proximal parameter over the local flexibility (the scaled diagonal blocks have the trace 3).
 const FIRST: f64 = 0.1;
 const LARGEST: f64 = 10.0;
@@ -25,7 +38,7 @@ const ROUNDING: f64 = 1e-15;
 const MOST_PATIENCE: usize = 16;
 /// If the best residual has not halved in so many proximal steps, another start is chosen.
 const STALL: usize = 30;
-/// Steps of the rung at the first stall; twice as many at each further one, at most 256 times.
+/// Steps of the fallback at the first stall; twice as many at each further one, at most 256 times.
 const STEPS: usize = 25;
 const DOUBLINGS: usize = 8;
 
@@ -37,45 +50,59 @@ const FIRST_STEPS: usize = 10;
 /// Newton method: `W + alpha` and `q - alpha r_k`. The parameter falls tenfold as long as Newton's method converges and
 /// rises where it does not.
 ///
-/// With a `ladder`, gradients choose the first start where none was given, and sweeps, gradients and alternating
+/// With `fallbacks`, gradients choose the first start where none was given, and sweeps, gradients and alternating
 /// directions in turn another one where the residual no longer falls.
-pub fn proximal(system: &dyn System, mut r: Vec<V3>, ladder: bool, course: &mut Course) -> Status {
-    let mu = system.mu();
-    if ladder && course.settings.start.is_none() {
-        course.counts.gradients += gradients(system, &mut r, &mut 1.0, FIRST_STEPS);
+pub fn proximal(system: &dyn Discrete, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
+    let laws: Vec<Friction> = system.mu().iter().map(|&coefficient| Friction::Coulomb { coefficient }).collect();
+    let ones = vec![1.0; laws.len()];
+    let plain =
+        Newton { system, friction: &laws, r: &ones, proximal: None, tolerance: 0.0, absolute: 0.0, rules: RULES };
+    if fallbacks && monitor.settings.start.is_none() {
+        monitor.counts.gradients += gradients(system, &mut r, &mut 1.0, FIRST_STEPS);
     }
+    let mut at = Iterate { v: system.velocity(&r), lambda: r, alpha: Vec::new() };
     let mut alpha = FIRST;
     let (mut patience, mut successes, mut stalls) = (1, 0, 0);
     // Best residual and step at which it was last halved.
     let mut mark = (f64::INFINITY, 0);
     loop {
-        if let Some(status) = course.ends(&r, alpha) {
+        if let Some(status) = monitor.ends(&at.lambda, alpha) {
             return status;
         }
-        let own = residual_norm(mu, &r, &system.velocity(&r));
+        let own = plain.merit(&at);
         let target = (INNER * own.min(alpha)).max(ROUNDING);
-        let end = Regular { system, alpha, centre: &r }.newton(r.clone(), target);
-        course.counts.iterations += 1;
-        course.counts.newton_steps += end.steps;
-        if end.converged {
-            r = end.r;
+        let (centre, compliance) = (at.lambda.clone(), vec![alpha; laws.len()]);
+        let term = ProximalTerm { centre: &centre, compliance: &compliance };
+        let regular = Newton { proximal: Some(term), absolute: target, ..plain };
+        let (mut next, mut best, mut steps) = (at.clone(), (f64::INFINITY, at.clone()), MAX_STEPS);
+        newton(&regular, &mut next, &mut steps, &mut |next, residual, _, _| {
+            if residual < best.0 {
+                best = (residual, next.clone());
+            }
+            ControlFlow::Continue(())
+        });
+        monitor.counts.iterations += 1;
+        monitor.counts.newton_steps += MAX_STEPS - steps;
+        if best.0 <= target {
+            at = best.1;
             successes += 1;
             if successes >= patience {
                 (alpha, successes) = ((alpha / FACTOR).max(SMALLEST), 0);
             }
         } else {
-            if residual_norm(mu, &end.r, &system.velocity(&end.r)) < KEPT * own {
-                r = end.r;
+            if plain.merit(&best.1) < KEPT * own {
+                at = best.1;
             }
             (alpha, successes, patience) = (alpha * FACTOR, 0, (2 * patience).min(MOST_PATIENCE));
         }
-        let (residual, step) = (course.residual(), course.counts.iterations);
+        let (residual, step) = (monitor.residual(), monitor.counts.iterations);
         if residual < 0.5 * mark.0 {
             mark = (residual, step);
         }
         if alpha > LARGEST || step > mark.1 + STALL {
-            if ladder {
-                another_start(system, &mut r, stalls, course);
+            if fallbacks {
+                another_start(system, &mut at.lambda, stalls, monitor);
+                at.v = system.velocity(&at.lambda);
             }
             (alpha, successes, patience, stalls) = (FIRST, 0, 1, stalls + 1);
             mark = (f64::INFINITY, step);
@@ -83,17 +110,31 @@ pub fn proximal(system: &dyn System, mut r: Vec<V3>, ladder: bool, course: &mut 
     }
 }
 
-/// The rung after so many stalls.
-fn another_start(system: &dyn System, r: &mut Vec<V3>, stalls: usize, course: &mut Course) {
+/// What moves the iteration to another start.
+#[derive(Debug, Clone, Copy)]
+enum Fallback {
+    /// Gauss-Seidel, the cheapest where `W` is stored; gradients where it is not.
+    Sweeps,
+    /// Accelerated gradients with the term of De Saxcé.
+    Gradients,
+    /// Alternating directions: they need no row of `W` and depend least on its scale, but cost a factor.
+    Alternating,
+}
+
+/// Entered in turn, one a stall, each with `STEPS` steps that double from stall to stall.
+const STRATEGY: [Fallback; 3] = [Fallback::Sweeps, Fallback::Gradients, Fallback::Alternating];
+
+/// The impulses to go on from after so many stalls.
+fn another_start(system: &dyn Discrete, r: &mut Vec<V3>, stalls: usize, monitor: &mut Monitor) {
     let steps = STEPS << stalls.min(DOUBLINGS);
-    match stalls % 3 {
-        0 if system.sweep(r, steps) => course.counts.sweeps += steps,
-        0 | 1 => course.counts.gradients += gradients(system, r, &mut 1.0, steps),
-        _ => {
+    match STRATEGY[stalls % STRATEGY.len()] {
+        Fallback::Sweeps if system.sweep(r, steps) => monitor.counts.sweeps += steps,
+        Fallback::Sweeps | Fallback::Gradients => monitor.counts.gradients += gradients(system, r, &mut 1.0, steps),
+        Fallback::Alternating => {
             if let Some(mut directions) = Alternating::new(system, r, PENALTY) {
                 (0..steps).for_each(|_| directions.step());
                 *r = directions.z;
-                course.counts.alternations += steps;
+                monitor.counts.alternations += steps;
             }
         }
     }

@@ -1,8 +1,8 @@
 use super::V3;
-use super::law::Linearised;
 use super::problem::{Equalities, GlobalProblem};
 use super::sparse::Sparse;
 use super::step::dot;
+use crate::friction::law::Linearisation;
 use crate::linalg::{Csr, Lu, NodeGraph, Plan, nested_dissection, plan};
 
 /// An elimination order of the unknowns of a global problem, into which constraints and contact points are put right
@@ -194,11 +194,11 @@ impl Touch {
     }
 }
 
-/// The linearised laws with the velocities `x` of bodies as unknowns beside the `y` of [`Linearised`]:
+/// The linearised laws with the velocities `x` of bodies as unknowns beside the `y` of [`Linearisation`]:
 ///
 /// ```text
 /// A dx - H C y                                            = H known
-/// rows' H' dx + (alpha rows' columns + softness) y = rhs - alpha rows' known
+/// rows' H' dx + compliance y = rhs
 /// ```
 pub struct Saddle<'a> {
     pub matrix: Csr,
@@ -210,7 +210,7 @@ pub struct Saddle<'a> {
 }
 
 impl<'a> Saddle<'a> {
-    pub fn new(system: &'a Sparse, alpha: f64, points: &[Linearised], known: &[V3]) -> Self {
+    pub fn new(system: &'a Sparse, points: &[Linearisation]) -> Self {
         let n = system.A.rows;
         let mut first = vec![n];
         points.iter().for_each(|p| first.push(first[first.len() - 1] + p.unknowns));
@@ -220,7 +220,7 @@ impl<'a> Saddle<'a> {
         let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
         for (a, (point, touch)) in points.iter().zip(&system.touches).enumerate() {
             for (&i, h) in touch.unknowns.iter().zip(&touch.direction) {
-                rhs[i as usize] += dot(h, &known[a]);
+                rhs[i as usize] += dot(h, &point.known);
                 let columns = (first[a] as u32..).zip(&point.columns[..point.unknowns]);
                 beside[i as usize].extend(columns.map(|(k, column)| (k, -dot(h, column))));
             }
@@ -240,12 +240,11 @@ impl<'a> Saddle<'a> {
                 matrix.column.extend_from_slice(&touch.unknowns);
                 matrix.value.extend(touch.direction.iter().map(|h| dot(h, row)));
                 for l in 0..point.unknowns {
-                    let soft = if k == l { point.softness[k] } else { 0.0 };
                     matrix.column.push((first[a] + l) as u32);
-                    matrix.value.push(alpha * dot(row, &point.columns[l]) + soft);
+                    matrix.value.push(if k == l { point.compliance[k] } else { 0.0 });
                 }
                 matrix.start[first[a] + k + 1] = matrix.column.len();
-                rhs[first[a] + k] = point.rhs[k] - alpha * dot(row, &known[a]);
+                rhs[first[a] + k] = point.rhs[k];
             }
         }
         let active = points.iter().zip(&system.touches).filter(|(p, _)| p.unknowns > 0);

@@ -3,13 +3,13 @@ use std::ops::ControlFlow;
 use super::V3;
 use super::admm::alternating_directions;
 use super::blocks::Blocks;
-use super::course::{Course, Judged};
 use super::gradient::{ROUND, fixed_point};
 use super::measures::measure;
+use super::monitor::{Judged, Monitor};
 use super::problem::LocalProblem;
 use super::proximal::proximal;
 use super::settings::{Method, Progress, Settings, Solution, Status};
-use super::system::System;
+use super::system::Discrete;
 use crate::linalg::norm;
 
 /// Solves a local problem without bilateral part by the method of the settings.
@@ -33,31 +33,31 @@ pub fn solve(
         Some(start) if start.iter().all(|x| x.is_finite()) => blocks.scaled(start),
         _ => vec![[0.0; 3]; problem.mu.len()],
     };
-    let mut course = Course::new(&problem.mu, norm(&problem.q), &judge, settings, observer);
-    let status = iterate(&blocks, start, settings.method, &mut course);
-    course.solution(status)
+    let mut monitor = Monitor::new(&problem.mu, norm(&problem.q), &judge, settings, observer);
+    let status = iterate(&blocks, start, settings.method, &mut monitor);
+    monitor.solution(status)
 }
 
 /// The iteration of a method from scaled impulses `r`.
-pub fn iterate(system: &dyn System, r: Vec<V3>, method: Method, course: &mut Course) -> Status {
+pub fn iterate(system: &dyn Discrete, r: Vec<V3>, method: Method, monitor: &mut Monitor) -> Status {
     match method {
-        Method::Auto => proximal(system, r, true, course),
-        Method::Newton => proximal(system, r, false, course),
-        Method::GaussSeidel => gauss_seidel(system, r, course),
-        Method::Gradient => fixed_point(system, r, course),
-        Method::Admm => alternating_directions(system, r, course),
+        Method::Auto => proximal(system, r, true, monitor),
+        Method::Newton => proximal(system, r, false, monitor),
+        Method::GaussSeidel => gauss_seidel(system, r, monitor),
+        Method::Gradient => fixed_point(system, r, monitor),
+        Method::Admm => alternating_directions(system, r, monitor),
     }
 }
 
-fn gauss_seidel(system: &dyn System, mut r: Vec<V3>, course: &mut Course) -> Status {
+fn gauss_seidel(system: &dyn Discrete, mut r: Vec<V3>, monitor: &mut Monitor) -> Status {
     loop {
-        if let Some(status) = course.ends(&r, 0.0) {
+        if let Some(status) = monitor.ends(&r, 0.0) {
             return status;
         }
         if !system.sweep(&mut r, ROUND) {
             return Status::Stalled;
         }
-        course.counts.sweeps += ROUND;
-        course.counts.iterations += 1;
+        monitor.counts.sweeps += ROUND;
+        monitor.counts.iterations += 1;
     }
 }

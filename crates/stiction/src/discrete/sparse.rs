@@ -1,12 +1,13 @@
 use super::V3;
-use super::blocks::{length, plus};
+use super::blocks::plus;
 use super::condense::{Recovered, balance};
-use super::law::Linearised;
 use super::problem::GlobalProblem;
 use super::saddle::{Order, Saddle, Touch, bordered};
-use super::step::refined;
-use super::system::{Shifted, System};
+use super::step::{change, refined};
+use super::system::{Discrete, Shifted};
 use crate::Error;
+use crate::friction::law::Linearisation;
+use crate::friction::system::{Iterate, Step, System, length, moved};
 use crate::linalg::{Csr, Lu, axpy, inverse_forms, norm};
 
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.
@@ -140,6 +141,28 @@ impl Sparse {
 }
 
 impl System for Sparse {
+    fn live(&self, _: usize) -> [bool; 3] {
+        [true; 3]
+    }
+
+    fn imbalance(&self, _: &[V3]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn step(&self, _: &Iterate, points: &[Linearisation], _: f64) -> Option<Step> {
+        let saddle = Saddle::new(self, points);
+        let y = refined(&saddle.factor(self)?, &saddle.matrix, &saddle.rhs)?;
+        let d: Vec<V3> = points.iter().enumerate().map(|(a, p)| p.change(saddle.of_point(a, &y))).collect();
+        d.as_flattened().iter().all(|x| x.is_finite()).then(|| change(d))
+    }
+
+    fn advance(&self, at: &Iterate, t: f64, step: &Step) -> Iterate {
+        let lambda = moved(&at.lambda, t, &step.lambda);
+        Iterate { v: self.velocity(&lambda), lambda, alpha: Vec::new() }
+    }
+}
+
+impl Discrete for Sparse {
     fn mu(&self) -> &[f64] {
         &self.mu
     }
@@ -157,17 +180,9 @@ impl System for Sparse {
         (0..r.len()).map(|a| plus(&std::array::from_fn(|c| at(a, c)), &self.q[a])).collect()
     }
 
-    fn step(&self, alpha: f64, points: &[Linearised]) -> Option<Vec<V3>> {
-        let known: Vec<V3> = points.iter().map(|p| p.known).collect();
-        let saddle = Saddle::new(self, alpha, points, &known);
-        let y = refined(&saddle.factor(self)?, &saddle.matrix, &saddle.rhs)?;
-        let d: Vec<V3> = points.iter().enumerate().map(|(a, p)| p.change(saddle.of_point(a, &y))).collect();
-        d.as_flattened().iter().all(|x| x.is_finite()).then_some(d)
-    }
-
-    fn shifted(&self, alpha: f64) -> Option<Shifted<'_>> {
-        let points = vec![Linearised::free(); self.mu.len()];
-        let saddle = Saddle::new(self, alpha, &points, &vec![[0.0; 3]; points.len()]);
+    fn shifted(&self, shift: f64) -> Option<Shifted<'_>> {
+        let saddle_of = vec![Linearisation::free(shift); self.mu.len()];
+        let saddle = Saddle::new(self, &saddle_of);
         let lu = saddle.factor(self)?;
         let n = self.A.rows;
         Some(Box::new(move |x| {

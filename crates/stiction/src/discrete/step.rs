@@ -1,34 +1,40 @@
 use super::V3;
-use super::blocks::{Blocks, plus};
-use super::law::Linearised;
+use super::blocks::Blocks;
+use crate::friction::law::Linearisation;
+use crate::friction::system::Step;
 use crate::linalg::{Csr, Lu, NodeGraph, axpy, norm, plan};
 
 /// Residual of the linear system beyond which its factor is not trusted, relative to its right-hand side.
 const TRUSTED: f64 = 1e-6;
 
 impl Blocks {
-    /// The change of impulses; see [`super::system::System::step`].
-    pub fn newton_step(&self, alpha: f64, points: &[Linearised]) -> Option<Vec<V3>> {
+    /// The change of impulses that solves the linearised laws of all points; `None` where it is not trusted.
+    pub fn newton_step(&self, points: &[Linearisation]) -> Option<Step> {
         let known: Vec<V3> = points.iter().map(|p| p.known).collect();
-        let (first, matrix, rhs) = assemble(self, alpha, points, &known);
+        let (first, matrix, rhs) = assemble(self, points, &known);
         if rhs.is_empty() {
-            return Some(known);
+            return Some(change(known));
         }
         let y = refined(&factor(self, points, &matrix)?, &matrix, &rhs)?;
         let d: Vec<V3> = points.iter().enumerate().map(|(a, p)| p.change(&y[first[a]..first[a + 1]])).collect();
-        d.as_flattened().iter().all(|x| x.is_finite()).then_some(d)
+        d.as_flattened().iter().all(|x| x.is_finite()).then(|| change(d))
     }
 
-    /// A factor of `W + alpha`.
-    pub fn shifted_factor(&self, alpha: f64) -> Option<Lu> {
-        let points = vec![Linearised::free(); self.mu.len()];
-        let (_, matrix, _) = assemble(self, alpha, &points, &vec![[0.0; 3]; points.len()]);
+    /// A factor of `W + shift`.
+    pub fn shifted_factor(&self, shift: f64) -> Option<Lu> {
+        let points = vec![Linearisation::free(shift); self.mu.len()];
+        let (_, matrix, _) = assemble(self, &points, &vec![[0.0; 3]; points.len()]);
         factor(self, &points, &matrix)
     }
 }
 
+/// A step to these changes of the impulses; velocities are computed anew along it.
+pub fn change(lambda: Vec<V3>) -> Step {
+    Step { lambda, v: Vec::new(), alpha: Vec::new(), resisted: true }
+}
+
 /// Number of the first unknown of each point, the matrix of all unknowns and the right-hand side.
-fn assemble(blocks: &Blocks, alpha: f64, points: &[Linearised], known: &[V3]) -> (Vec<usize>, Csr, Vec<f64>) {
+fn assemble(blocks: &Blocks, points: &[Linearisation], known: &[V3]) -> (Vec<usize>, Csr, Vec<f64>) {
     let mut first = vec![0];
     points.iter().for_each(|p| first.push(first[first.len() - 1] + p.unknowns));
     let n = first[points.len()];
@@ -38,7 +44,7 @@ fn assemble(blocks: &Blocks, alpha: f64, points: &[Linearised], known: &[V3]) ->
         if point.unknowns == 0 {
             continue;
         }
-        let w = plus(&blocks.row_times(a, known), &known[a].map(|x| alpha * x));
+        let w = blocks.row_times(a, known);
         for k in 0..point.unknowns {
             rhs.push(point.rhs[k] - dot(&point.rows[k], &w));
             for e in blocks.start[a]..blocks.start[a + 1] {
@@ -47,14 +53,11 @@ fn assemble(blocks: &Blocks, alpha: f64, points: &[Linearised], known: &[V3]) ->
                 if other.unknowns == 0 {
                     continue;
                 }
-                let mut row = row_times(&point.rows[k], &blocks.block[e]);
-                if a == b {
-                    (0..3).for_each(|i| row[i] += alpha * point.rows[k][i]);
-                }
+                let row = row_times(&point.rows[k], &blocks.block[e]);
                 for l in 0..other.unknowns {
-                    let soft = if a == b && k == l { point.softness[k] } else { 0.0 };
+                    let own = if a == b && k == l { point.compliance[k] } else { 0.0 };
                     matrix.column.push((first[b] + l) as u32);
-                    matrix.value.push(dot(&row, &other.columns[l]) + soft);
+                    matrix.value.push(dot(&row, &other.columns[l]) + own);
                 }
             }
             matrix.start[rhs.len()] = matrix.column.len();
@@ -63,7 +66,7 @@ fn assemble(blocks: &Blocks, alpha: f64, points: &[Linearised], known: &[V3]) ->
     (first, matrix, rhs)
 }
 
-fn factor(blocks: &Blocks, points: &[Linearised], matrix: &Csr) -> Option<Lu> {
+fn factor(blocks: &Blocks, points: &[Linearisation], matrix: &Csr) -> Option<Lu> {
     let mut number = vec![u32::MAX; points.len()];
     let mut labels = Vec::with_capacity(matrix.rows);
     let active = points.iter().enumerate().filter(|(_, p)| p.unknowns > 0);

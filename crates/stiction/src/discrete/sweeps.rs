@@ -1,7 +1,8 @@
 use super::V3;
 use super::blocks::Blocks;
-use super::law::{Linearised, project, residual};
 use super::step::{dot, row_times};
+use crate::contact::Friction;
+use crate::friction::law::{Linearisation, nearest_in_cone, residual};
 
 /// Newton steps at one point.
 const LOCAL_STEPS: usize = 20;
@@ -32,19 +33,20 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
         let own = times(w, x);
         std::array::from_fn(|i| own[i] + others[i])
     };
+    let law = Friction::Coulomb { coefficient: mu };
     let size = |g: &V3| dot(g, g).sqrt();
     let (mut x, mut u) = (start, velocity(&start));
-    let mut rest = size(&residual(mu, &x, &u));
+    let mut rest = size(&residual(law, x, u, 1.0));
     for _ in 0..LOCAL_STEPS {
         if rest <= LOCAL * (size(&x) + size(others)) {
             return x;
         }
-        let Some(d) = local_step(w, &Linearised::new(mu, &x, &u)) else { break };
+        let Some(d) = local_step(w, &Linearisation::new(law, 1.0, [true; 3], f64::INFINITY, x, u)) else { break };
         let mut length = 1.0;
         let at = |length: f64| -> (V3, V3, f64) {
             let next = std::array::from_fn(|i| x[i] + length * d[i]);
             let u = velocity(&next);
-            (next, u, size(&residual(mu, &next, &u)))
+            (next, u, size(&residual(law, next, u, 1.0)))
         };
         let mut next = at(length);
         for _ in 0..HALVINGS {
@@ -70,20 +72,23 @@ fn projected(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
         let own = times(w, &x);
         let u: V3 = std::array::from_fn(|i| own[i] + others[i]);
         let slip = u[1].hypot(u[2]);
-        x = project(mu, [x[0] - parameter * (u[0] + mu * slip), x[1] - parameter * u[1], x[2] - parameter * u[2]]);
+        x = nearest_in_cone(
+            mu,
+            [x[0] - parameter * (u[0] + mu * slip), x[1] - parameter * u[1], x[2] - parameter * u[2]],
+        );
     }
     x
 }
 
 /// The Newton step of one point alone: Gaussian elimination with column pivots on at most three unknowns.
-fn local_step(w: &[V3; 3], law: &Linearised) -> Option<V3> {
+fn local_step(w: &[V3; 3], law: &Linearisation) -> Option<V3> {
     let n = law.unknowns;
     let moved = times(w, &law.known);
     let mut a = [[0.0f64; 4]; 3];
     for (k, row) in a.iter_mut().enumerate().take(n) {
         let of_w = row_times(&law.rows[k], w);
         (0..n).for_each(|l| row[l] = dot(&of_w, &law.columns[l]));
-        row[k] += law.softness[k];
+        row[k] += law.compliance[k];
         row[3] = law.rhs[k] - dot(&law.rows[k], &moved);
     }
     for k in 0..n {

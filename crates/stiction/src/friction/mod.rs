@@ -7,13 +7,14 @@
 //! the dual energy alone ([`Quadratic`]), without displacements and certificate.
 
 pub mod direct;
-mod law;
+pub(crate) mod law;
 pub mod multigrid;
 pub mod reference;
 mod solution;
+pub(crate) mod system;
 
 pub use direct::{CoulombFacts, coulomb_facts, rigid_rest, solve};
-pub use law::{PointState, states};
+pub use law::PointState;
 pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep,

@@ -1,6 +1,5 @@
 use super::PointSet;
 use super::iterate::Iterate;
-use super::set::{into_axes, out_of_axes};
 use crate::linalg::{axpy, dot};
 
 /// Relative distance from its boundary below which a point counts as on it.
@@ -13,8 +12,6 @@ pub(super) enum Pair {
     Free,
     /// Held: by a corner, by a set without extent, or by a boundary along which it is not to move.
     Held,
-    /// On a segment, from `-extent` to `extent` along the unit vector `tangent`, and not at its ends.
-    Segment { tangent: [f64; 2], extent: f64 },
     /// On a boundary that holds it: it moves along the unit vector `tangent`, and what holds it adds `stiffness`
     /// (the multiplier of the boundary times its curvature) to the second derivative of the objective.
     Along { tangent: [f64; 2], stiffness: f64 },
@@ -34,12 +31,12 @@ pub(super) struct Arcs {
 }
 
 impl Arcs {
-    /// The face of `x` for the gradient `g`. With `follow` false, no pair moves along its boundary.
-    pub fn new(sets: &[PointSet], x: &[f64], g: &[f64], follow: bool) -> Arcs {
+    /// The face of `x` for the gradient `g`.
+    pub fn new(sets: &[PointSet], x: &[f64], g: &[f64]) -> Arcs {
         let m = sets.len();
         let normal = (0..m).map(|j| sets[j] == PointSet::Free || x[j] > 0.0).collect();
         let pair: Vec<Pair> =
-            (0..m).map(|j| pair_of(&sets[j], [x[m + j], x[2 * m + j]], [g[m + j], g[2 * m + j]], follow)).collect();
+            (0..m).map(|j| pair_of(&sets[j], [x[m + j], x[2 * m + j]], [g[m + j], g[2 * m + j]])).collect();
         let curved = pair.iter().any(|p| matches!(p, Pair::Along { stiffness, .. } if *stiffness > 0.0));
         let mut arcs = Arcs { normal, pair, free: g.to_vec(), is_free: vec![true; 3 * m], curved };
         for j in 0..m {
@@ -63,7 +60,7 @@ impl Arcs {
             match self.pair[j] {
                 Pair::Free => {}
                 Pair::Held => (v[m + j], v[2 * m + j]) = (0.0, 0.0),
-                Pair::Along { tangent: t, .. } | Pair::Segment { tangent: t, .. } => {
+                Pair::Along { tangent: t, .. } => {
                     let along = t[0] * v[m + j] + t[1] * v[2 * m + j];
                     (v[m + j], v[2 * m + j]) = (along * t[0], along * t[1]);
                 }
@@ -114,11 +111,6 @@ impl Arcs {
             let (x, p) = ([x[m + j], x[2 * m + j]], [p[m + j], p[2 * m + j]]);
             match self.pair[j] {
                 Pair::Free => t = t.min(room(&sets[j], x, p)),
-                Pair::Segment { tangent: d, extent } => {
-                    let (x, p) = (d[0] * x[0] + d[1] * x[1], d[0] * p[0] + d[1] * p[1]);
-                    let end = if p > 0.0 { -extent } else { extent };
-                    t = if p == 0.0 { t } else { t.min((x - end) / p) };
-                }
                 Pair::Held | Pair::Along { .. } => {}
             }
         }
@@ -126,13 +118,12 @@ impl Arcs {
     }
 }
 
-/// The largest `t` for which `x - t p` is in the set, for `x` inside a set with positive radii.
+/// The largest `t` for which `x - t p` is in the set, for `x` inside a set with a positive radius.
 fn room(set: &PointSet, x: [f64; 2], p: [f64; 2]) -> f64 {
-    let (radii, first) = set.axes();
-    let (x, p) = (into_axes(first, x), into_axes(first, p));
+    let radius = set.radius();
     let (mut xx, mut xp, mut pp) = (-1.0, 0.0, 0.0);
     for k in 0..2 {
-        let (x, p) = (x[k] / radii[k], p[k] / radii[k]);
+        let (x, p) = (x[k] / radius, p[k] / radius);
         (xx, xp, pp) = (xx + x * x, xp + x * p, pp + p * p);
     }
     if pp == 0.0 {
@@ -143,33 +134,21 @@ fn room(set: &PointSet, x: [f64; 2], p: [f64; 2]) -> f64 {
     if xp > 0.0 { (xp + root) / pp } else { -xx.min(0.0) / (root - xp) }
 }
 
-fn pair_of(set: &PointSet, x: [f64; 2], g: [f64; 2], follow: bool) -> Pair {
-    let (radii, first) = set.axes();
-    let (x, g) = (into_axes(first, x), into_axes(first, g));
-    if radii[0].max(radii[1]) == 0.0 {
+fn pair_of(set: &PointSet, x: [f64; 2], g: [f64; 2]) -> Pair {
+    let radius = set.radius();
+    if radius == 0.0 {
         return Pair::Held;
     }
-    if let Some(k) = (0..2).find(|k| radii[*k] == 0.0) {
-        let extent = radii[1 - k];
-        let along = if k == 0 { [0.0, 1.0] } else { [1.0, 0.0] };
-        let inside = x[1 - k].abs() < extent * (1.0 - ON_BOUNDARY);
-        return if inside { Pair::Segment { tangent: out_of_axes(first, along), extent } } else { Pair::Held };
-    }
-    let scaled = [x[0] / radii[0], x[1] / radii[1]];
-    if scaled[0].hypot(scaled[1]) < 1.0 - ON_BOUNDARY {
+    let length = x[0].hypot(x[1]);
+    if length / radius < 1.0 - ON_BOUNDARY {
         return Pair::Free;
     }
-    // The boundary is the level 1/2 of c = |scaled|^2 / 2.
-    let slope = [scaled[0] / radii[0], scaled[1] / radii[1]];
-    let length = slope[0].hypot(slope[1]);
-    let normal = [slope[0] / length, slope[1] / length];
+    let normal = [x[0] / length, x[1] / length];
     let pressing = -(g[0] * normal[0] + g[1] * normal[1]);
-    if !follow || pressing <= 0.0 {
+    if pressing <= 0.0 {
         return Pair::Held;
     }
-    let tangent = [-normal[1], normal[0]];
-    let bend = (tangent[0] / radii[0]).powi(2) + (tangent[1] / radii[1]).powi(2);
-    Pair::Along { tangent: out_of_axes(first, tangent), stiffness: pressing * bend / length }
+    Pair::Along { tangent: [-normal[1], normal[0]], stiffness: pressing / radius }
 }
 
 /// The free gradient `r`, preconditioned on the face if that gives a direction of ascent: `S M S r` with the caller's

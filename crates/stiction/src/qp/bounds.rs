@@ -1,6 +1,5 @@
 use super::iterate::{Iterate, Stop};
 use super::mprgp::{MprgpSettings, mprgp};
-use super::proportioning::{ProportioningSettings, proportioning};
 use super::{Preconditioner, QpStatus};
 use crate::Error;
 use crate::linalg::norm;
@@ -38,15 +37,6 @@ impl Bounds {
             *x = x.max(*l).min(*u);
         }
     }
-}
-
-/// Which algorithm minimises within bounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum BoundMethod {
-    /// Conjugate gradients in the face with proportioning and gradient projections: the generation of 1997.
-    Proportioning(ProportioningSettings),
-    /// Modified proportioning with reduced gradient projections: the generation of 2005, with a rate.
-    Mprgp(MprgpSettings),
 }
 
 /// `min 1/2 x'Ax - b'x` within bounds, `A` symmetric positive definite.
@@ -103,7 +93,7 @@ pub struct BoundSolution {
 pub fn minimize_in_bounds(
     problem: BoundProblem,
     start: &[f64],
-    method: &BoundMethod,
+    settings: &MprgpSettings,
     tolerance: f64,
     max_products: usize,
     stop: &mut Stop,
@@ -120,10 +110,7 @@ pub fn minimize_in_bounds(
     bounds.project(&mut x);
     let limit = if finite { max_products } else { 0 };
     let mut it = Iterate::new(operator, b, x, tolerance, limit, stop);
-    let ended = match method {
-        BoundMethod::Proportioning(s) => proportioning(&mut it, bounds, s, preconditioner, &mut counts),
-        BoundMethod::Mprgp(s) => mprgp(&mut it, bounds, s, largest_eigenvalue, preconditioner, &mut counts),
-    };
+    let ended = mprgp(&mut it, bounds, settings, largest_eigenvalue, preconditioner, &mut counts);
     let std::ops::ControlFlow::Break(status) = ended;
     let status = if finite { status } else { QpStatus::NotFinite };
     let projected_gradient = super::face::Face::new(bounds, &it.x, &it.g, 1.0).projected;

@@ -13,8 +13,6 @@ pub(super) struct Face {
     pub free: Vec<f64>,
     /// The gradient where it points out of a bound that holds, zero elsewhere.
     pub chopped: Vec<f64>,
-    /// `|free|^2`.
-    pub free2: f64,
     /// `reduced'free`, the free gradient reduced to what a step of the given length can use.
     pub reduced2: f64,
     /// `|chopped|^2`.
@@ -46,7 +44,7 @@ impl Face {
         let (free2, chopped2) = (dot(&free, &free), dot(&chopped, &chopped));
         // min and max pass over NaN; the sum of all entries does not.
         let projected = if g.iter().sum::<f64>().is_nan() { f64::NAN } else { (free2 + chopped2).sqrt() };
-        Face { is_free, free, chopped, free2, reduced2, chopped2, projected }
+        Face { is_free, free, chopped, reduced2, chopped2, projected }
     }
 
     /// The free gradient, preconditioned on the face if that gives a direction of ascent.

@@ -40,7 +40,7 @@ pub(super) fn kprgp(it: &mut Iterate, run: &mut Kprgp, norm_of_a: Option<f64>) -
             last = None;
             continue;
         }
-        let arcs = Arcs::new(run.sets, &it.x, &it.g, run.settings.follow_boundaries);
+        let arcs = Arcs::new(run.sets, &it.x, &it.g);
         it.count(6);
         if arcs.share(&reduced) < run.settings.share {
             last = None;

@@ -1,27 +1,22 @@
 //! The second waist: `min 1/2 x'Ax - b'x` over a simple set, with `A` as an operator. Knows no mesh and no friction.
 //!
-//! [`minimize_in_bounds`] for bounds on single entries; [`minimize_in_sets`] and the plainer [`accelerated_gradient`]
-//! for products of [`PointSet`]s.
+//! [`minimize_in_bounds`] for bounds on single entries; [`minimize_in_sets`] for products of
+//! [`PointSet`]s.
 
-mod accelerated;
 mod arc;
 mod bounds;
-mod ellipse;
 mod face;
 mod iterate;
 mod kprgp;
 mod mprgp;
-mod proportioning;
 mod set;
 mod sets;
 mod status;
 
-pub use accelerated::{Accelerated, accelerated_gradient};
-pub use bounds::{BoundCounts, BoundMethod, BoundProblem, BoundSolution, Bounds, minimize_in_bounds};
+pub use bounds::{BoundCounts, BoundProblem, BoundSolution, Bounds, minimize_in_bounds};
 pub use face::Preconditioner;
 pub use iterate::Stop;
-pub use mprgp::{Expansion, MprgpSettings, mprgp_rate};
-pub use proportioning::ProportioningSettings;
+pub use mprgp::MprgpSettings;
 pub use set::{PointSet, project};
 pub use sets::{SetCounts, SetProblem, SetSettings, SetSolution, minimize_in_sets};
 pub use status::QpStatus;

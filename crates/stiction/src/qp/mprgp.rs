@@ -6,28 +6,18 @@ use super::iterate::{Iterate, Step};
 use super::{BoundCounts, Bounds, QpStatus};
 use crate::linalg::dot;
 
-/// How MPRGP goes on from a bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Expansion {
-    /// To the bound, then a step of fixed length along the reduced free gradient (the one the rate is proved for).
-    Fixed,
-    /// The whole step of conjugate gradients, projected; the fixed one where that does not lower the objective.
-    ProjectedCg,
-}
-
-/// Parameters of [`super::BoundMethod::Mprgp`].
+/// Parameters of [`super::minimize_in_bounds`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MprgpSettings {
     /// An iterate is proportional if `|chopped|^2 <= proportion^2 reduced'free`; positive, 1 is best for the rate.
     pub proportion: f64,
-    /// Length of the expansion step times the largest eigenvalue, in `(0, 2)`.
+    /// Length of the fixed step times the largest eigenvalue, in `(0, 2)`.
     pub step: f64,
-    pub expansion: Expansion,
 }
 
 impl Default for MprgpSettings {
     fn default() -> Self {
-        MprgpSettings { proportion: 1.0, step: 1.9, expansion: Expansion::ProjectedCg }
+        MprgpSettings { proportion: 1.0, step: 1.9 }
     }
 }
 
@@ -67,7 +57,8 @@ pub(super) fn mprgp(
                 counts.cg_steps += 1;
             } else {
                 counts.expansions += 1;
-                if settings.expansion == Expansion::ProjectedCg && projected_step(it, bounds, cg, &p)? {
+                // The whole step, projected; where that does not lower the objective, to the bound and a fixed step.
+                if projected_step(it, bounds, cg, &p)? {
                     continue;
                 }
                 advance_to_bound(it, bounds, feasible, &p, &ap);
@@ -79,16 +70,6 @@ pub(super) fn mprgp(
             counts.proportionings += 1;
         }
     }
-}
-
-/// The factor by which `f(x) - f(solution)` falls at least in each step of MPRGP with `Expansion::Fixed`, steps of
-/// length `step` in `(0, 2 / largest)` and `proportion`, for an operator with eigenvalues in `[smallest, largest]`:
-/// Dostál & Schöberl 2005, with the range of steps of Dostál 2009. Without a preconditioner.
-pub fn mprgp_rate(smallest: f64, largest: f64, step: f64, proportion: f64) -> f64 {
-    let theta = 2.0 * (step * largest).max(1.0);
-    let gamma = proportion.max(1.0 / proportion);
-    let effective = step.min(2.0 / largest - step);
-    1.0 - effective * smallest / (theta + theta * gamma * gamma)
 }
 
 /// Splits the gradient of `it`, counted.

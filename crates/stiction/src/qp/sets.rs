@@ -26,17 +26,14 @@ pub struct SetSettings {
     /// Least share of the squared reduced gradient that must lie on the face for the face to be kept. (The sources
     /// compare scalar products with the gradient; those drown in rounding long before the reduced gradient does.)
     pub share: f64,
-    /// Whether pairs on curved boundaries move along them with the second derivative of the boundary; otherwise the
-    /// gradient steps alone move them.
-    pub follow_boundaries: bool,
-    /// With `follow_boundaries`: the gradient of the model on the face is reduced by this factor before the face is
-    /// left, in `(0, 1)`.
+    /// Where a pair moves along a curved boundary: the gradient of the model on the face is reduced by this factor before
+    /// the face is left, in `(0, 1)`.
     pub forcing: f64,
 }
 
 impl Default for SetSettings {
     fn default() -> Self {
-        SetSettings { step: 1.9, share: 0.5, follow_boundaries: true, forcing: 0.01 }
+        SetSettings { step: 1.9, share: 0.5, forcing: 0.01 }
     }
 }
 

@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("certificate", &["linalg", "contact"]),
     ("qp", &["linalg"]),
     ("friction", &["linalg", "contact", "dual", "certificate", "qp"]),
-    ("discrete", &["linalg", "contact"]),
+    ("discrete", &["linalg", "contact", "friction"]),
     ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
     ("solve", &["contact", "dual", "friction"]),
     ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io", "solve"]),

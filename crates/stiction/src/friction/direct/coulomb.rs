@@ -1,8 +1,9 @@
-use super::newton_system::{Linearized, NewtonSystem};
+use super::dual_system::DualSystem;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, Inverse};
-use crate::friction::law::{frozen, slope};
+use crate::friction::law::{Linearisation, frozen, parameters, slope};
 use crate::friction::solution::Solution;
+use crate::friction::system::{System, by_component, by_point};
 use crate::linalg::{largest_eigenvalue, norm};
 
 /// What can be said about other solutions of a problem with Coulomb friction.
@@ -50,26 +51,17 @@ pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution)
 }
 
 fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64]) -> f64 {
-    let m = problem.points();
-    let stiffness = Dual::local_stiffness(problem);
-    let live: Vec<bool> = stiffness.iter().map(|&k| k > 0.0).collect();
-    let r: Vec<f64> = (0..m).map(|j| 0.1 * problem.rows(j).iter().map(|&i| stiffness[i]).sum::<f64>() / 3.0).collect();
-    let v = problem.opening(u);
-    let frozen: Vec<Friction> =
-        problem.contact.friction.iter().zip(lambda).map(|(&law, &normal)| frozen(law, normal)).collect();
-    let mut system = NewtonSystem::new(&Linearized {
-        friction: &frozen,
-        largest_slope: 0.0,
-        live: &live,
-        stiffness: &stiffness,
-        lambda,
-        v: &v,
-        r: &r,
-        centre: None,
-    });
-    let slipping: Vec<usize> = system.slipping().collect();
-    let slope = |j: usize| slope(problem.contact.friction[j], lambda[j]);
-    let mut g: Vec<f64> = slipping.iter().map(|&j| slope(j) * lambda[j]).collect();
+    let system = DualSystem::new(problem, dual, Vec::new());
+    let r = parameters(problem, &by_component(&system.stiffness));
+    let (lambda, v) = (by_point(lambda), by_point(&problem.opening(u)));
+    let given = |j: usize| frozen(problem.contact.friction[j], lambda[j][0]);
+    let law = |j: usize| Linearisation::new(given(j), r[j], system.live(j), 0.0, lambda[j], v[j]);
+    let mut points: Vec<Linearisation> = (0..problem.points()).map(law).collect();
+    let slips: Vec<(usize, [f64; 2])> =
+        points.iter().enumerate().filter_map(|(j, p)| p.slip.map(|(e, _)| (j, e))).collect();
+    points.iter_mut().for_each(|point| (point.known, point.rhs) = ([0.0; 3], [0.0; 3]));
+    let slope = |j: usize| slope(problem.contact.friction[j], lambda[j][0]);
+    let mut g: Vec<f64> = slips.iter().map(|&(j, _)| slope(j) * lambda[j][0]).collect();
     let balanced = vec![0.0; dual.floating.len()];
     let (mut radius, mut quiet) = (0.0, 0);
     for step in 0..POWER_STEPS {
@@ -78,9 +70,10 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
             break;
         }
         g.iter_mut().for_each(|x| *x /= size);
-        system.answer_to(&g);
-        let answer = system.solve(dual, &dual.floating.jumps, &balanced, ROUGH, INNER_LIMIT);
-        g = slipping.iter().map(|&j| slope(j) * answer.d[j]).collect();
+        // The answer of the points to a change of the bounds of those that slip.
+        slips.iter().zip(&g).for_each(|(&(j, e), g)| points[j].known = [0.0, g * e[0], g * e[1]]);
+        let answer = system.solve(&points, &balanced, ROUGH, INNER_LIMIT);
+        g = slips.iter().map(|&(j, _)| slope(j) * answer.lambda[j][0]).collect();
         let growth = norm(&g);
         // One quiet step may be the turning point of a growth that first rises and then falls.
         quiet = if step > 0 && (growth - radius).abs() <= 2.0 * ROUGH * growth { quiet + 1 } else { 0 };

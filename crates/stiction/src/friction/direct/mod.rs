@@ -1,11 +1,11 @@
 //! The direct path: Newton's method on the law of friction over the dual operator, with its fallbacks.
 
 mod coulomb;
-mod newton;
-mod newton_system;
+mod dual_system;
 mod proximal;
 pub(super) mod rigid_start;
 mod solve;
+mod starts;
 
 pub use coulomb::{CoulombFacts, coulomb_facts};
 pub use rigid_start::rigid_rest;

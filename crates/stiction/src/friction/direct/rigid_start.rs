@@ -1,8 +1,7 @@
-use super::solve::parameter;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
-use crate::friction::law::bound;
+use crate::friction::law::{bound, parameters};
 use crate::linalg::{SmallLu, axpy, dot, norm};
 
 /// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
@@ -18,14 +17,14 @@ pub(in crate::friction) struct Foundation<'a> {
     pub stiffness: &'a [f64],
 }
 
-/// Rest of a rigid body on its foundation.
-pub(in crate::friction) struct Rest {
+/// Equilibrium of rigid bodies on their foundation.
+pub(in crate::friction) struct Equilibrium {
     pub alpha: Vec<f64>,
     /// Forces of the foundation, `3m`.
     pub lambda: Vec<f64>,
 }
 
-/// The rest of bodies that float, all parts taken to be rigid, when they may also move along `slices` (length `n` each),
+/// The equilibrium of bodies that float, all parts taken to be rigid, when they may also move along `slices` (length `n` each),
 /// along which forces `pull` (newton) act: displacements that begin at `u`, and how far each slice goes.
 ///
 /// # Panics
@@ -41,12 +40,12 @@ pub fn rigid_rest(
     let mut jumps = motions.jumps(&isotropic.contact.B);
     jumps.extend(slices.iter().map(|slice| isotropic.contact.B.times(slice)));
     let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
-    let (mut opening, stiffness) =
-        (isotropic.opening(&u), parameter(&isotropic, &Dual::local_stiffness(&isotropic), 1.0));
+    let mut opening = isotropic.opening(&u);
+    let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
     keep_apart(&mut opening);
     let (friction, jumps) = (&isotropic.contact.friction[..], &jumps[..]);
     let foundation = Foundation { friction, jumps, resultant: &resultant, opening: &opening, stiffness: &stiffness };
-    let alpha = foundation.rest().alpha;
+    let alpha = foundation.equilibrium().alpha;
     let (rigid, way) = alpha.split_at(motions.len());
     motions.add(rigid, &mut u);
     slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
@@ -82,22 +81,22 @@ const BISECTIONS: usize = 60;
 const GUIDE: f64 = 1e-6;
 
 impl Foundation<'_> {
-    /// The rigid motions at rest, by the fixed point on the bounds of friction.
-    pub fn rest(&self) -> Rest {
+    /// The rigid motions in equilibrium, by the fixed point on the bounds of friction.
+    pub fn equilibrium(&self) -> Equilibrium {
         let m = self.friction.len();
         let given = |law: &Friction| match *law {
             Friction::Given { slip_bound } => slip_bound,
             _ => 0.0,
         };
         let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
-        let mut rest = Rest { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
+        let mut found = Equilibrium { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
         for _ in 0..ROUNDS {
             let (alpha, v) = self.least_energy(&bounds);
             let springs = self.springs(&v, &bounds);
-            rest = Rest { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
-            bounds = (0..m).map(|j| bound(self.friction[j], rest.lambda[j])).collect();
+            found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
+            bounds = (0..m).map(|j| bound(self.friction[j], found.lambda[j])).collect();
         }
-        rest
+        found
     }
 
     /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
@@ -115,7 +114,7 @@ impl Foundation<'_> {
             let d = SmallLu::new(self.curvature(&springs)).solve(&lacking);
             let mut dv = vec![0.0; v.len()];
             d.iter().zip(self.jumps).for_each(|(d, g)| axpy(-d, g, &mut dv));
-            let t = self.rest_along(&v, &dv, dot(&d, self.resultant), bounds);
+            let t = self.least_along(&v, &dv, dot(&d, self.resultant), bounds);
             axpy(t, &d, &mut alpha);
             axpy(t, &dv, &mut v);
         }
@@ -155,7 +154,7 @@ impl Foundation<'_> {
     }
 
     /// The length at which the slope of the energy vanishes along a descent direction whose load does `work`.
-    fn rest_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
+    fn least_along(&self, v: &[f64], dv: &[f64], work: f64, bounds: &[f64]) -> f64 {
         let slope = |t: f64| {
             let at: Vec<f64> = v.iter().zip(dv).map(|(v, d)| v + t * d).collect();
             let springs = self.springs(&at, bounds);

@@ -47,7 +47,7 @@ impl<'a> FloatingBodies<'a> {
         let stiffness: Vec<_> = problem.laws.iter().map(|law| law.parameter).collect();
         let (jumps, resultant) = (&self.jumps[..], &self.resultant[..]);
         let (friction, opening, stiffness) = (&friction[..], &opening[..], &stiffness[..]);
-        let equilibrium = Foundation { friction, jumps, resultant, opening, stiffness }.rest();
+        let equilibrium = Foundation { friction, jumps, resultant, opening, stiffness }.equilibrium();
         let mut u = vec![0.0; problem.transformed.nodes.of.len()];
         self.motions.add(&equilibrium.alpha, &mut u);
         problem.transformed.to_frames(&u)

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use super::squares::Coupling;
 use crate::friction::PointState;
-use crate::qp::{BoundMethod, MprgpSettings};
+use crate::qp::MprgpSettings;
 
 /// How contact with friction is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -138,7 +138,8 @@ pub struct MethodSettings {
     pub max_iterations: usize,
     /// Steps of the quadratic programs of all kinds, all together.
     pub max_cg_steps: usize,
-    pub bound_method: BoundMethod,
+    /// Of the quadratic programs over boxes.
+    pub bounds: MprgpSettings,
     /// Whether faces are preconditioned by the blocks of the points, which takes out what a large `rho` does.
     pub precondition: bool,
     pub start: Start,
@@ -170,7 +171,7 @@ impl MethodSettings {
             sweep_tolerance: 1e-9,
             max_iterations: 10_000,
             max_cg_steps: usize::MAX,
-            bound_method: BoundMethod::Mprgp(MprgpSettings::default()),
+            bounds: MprgpSettings::default(),
             precondition: true,
             start: Start::default(),
         }

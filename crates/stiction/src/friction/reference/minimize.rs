@@ -80,7 +80,7 @@ impl<'a> Minimizer<'a> {
         let most = self.settings.max_cg_steps.saturating_sub(counts.steps());
         let start = l.take(block, &copies.x);
         let products = l.q.products();
-        let found = minimize_in_bounds(problem, &start, &self.settings.bound_method, target, most, stop);
+        let found = minimize_in_bounds(problem, &start, &self.settings.bounds, target, most, stop);
         counts.cg_steps += found.counts.cg_steps;
         counts.expansions += found.counts.expansions;
         counts.proportionings += found.counts.proportionings;

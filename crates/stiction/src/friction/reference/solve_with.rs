@@ -8,8 +8,9 @@ use crate::certificate::certify;
 use crate::contact::ContactProblem;
 use crate::dual::Dual;
 use crate::friction::direct::{make_admissible, path_of, solve};
-use crate::friction::law::states;
+use crate::friction::law::{augmented, parameters, state};
 use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
+use crate::friction::system::by_point;
 
 /// A solution and what the method has to tell about how it got there.
 #[derive(Debug, Clone)]
@@ -124,7 +125,7 @@ fn judge(
         make_admissible(&problem.contact.friction, &mut lambda);
     }
     let u = dual.displacement(problem, &lambda);
-    let isotropic = lambda.clone();
+    let isotropic = by_point(&lambda);
     given.out_of_isotropic(&mut lambda);
     let certificate = certify(given, &u, &lambda, tolerance);
     let status = match report.end {
@@ -134,12 +135,10 @@ fn judge(
         MethodEnd::Limit => Status::MaxIterations,
         MethodEnd::Stalled => Status::Stalled,
     };
-    let local = Dual::local_stiffness(problem);
-    let fallback = local.iter().fold(f64::MIN_POSITIVE, |a, &b| a.max(b));
-    let mean = |j: usize| problem.rows(j).iter().map(|&i| local[i]).sum::<f64>() / 3.0;
-    let r: Vec<f64> = (0..problem.points()).map(|j| if mean(j) > 0.0 { 0.1 * mean(j) } else { fallback }).collect();
     let states = if exact {
-        states(&problem.contact.friction, &isotropic, &problem.opening(&u), &r)
+        let (r, v) = (parameters(problem, &Dual::local_stiffness(problem)), by_point(&problem.opening(&u)));
+        let state = |j: usize| state(problem.contact.friction[j], augmented(isotropic[j], v[j], r[j]));
+        (0..problem.points()).map(state).collect()
     } else {
         report.states.clone()
     };

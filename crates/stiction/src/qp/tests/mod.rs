@@ -5,7 +5,7 @@ mod penalty;
 mod sets;
 
 use super::minimize_in_bounds;
-use super::{BoundMethod, BoundProblem, BoundSolution, Bounds, Expansion, MprgpSettings, ProportioningSettings};
+use super::{BoundProblem, BoundSolution, Bounds, MprgpSettings};
 
 /// Numbers in `(-1, 1)` from a linear congruence: the same in every run.
 pub struct Numbers(u64);
@@ -66,19 +66,13 @@ pub fn spread(n: usize, smallest: f64, largest: f64) -> Vec<f64> {
     (0..n).map(|i| smallest * (largest / smallest).powf(i as f64 / (n - 1) as f64)).collect()
 }
 
-/// Every algorithm and variant for bounds.
-pub fn methods() -> [BoundMethod; 4] {
-    let fixed = MprgpSettings { expansion: Expansion::Fixed, ..MprgpSettings::default() };
-    [
-        BoundMethod::Proportioning(ProportioningSettings::default()),
-        BoundMethod::Proportioning(ProportioningSettings { proportion: 0.1, halvings: 0 }),
-        BoundMethod::Mprgp(MprgpSettings::default()),
-        BoundMethod::Mprgp(fixed),
-    ]
+/// The settings by which bounds are tested: the default, and faces that are left sooner.
+pub fn variants() -> [MprgpSettings; 2] {
+    [MprgpSettings::default(), MprgpSettings { proportion: 0.5, ..MprgpSettings::default() }]
 }
 
-pub fn solve(a: &Dense, b: &[f64], bounds: &Bounds, method: &BoundMethod, tolerance: f64) -> BoundSolution {
+pub fn solve(a: &Dense, b: &[f64], bounds: &Bounds, settings: &MprgpSettings, tolerance: f64) -> BoundSolution {
     let mut operator = |x: &[f64]| a.times(x);
     let problem = BoundProblem { operator: &mut operator, b, bounds, largest_eigenvalue: None, preconditioner: None };
-    minimize_in_bounds(problem, &vec![0.0; b.len()], method, tolerance, 20_000, &mut |_, _| false)
+    minimize_in_bounds(problem, &vec![0.0; b.len()], settings, tolerance, 20_000, &mut |_, _| false)
 }

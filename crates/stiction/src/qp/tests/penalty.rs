@@ -82,7 +82,7 @@ fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
 
 /// Solves with the penalised copies and the inverse of the blocks of single triples on the face. Returns also the
 /// projected gradient and the level at which products with the penalty round, both relative to the right-hand side.
-fn solved(points: usize, copies: usize, penalty: f64, method: &BoundMethod) -> ([f64; 2], BoundSolution) {
+fn solved(points: usize, copies: usize, penalty: f64, method: &MprgpSettings) -> ([f64; 2], BoundSolution) {
     let mut numbers = Numbers::new(5);
     let spectrum = spread(3 * points, 1e-3, 1.0);
     let mean = spectrum.iter().sum::<f64>() / spectrum.len() as f64;
@@ -124,7 +124,7 @@ fn solved(points: usize, copies: usize, penalty: f64, method: &BoundMethod) -> (
 #[test]
 fn with_its_blocks_on_the_face_a_penalty_may_be_a_million_times_the_rest() {
     for copies in [2, 4] {
-        for method in methods() {
+        for method in variants() {
             for power in [-2, 0, 2, 4, 6] {
                 let ([residual, rounding], s) = solved(20, copies, 10f64.powi(power), &method);
                 let reached = s.status == QpStatus::Solved || residual < rounding;
@@ -138,7 +138,7 @@ fn with_its_blocks_on_the_face_a_penalty_may_be_a_million_times_the_rest() {
 #[test]
 fn beyond_that_rounding_is_named_as_what_ends_it() {
     for copies in [2, 4] {
-        for method in methods() {
+        for method in variants() {
             let ([residual, rounding], s) = solved(20, copies, 1e9, &method);
             assert_eq!(s.status, QpStatus::Stalled, "{copies} {method:?} {residual} {:?}", s.counts);
             assert!(residual < rounding, "{copies} {method:?} {residual} {:?}", s.counts);

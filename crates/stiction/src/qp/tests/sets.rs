@@ -46,15 +46,8 @@ fn cases() -> Vec<Case> {
         cases.push(Case {
             name: format!("half space, discs {radius}"),
             a: half_space(side),
-            b: b.clone(),
-            sets: (0..m).map(disc).collect(),
-        });
-        let ellipse = |j| PointSet::HalfLineAndEllipse { radii: [radius, 0.3 * radius], angle: 0.01 * j as f64 };
-        cases.push(Case {
-            name: format!("half space, ellipses {radius}"),
-            a: half_space(side),
             b,
-            sets: (0..m).map(ellipse).collect(),
+            sets: (0..m).map(disc).collect(),
         });
     }
     cases
@@ -79,49 +72,28 @@ fn apart(x: &[f64], y: &[f64]) -> f64 {
     norm(&x.iter().zip(y).map(|(x, y)| x - y).collect::<Vec<_>>())
 }
 
-fn flat() -> SetSettings {
-    SetSettings { follow_boundaries: false, ..SetSettings::default() }
-}
-
 #[test]
-fn the_optimality_conditions_hold_with_and_without_following_boundaries() {
+fn the_optimality_conditions_hold() {
     for case in cases() {
-        let curved = run(&case, &SetSettings::default(), 1e-11);
-        let plain = run(&case, &flat(), 1e-11);
-        for s in [&curved, &plain] {
-            assert_eq!(s.status, QpStatus::Solved, "{} {:?}", case.name, s.counts);
-            let left = residual(&case, &s.x);
-            assert!(left < 1e-9 * norm(&case.b), "{}: {left}", case.name);
-        }
-        // |x - y| <= 2 tolerance / smallest eigenvalue, which is above 1e-3.
-        assert!(apart(&curved.x, &plain.x) < 1e-7 * norm(&case.b), "{}", case.name);
+        let found = run(&case, &SetSettings::default(), 1e-11);
+        assert_eq!(found.status, QpStatus::Solved, "{} {:?}", case.name, found.counts);
+        let left = residual(&case, &found.x);
+        assert!(left < 1e-9 * norm(&case.b), "{}: {left}", case.name);
     }
 }
 
 #[test]
-fn accelerated_gradients_find_the_same_point() {
-    for case in cases() {
-        let curved = run(&case, &SetSettings::default(), 1e-11);
-        let (weight, zero) = (vec![1.0; case.sets.len()], vec![0.0; case.b.len()]);
-        let other = accelerated_gradient(|x| case.a.times(x), &case.b, &case.sets, &weight, &zero, &zero, 3000);
-        assert!(apart(&curved.x, &other.x) < 1e-7 * norm(&case.b), "{}", case.name);
-    }
-}
-
-#[test]
-fn following_the_boundary_saves_products_where_pairs_move_along_it() {
+fn following_the_boundary_keeps_products_few_where_pairs_move_along_it() {
     for case in cases().iter().filter(|c| c.name.starts_with("half") && !c.name.ends_with("0.02")) {
-        let curved = run(case, &SetSettings::default(), 1e-8).counts;
-        let plain = run(case, &flat(), 1e-8).counts;
-        assert!(2 * curved.products < plain.products, "{}: {curved:?} {plain:?}", case.name);
-        assert!(curved.products < 130, "{}: {curved:?}", case.name);
+        let counts = run(case, &SetSettings::default(), 1e-8).counts;
+        assert!(counts.products < 130, "{}: {counts:?}", case.name);
     }
 }
 
 #[test]
 fn no_step_raises_the_objective() {
     for case in cases() {
-        for settings in [SetSettings::default(), flat()] {
+        for settings in [SetSettings::default(), SetSettings { step: 1.0, ..SetSettings::default() }] {
             let mut values = Vec::new();
             let mut operator = |x: &[f64]| case.a.times(x);
             let problem =
@@ -143,16 +115,13 @@ fn scaling_the_operator_or_the_unknowns_changes_no_count() {
     let (c, s) = (2f64.powi(-27), 2f64.powi(13));
     let times = |factor: f64, v: &[f64]| -> Vec<f64> { v.iter().map(|v| v * factor).collect() };
     for case in cases() {
-        for settings in [SetSettings::default(), flat()] {
+        for settings in [SetSettings::default(), SetSettings { step: 1.0, ..SetSettings::default() }] {
             let original = run(&case, &settings, 1e-8);
             let a = Dense(case.a.0.iter().map(|row| times(c, row)).collect());
             let softer = Case { name: String::new(), a, b: times(c, &case.b), sets: case.sets.clone() };
             assert_eq!(run(&softer, &settings, 1e-8).counts, original.counts, "{}", case.name);
             let wider = |set: &PointSet| match *set {
                 PointSet::HalfLineAndDisc { radius } => PointSet::HalfLineAndDisc { radius: s * radius },
-                PointSet::HalfLineAndEllipse { radii, angle } => {
-                    PointSet::HalfLineAndEllipse { radii: [s * radii[0], s * radii[1]], angle }
-                }
                 PointSet::Free => PointSet::Free,
             };
             let sets = case.sets.iter().map(wider).collect();
@@ -163,81 +132,20 @@ fn scaling_the_operator_or_the_unknowns_changes_no_count() {
 }
 
 #[test]
-fn a_disc_and_the_ellipse_with_equal_axes_are_the_same_problem() {
-    for case in cases() {
-        let Some(PointSet::HalfLineAndDisc { radius }) = case.sets.first().copied() else { continue };
-        let round = |j| PointSet::HalfLineAndEllipse { radii: [radius; 2], angle: 0.3 * j as f64 };
-        let sets = (0..case.sets.len()).map(round).collect();
-        let other = Case { name: case.name.clone(), a: case.a.clone(), b: case.b.clone(), sets };
-        let (x, y) = (run(&case, &SetSettings::default(), 1e-11).x, run(&other, &SetSettings::default(), 1e-11).x);
-        assert!(apart(&x, &y) < 1e-7 * norm(&case.b), "{}", case.name);
-    }
-}
-
-#[test]
-fn sets_without_extent_strips_and_free_triples_are_solved_together() {
+fn sets_without_extent_without_bound_and_free_triples_are_solved_together() {
     let m = 40;
     let mut numbers = Numbers::new(31);
     let a = Dense::with_spectrum(&spread(3 * m, 1e-2, 1.0), &mut numbers);
     let b = numbers.vector(3 * m);
-    let radii = [[0.0, 0.0], [0.0, 0.5], [0.5, 0.0], [0.4, f64::INFINITY], [0.3, 0.6]];
-    let set = |j: usize| match j % 7 {
-        5 => PointSet::Free,
-        6 => PointSet::HalfLineAndDisc { radius: 0.0 },
-        k => PointSet::HalfLineAndEllipse { radii: radii[k], angle: 0.4 * j as f64 },
+    let set = |j: usize| match j % 4 {
+        0 => PointSet::Free,
+        k => PointSet::HalfLineAndDisc { radius: [0.0, 0.5, f64::INFINITY][k - 1] },
     };
     let case = Case { name: "mixed".into(), a, b, sets: (0..m).map(set).collect() };
-    for settings in [SetSettings::default(), flat()] {
+    for settings in [SetSettings::default(), SetSettings { step: 1.0, ..SetSettings::default() }] {
         let s = run(&case, &settings, 1e-11);
         assert_eq!(s.status, QpStatus::Solved, "{settings:?} {:?}", s.counts);
         assert!(residual(&case, &s.x) < 1e-10, "{}", residual(&case, &s.x));
-    }
-}
-
-#[test]
-fn segments_alone_are_bounds_in_turned_coordinates() {
-    let (m, angle) = (30, 0.6f64);
-    let mut numbers = Numbers::new(41);
-    let a = Dense::with_spectrum(&spread(3 * m, 1e-2, 1.0), &mut numbers);
-    let b = numbers.vector(3 * m);
-    let sets = vec![PointSet::HalfLineAndEllipse { radii: [0.7, 0.0], angle }; m];
-    let case = Case { name: "segments".into(), a: a.clone(), b: b.clone(), sets };
-    let (s, c) = angle.sin_cos();
-    let turn = |sign: f64, x: &[f64]| -> Vec<f64> {
-        let pair = |j: usize| (x[m + j], x[2 * m + j]);
-        let first = (0..m).map(|j| c * pair(j).0 + sign * s * pair(j).1);
-        let second = (0..m).map(|j| c * pair(j).1 - sign * s * pair(j).0);
-        x[..m].iter().copied().chain(first).chain(second).collect()
-    };
-    let one = |normal: f64, along: f64| -> Vec<f64> {
-        (0..3 * m)
-            .map(|k| {
-                if k < m {
-                    normal
-                } else if k < 2 * m {
-                    along
-                } else {
-                    0.0
-                }
-            })
-            .collect()
-    };
-    let bounds = Bounds { lower: one(0.0, -0.7), upper: one(f64::INFINITY, 0.7) };
-    let (mut operator, turned) = (|x: &[f64]| turn(1.0, &a.times(&turn(-1.0, x))), turn(1.0, &b));
-    let problem = BoundProblem {
-        operator: &mut operator,
-        b: &turned,
-        bounds: &bounds,
-        largest_eigenvalue: None,
-        preconditioner: None,
-    };
-    let method = BoundMethod::Mprgp(MprgpSettings::default());
-    let expected = minimize_in_bounds(problem, &vec![0.0; 3 * m], &method, 1e-11, 9999, &mut |_, _| false);
-    for settings in [SetSettings::default(), flat()] {
-        let ours = run(&case, &settings, 1e-12);
-        assert_eq!((ours.status, expected.status), (QpStatus::Solved, QpStatus::Solved));
-        assert!(apart(&turn(1.0, &ours.x), &expected.x) < 1e-8, "{:?}", ours.counts);
-        assert!(ours.counts.cg_steps > ours.counts.gradient_steps, "{:?}", ours.counts);
     }
 }
 

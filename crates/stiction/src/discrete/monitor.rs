@@ -1,9 +1,9 @@
 use std::ops::ControlFlow;
 
 use super::V3;
-use super::law::project;
 use super::measures::Measures;
 use super::settings::{Counts, Progress, Settings, Solution, Status};
+use crate::friction::law::nearest_in_cone;
 use crate::linalg::norm;
 
 /// Impulses in the units of the problem, with their velocities and measures.
@@ -23,7 +23,7 @@ const PATIENCE_AT_ROUNDING: usize = 5;
 const ROUNDS: usize = 10;
 
 /// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, tells the observer.
-pub struct Course<'a> {
+pub struct Monitor<'a> {
     pub mu: &'a [f64],
     /// Judges scaled impulses within the cones.
     pub judge: &'a dyn Fn(&[V3]) -> Judged,
@@ -37,7 +37,7 @@ pub struct Course<'a> {
     pub at_rounding: usize,
 }
 
-impl<'a> Course<'a> {
+impl<'a> Monitor<'a> {
     pub fn new(
         mu: &'a [f64],
         size_of_q: f64,
@@ -46,12 +46,12 @@ impl<'a> Course<'a> {
         observer: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Self {
         let (counts, history) = (Counts::default(), Vec::new());
-        Course { mu, judge, size_of_q, settings, observer, counts, history, best: None, at_rounding: 0 }
+        Monitor { mu, judge, size_of_q, settings, observer, counts, history, best: None, at_rounding: 0 }
     }
 
     /// Judges `r`; how the iteration ends, if it does here. `parameter` is for the record.
     pub fn ends(&mut self, r: &[V3], parameter: f64) -> Option<Status> {
-        let admissible: Vec<V3> = r.iter().zip(self.mu).map(|(r, &mu)| project(mu, *r)).collect();
+        let admissible: Vec<V3> = r.iter().zip(self.mu).map(|(r, &mu)| nearest_in_cone(mu, *r)).collect();
         let seen = (self.judge)(&admissible);
         let residual = seen.measures.worst();
         if self.best.as_ref().is_none_or(|b| residual < b.measures.worst()) {

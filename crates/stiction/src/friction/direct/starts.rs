@@ -1,0 +1,124 @@
+//! What Newton's method starts from where no multipliers are given.
+
+use super::rigid_start::{Equilibrium, Foundation, keep_apart};
+use super::solve::{RULES, Solver};
+use crate::contact::Friction;
+use crate::friction::PointState;
+use crate::friction::law::{Linearisation, V3, projection};
+use crate::friction::system::{Newton, System, by_component, by_point};
+
+/// Relative accuracy of the trial with unlimited bounds, and the products it may take.
+const STICK_ACCURACY: f64 = 0.1;
+const STICK_PRODUCTS: usize = 30;
+
+impl Solver<'_> {
+    /// Bodies that float start in their equilibrium as rigid bodies, with the forces of the foundation.
+    pub fn rigid_start(&mut self) {
+        let floating = &self.dual().floating;
+        if floating.is_empty() {
+            return;
+        }
+        let mut u = self.dual().displacement(self.problem, &vec![0.0; self.v0.len()]);
+        // The springs bend a body whose loads they have to balance; one that is tightened or heated keeps its shape.
+        let mut first = 0;
+        for body in &floating.motions.bodies {
+            let own = first..first + body.motions.len();
+            first = own.end;
+            if self.system.resultant[own].iter().any(|&e| e != 0.0) {
+                body.unknowns.iter().for_each(|&i| u[i as usize] = 0.0);
+            }
+        }
+        let mut opening = self.problem.opening(&u);
+        let margin = keep_apart(&mut opening);
+        let least = margin * self.r.iter().fold(0.0, |a: f64, r| a.max(*r));
+        self.take_foundation(&opening);
+        if self.at.lambda.as_flattened().iter().all(|x| x.abs() <= least) {
+            self.at.lambda.fill([0.0; 3]);
+            self.refresh();
+        } else {
+            self.align();
+        }
+    }
+
+    /// Moves floating bodies until the augmented multipliers of the present deformation balance their loads, and takes these
+    /// for the multipliers.
+    pub fn settle(&mut self) {
+        if !self.dual().floating.is_empty() {
+            self.take_foundation(&self.augmented_opening());
+            self.align();
+        }
+    }
+
+    /// Moves floating bodies, with the multipliers as they are, to where the augmented ones balance their loads: the points
+    /// that are then in contact hold the bodies, and the next step finds them there.
+    fn align(&mut self) {
+        self.at.alpha = self.foundation(&self.augmented_opening()).alpha;
+        self.refresh();
+    }
+
+    /// The opening at which a foundation exerts `lambda - r v`, where floating bodies have not moved.
+    fn augmented_opening(&self) -> Vec<f64> {
+        let still: Vec<f64> = self.at.alpha.iter().map(|a| -a).collect();
+        let mut opening = by_component(&self.at.v);
+        self.dual().floating.close(&still, &mut opening);
+        let lambda = by_component(&self.at.lambda);
+        opening.iter_mut().enumerate().for_each(|(i, v)| *v -= lambda[i] / self.r[i % self.r.len()]);
+        opening
+    }
+
+    /// The equilibrium of rigid bodies on a foundation with this opening at zero motions.
+    fn foundation(&self, opening: &[f64]) -> Equilibrium {
+        let (friction, jumps) = (self.friction(), &self.dual().floating.jumps[..]);
+        let (resultant, stiffness) = (&self.system.resultant[..], &self.r[..]);
+        Foundation { friction, jumps, resultant, opening, stiffness }.equilibrium()
+    }
+
+    /// Rigid motions and multipliers from that equilibrium.
+    fn take_foundation(&mut self, opening: &[f64]) {
+        let Equilibrium { alpha, lambda } = self.foundation(opening);
+        let admitted = |(j, lambda): (usize, V3)| projection(self.friction()[j], self.system.masked(j, lambda));
+        self.at.lambda = by_point(&lambda).into_iter().enumerate().map(admitted).collect();
+        self.at.alpha = alpha;
+        self.refresh();
+    }
+
+    /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
+    /// One step with unlimited friction tells; its result is kept if most points do stick there. Not so for large
+    /// coefficients, whose slipping points need the capped slopes that a start far away brings.
+    pub fn stick_start(&mut self) {
+        let unlimited = |&law: &Friction| match law {
+            Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::MAX },
+            Friction::Coulomb { coefficient } if coefficient > 0.0 && coefficient <= RULES.largest_slope => {
+                Friction::Coulomb { coefficient: f64::MAX }
+            }
+            Friction::Limited { coefficient, limit }
+                if coefficient.min(limit) > 0.0 && coefficient <= RULES.largest_slope =>
+            {
+                Friction::Coulomb { coefficient: f64::MAX }
+            }
+            other => other,
+        };
+        let stuck: Vec<Friction> = self.friction().iter().map(unlimited).collect();
+        if stuck == self.friction() || self.steps_left == 0 {
+            return;
+        }
+        let on = |friction| Newton {
+            system: &self.system,
+            friction,
+            r: &self.r,
+            proximal: None,
+            tolerance: 0.0,
+            absolute: 0.0,
+            rules: RULES,
+        };
+        let laws: Vec<Linearisation> = on(&stuck[..]).linearised(&self.at, 0.0);
+        let imbalance = self.system.imbalance(&self.at.lambda);
+        let step = self.system.solve(&laws, &imbalance, STICK_ACCURACY, STICK_PRODUCTS);
+        let next = self.system.advance(&self.at, 1.0, &step);
+        let [_, stick, slip] = PointState::count(&on(self.friction()).states(&next));
+        self.steps_left -= 1;
+        if stick >= slip.max(usize::from(!self.dual().floating.is_empty())) {
+            self.at = next;
+        }
+    }
+}

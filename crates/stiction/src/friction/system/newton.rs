@@ -1,0 +1,149 @@
+use std::ops::ControlFlow;
+
+use super::{End, Iterate, System, length};
+use crate::contact::Friction;
+use crate::friction::PointState;
+use crate::friction::law::{Linearisation, V3, augmented, residual, state};
+use crate::linalg::norm;
+
+/// Thresholds of [`newton`] in which its users differ.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rules {
+    /// Steps without a tenth gained on the best residual that count as a stall.
+    pub patience: usize,
+    /// Backtracking ends here: a smaller step means that the direction is no descent.
+    pub shortest: f64,
+    /// Full steps taken although the line search found none: they leave cycles that no short step leaves.
+    pub leaps: usize,
+    /// Slopes of the bound of friction by the normal force that are used while the residual is above `NEAR`. Far from the
+    /// solution a large coefficient makes the step of a slipping point run away through its normal force (the reduced
+    /// matrix loses its definiteness); near it the coupling is what makes the method fast.
+    pub largest_slope: f64,
+    /// Relative accuracy of a step while points change their state.
+    pub accuracy: f64,
+}
+
+/// A step may raise the residual as long as it stays below the largest of so many before it.
+const MEMORY: usize = 4;
+/// Part of the residual by which a full step has to lower it.
+const DECREASE: f64 = 1e-4;
+/// Relative residual below which friction follows the normal force whatever the coefficient.
+const NEAR: f64 = 0.1;
+
+/// `v` is to be `v + compliance (lambda - centre)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ProximalTerm<'a> {
+    pub centre: &'a [V3],
+    /// Length per force, one number a point.
+    pub compliance: &'a [f64],
+}
+
+/// What a run of Newton steps works on.
+pub(crate) struct Newton<'a> {
+    pub system: &'a dyn System,
+    pub friction: &'a [Friction],
+    /// The parameter of the law, one a point, force per length.
+    pub r: &'a [f64],
+    pub proximal: Option<ProximalTerm<'a>>,
+    /// Stop when the residual's norm is at most `tolerance` times that of the multipliers, or at most `absolute`.
+    pub tolerance: f64,
+    pub absolute: f64,
+    pub rules: Rules,
+}
+
+/// Told the iterate, the norms of its residual and multipliers and the states of its points at every step; may stop.
+pub(crate) type Observe<'a> = dyn FnMut(&Iterate, f64, f64, &[PointState]) -> ControlFlow<()> + 'a;
+
+impl Newton<'_> {
+    /// `v` with the proximal term.
+    fn v(&self, at: &Iterate, j: usize) -> V3 {
+        let v = at.v[j];
+        self.proximal.map_or(v, |term| {
+            std::array::from_fn(|i| v[i] + term.compliance[j] * (at.lambda[j][i] - term.centre[j][i]))
+        })
+    }
+
+    /// Norm of the residual and of what forces on floating bodies lack of balance.
+    pub fn merit(&self, at: &Iterate) -> f64 {
+        let residual = |j: usize| residual(self.friction[j], at.lambda[j], self.v(at, j), self.r[j]);
+        let residual: Vec<V3> = (0..self.r.len()).map(residual).collect();
+        length(&residual).hypot(norm(&self.system.imbalance(&at.lambda)))
+    }
+
+    pub fn states(&self, at: &Iterate) -> Vec<PointState> {
+        let state = |j: usize| state(self.friction[j], augmented(at.lambda[j], self.v(at, j), self.r[j]));
+        (0..self.r.len()).map(state).collect()
+    }
+
+    /// The residual at which a run ends whose multipliers have this norm.
+    pub fn target(&self, scale: f64) -> f64 {
+        (self.tolerance * scale).max(self.absolute)
+    }
+
+    pub fn linearised(&self, at: &Iterate, largest_slope: f64) -> Vec<Linearisation> {
+        let point = |j: usize| {
+            let live = self.system.live(j);
+            let law = Linearisation::new(self.friction[j], self.r[j], live, largest_slope, at.lambda[j], self.v(at, j));
+            self.proximal.map_or(law, |term| law.with_compliance(term.compliance[j]))
+        };
+        (0..self.r.len()).map(point).collect()
+    }
+}
+
+/// Semismooth Newton (Alart & Curnier 1991) with inexact steps and non-monotone backtracking (Grippo, Lampariello &
+/// Lucidi 1986) on the norm of the residual. `steps` counts down to the limit of the whole solve.
+pub(crate) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, observe: &mut Observe<'_>) -> End {
+    let mut recent: Vec<f64> = Vec::new();
+    let (mut best, mut since_best, mut leaps) = (f64::INFINITY, 0, 0);
+    let mut previous: Vec<PointState> = Vec::new();
+    let mut theta = on.merit(at);
+    loop {
+        let now = on.states(at);
+        let scale = length(&at.lambda);
+        if observe(at, theta, scale, &now).is_break() {
+            return End::Interrupted;
+        }
+        let target = on.target(scale);
+        if theta <= target {
+            return End::Converged;
+        }
+        if *steps == 0 {
+            return End::Limit;
+        }
+        since_best = if theta < 0.9 * best { 0 } else { since_best + 1 };
+        best = best.min(theta);
+        if since_best > on.rules.patience || !theta.is_finite() {
+            return End::Stalled;
+        }
+        *steps -= 1;
+        // While points still change their state the linear model is only as good as that; once they rest, the step
+        // is worth solving as far as its quadratic error allows.
+        let relative = theta / scale.max(f64::MIN_POSITIVE);
+        let quadratic = (0.3 * target / theta).max(0.1 * relative).min(on.rules.accuracy);
+        let accuracy = if now == previous { quadratic } else { on.rules.accuracy };
+        let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { on.rules.largest_slope };
+        let step = on.system.step(at, &on.linearised(at, largest_slope), accuracy);
+        // A motion that nothing resists would be as long as rounding makes it.
+        let Some(step) = step.filter(|step| step.resisted) else { return End::Stalled };
+        recent.push(theta);
+        let highest = recent.iter().rev().take(MEMORY).fold(0.0, |a: f64, &b| a.max(b));
+        let lengths = std::iter::successors(Some(1.0), |t| Some(0.5 * t)).take_while(|t| *t >= on.rules.shortest);
+        let trial = |t: f64| {
+            let next = on.system.advance(at, t, &step);
+            let theta = on.merit(&next);
+            (next, theta)
+        };
+        let falls = |t: f64| Some(trial(t)).filter(|(_, theta)| *theta <= (1.0 - DECREASE * t) * highest);
+        let next = match { lengths }.find_map(falls) {
+            Some(next) => next,
+            None if leaps < on.rules.leaps => {
+                leaps += 1;
+                recent.clear();
+                trial(1.0)
+            }
+            None => return End::Stalled,
+        };
+        (*at, theta) = next;
+        previous = now;
+    }
+}
