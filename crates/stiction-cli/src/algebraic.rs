@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::discrete::{Form, Method, Settings, Status};
-use stiction::run::{self, algebraic};
+#[cfg(feature = "fclib")]
+use stiction::run;
+use stiction::run::algebraic;
 
 use crate::{code, interrupt, output};
 
@@ -57,6 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     interrupt::watch()?;
     let say = if arguments.json { output::note } else { output::out };
     if let Some(folder) = &arguments.output {
+        #[cfg(not(feature = "fclib"))]
+        return Err(crate::not_built("writing solutions as files of FCLib", "fclib").at(&folder.display().to_string()));
+        #[cfg(feature = "fclib")]
         run::writable(folder)?;
     }
     let many = arguments.files.len() > 1;
@@ -96,6 +101,7 @@ fn solve(path: &Path, arguments: &Arguments, many: bool, say: fn(&str)) -> Resul
     } else {
         say(&algebraic::report(&name, &contents, &answer));
     }
+    #[cfg(feature = "fclib")]
     if let Some(folder) = &arguments.output {
         let files = algebraic::write(&name, &contents, &answer, folder)?;
         if !many {

@@ -10,6 +10,7 @@ mod memory;
 mod mesh;
 mod new;
 mod output;
+#[cfg(feature = "plots")]
 mod paper;
 mod progress;
 mod report;
@@ -34,9 +35,28 @@ enum Command {
     #[command(subcommand)]
     Mesh(mesh::Command),
     New(new::Arguments),
+    #[cfg(feature = "plots")]
     Paper(paper::Arguments),
+    /// Not in this program, which was built without the feature "plots"
+    #[cfg(not(feature = "plots"))]
+    Paper(Unread),
     Report(report::Arguments),
     Schema(schema::Arguments),
+}
+
+/// Arguments of a command that is not built in.
+#[cfg(not(feature = "plots"))]
+#[derive(clap::Args)]
+struct Unread {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _any: Vec<String>,
+}
+
+/// Says that `what` needs a feature that is off.
+#[cfg(not(all(feature = "fclib", feature = "plots", feature = "report")))]
+fn not_built(what: &str, feature: &str) -> stiction::Error {
+    let remedy = format!("build it with --features {feature}");
+    stiction::Error::new("", format!("{what} is not built into this program"), remedy)
 }
 
 /// Exit codes beside 0.
@@ -59,7 +79,10 @@ fn main() -> std::process::ExitCode {
         Command::Algebraic(arguments) => algebraic::run(&arguments),
         Command::Mesh(command) => mesh::run(&command),
         Command::New(arguments) => new::run(&arguments),
+        #[cfg(feature = "plots")]
         Command::Paper(arguments) => paper::run(&arguments),
+        #[cfg(not(feature = "plots"))]
+        Command::Paper(_) => Err(not_built("the study of the paper", "plots")),
         Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
     };

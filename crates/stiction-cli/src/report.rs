@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use stiction::Error;
+#[cfg(feature = "report")]
 use stiction::run;
 
+#[cfg(feature = "report")]
 use crate::output;
 
 /// Write report.html of a result folder again, from its other files
@@ -14,7 +16,14 @@ pub struct Arguments {
     folder: PathBuf,
 }
 
+/// Says that this program writes none.
+#[cfg(not(feature = "report"))]
+pub fn run(_: &Arguments) -> Result<u8, Error> {
+    Err(crate::not_built("report.html", "report"))
+}
+
 /// Writes the report and says where it is.
+#[cfg(feature = "report")]
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let bytes = run::write_report(&arguments.folder)?;
     let path = arguments.folder.join(run::REPORT);

@@ -113,11 +113,10 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     memory::give_back();
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     if !arguments.no_report {
-        match run::write_report_on(&folder, Some(&prepared.mesh)) {
-            Ok(_) => files.push(run::REPORT.into()),
-            // The results are whole without it.
-            Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),
-        }
+        report(&folder, &prepared, &mut files);
+    }
+    if cfg!(not(feature = "plots")) {
+        output::note("no pictures: they are not built into this program (feature \"plots\")\n");
     }
     say(&format!("\n{}", run::report(&prepared, &outcome)));
     say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
@@ -146,6 +145,20 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             code::SHORT
         }
     })
+}
+
+#[cfg(feature = "report")]
+fn report(folder: &Path, prepared: &Prepared, files: &mut Vec<String>) {
+    match run::write_report_on(folder, Some(&prepared.mesh)) {
+        Ok(_) => files.push(run::REPORT.into()),
+        // The results are whole without it.
+        Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),
+    }
+}
+
+#[cfg(not(feature = "report"))]
+fn report(_: &Path, _: &Prepared, _: &mut [String]) {
+    output::note("no report.html: it is not built into this program (feature \"report\")\n");
 }
 
 fn resumed(restart: &Restart, folder: &Path) -> String {

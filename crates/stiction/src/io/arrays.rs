@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::npz::{self, Arrays, Data};
 use super::storage::{Storage, matrix};
-use super::{fclib::Contents, matrix_market};
+use super::{Contents, matrix_market};
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
 use crate::discrete::{DiscreteProblem, GlobalProblem, LocalProblem};

@@ -8,21 +8,11 @@ use std::path::Path;
 
 use hdf5_pure::{DType, File, Group};
 
+use super::Contents;
 use super::storage::{Storage, matrix};
 use crate::Error;
 use crate::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::linalg::Csr;
-
-/// What a file holds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Contents {
-    /// The problem.
-    pub problem: DiscreteProblem,
-    /// Impulses that the file calls a solution, `dm`. Files of the collection exist in which they are none.
-    pub solution: Option<Vec<f64>>,
-    /// Impulses offered as starting points, each `dm`.
-    pub guesses: Vec<Vec<f64>>,
-}
 
 /// Most guesses read.
 const GUESSES: i32 = 64;

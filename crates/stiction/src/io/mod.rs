@@ -6,7 +6,10 @@
 //! nested sets, instances, compressed data) is bounded before memory is taken, and text is given back as it is read:
 //! reading takes at most three times the memory of the mesh.
 
+mod contents;
 mod labels;
+#[cfg(any(feature = "plots", feature = "report"))]
+pub(crate) mod look;
 mod number;
 pub(crate) mod replace;
 
@@ -14,13 +17,16 @@ pub mod abaqus;
 pub mod arrays;
 pub mod case;
 pub mod expression;
+#[cfg(feature = "fclib")]
 pub mod fclib;
+#[cfg(feature = "fclib")]
 pub mod fclib_write;
 pub mod folder;
 pub mod gmsh;
 pub mod machine;
 pub mod matrix_market;
 pub mod npz;
+#[cfg(feature = "plots")]
 pub mod plot;
 pub mod problem;
 pub mod step;
@@ -29,6 +35,8 @@ pub mod surface;
 pub mod text;
 pub mod vtu;
 pub mod vtu_read;
+
+pub use contents::Contents;
 
 use std::collections::TryReserveError;
 use std::io::{Read as _, Seek as _, SeekFrom};

@@ -2,16 +2,14 @@
 //!
 //! Reading trusts nothing: a damaged file is an error, and no number in it makes us reserve more than its size.
 
+mod zip;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, Write};
 use std::ops::Range;
 use std::path::Path;
-
-use npyz::npz::{NpzArchive, NpzWriter};
-use npyz::zip::CompressionMethod;
-use npyz::zip::write::FileOptions;
 
 use super::replace::Pending;
 use crate::Error;
@@ -116,24 +114,18 @@ pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Er
         }
     }
     Pending::write(path, |file| {
-        let mut archive = NpzWriter::new(file);
+        let mut archive = zip::Writer::new(file);
         for (name, array) in arrays {
-            // Entries of 4 GiB and more need the wider fields of the format.
-            let large = array.len() >= (1 << 32) / 8 - 64;
-            let options = FileOptions::default().compression_method(CompressionMethod::Stored).large_file(large);
-            let options = options.last_modified_time(npyz::zip::DateTime::default());
-            let zip = archive.zip_writer();
-            zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
+            let (shape, to) = (&array.shape[..], (&mut archive, &format!("{name}.npy")[..]));
             match &array.data {
-                Data::F64(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
-                Data::I64(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
-                Data::U32(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
-                Data::U8(v) => put(zip, &array.shape, [&v[..]].into_iter())?,
-                Data::U32Parts(v, parts) => put(zip, &array.shape, parts.iter().map(|part| &v[part.clone()]))?,
+                Data::F64(v) => put(to, shape, [&v[..]].into_iter())?,
+                Data::I64(v) => put(to, shape, [&v[..]].into_iter())?,
+                Data::U32(v) => put(to, shape, [&v[..]].into_iter())?,
+                Data::U8(v) => put(to, shape, [&v[..]].into_iter())?,
+                Data::U32Parts(v, parts) => put(to, shape, parts.iter().map(|part| &v[part.clone()]))?,
             }
         }
-        archive.zip_writer().finish()?;
-        Ok(())
+        archive.finish()
     })
 }
 
@@ -163,27 +155,31 @@ number!(u8, "|u1");
 /// Bytes handed on at a time: the archive takes its check sum over them, and they stay in the cache meanwhile.
 const PIECE: usize = 1 << 18;
 
-/// One array in the format of numpy, its numbers given in parts.
-fn put<'a, T: Number + 'a>(
-    file: &mut impl Write,
+/// One array in the format of numpy as an entry of an archive, its numbers given in parts that fill the shape.
+fn put<'a, T: Number + 'a, W: Write + Seek>(
+    (archive, name): (&mut zip::Writer<W>, &str),
     shape: &[usize],
     parts: impl Iterator<Item = &'a [T]>,
 ) -> io::Result<()> {
-    file.write_all(&header(T::KIND, shape))?;
-    let (mut piece, mut filled) = (vec![0; PIECE], 0);
-    for mut part in parts {
-        while !part.is_empty() {
-            let (now, later) = part.split_at(part.len().min((PIECE - filled) / size_of::<T>()));
-            let bytes = size_of_val(now);
-            T::store(now, &mut piece[filled..filled + bytes]);
-            (part, filled) = (later, filled + bytes);
-            if filled == PIECE {
-                file.write_all(&piece)?;
-                filled = 0;
+    let header = header(T::KIND, shape);
+    let size = header.len() + shape.iter().product::<usize>() * size_of::<T>();
+    archive.entry(name, size as u64, |file| {
+        file.write_all(&header)?;
+        let (mut piece, mut filled) = (vec![0; PIECE], 0);
+        for mut part in parts {
+            while !part.is_empty() {
+                let (now, later) = part.split_at(part.len().min((PIECE - filled) / size_of::<T>()));
+                let bytes = size_of_val(now);
+                T::store(now, &mut piece[filled..filled + bytes]);
+                (part, filled) = (later, filled + bytes);
+                if filled == PIECE {
+                    file.write_all(&piece)?;
+                    filled = 0;
+                }
             }
         }
-    }
-    file.write_all(&piece[..filled])
+        file.write_all(&piece[..filled])
+    })
 }
 
 /// What comes before the numbers: its length is a multiple of 64.
@@ -217,53 +213,20 @@ pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
 
 fn archive(mut file: impl Read + Seek, size: u64) -> Result<Arrays, Error> {
     let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
-    let announced = announced(&mut file, size).map_err(|e| damaged(format!("its end cannot be read ({e})")))?;
-    if announced.saturating_mul(SMALLEST_ENTRY) > size {
-        return Err(damaged(format!("it announces {announced} arrays in {size} bytes")));
-    }
-    let mut archive = NpzArchive::new(file).map_err(|e| damaged(format!("not an npz file ({e})")))?;
-    let zip = archive.zip_archive();
+    let entries = zip::directory(&mut file, size).map_err(|e| damaged(format!("not an npz file ({e})")))?;
     let mut arrays = BTreeMap::new();
-    for i in 0..zip.len() {
-        let mut entry = zip.by_index(i).map_err(|e| damaged(format!("entry {i} cannot be read ({e})")))?;
-        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_string) else { continue };
-        if entry.compression() != CompressionMethod::Stored {
-            let what = format!("array \"{name}\" is compressed");
+    for entry in entries {
+        let Some(name) = entry.name.strip_suffix(".npy").map(str::to_string) else { continue };
+        if !entry.is_plain {
+            let what = format!("array \"{name}\" is compressed or encrypted");
             return Err(Error::new("", what, "write it without compression (numpy.savez)"));
         }
-        if entry.size() > size {
-            return Err(damaged(format!("array \"{name}\" claims {} bytes in a file of {size}", entry.size())));
-        }
-        let mut bytes = Vec::with_capacity(entry.size() as usize);
-        entry.read_to_end(&mut bytes).map_err(|e| damaged(format!("array \"{name}\" cannot be read ({e})")))?;
+        let bytes =
+            entry.read(&mut file, size).map_err(|e| damaged(format!("array \"{name}\" cannot be read ({e})")))?;
         let array = npy(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
         arrays.insert(name, array);
     }
     Ok(arrays)
-}
-
-/// Bytes that an entry takes in the directory at the end of a zip file, without its name.
-const SMALLEST_ENTRY: u64 = 46;
-/// The end record with the longest comment, and the locator before it.
-const END: u64 = 22 + 0xffff + 20;
-
-/// The number of entries that the end record announces (PKWARE, APPNOTE 4.3.14 to 4.3.16): an archive is read with
-/// memory for all of them before the first is looked at. Zero where there is no record, which reading then finds.
-fn announced(file: &mut (impl Read + Seek), size: u64) -> io::Result<u64> {
-    let mut tail = Vec::new();
-    file.seek(SeekFrom::Start(size.saturating_sub(END)))?;
-    file.read_to_end(&mut tail)?;
-    let Some(end) = tail.windows(4).rposition(|bytes| bytes == b"PK\x05\x06") else { return Ok(0) };
-    let small = tail.get(end + 8..end + 10).map_or(0, |b| u64::from(u16::from_le_bytes([b[0], b[1]])));
-    let locator = end.checked_sub(20).map(|at| &tail[at..end]).filter(|record| record.starts_with(b"PK\x06\x07"));
-    let Some(at) = locator.and_then(|record| record[8..].first_chunk()) else { return Ok(small) };
-    let mut wide = [0; 40];
-    file.seek(SeekFrom::Start(u64::from_le_bytes(*at)))?;
-    if file.read_exact(&mut wide).is_err() || !wide.starts_with(b"PK\x06\x06") {
-        return Err(io::Error::other("the wide end record is not where its locator says"));
-    }
-    let counts: [[u8; 8]; 2] = std::array::from_fn(|k| std::array::from_fn(|i| wide[24 + 8 * k + i]));
-    Ok(counts.map(u64::from_le_bytes).into_iter().fold(small, u64::max))
 }
 
 /// An array from the bytes of a `.npy` file: magic, version, length of the header, header, numbers.

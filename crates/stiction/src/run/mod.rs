@@ -14,9 +14,10 @@ pub use pose::{
 };
 pub use results::{
     Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, StepFiles, Summary, Versions, begin_steps, check,
-    keep_step, limit_load, report, solve_writing, summary, uniqueness, writable, write, write_report, write_report_on,
-    write_with,
+    keep_step, limit_load, report, solve_writing, summary, uniqueness, writable, write, write_with,
 };
+#[cfg(feature = "report")]
+pub use results::{write_report, write_report_on};
 pub use solve::{
     AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
     MethodDetails, Named, Outcome, PairRecord, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord, Totals,
@@ -25,6 +26,8 @@ pub use solve::{
 
 /// Discrete problems given as matrices.
 pub mod algebraic {
-    pub use super::results::algebraic::{report, summary, table_head, table_row, write};
+    #[cfg(feature = "fclib")]
+    pub use super::results::algebraic::write;
+    pub use super::results::algebraic::{report, summary, table_head, table_row};
     pub use super::solve::algebraic::{Answer, Guess, Seconds, answer, read};
 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use stiction::contact::SurfaceFriction;
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use stiction::discrete::{Form, Method, Settings, Solution, Status, prepare};
-use stiction::io::fclib::Contents;
+use stiction::io::Contents;
 use stiction::linalg::norm;
 use stiction::mesh::BlockElement;
 use stiction::run::algebraic::{self, Answer};

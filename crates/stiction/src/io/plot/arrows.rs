@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::camera::{Area, Camera, Vec3, add, dot, norm};
-use super::canvas::{Align, Canvas};
 use super::color::INK;
 use super::decor::SMALL;
+use super::drawing::{Align, Drawing};
+use super::font;
 use super::scene::Surface;
 use super::ticks::{number, round_down};
 
@@ -60,20 +61,20 @@ impl Arrows {
     }
 
     /// An arrow of round length with its value, its label above.
-    pub(super) fn reference(&self, canvas: &mut Canvas, at: [f64; 2], label: &str, unit: &str) {
+    pub(super) fn reference(&self, drawing: &mut Drawing, at: [f64; 2], label: &str, unit: &str) {
         let value = round_down(self.largest);
         let length = LONGEST * value / self.largest;
-        let room = canvas.width as f64 - at[0] - 15.0;
-        canvas.text(&Canvas::fitting(label, SMALL, room), at, SMALL, INK, Align::Left);
+        let room = drawing.width as f64 - at[0] - 15.0;
+        drawing.text(&font::fitting(label, SMALL, room), at, SMALL, INK, Align::Left);
         let y = at[1] + 34.0;
-        haloed(canvas, [at[0], y], [at[0] + length, y]);
+        haloed(drawing, [at[0], y], [at[0] + length, y]);
         let text = format!("{} {unit}", number(value));
-        canvas.text(text.trim_end(), [at[0] + length + 12.0, y], SMALL, INK, Align::Left);
+        drawing.text(text.trim_end(), [at[0] + length + 12.0, y], SMALL, INK, Align::Left);
     }
 }
 
 /// A dark arrow in a light one, to be seen on dark and light colours.
-pub(super) fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
+pub(super) fn haloed(drawing: &mut Drawing, from: [f64; 2], to: [f64; 2]) {
     /// Pixels by which the halo is wider, and by which its tip is longer so that it is as wide there.
     const WIDER: f64 = 1.2;
     const LONGER: f64 = 2.6 * WIDER;
@@ -85,8 +86,8 @@ pub(super) fn haloed(canvas: &mut Canvas, from: [f64; 2], to: [f64; 2]) {
     let (ex, ey, head) = (dx / length, dy / length, (0.6 * length).min(10.0));
     let tail = [from[0] - WIDER * ex, from[1] - WIDER * ey];
     let tip = [to[0] + LONGER * ex, to[1] + LONGER * ey];
-    canvas.arrow(tail, tip, 2.0 + 2.0 * WIDER, head + WIDER + LONGER, [255, 255, 255]);
-    canvas.arrow(from, to, 2.0, head, INK);
+    drawing.arrow(tail, tip, 2.0 + 2.0 * WIDER, head + WIDER + LONGER, [255, 255, 255]);
+    drawing.arrow(from, to, 2.0, head, INK);
 }
 
 /// The coordinate of a point of the grid that starts at `from`.

@@ -1,13 +1,10 @@
 //! How the residual fell.
 
-use std::path::Path;
-
 use super::camera::Area;
-use super::canvas::{Align, Canvas};
 use super::color::{GRID, INK, Rgb};
 use super::decor::{self, BODY, SMALL, with_unit};
+use super::drawing::{Align, Drawing};
 use super::ticks::{grouped, number, ten_to, ticks};
-use crate::Error;
 
 /// The state of a solution after an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,10 +19,10 @@ pub struct ConvergencePoint {
 const LINE: Rgb = [0, 92, 158];
 const LIMIT: Rgb = [192, 57, 43];
 
-/// Draws a PNG of the residual, on a logarithmic scale, against the products with the operator. `tolerance` is drawn
+/// Draws the residual, on a logarithmic scale, against the products with the operator. `tolerance` is drawn
 /// as a line if it is positive.
-pub fn convergence(path: &Path, points: &[ConvergencePoint], tolerance: f64, title: &str) -> Result<(), Error> {
-    let mut canvas = Canvas::new(1400, 900);
+pub fn convergence(points: &[ConvergencePoint], tolerance: f64, title: &str) -> Drawing {
+    let mut drawing = Drawing::new(1400, 900);
     let area = Area { left: 130.0, top: 160.0, right: 1350.0, bottom: 800.0 };
     let shown: Vec<&ConvergencePoint> = points.iter().filter(|p| p.residual.is_finite() && p.residual > 0.0).collect();
     let limit = Some(tolerance).filter(|t| t.is_finite() && *t > 0.0);
@@ -38,42 +35,42 @@ pub fn convergence(path: &Path, points: &[ConvergencePoint], tolerance: f64, tit
 
     for ten in decades(low, high) {
         let at = y(f64::from(ten));
-        canvas.line([area.left, at], [area.right, at], 1.0, GRID);
-        canvas.text(&ten_to(ten), [area.left - 14.0, at], SMALL, INK, Align::Right);
+        drawing.line(vec![[area.left, at], [area.right, at]], 1.0, GRID);
+        drawing.text(&ten_to(ten), [area.left - 14.0, at], SMALL, INK, Align::Right);
     }
     let across = ticks(0.0, 1.02 * most, 8);
     for (value, text) in &across.marks {
         // There is no half product.
         if value.fract() == 0.0 {
-            canvas.line([x(*value), area.top], [x(*value), area.bottom], 1.0, GRID);
-            canvas.text(whole(text), [x(*value), area.bottom + 24.0], SMALL, INK, Align::Center);
+            drawing.line(vec![[x(*value), area.top], [x(*value), area.bottom]], 1.0, GRID);
+            drawing.text(whole(text), [x(*value), area.bottom + 24.0], SMALL, INK, Align::Center);
         }
     }
-    canvas.frame([area.left, area.top], [area.right, area.bottom], 1.0, INK);
+    drawing.frame([area.left, area.top], [area.right, area.bottom], 1.0, INK);
     if let Some(limit) = limit {
         let at = y(limit.log10());
         let dash = 14.0;
         let dashes = ((area.right - area.left) / (2.0 * dash)).ceil() as usize;
         for i in 0..dashes {
             let from = area.left + 2.0 * dash * i as f64;
-            canvas.line([from, at], [(from + dash).min(area.right), at], 2.0, LIMIT);
+            drawing.line(vec![[from, at], [(from + dash).min(area.right), at]], 2.0, LIMIT);
         }
         let text = format!("tolerance {}", number(limit));
         // Beside the falling residual, which ends at the lower right.
-        canvas.text(&text, [area.left + 14.0, at - 18.0], SMALL, LIMIT, Align::Left);
+        drawing.text(&text, [area.left + 14.0, at - 18.0], SMALL, LIMIT, Align::Left);
     }
     let place = |p: &ConvergencePoint| [x(p.products as f64), y(p.residual.log10())];
-    shown.windows(2).for_each(|w| canvas.line(place(w[0]), place(w[1]), 2.5, LINE));
+    drawing.line(shown.iter().map(|p| place(p)).collect(), 2.5, LINE);
     // Markers that would cover each other say nothing that the line does not.
     let radius = if shown.len() < 100 { 5.0 } else { 3.0 };
     if shown.len() < 250 {
-        shown.iter().for_each(|p| canvas.disc(place(p), radius, LINE));
+        shown.iter().for_each(|p| drawing.disc(place(p), radius, LINE));
     }
-    canvas.text("Relative residual", [area.left, area.top - 24.0], BODY, INK, Align::Left);
+    drawing.text("Relative residual", [area.left, area.top - 24.0], BODY, INK, Align::Left);
     let label = with_unit("Products with the operator, in total", across.exponent, "");
-    canvas.text(&label, [0.5 * (area.left + area.right), area.bottom + 66.0], BODY, INK, Align::Center);
-    decor::heading(&mut canvas, title, &summary(points));
-    canvas.write(path)
+    drawing.text(&label, [0.5 * (area.left + area.right), area.bottom + 66.0], BODY, INK, Align::Center);
+    decor::heading(&mut drawing, title, &summary(points));
+    drawing
 }
 
 /// The powers of ten from `low` to `high` that are marked: all, or the multiples of the least step that leaves few.

@@ -1,11 +1,9 @@
 //! The deformed body, coloured by displacement.
 
-use std::path::Path;
-
 use super::camera::{Area, Camera, Vec3, add, bounds, norm};
-use super::canvas::Canvas;
 use super::color::{INK, Paint, Rgb, range_of};
 use super::decor;
+use super::drawing::Drawing;
 use super::edges::{Edge, edges_of};
 use super::raster::Raster;
 use super::scene::{self, Surface};
@@ -30,21 +28,21 @@ pub struct DeformedPlot<'a> {
 
 const OUTLINE: Rgb = [150, 150, 150];
 
-/// Draws a PNG and returns the factor by which the displacement was enlarged.
-pub fn deformed(path: &Path, plot: &DeformedPlot) -> Result<f64, Error> {
-    let here = path.display().to_string();
+/// Draws the body and returns the factor by which the displacement was enlarged.
+///
+/// # Errors
+/// If a face has fewer than three nodes or one that does not exist, there is not one displacement a point, or the scale
+/// is not a positive number.
+pub fn deformed(plot: &DeformedPlot) -> Result<(Drawing, f64), Error> {
     let undeformed = Surface { points: plot.points, faces: plot.faces };
-    undeformed.validate().map_err(|e| e.at(&here))?;
+    undeformed.validate()?;
     if plot.displacement.len() != plot.points.len() {
         let what = format!("{} displacements for {} points", plot.displacement.len(), plot.points.len());
-        return Err(Error::new(here, what, "give a vector for each point"));
+        return Err(Error::new("", what, "give a vector for each point"));
     }
     if let Some(scale) = plot.scale.filter(|s| !(s.is_finite() && *s > 0.0)) {
-        return Err(Error::new(
-            here,
-            format!("the scale factor is {scale}"),
-            "give a positive number or leave it open",
-        ));
+        let what = format!("the scale factor is {scale}");
+        return Err(Error::new("", what, "give a positive number or leave it open"));
     }
     let magnitude: Vec<f64> = plot.displacement.iter().map(|&u| norm(u)).collect();
     let used = undeformed.used();
@@ -55,7 +53,7 @@ pub fn deformed(path: &Path, plot: &DeformedPlot) -> Result<f64, Error> {
     let scale = plot.scale.unwrap_or_else(|| readable_scale(largest, norm(size)));
     let moved: Vec<Vec3> = plot.points.iter().zip(plot.displacement).map(|(&p, &u)| add(p, scale, u)).collect();
 
-    let mut canvas = Canvas::new(1400, 1000);
+    let mut drawing = Drawing::new(1400, 1000);
     let area = Area { left: 70.0, top: 130.0, right: 1150.0, bottom: 930.0 };
     let axes = Camera::upright(Camera::diagonal(size));
     let camera = Camera::fit(axes, of_used(plot.points).into_iter().chain(of_used(&moved)), area);
@@ -66,23 +64,23 @@ pub fn deformed(path: &Path, plot: &DeformedPlot) -> Result<f64, Error> {
         range: range_of(&used.iter().map(|&i| magnitude[i as usize]).collect::<Vec<_>>()),
     };
     let [before, after] = edges_of([plot.points, &moved], plot.faces);
-    let mut raster = Raster::new(&mut canvas);
+    let mut raster = Raster::new(&drawing);
     scene::draw(&mut raster, &camera, surface, &after, paint, true);
     let seen = |edges: &'_ [Edge]| edges.iter().filter(|e| e.outlines(toward)).map(|e| e.nodes).collect::<Vec<_>>();
     scene::outline(&mut raster, &camera, plot.points, &seen(&before), 1.0, OUTLINE);
     scene::outline(&mut raster, &camera, &moved, &seen(&after), 1.0, INK);
+    drawing.image(raster.image());
     if plot.faces.is_empty() {
-        scene::dots(&mut canvas, &camera, surface, paint);
+        scene::dots(&mut drawing, &camera, surface, paint);
     }
     let enlarged = if scale == 1.0 { "true scale".to_string() } else { format!("displacement × {}", number(scale)) };
     let most = format!("largest {} {}", number(largest), plot.unit_label);
     let subtitle = format!("{enlarged}  ·  {}  ·  grey: undeformed", most.trim_end());
-    decor::heading(&mut canvas, plot.title, &subtitle);
+    decor::heading(&mut drawing, plot.title, &subtitle);
     let bar = Area { left: 1200.0, top: 190.0, right: 1385.0, bottom: 870.0 };
-    decor::key(&mut canvas, bar, paint, "Displacement", plot.unit_label);
-    decor::triad(&mut canvas, &camera);
-    canvas.write(path)?;
-    Ok(scale)
+    decor::key(&mut drawing, bar, paint, "Displacement", plot.unit_label);
+    decor::triad(&mut drawing, &camera);
+    Ok((drawing, scale))
 }
 
 /// A round factor that makes the largest displacement up to 8 % of the size; both lengths.

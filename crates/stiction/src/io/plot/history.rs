@@ -1,13 +1,11 @@
 //! Curves over time, one panel below the other.
 
-use std::path::Path;
-
 use super::camera::Area;
-use super::canvas::{Align, Canvas};
 use super::color::{GRID, INK, Rgb};
 use super::decor::{self, BODY, SMALL, with_unit};
+use super::drawing::{Align, Drawing};
+use super::font;
 use super::ticks::ticks;
-use crate::Error;
 
 /// Curves that share an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,22 +19,22 @@ pub struct HistoryPanel<'a> {
 
 const COLORS: [Rgb; 4] = [[0, 92, 158], [192, 57, 43], [39, 125, 67], [125, 82, 160]];
 
-/// Draws a PNG of the panels over the times, which ascend. At most four curves a panel are told apart by colour.
-pub fn history(path: &Path, times: &[f64], panels: &[HistoryPanel], title: &str, subtitle: &str) -> Result<(), Error> {
+/// Draws the panels over the times, which ascend. At most four curves a panel are told apart by colour.
+pub fn history(times: &[f64], panels: &[HistoryPanel], title: &str, subtitle: &str) -> Drawing {
     const HEIGHT: f64 = 380.0;
     const BETWEEN: f64 = 90.0;
     let count = panels.len().max(1) as f64;
-    let mut canvas = Canvas::new(1400, (170.0 + count * (HEIGHT + BETWEEN) + 20.0) as usize);
+    let mut drawing = Drawing::new(1400, (170.0 + count * (HEIGHT + BETWEEN) + 20.0) as usize);
     let [first, last] = range(times.iter().copied());
     for (number, panel) in panels.iter().enumerate() {
         let top = 170.0 + number as f64 * (HEIGHT + BETWEEN);
         let area = Area { left: 130.0, top, right: 1350.0, bottom: top + HEIGHT };
-        draw(&mut canvas, area, times, [first, last], panel);
+        draw(&mut drawing, area, times, [first, last], panel);
     }
-    let middle = [740.0, canvas.height as f64 - 40.0];
-    canvas.text(&with_unit("Time t", ticks(first, last, 8).exponent, ""), middle, BODY, INK, Align::Center);
-    decor::heading(&mut canvas, title, subtitle);
-    canvas.write(path)
+    let middle = [740.0, drawing.height as f64 - 40.0];
+    drawing.text(&with_unit("Time t", ticks(first, last, 8).exponent, ""), middle, BODY, INK, Align::Center);
+    decor::heading(&mut drawing, title, subtitle);
+    drawing
 }
 
 /// Least and greatest finite value and zero, never the same.
@@ -45,36 +43,37 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low < high { [low, high] } else { [low, low + 1.0] }
 }
 
-fn draw(canvas: &mut Canvas, area: Area, times: &[f64], [first, last]: [f64; 2], panel: &HistoryPanel) {
+fn draw(drawing: &mut Drawing, area: Area, times: &[f64], [first, last]: [f64; 2], panel: &HistoryPanel) {
     let [low, high] = range(panel.curves.iter().flat_map(|(_, values)| values.iter().copied()));
     // The curves keep off the frame.
     let (low, high) = (if low < 0.0 { low - 0.05 * (high - low) } else { low }, high + 0.05 * (high - low));
     let x = |t: f64| area.left + (area.right - area.left) * (t - first) / (last - first);
     let y = |v: f64| area.bottom - (area.bottom - area.top) * (v - low) / (high - low);
     for (t, text) in ticks(first, last, 8).marks {
-        canvas.line([x(t), area.top], [x(t), area.bottom], 1.0, GRID);
-        canvas.text(&text, [x(t), area.bottom + 24.0], SMALL, INK, Align::Center);
+        drawing.line(vec![[x(t), area.top], [x(t), area.bottom]], 1.0, GRID);
+        drawing.text(&text, [x(t), area.bottom + 24.0], SMALL, INK, Align::Center);
     }
     let up = ticks(low, high, 7);
     for (v, text) in &up.marks {
-        canvas.line([area.left, y(*v)], [area.right, y(*v)], 1.0, if *v == 0.0 { INK } else { GRID });
-        canvas.text(text, [area.left - 14.0, y(*v)], SMALL, INK, Align::Right);
+        let color = if *v == 0.0 { INK } else { GRID };
+        drawing.line(vec![[area.left, y(*v)], [area.right, y(*v)]], 1.0, color);
+        drawing.text(text, [area.left - 14.0, y(*v)], SMALL, INK, Align::Right);
     }
-    canvas.frame([area.left, area.top], [area.right, area.bottom], 1.0, INK);
+    drawing.frame([area.left, area.top], [area.right, area.bottom], 1.0, INK);
     let heading = with_unit(panel.label, up.exponent, panel.unit_label);
-    canvas.text(&heading, [area.left, area.top - 24.0], BODY, INK, Align::Left);
+    drawing.text(&heading, [area.left, area.top - 24.0], BODY, INK, Align::Left);
     let mut right = area.right;
     for (number, (name, values)) in panel.curves.iter().enumerate().rev() {
         let color = COLORS[number % COLORS.len()];
-        canvas.text(name, [right, area.top - 24.0], SMALL, color, Align::Right);
-        right -= Canvas::text_width(name, SMALL) + 30.0;
+        drawing.text(name, [right, area.top - 24.0], SMALL, color, Align::Right);
+        right -= font::width(name, SMALL) + 30.0;
         let shown: Vec<[f64; 2]> =
             times.iter().zip(values).filter(|(_, v)| v.is_finite()).map(|(&t, &v)| [x(t), y(v)]).collect();
-        shown.windows(2).for_each(|w| canvas.line(w[0], w[1], 2.5, color));
         // Markers that would cover each other say nothing that the line does not.
         if shown.len() < 100 {
-            shown.iter().for_each(|&p| canvas.disc(p, 4.0, color));
+            shown.iter().for_each(|&p| drawing.disc(p, 4.0, color));
         }
+        drawing.line(shown, 2.5, color);
     }
 }
 

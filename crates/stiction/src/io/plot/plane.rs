@@ -1,9 +1,9 @@
 //! The plane of a flat map and its axes.
 
 use super::camera::{self, Area, Camera, Vec3, cross, dot};
-use super::canvas::{Align, Canvas};
 use super::color::INK;
 use super::decor::{BODY, SMALL, with_unit};
+use super::drawing::{Align, Drawing};
 use super::ticks::{number, ticks};
 
 /// The plane of a flat map.
@@ -54,9 +54,9 @@ pub(super) fn frame(camera: &Camera, extent: [[f64; 2]; 2]) -> Area {
 }
 
 /// A frame around the surface with marks in units of length.
-pub(super) fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: [[f64; 2]; 2], unit_label: &str) {
+pub(super) fn axes(drawing: &mut Drawing, camera: &Camera, plane: &Plane, extent: [[f64; 2]; 2], unit_label: &str) {
     let Area { left, top, right, bottom } = frame(camera, extent);
-    canvas.frame([left, top], [right, bottom], 1.0, INK);
+    drawing.frame([left, top], [right, bottom], 1.0, INK);
     let lengths = [right - left, bottom - top];
     for axis in 0..2 {
         let zero = if plane.absolute { 0.0 } else { extent[axis][0] };
@@ -66,11 +66,11 @@ pub(super) fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: 
         for (value, text) in ticks.marks {
             let at = camera.place(axis, value + zero);
             if axis == 0 {
-                canvas.line([at, bottom], [at, bottom + 8.0], 1.0, INK);
-                canvas.text(&text, [at, bottom + 24.0], SMALL, INK, Align::Center);
+                drawing.line(vec![[at, bottom], [at, bottom + 8.0]], 1.0, INK);
+                drawing.text(&text, [at, bottom + 24.0], SMALL, INK, Align::Center);
             } else {
-                canvas.line([left - 8.0, at], [left, at], 1.0, INK);
-                canvas.text(&text, [left - 14.0, at], SMALL, INK, Align::Right);
+                drawing.line(vec![[left - 8.0, at], [left, at]], 1.0, INK);
+                drawing.text(&text, [left - 14.0, at], SMALL, INK, Align::Right);
             }
         }
         let (at, align) = if axis == 0 {
@@ -78,7 +78,7 @@ pub(super) fn axes(canvas: &mut Canvas, camera: &Camera, plane: &Plane, extent: 
         } else {
             ([left, top - 20.0], Align::Left)
         };
-        canvas.text(&label, at, BODY, INK, align);
+        drawing.text(&label, at, BODY, INK, align);
     }
 }
 

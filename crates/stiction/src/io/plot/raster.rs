@@ -3,25 +3,55 @@
 use std::ops::Range;
 
 use super::camera::Area;
-use super::canvas::{Canvas, FINE};
 use super::color::{Rgb, mix};
+use super::drawing::Drawing;
+
+/// Sub-pixels a pixel, in each direction.
+pub(super) const FINE: usize = 2;
 
 /// A weight may be this much below zero: it closes the seam between neighbours that rounding would leave.
 const SLACK: f64 = 1e-9;
 
-/// The picture with the depth of what it shows. Points are `[x, y, depth]` in pixels, larger depth nearer.
-pub(super) struct Raster<'a> {
-    canvas: &'a mut Canvas,
+/// Sub-pixels of a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Image {
+    pub width: usize,
+    /// Rows of red, green and blue.
+    pub rgb: Vec<u8>,
+}
+
+impl Image {
+    /// The sub-pixels as a PNG file.
+    pub(super) fn png(&self) -> Vec<u8> {
+        let (mut bytes, height) = (Vec::new(), self.rgb.len() / (3 * self.width).max(1));
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&self.rgb));
+        debug_assert!(written.is_ok(), "memory takes every byte");
+        bytes
+    }
+}
+
+/// A picture with the depth of what it shows. Points are `[x, y, depth]` in pixels, larger depth nearer.
+pub(super) struct Raster {
+    image: Image,
     depth: Vec<f32>,
     /// Columns and rows of sub-pixels that may be drawn on.
     clip: [Range<usize>; 2],
 }
 
-impl<'a> Raster<'a> {
-    pub(super) fn new(canvas: &'a mut Canvas) -> Self {
-        let depth = vec![f32::NEG_INFINITY; canvas.width * canvas.height * FINE * FINE];
-        let clip = [0..canvas.width * FINE, 0..canvas.height * FINE];
-        Raster { canvas, depth, clip }
+impl Raster {
+    /// A white picture as large as the drawing.
+    pub(super) fn new(drawing: &Drawing) -> Self {
+        let (width, height) = (drawing.width * FINE, drawing.height * FINE);
+        let image = Image { width, rgb: vec![255; 3 * width * height] };
+        Raster { image, depth: vec![f32::NEG_INFINITY; width * height], clip: [0..width, 0..height] }
+    }
+
+    /// What was drawn.
+    pub(super) fn image(self) -> Image {
+        self.image
     }
 
     /// Draws on nothing but this area from now on.
@@ -36,7 +66,7 @@ impl<'a> Raster<'a> {
 
     /// Size in sub-pixels.
     fn size(&self) -> (usize, usize) {
-        (self.canvas.width * FINE, self.canvas.height * FINE)
+        (self.image.width, self.depth.len() / self.image.width.max(1))
     }
 
     /// Draws a triangle; `color` is asked with the weights of the three corners. A corner that is not finite draws
@@ -79,7 +109,7 @@ impl<'a> Raster<'a> {
                 let place = y * width + x;
                 if depth > self.depth[place] {
                     self.depth[place] = depth;
-                    self.canvas.fine[3 * place..3 * place + 3].copy_from_slice(&color([wa, wb, wc]));
+                    self.image.rgb[3 * place..3 * place + 3].copy_from_slice(&color([wa, wb, wc]));
                 }
             }
         }
@@ -108,7 +138,7 @@ impl<'a> Raster<'a> {
                 }
                 let place = y as usize * width_of_row + x as usize;
                 if depth as f32 + LIFT >= self.depth[place] {
-                    let pixel = &mut self.canvas.fine[3 * place..3 * place + 3];
+                    let pixel = &mut self.image.rgb[3 * place..3 * place + 3];
                     let mixed = mix([pixel[0], pixel[1], pixel[2]], color, opacity);
                     pixel.copy_from_slice(&mixed);
                 }
@@ -151,6 +181,13 @@ mod tests {
     const RED: Rgb = [255, 0, 0];
     const BLUE: Rgb = [0, 0, 255];
 
+    /// The sub-pixels of a square picture.
+    fn drawn(side: usize, draw: impl Fn(&mut Raster)) -> Vec<u8> {
+        let mut raster = Raster::new(&Drawing::new(side, side));
+        draw(&mut raster);
+        raster.image().rgb
+    }
+
     fn at_depth(d: f64) -> [[f64; 3]; 3] {
         [[10.0, 10.0, d], [90.0, 10.0, d], [10.0, 90.0, d]]
     }
@@ -158,59 +195,55 @@ mod tests {
     #[test]
     fn the_nearest_triangle_is_seen_whatever_the_order() {
         let draw = |list: &[(f64, Rgb)]| {
-            let mut canvas = Canvas::new(100, 100);
-            let mut raster = Raster::new(&mut canvas);
-            list.iter().for_each(|&(d, color)| raster.triangle(at_depth(d), |_| color));
-            canvas.pixels()
+            drawn(100, |raster| list.iter().for_each(|&(d, color)| raster.triangle(at_depth(d), |_| color)))
         };
         let near_first = draw(&[(2.0, RED), (1.0, BLUE)]);
         assert!(near_first == draw(&[(1.0, BLUE), (2.0, RED)]));
-        assert_eq!(near_first[3 * (20 * 100 + 20)..][..3], RED);
+        assert_eq!(near_first[3 * (40 * 200 + 40)..][..3], RED);
     }
 
     #[test]
     fn a_triangle_covers_its_area_and_neighbours_leave_no_seam() {
-        let mut canvas = Canvas::new(100, 100);
-        let mut raster = Raster::new(&mut canvas);
-        raster.triangle(at_depth(0.0), |_| BLUE);
-        let covered = |c: &Canvas| c.fine.chunks_exact(3).filter(|p| **p == BLUE).count() as f64 / 40_000.0;
+        let covered = |draw: &dyn Fn(&mut Raster)| {
+            drawn(100, draw).chunks_exact(3).filter(|p| **p == BLUE).count() as f64 / 40_000.0
+        };
         // Half of an 80 x 80 square in a picture of 100 x 100.
-        assert!((covered(&canvas) - 0.32).abs() < 0.005, "{}", covered(&canvas));
-        let mut raster = Raster::new(&mut canvas);
-        raster.triangle([[90.0, 90.0, 0.0], [90.0, 10.0, 0.0], [10.0, 90.0, 0.0]], |_| BLUE);
-        assert!((covered(&canvas) - 0.64).abs() < 1e-12, "{}", covered(&canvas));
+        let half = covered(&|raster| raster.triangle(at_depth(0.0), |_| BLUE));
+        assert!((half - 0.32).abs() < 0.005, "{half}");
+        let whole = covered(&|raster| {
+            raster.triangle(at_depth(0.0), |_| BLUE);
+            raster.triangle([[90.0, 90.0, 0.0], [90.0, 10.0, 0.0], [10.0, 90.0, 0.0]], |_| BLUE);
+        });
+        assert!((whole - 0.64).abs() < 1e-12, "{whole}");
     }
 
     #[test]
     fn corners_interpolate_their_numbers() {
-        let mut canvas = Canvas::new(100, 100);
-        let mut raster = Raster::new(&mut canvas);
-        raster.triangle(at_depth(0.0), |w| w.map(|w| (255.0 * w).round() as u8));
-        let pixels = canvas.pixels();
-        let [a, b, c] = [0, 1, 2].map(|k| f64::from(pixels[3 * (30 * 100 + 50) + k]) / 255.0);
-        // The centre of pixel (50, 30): (50.5 - 10) / 80 towards the second corner, (30.5 - 10) / 80 to the third.
-        assert!((b - 40.5 / 80.0).abs() < 0.01 && (c - 20.5 / 80.0).abs() < 0.01 && (a + b + c - 1.0).abs() < 0.01);
+        let pixels = drawn(100, |raster| raster.triangle(at_depth(0.0), |w| w.map(|w| (255.0 * w).round() as u8)));
+        let [a, b, c] = [0, 1, 2].map(|k| f64::from(pixels[3 * (60 * 200 + 100) + k]) / 255.0);
+        // The centre of the sub-pixel is (50.25, 30.25): 40.25 / 80 towards the second corner, 20.25 / 80 to the third.
+        assert!((b - 40.25 / 80.0).abs() < 0.01 && (c - 20.25 / 80.0).abs() < 0.01 && (a + b + c - 1.0).abs() < 0.01);
     }
 
     #[test]
     fn what_is_no_triangle_draws_nothing() {
-        let mut canvas = Canvas::new(10, 10);
-        let mut raster = Raster::new(&mut canvas);
-        raster.triangle([[f64::NAN, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], |_| RED);
-        raster.triangle([[1.0, 1.0, 0.0]; 3], |_| RED);
-        raster.triangle([[-90.0, -90.0, 0.0], [-80.0, -90.0, 0.0], [-90.0, -80.0, 0.0]], |_| RED);
-        raster.line([f64::INFINITY, 0.0, 0.0], [1.0, 1.0, 1.0], 1, RED, 1.0);
-        assert!(canvas.fine.iter().all(|&c| c == 255));
+        let pixels = drawn(10, |raster| {
+            raster.triangle([[f64::NAN, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], |_| RED);
+            raster.triangle([[1.0, 1.0, 0.0]; 3], |_| RED);
+            raster.triangle([[-90.0, -90.0, 0.0], [-80.0, -90.0, 0.0], [-90.0, -80.0, 0.0]], |_| RED);
+            raster.line([f64::INFINITY, 0.0, 0.0], [1.0, 1.0, 1.0], 1, RED, 1.0);
+        });
+        assert!(pixels.iter().all(|&c| c == 255));
     }
 
     #[test]
     fn lines_behind_a_surface_are_hidden() {
-        let mut canvas = Canvas::new(100, 100);
-        let mut raster = Raster::new(&mut canvas);
-        raster.triangle(at_depth(50.0), |_| BLUE);
-        raster.line([20.0, 20.0, 0.0], [20.0, 60.0, 0.0], 2, RED, 1.0);
-        raster.line([30.0, 20.0, 50.0], [30.0, 60.0, 50.0], 2, RED, 1.0);
-        let red = |x: usize| canvas.pixels()[3 * (40 * 100 + x)];
-        assert!(red(19) == 0 && red(20) == 0 && red(29) > 0 && red(30) > 0);
+        let pixels = drawn(100, |raster| {
+            raster.triangle(at_depth(50.0), |_| BLUE);
+            raster.line([20.0, 20.0, 0.0], [20.0, 60.0, 0.0], 2, RED, 1.0);
+            raster.line([30.0, 20.0, 50.0], [30.0, 60.0, 50.0], 2, RED, 1.0);
+        });
+        let red = |x: usize| pixels[3 * (80 * 200 + x)];
+        assert!((38..=41).all(|x| red(x) == 0) && (59..=60).all(|x| red(x) > 0));
     }
 }

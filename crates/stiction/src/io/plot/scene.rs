@@ -1,10 +1,10 @@
 //! A coloured surface in the picture.
 
 use super::camera::{Camera, Vec3, add, area_vector, dot, norm, unit};
-use super::canvas::{Canvas, FINE};
 use super::color::{INK, MAP, MAP_STEPS, MISSING, Paint, Rgb};
+use super::drawing::Drawing;
 use super::edges::Edge;
-use super::raster::Raster;
+use super::raster::{FINE, Raster};
 use crate::Error;
 
 /// A surface as it is drawn: faces of three or more nodes in the order of their border; with six and eight nodes every
@@ -132,11 +132,11 @@ fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light
 }
 
 /// Draws the points as discs; for surfaces known by their points only.
-pub(super) fn dots(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint) {
+pub(super) fn dots(drawing: &mut Drawing, camera: &Camera, surface: Surface, paint: Paint) {
     for (i, &p) in surface.points.iter().enumerate() {
         let [x, y, _] = camera.project(p);
-        canvas.disc([x, y], 4.5, INK);
-        canvas.disc([x, y], 4.0, paint.vertex(i));
+        drawing.disc([x, y], 4.5, INK);
+        drawing.disc([x, y], 4.0, paint.vertex(i));
     }
 }
 

@@ -1,10 +1,9 @@
 //! A surface in a box with axes on three sides, as a drawing: few faces, from back to front.
 
 use super::camera::{Area, Camera, Vec3, add, area_vector, dot, unit};
-use super::canvas::Align;
 use super::color::{INK, Rgb, range_of, viridis};
 use super::decor::{BODY, SMALL, TITLE, with_unit};
-use super::drawing::Drawing;
+use super::drawing::{Align, Drawing};
 use super::scene::Surface;
 use super::ticks::ticks;
 use crate::Error;
@@ -232,7 +231,7 @@ mod tests {
         let plot = SpacePlot { points: &points, faces: &faces, colors, axes: [axis(1.0); 3], title: "", subtitle: "" };
         let drawn = space(&plot).unwrap();
         let edged = drawn.shapes.iter().filter_map(|s| match s {
-            Shape::Polygon { fill, edge: Some(stroke), .. } if stroke.color == EDGE => Some(*fill),
+            Shape::Polygon { fill, edge, .. } if edge.color == EDGE => Some(*fill),
             _ => None,
         });
         let fills: Vec<Rgb> = edged.collect();

@@ -1,12 +1,10 @@
 //! Maps of a contact surface.
 
-use std::path::Path;
-
 use super::arrows::{self, Arrows};
 use super::camera::{Area, Camera, Vec3, add, area_vector, dot, norm, unit};
-use super::canvas::Canvas;
 use super::color::{INK, Paint, range_of};
 use super::decor;
+use super::drawing::Drawing;
 use super::edges::{Edge, edges};
 use super::plane::{self, Plane};
 use super::raster::Raster;
@@ -54,20 +52,22 @@ pub struct SurfaceMap<'a> {
     pub length_label: &'a str,
 }
 
-/// Draws a PNG: flat, projected along the average normal, with axes; or, if the normals of the surface differ from
+/// Draws the map: flat, projected along the average normal, with axes; or, if the normals of the surface differ from
 /// their average by more than 60 degrees, as a body in space.
-pub fn surface_map(path: &Path, map: &SurfaceMap) -> Result<(), Error> {
+///
+/// # Errors
+/// If a face has fewer than three vertices or one that does not exist, or there is not one value a vertex.
+pub fn surface_map(map: &SurfaceMap) -> Result<Drawing, Error> {
     let surface = Surface { points: map.points, faces: map.faces };
-    validate(map, surface).map_err(|e| e.at(&path.display().to_string()))?;
+    validate(map, surface)?;
     let paint = match map.values {
         MapValues::Scalar(values) => Paint::Scalar { values, range: range_of(values) },
         MapValues::Status(status) => Paint::Status(status),
     };
-    match orientation(surface) {
+    Ok(match orientation(surface) {
         Orientation::Flat(normal) => flat(map, surface, paint, normal),
         Orientation::Curved(toward) => curved(map, surface, paint, toward),
-    }
-    .write(path)
+    })
 }
 
 fn validate(map: &SurfaceMap, surface: Surface) -> Result<(), Error> {
@@ -116,7 +116,7 @@ fn key_area(bottom: f64) -> Area {
     Area { left: 1170.0, top: 140.0, right: 1385.0, bottom }
 }
 
-fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canvas {
+fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Drawing {
     let plane = Plane::along(normal);
     let used: Vec<Vec3> = surface.used().iter().map(|&i| surface.points[i as usize]).collect();
     let whole = plane.bounds(&used);
@@ -129,18 +129,18 @@ fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Canva
     let area = Area { left: 130.0, top: 140.0, right: 1110.0, bottom: 140.0 + room };
     let inner =
         Area { left: area.left + 10.0, top: area.top + 10.0, right: area.right - 10.0, bottom: area.bottom - 10.0 };
-    let mut canvas = Canvas::new(1400, (area.bottom + 100.0) as usize);
+    let mut drawing = Drawing::new(1400, (area.bottom + 100.0) as usize);
     let corner =
         |i: usize, j: usize| add([0, 1, 2].map(|k| extent[0][i] * plane.axes[0][k]), extent[1][j], plane.axes[1]);
     let shown = if detail.is_some() { vec![corner(0, 0), corner(1, 1)] } else { used };
     let camera = Camera::fit(plane.axes, shown, inner);
     let frame = plane::frame(&camera, extent);
-    paint_surface(&mut canvas, &camera, surface, paint, false, detail.map(|_| frame));
-    plane::axes(&mut canvas, &camera, &plane, extent, map.length_label);
+    paint_surface(&mut drawing, &camera, surface, paint, false, detail.map(|_| frame));
+    plane::axes(&mut drawing, &camera, &plane, extent, map.length_label);
     let note = if detail.is_some() { "detail around the contact" } else { "" };
     let note = [note, &plane.note].into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join("  ·  ");
-    finish(&mut canvas, &camera, map, paint, area.bottom, frame, &note);
-    canvas
+    finish(&mut drawing, &camera, map, paint, area.bottom, frame, &note);
+    drawing
 }
 
 /// The part of a flat map to show instead of the whole: that of the focus and 20 % more on each side, at least a few
@@ -167,33 +167,41 @@ fn detail(map: &SurfaceMap, surface: Surface, plane: &Plane, whole: [[f64; 2]; 2
     (small && less && wide.is_finite()).then_some(cut)
 }
 
-fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Canvas {
-    let mut canvas = Canvas::new(1400, 1000);
+fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Drawing {
+    let mut drawing = Drawing::new(1400, 1000);
     let area = Area { left: 70.0, top: 150.0, right: 1110.0, bottom: 930.0 };
     let used = surface.used();
     let camera = Camera::fit(Camera::upright(toward), used.iter().map(|&i| surface.points[i as usize]), area);
-    paint_surface(&mut canvas, &camera, surface, paint, true, None);
-    decor::triad(&mut canvas, &camera);
-    finish(&mut canvas, &camera, map, paint, 880.0, area, "");
-    canvas
+    paint_surface(&mut drawing, &camera, surface, paint, true, None);
+    decor::triad(&mut drawing, &camera);
+    finish(&mut drawing, &camera, map, paint, 880.0, area, "");
+    drawing
 }
 
 /// Draws the surface, cut off at `clip`.
-fn paint_surface(canvas: &mut Canvas, camera: &Camera, surface: Surface, paint: Paint, lit: bool, clip: Option<Area>) {
+fn paint_surface(
+    drawing: &mut Drawing,
+    camera: &Camera,
+    surface: Surface,
+    paint: Paint,
+    lit: bool,
+    clip: Option<Area>,
+) {
     let edges = edges(surface.points, surface.faces);
-    let mut raster = Raster::new(canvas);
+    let mut raster = Raster::new(drawing);
     clip.into_iter().for_each(|area| raster.clip(area));
     scene::draw(&mut raster, camera, surface, &edges, paint, lit);
     let border = |e: &&Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
     let border: Vec<[u32; 2]> = edges.iter().filter(border).map(|e| e.nodes).collect();
     scene::outline(&mut raster, camera, surface.points, &border, 1.0, INK);
+    drawing.image(raster.image());
     if surface.faces.is_empty() {
-        scene::dots(canvas, camera, surface, paint);
+        scene::dots(drawing, camera, surface, paint);
     }
 }
 
 /// Arrows within `area`, a key that ends at `bottom`, and title.
-fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, bottom: f64, area: Area, note: &str) {
+fn finish(drawing: &mut Drawing, camera: &Camera, map: &SurfaceMap, paint: Paint, bottom: f64, area: Area, note: &str) {
     let surface = Surface { points: map.points, faces: map.faces };
     let drawn = map.vectors.and_then(|v| {
         let scale = Arrows::scaled(v.values)?;
@@ -202,10 +210,10 @@ fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, 
         (!arrows.is_empty()).then_some((v, scale, arrows))
     });
     let key = key_area(if drawn.is_some() { bottom - 110.0 } else { bottom });
-    let end = decor::key(canvas, key, paint, map.label, map.unit_label);
+    let end = decor::key(drawing, key, paint, map.label, map.unit_label);
     if let Some((vectors, scale, arrows)) = drawn {
-        arrows.iter().for_each(|&[from, to]| arrows::haloed(canvas, from, to));
-        scale.reference(canvas, [key.left, end + 40.0], vectors.label, vectors.unit_label);
+        arrows.iter().for_each(|&[from, to]| arrows::haloed(drawing, from, to));
+        scale.reference(drawing, [key.left, end + 40.0], vectors.label, vectors.unit_label);
     }
     let summary = match map.values {
         MapValues::Scalar(values) => {
@@ -218,7 +226,7 @@ fn finish(canvas: &mut Canvas, camera: &Camera, map: &SurfaceMap, paint: Paint, 
         }
     };
     let subtitle = if note.is_empty() { summary } else { format!("{}  ·  {note}", summary.trim_end()) };
-    decor::heading(canvas, map.title, &subtitle);
+    decor::heading(drawing, map.title, &subtitle);
 }
 
 /// Smallest and largest finite value; NaN without any.

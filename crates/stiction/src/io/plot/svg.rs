@@ -1,19 +1,18 @@
 //! Drawings as SVG 1.1, complete in themselves: no style sheet, no font file.
 
-use super::canvas::{Align, Canvas};
-use super::color::Rgb;
-use super::drawing::{Drawing, Shape, Stroke};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 
-/// Height of the letters (em) over the distance of the lines of DejaVu Sans: 2048 over 1901 + 483 units.
-const EM: f64 = 0.859;
-/// From the middle of capitals and digits down to the base line, in em: half of 1493 / 2048.
-const MIDDLE: f64 = 0.364;
+use super::color::Rgb;
+use super::drawing::{Align, Drawing, Shape, Stroke};
+use super::font::{EM, MIDDLE};
 
 /// The text of the file.
 pub(super) fn text(drawing: &Drawing) -> String {
     let (w, h) = (drawing.width, drawing.height);
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
+         viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
          font-family=\"'DejaVu Sans', Verdana, sans-serif\" stroke-linejoin=\"round\">\n\
          <rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
     );
@@ -23,15 +22,20 @@ pub(super) fn text(drawing: &Drawing) -> String {
 
 fn shape(shape: &Shape) -> String {
     match shape {
+        Shape::Image(image) => format!(
+            "<image width=\"100%\" height=\"100%\" xlink:href=\"data:image/png;base64,{}\"/>\n",
+            STANDARD.encode(image.png())
+        ),
         Shape::Polygon { corners, fill, edge } => {
-            // Without an outline neighbours would show the white between them where their edges are smoothed.
-            let edge = edge.unwrap_or(Stroke { color: *fill, width: 0.5 });
-            format!("<polygon points=\"{}\" fill=\"{}\" {}/>\n", points(corners), hex(*fill), stroked(edge))
+            format!("<polygon points=\"{}\" fill=\"{}\" {}/>\n", points(corners), hex(*fill), stroked(*edge))
         }
         Shape::Line { points: p, stroke } => {
             format!("<polyline points=\"{}\" fill=\"none\" {}/>\n", points(p), stroked(*stroke))
         }
-        Shape::Arrow { from, to, stroke, head } => arrow(*from, *to, *stroke, *head),
+        Shape::Disc { center, radius, color } => {
+            let [x, y, r] = [center[0], center[1], *radius].map(number);
+            format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{}\"/>\n", hex(*color))
+        }
         Shape::Text { text, at, size, color, align } => {
             let anchor = match align {
                 Align::Left => "start",
@@ -50,23 +54,8 @@ fn shape(shape: &Shape) -> String {
     }
 }
 
-fn arrow(from: [f64; 2], to: [f64; 2], stroke: Stroke, head: f64) -> String {
-    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    let length = dx.hypot(dy);
-    if !(length.is_finite() && length > 0.5) {
-        return String::new();
-    }
-    let e = [dx / length, dy / length];
-    let back = [to[0] - head * e[0], to[1] - head * e[1]];
-    let half = Canvas::HEAD * head;
-    let tip = [to, [back[0] - half * e[1], back[1] + half * e[0]], [back[0] + half * e[1], back[1] - half * e[0]]];
-    let line = shape(&Shape::Line { points: vec![from, back], stroke });
-    line + &shape(&Shape::Polygon { corners: tip.to_vec(), fill: stroke.color, edge: None })
-}
-
 fn points(points: &[[f64; 2]]) -> String {
-    let finite = points.iter().filter(|p| p.iter().all(|x| x.is_finite()));
-    finite.map(|p| format!("{},{}", number(p[0]), number(p[1]))).collect::<Vec<_>>().join(" ")
+    points.iter().map(|p| format!("{},{}", number(p[0]), number(p[1]))).collect::<Vec<_>>().join(" ")
 }
 
 /// Two decimals are a hundredth of a pixel.
@@ -89,15 +78,18 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::raster::Raster;
     use super::*;
 
     #[test]
     fn shapes_become_elements_and_texts_cannot_break_out() {
         let mut drawing = Drawing::new(200, 100);
+        drawing.image(Raster::new(&drawing).image());
         drawing.polygon(vec![[0.0, 0.0], [10.0, 0.0], [0.0, 10.5]], [255, 0, 16], None);
         drawing.line(vec![[1.0, 2.0], [f64::NAN, 0.0], [3.0, 4.0]], 2.0, [0, 0, 0]);
         drawing.arrow([0.0, 0.0], [50.0, 0.0], 1.0, 10.0, [0, 0, 0]);
         drawing.arrow([5.0, 5.0], [5.0, 5.0], 1.0, 10.0, [0, 0, 0]);
+        drawing.disc([7.0, 8.5], 2.0, [0, 0, 255]);
         drawing.text("a < b & \"c\"", [20.0, 50.0], 20.0, [0, 0, 0], Align::Center);
         let svg = text(&drawing);
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
@@ -105,6 +97,9 @@ mod tests {
         assert!(svg.contains("points=\"1,2 3,4\"") && svg.contains("a &lt; b &amp; \"c\"</text>"), "{svg}");
         // The line ends where the head begins, whose corners are 0.42 of its length off the line.
         assert!(svg.contains("points=\"0,0 40,0\"") && svg.contains("points=\"50,0 40,4.2 40,-4.2\""), "{svg}");
+        assert!(svg.contains("<circle cx=\"7\" cy=\"8.5\" r=\"2\" fill=\"#0000ff\"/>"), "{svg}");
+        // What a PNG file begins with.
+        assert!(svg.contains("base64,iVBORw0KGgo"), "{svg}");
         assert_eq!(svg.matches("<polygon").count(), 2);
         assert!(!svg.contains("NaN"));
     }

@@ -16,8 +16,9 @@ impl Scratch {
         self.0.join("picture.png")
     }
 
-    /// Width, height and pixels of the picture.
-    fn picture(&self) -> (usize, usize, Vec<u8>) {
+    /// Width, height and pixels of the picture as its file has them.
+    fn picture(&self, drawing: &Drawing) -> (usize, usize, Vec<u8>) {
+        drawing.write_png(&self.path()).unwrap();
         let bytes = std::fs::read(self.path()).unwrap();
         assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
@@ -56,8 +57,8 @@ fn a_constant_pressure_colours_its_area_in_one_colour() {
     let scratch = Scratch::new("constant");
     let (points, faces) = square(4);
     let faces = slices(&faces);
-    surface_map(&scratch.path(), &map(&points, &faces, MapValues::Scalar(&[3.0; 25]))).unwrap();
-    let (width, height, pixels) = scratch.picture();
+    let drawing = surface_map(&map(&points, &faces, MapValues::Scalar(&[3.0; 25]))).unwrap();
+    let (width, height, pixels) = scratch.picture(&drawing);
     assert_eq!((width, height), (1400, 1020));
     // The square fills the height of 760 pixels, but for its border, inner edges and the top of the colour bar.
     let yellow = pixels.chunks_exact(3).filter(|p| **p == [253, 231, 37]).count() as f64;
@@ -70,10 +71,10 @@ fn a_missing_value_is_grey_and_a_state_takes_its_own_quarter() {
     let (points, faces) = square(1);
     let faces = slices(&faces);
     let count = |pixels: &[u8], color: [u8; 3]| pixels.chunks_exact(3).filter(|p| **p == color).count() as f64;
-    surface_map(&scratch.path(), &map(&points, &faces, MapValues::Scalar(&[1.0, 1.0, 1.0, f64::NAN]))).unwrap();
-    assert!(count(&scratch.picture().2, color::MISSING) > 0.9 * 760.0 * 760.0);
-    surface_map(&scratch.path(), &map(&points, &faces, MapValues::Status(&[0, 1, 2, 1]))).unwrap();
-    let pixels = scratch.picture().2;
+    let pixels = |values: MapValues| scratch.picture(&surface_map(&map(&points, &faces, values)).unwrap()).2;
+    let missing = pixels(MapValues::Scalar(&[1.0, 1.0, 1.0, f64::NAN]));
+    assert!(count(&missing, color::MISSING) > 0.9 * 760.0 * 760.0);
+    let pixels = pixels(MapValues::Status(&[0, 1, 2, 1]));
     for (state, quarters) in [(1, 2.0), (2, 1.0)] {
         let share = count(&pixels, color::STATUS[state].1) / (760.0 * 760.0 / 4.0);
         assert!((share - quarters).abs() < 0.03, "state {state}: {share}");
@@ -82,23 +83,19 @@ fn a_missing_value_is_grey_and_a_state_takes_its_own_quarter() {
 
 #[test]
 fn a_ball_is_drawn_in_space_and_a_plate_as_a_map() {
-    let scratch = Scratch::new("ball");
     let tetrahedron = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let faces: [&[u32]; 4] = [&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]];
     let vectors = MapVectors { values: &tetrahedron, label: "Shear traction", unit_label: "Pa" };
     let closed = map(&tetrahedron, &faces, MapValues::Scalar(&[0.0, 1.0, 2.0, 3.0]));
-    surface_map(&scratch.path(), &SurfaceMap { vectors: Some(vectors), ..closed }).unwrap();
-    assert_eq!(scratch.picture().1, 1000);
+    assert_eq!(surface_map(&SurfaceMap { vectors: Some(vectors), ..closed }).unwrap().height, 1000);
     // A strip twenty times as long as wide needs no high picture.
     let strip = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, 0.6, 0.8], [0.0, 0.6, 0.8]];
     let faces: [&[u32]; 1] = [&[0, 1, 2, 3]];
-    surface_map(&scratch.path(), &map(&strip, &faces, MapValues::Scalar(&[0.0, 1.0, 2.0, 3.0]))).unwrap();
-    assert!(scratch.picture().1 < 700);
+    assert!(surface_map(&map(&strip, &faces, MapValues::Scalar(&[0.0, 1.0, 2.0, 3.0]))).unwrap().height < 700);
 }
 
 #[test]
 fn a_stretched_bar_is_enlarged_by_the_factor_returned() {
-    let scratch = Scratch::new("deformed");
     let (points, faces) = square(3);
     let faces = slices(&faces);
     let displacement: Vec<[f64; 3]> = points.iter().map(|p| [1e-4 * (p[0] + 1.0), 0.0, 0.0]).collect();
@@ -111,15 +108,14 @@ fn a_stretched_bar_is_enlarged_by_the_factor_returned() {
         scale: None,
     };
     // 8 % of the diagonal 2 sqrt(2) over the largest displacement of 2e-4 is 1131.
-    assert_eq!(deformed(&scratch.path(), &plot).unwrap(), 1000.0);
-    assert_eq!(deformed(&scratch.path(), &DeformedPlot { scale: Some(7.0), ..plot }).unwrap(), 7.0);
-    let (width, height, _) = scratch.picture();
-    assert_eq!((width, height), (1400, 1000));
-    let error = deformed(&scratch.path(), &DeformedPlot { scale: Some(-1.0), ..plot }).unwrap_err().to_string();
-    assert!(error.contains("picture.png") && error.contains("-1"), "{error}");
-    assert!(deformed(&scratch.path(), &DeformedPlot { displacement: &displacement[1..], ..plot }).is_err());
+    assert_eq!(deformed(&plot).unwrap().1, 1000.0);
+    let (drawing, scale) = deformed(&DeformedPlot { scale: Some(7.0), ..plot }).unwrap();
+    assert_eq!((drawing.width, drawing.height, scale), (1400, 1000, 7.0));
+    let error = deformed(&DeformedPlot { scale: Some(-1.0), ..plot }).unwrap_err().to_string();
+    assert!(error.contains("-1"), "{error}");
+    assert!(deformed(&DeformedPlot { displacement: &displacement[1..], ..plot }).is_err());
     let stray: [&[u32]; 1] = [&[0, 1, 99]];
-    let error = deformed(&scratch.path(), &DeformedPlot { faces: &stray, ..plot }).unwrap_err().to_string();
+    let error = deformed(&DeformedPlot { faces: &stray, ..plot }).unwrap_err().to_string();
     assert!(error.contains("face 0") && error.contains("node 99"), "{error}");
 }
 
@@ -146,14 +142,16 @@ fn degenerate_input_makes_a_picture_and_no_panic() {
             let vectors = vec![[value, 0.0, -value]; points.len()];
             let vectors = Some(MapVectors { values: &vectors, label: "", unit_label: "" });
             let plain = map(points, faces, MapValues::Scalar(&scalars));
-            surface_map(&scratch.path(), &SurfaceMap { vectors, ..plain }).unwrap();
+            scratch.picture(&surface_map(&SurfaceMap { vectors, ..plain }).unwrap());
             let displacement = vec![[value; 3]; points.len()];
             let (title, unit_label) = ("", "");
             let plot = DeformedPlot { points, faces, displacement: &displacement, title, unit_label, scale: None };
-            assert!(deformed(&scratch.path(), &plot).unwrap() > 0.0);
+            let (drawing, scale) = deformed(&plot).unwrap();
+            assert!(scale > 0.0);
+            scratch.picture(&drawing);
         }
         let states = vec![200; points.len()];
-        surface_map(&scratch.path(), &map(points, &[], MapValues::Status(&states))).unwrap();
+        scratch.picture(&surface_map(&map(points, &[], MapValues::Status(&states))).unwrap());
     }
 }
 
@@ -167,9 +165,8 @@ fn convergence_pictures_cope_with_any_history() {
     let histories: [(&[ConvergencePoint], f64); 5] =
         [(&falling, 1e-8), (&[], 1e-8), (&[], 0.0), (&[point(0, 1e-12)], f64::NAN), (&odd, 1e-6)];
     for (points, tolerance) in histories {
-        convergence(&scratch.path(), points, tolerance, "A title much too long for the picture. ".repeat(9).as_str())
-            .unwrap();
-        let (width, height, pixels) = scratch.picture();
+        let drawing = convergence(points, tolerance, &"A title much too long for the picture. ".repeat(9));
+        let (width, height, pixels) = scratch.picture(&drawing);
         assert_eq!((width, height), (1400, 900));
         assert!(pixels.iter().any(|&c| c < 60));
     }

@@ -1,16 +1,11 @@
 //! What is printed and written of discrete problems given as matrices.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::json as files;
-use crate::Error;
-use crate::discrete::{DiscreteProblem, Measures, Method, Recovered, Status};
-use crate::io::fclib::Contents;
-use crate::io::fclib_write::{self, State};
-use crate::io::folder;
+use crate::discrete::{DiscreteProblem, Measures, Method, Status};
+use crate::io::Contents;
 use crate::run::solve::algebraic::Answer;
 
 /// The problem, how the iteration went and how the answer is judged.
@@ -172,13 +167,24 @@ pub fn summary(name: &str, contents: &Contents, answer: &Answer) -> Value {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(name: &str, contents: &Contents, answer: &Answer, directory: &Path) -> Result<Vec<String>, Error> {
+#[cfg(feature = "fclib")]
+pub fn write(
+    name: &str,
+    contents: &Contents,
+    answer: &Answer,
+    directory: &std::path::Path,
+) -> Result<Vec<String>, crate::Error> {
+    use crate::discrete::Recovered;
+    use crate::io::fclib_write::{self, State};
+    use crate::io::folder;
+    use crate::run::results::json;
+
     folder::create(directory)?;
     let files = vec![format!("{name}.solution.hdf5"), format!("{name}.summary.json")];
     folder::remove(&directory.join(&files[1]))?;
     let Recovered { u, v, l, .. } = answer.recovered.clone();
     let state = State { r: answer.solution.r.clone(), u, v, l };
     fclib_write::write(&directory.join(&files[0]), &contents.problem, Some(&state), &[])?;
-    folder::write_text(&directory.join(&files[1]), &files::text(&summary(name, contents, answer)))?;
+    folder::write_text(&directory.join(&files[1]), &json::text(&summary(name, contents, answer)))?;
     Ok(files)
 }

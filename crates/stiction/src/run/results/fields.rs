@@ -51,6 +51,7 @@ pub(crate) struct SurfaceFields {
     /// Faces by indices into `points`: corners, then the middles of edges.
     pub faces: Vec<Vec<u32>>,
     /// The same in the order of their border.
+    #[cfg_attr(not(feature = "plots"), expect(dead_code, reason = "only pictures show them"))]
     pub borders: Vec<Vec<u32>>,
     /// Number of the node in the mesh.
     pub nodes: Vec<i32>,

@@ -6,26 +6,34 @@ mod check;
 mod check_steps;
 mod facts_text;
 pub(super) mod fields;
+#[cfg(feature = "report")]
 mod html;
 mod json;
 mod masters;
 mod method_text;
+#[cfg(feature = "report")]
 mod page;
 mod pair_text;
+#[cfg_attr(not(feature = "plots"), path = "no_pictures.rs")]
 mod pictures;
 mod report;
 mod rows;
 mod step_file;
 pub(super) mod summary;
+#[cfg(feature = "report")]
 mod view;
 mod write;
 
 pub use ahead::{Ahead, solve_writing};
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
-pub use page::{REPORT, write_report, write_report_on};
+#[cfg(feature = "report")]
+pub use page::{write_report, write_report_on};
 pub use report::{Report, limit_load, report, uniqueness};
 pub use rows::Row;
 pub use step_file::{StepFiles, begin_steps, keep_step};
 pub use summary::{FORMAT, Summary, Versions, summary};
 pub use write::{Origin, writable, write, write_with};
+
+/// The name of the report in a result folder.
+pub const REPORT: &str = "report.html";

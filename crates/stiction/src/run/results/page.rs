@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use super::html::{Page, Picture, html, pictures_smaller};
+use super::REPORT;
+use super::html::{Page, Picture, html};
 use super::summary;
 use super::view::view;
 use crate::Error;
-use crate::io::{folder, plot};
+use crate::io::{folder, look};
 use crate::mesh::Mesh;
-
-/// The name of the file.
-pub const REPORT: &str = "report.html";
 
 /// Writes the report of a result folder anew from its other files and returns its size in bytes.
 ///
@@ -40,10 +38,20 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let mut pictures = names
         .map(|name| Ok(Picture { name: name.clone(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
-    let units = plot::units(summary.units.as_deref());
-    let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || pictures_smaller(&mut pictures));
+    let units = look::units(summary.units.as_deref());
+    let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || smaller(&mut pictures));
     let view = view?;
     let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });
     folder::write_text(&folder.join(REPORT), &text)?;
     Ok(text.len())
 }
+
+/// Compresses pictures as far as it goes in little time.
+#[cfg(feature = "plots")]
+fn smaller(pictures: &mut [Picture]) {
+    super::html::pictures_smaller(pictures);
+}
+
+/// Pictures that another program wrote stay as they are.
+#[cfg(not(feature = "plots"))]
+fn smaller(_: &mut [Picture]) {}

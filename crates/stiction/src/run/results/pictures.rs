@@ -5,9 +5,10 @@ use std::thread;
 
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
+use crate::io::look::units;
 use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
-    surface_map, units,
+    surface_map,
 };
 use crate::mesh::Face;
 use crate::run::pose::Prepared;
@@ -42,7 +43,7 @@ pub(crate) fn write(
     let mut files = vec!["deformed.png".to_string()];
     // The body takes about as long as a contact surface.
     let (drawn, of_surfaces) = thread::scope(|scope| {
-        let drawing = scope.spawn(|| deformed(&folder.join("deformed.png"), &plot));
+        let drawing = scope.spawn(|| deformed(&plot)?.0.write_png(&folder.join("deformed.png")));
         let of_surfaces: Vec<Result<Vec<String>, Error>> = surfaces.iter().map(of_surface).collect();
         (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), of_surfaces)
     });
@@ -55,7 +56,7 @@ pub(crate) fn write(
             .map(|p| ConvergencePoint { iteration: p.iteration, products: p.products, residual: p.residual })
             .collect();
         let tolerance = outcome.solution.certificate.tolerance;
-        convergence(&folder.join("convergence.png"), &points, tolerance, title)?;
+        convergence(&points, tolerance, title).write_png(&folder.join("convergence.png"))?;
         files.push("convergence.png".into());
     }
     if !outcome.steps.is_empty() {
@@ -87,7 +88,7 @@ fn forces_over_time(folder: &Path, title: &str, steps: &[StepRecord], unit_label
         HistoryPanel { label: "Energy since the start", unit_label: "", curves: energies },
     ];
     let count = format!("{} load steps", steps.len());
-    history(&folder.join("history.png"), &times, &panels, title, &count)
+    history(&times, &panels, title, &count).write_png(&folder.join("history.png"))
 }
 
 fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Units) -> Result<Vec<String>, Error> {
@@ -138,7 +139,7 @@ fn maps(folder: &Path, title: &str, suffix: &str, s: &SurfaceFields, units: &Uni
             length_label: units.length,
         };
         let file = format!("{name}{suffix}.png");
-        surface_map(&folder.join(&file), &map)?;
+        surface_map(&map)?.write_png(&folder.join(&file))?;
         files.push(file);
     }
     Ok(files)

@@ -8,8 +8,7 @@ use crate::Error;
 use crate::discrete::{
     Form, Measures, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
 };
-use crate::io::fclib::Contents;
-use crate::io::{arrays, fclib};
+use crate::io::{Contents, arrays};
 
 /// A judged answer, or as far as the iteration came.
 #[derive(Debug, Clone)]
@@ -92,8 +91,20 @@ pub fn read(path: &Path) -> Result<Contents, Error> {
             let what = "one Matrix Market file is no problem";
             Err(Error::new(path.display().to_string(), what, "name the folder that holds W.mtx, q.mtx, mu.mtx"))
         }
-        _ => fclib::read(path),
+        _ => read_fclib(path),
     }
+}
+
+#[cfg(feature = "fclib")]
+fn read_fclib(path: &Path) -> Result<Contents, Error> {
+    crate::io::fclib::read(path)
+}
+
+#[cfg(not(feature = "fclib"))]
+fn read_fclib(path: &Path) -> Result<Contents, Error> {
+    let what = "files of FCLib are not built into this program";
+    let remedy = "build it with the feature \"fclib\", or give the problem as .npz or in Matrix Market files";
+    Err(Error::new(path.display().to_string(), what, remedy))
 }
 
 /// Solves and judges; `form` says whether velocities of bodies are eliminated first.

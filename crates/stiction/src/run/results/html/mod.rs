@@ -7,6 +7,8 @@ mod text;
 mod thin;
 mod view;
 
-pub use page::{Page, Picture, html, pictures_smaller};
+#[cfg(feature = "plots")]
+pub use page::pictures_smaller;
+pub use page::{Page, Picture, html};
 pub use thin::thin;
 pub use view::{Field, FieldKind, Frame, View};

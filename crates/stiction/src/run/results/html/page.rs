@@ -6,7 +6,7 @@ use super::tables::{self, Units};
 use super::text::{base64, escaped, script_json};
 use super::view::{View, encoded};
 use crate::friction::Status;
-use crate::io::plot;
+use crate::io::look;
 use crate::io::text::{number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::Summary;
@@ -72,8 +72,8 @@ pub fn html(page: &Page) -> String {
 fn view_data(view: &View, units: &Units) -> Value {
     let mut data = encoded(view);
     data["length"] = json!(units.length);
-    data["map"] = json!((0..256).map(|i| plot::map_color(f64::from(i) / 255.0)).collect::<Vec<_>>());
-    data["states"] = json!(plot::states());
+    data["map"] = json!((0..256).map(|i| look::viridis(f64::from(i) / 255.0)).collect::<Vec<_>>());
+    data["states"] = json!(look::STATUS.iter().chain([&look::OUTSIDE]).collect::<Vec<_>>());
     data
 }
 
@@ -193,10 +193,11 @@ fn viewer(view: &View, units: &Units) -> String {
 }
 
 /// Pictures compressed as far as it goes in little time; one that is no PNG stays as it is.
+#[cfg(feature = "plots")]
 pub fn pictures_smaller(pictures: &mut [Picture]) {
     use rayon::prelude::*;
     pictures.par_iter_mut().for_each(|picture| {
-        if let Some(smaller) = plot::compressed(&picture.png).filter(|png| png.len() < picture.png.len()) {
+        if let Some(smaller) = crate::io::plot::compressed(&picture.png).filter(|png| png.len() < picture.png.len()) {
             picture.png = smaller;
         }
     });

@@ -1,7 +1,7 @@
 //! The tables of the page.
 
 use super::text::escaped;
-use crate::io::plot;
+use crate::io::look;
 use crate::io::text::{number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
@@ -16,7 +16,7 @@ pub(super) struct Units<'a> {
 
 impl<'a> Units<'a> {
     pub fn of(summary: &'a Summary) -> Self {
-        let [length, force, stress] = plot::units(summary.units.as_deref());
+        let [length, force, stress] = look::units(summary.units.as_deref());
         Units { length, force, stress }
     }
 

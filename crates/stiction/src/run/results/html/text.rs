@@ -1,5 +1,8 @@
 //! Text that goes into a page.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
 /// `text` with what means something in HTML replaced.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -20,19 +23,7 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// Base64 (RFC 4648, section 4).
 pub(super) fn base64(bytes: impl IntoIterator<Item = u8>) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut bytes = bytes.into_iter();
-    let mut out = String::new();
-    while let Some(first) = bytes.next() {
-        let rest = [bytes.next(), bytes.next()];
-        let all = [first, rest[0].unwrap_or(0), rest[1].unwrap_or(0)].map(u32::from);
-        let word = all[0] << 16 | all[1] << 8 | all[2];
-        let letter = |i: u32| char::from(LETTERS[(word >> (18 - 6 * i) & 63) as usize]);
-        out.extend([letter(0), letter(1)]);
-        out.push(if rest[0].is_some() { letter(2) } else { '=' });
-        out.push(if rest[1].is_some() { letter(3) } else { '=' });
-    }
-    out
+    STANDARD.encode(bytes.into_iter().collect::<Vec<u8>>())
 }
 
 /// JSON that may stand inside a script element: no tag can begin in it.
@@ -43,13 +34,6 @@ pub(super) fn script_json(value: &serde_json::Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_agrees_with_the_vectors_of_rfc_4648() {
-        let known =
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
-        known.iter().for_each(|(plain, coded)| assert_eq!(base64(plain.bytes()), *coded));
-    }
 
     #[test]
     fn nothing_of_a_text_can_become_markup() {
