@@ -15,10 +15,12 @@ pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;
+pub(super) use record::path_name;
+#[cfg(feature = "report")]
+pub(super) use record::status_name;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, PairRecord,
     SlidingRecord, StepRecord, UniquenessRecord,
 };
-pub(super) use record::{path_name, status_name};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

@@ -89,6 +89,7 @@ enum StatusName {
 }
 
 /// The status as files call it.
+#[cfg(feature = "report")]
 pub(crate) fn status_name(status: Status) -> &'static str {
     match status {
         Status::Solved => "solved",

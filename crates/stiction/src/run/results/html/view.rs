@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::markup::base64;
+use super::text::base64;
 
 /// A body and its contact surfaces, with fields over their vertices for each moment.
 #[derive(Debug, Clone, Default, PartialEq)]
