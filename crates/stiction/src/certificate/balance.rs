@@ -1,4 +1,4 @@
-use super::measures::ratio;
+use super::scales::{ROUNDING, measure};
 use crate::contact::{ContactProblem, Supports};
 use crate::linalg::Csr;
 
@@ -38,7 +38,7 @@ impl Sums {
         for (k, &motion) in motion.iter().enumerate() {
             self.sum[k] += motion * force;
             self.magnitude[k] += (motion * force).abs();
-            self.rounding[k] += (motion * internal).abs() * f64::EPSILON;
+            self.rounding[k] += (motion * internal).abs() * ROUNDING;
         }
     }
 }
@@ -49,8 +49,14 @@ fn along(total: &mut [f64; 3], motion: &[f64; 6], force: f64) {
 }
 
 /// Virtual work of all external forces, reactions and contact forces of each body on its six rigid motions. Without a
-/// list of bodies everything counts as one.
-pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<Vec<BodyBalance>> {
+/// list of bodies everything counts as one. `internal` is `|K| |u|`: the reactions add
+/// up to what is left at the free nodes, of which its rounding is a part.
+pub(super) fn balances(
+    problem: &ContactProblem,
+    u: &[f64],
+    lambda: &[f64],
+    internal: &[f64],
+) -> Option<Vec<BodyBalance>> {
     let (supports, free_rigid) = (problem.labels.supports.as_ref()?, problem.elastic.near_kernel.as_ref()?);
     let bodies = problem.labels.bodies.as_ref();
     let names: Vec<String> =
@@ -58,8 +64,6 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
     let mut sums = vec![Sums::default(); names.len()];
     let of = |list: Option<&Vec<u32>>, i: usize| list.map_or(0, |of| of[i] as usize);
     let contact_free = problem.contact.B.transpose_times(lambda);
-    // The reactions add up to what is left at the free nodes, of which rounding is a part.
-    let internal = problem.elastic.K.magnitude_times(u);
     for (i, motion) in free_rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
         body.add(motion, supports.free_load[i], internal[i]);
@@ -94,7 +98,7 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
     let balance = |(name, s): (String, &Sums)| {
         // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
         let worst = |range: std::ops::Range<usize>, scale: f64| {
-            ratio(range.map(|k| s.sum[k].abs() - 10.0 * s.rounding[k]).fold(0.0, f64::max), scale)
+            range.map(|k| measure(s.sum[k].abs(), s.rounding[k], scale)).fold(0.0, f64::max)
         };
         let balance = Balance { force: worst(0..3, force_scale), moment: worst(3..6, moment_scale) };
         BodyBalance { name, load: s.load, support: s.support, contact: s.contact, balance }
@@ -104,8 +108,7 @@ pub(super) fn balances(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> O
 
 /// The worst over all bodies.
 pub(super) fn worst(bodies: &[BodyBalance]) -> Option<Balance> {
-    let larger = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
-    let both = |a: Balance, b: Balance| Balance { force: larger(a.force, b.force), moment: larger(a.moment, b.moment) };
+    let both = |a: Balance, b: Balance| Balance { force: a.force.max(b.force), moment: a.moment.max(b.moment) };
     bodies.iter().map(|b| b.balance).reduce(both)
 }
 

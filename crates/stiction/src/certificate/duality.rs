@@ -10,12 +10,12 @@ const SWEEPS: usize = 50;
 /// the curvature of that norm, and no primal energy is below its maximum. `u` itself may penetrate, and then its own
 /// energy bounds nothing, hence the displacement `w` nearby; with `f = K u + Bᵀ lambda` the difference is
 /// `1/2 |w - u|²_K + sum of lambda_n (gap - N w) + bound |s(w)| - lambda_t . s(w)`, where no term is negative.
-/// Infinite where no such `w` was found.
-pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -> Option<f64> {
+/// Infinite where no such `w` was found. `length` is the scale of lengths.
+pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64], length: f64) -> Option<f64> {
     if problem.contact.friction.iter().any(|law| law.coefficient().is_some()) {
         return None;
     }
-    let Some(w) = feasible_near(problem, u) else { return Some(f64::INFINITY) };
+    let Some(w) = feasible_near(problem, u, length) else { return Some(f64::INFINITY) };
     let m = problem.contact.friction.len();
     let moved: Vec<f64> = w.iter().zip(u).map(|(w, u)| w - u).collect();
     let mut gap = 0.5 * moved.iter().zip(problem.elastic.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
@@ -30,12 +30,11 @@ pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64]) -
 }
 
 /// `u` projected on one violated constraint after the other (Kaczmarz) until it keeps all of them.
-fn feasible_near(problem: &ContactProblem, u: &[f64]) -> Option<Vec<f64>> {
+fn feasible_near(problem: &ContactProblem, u: &[f64], length: f64) -> Option<Vec<f64>> {
     let m = problem.contact.friction.len();
     let mut w = u.to_vec();
-    let size = u.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let offset: Vec<f64> = problem.contact.gap.iter().chain(&problem.contact.slip_reference).copied().collect();
-    let rounding = 1e-13 * size.max(offset.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
+    let rounding = 1e-13 * length.max(offset.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     for _ in 0..SWEEPS {
         let mut worst = 0.0f64;
         for (j, law) in problem.contact.friction.iter().enumerate() {

@@ -6,6 +6,9 @@
 mod balance;
 mod duality;
 mod measures;
+mod point;
+mod scales;
+mod stiffness;
 
 pub use balance::{Balance, BodyBalance};
 pub use measures::{Certificate, certify};
