@@ -213,7 +213,9 @@ fn the_measures_have_no_units() {
     let u: Vec<f64> = s.u.iter().enumerate().map(|(i, u)| u + 1e-6 * (1.0 + i as f64).cos()).collect();
     let here = certify(&p, &u, &lambda, TOLERANCE).measures();
     assert!(here.iter().all(|(name, x)| *x > 1e-9 || panic!("{name} {x}")) && m > 0);
-    for (length, force) in [(1e3, 1e-3), (1e-6, 1.0), (39.37, 0.2248), (1.0, 1e12)] {
+    for (length, force) in
+        [(1e3, 1e-3), (1e-6, 1.0), (39.37, 0.2248), (1.0, 1e12), (1e-12, 1e9), (1e9, 1e-12), (1e-12, 1e-12), (1e9, 1e9)]
+    {
         let scale = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|x| x * by).collect() };
         let there = certify(&in_units(&p, length, force), &scale(&u, length), &scale(&lambda, force), TOLERANCE);
         for ((name, a), (_, b)) in here.iter().zip(there.measures()) {
