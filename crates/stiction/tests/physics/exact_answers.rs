@@ -3,8 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::case_run;
-use crate::common::*;
 use stiction::certificate::{Certificate, certify};
 use stiction::contact::{ContactProblem, Friction, Obstacle, SurfaceFriction};
 use stiction::friction::{Primal, Solution, Status, solve_primal};
@@ -12,6 +10,7 @@ use stiction::io::problem::write_solution;
 use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::mesh::BlockElement;
 use stiction::run::{Origin, Settings, check, prepare};
+use stiction_fixtures::*;
 
 const TOLERANCE: f64 = 1e-8;
 /// Springs of the node, and the force that presses it on the plane.
