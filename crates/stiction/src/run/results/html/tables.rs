@@ -77,7 +77,9 @@ fn meaning(measure: &str) -> &'static str {
         "tension" => "largest pull where surfaces can only push, over the largest contact force",
         "cone" => "friction beyond its bound, over the largest bound",
         "slip_direction" => "slip that friction does not oppose fully, over the largest bound and the same length",
-        "bipotential_gap" => "energy by which the laws of contact and friction are missed, over the work of all contact forces along that length",
+        "bipotential_gap" => {
+            "energy by which the laws of contact and friction are missed, over the work of all contact forces along that length"
+        }
         "natural_residual" => "distance of the contact forces from those the laws demand, over the forces",
         _ => "",
     }
