@@ -94,7 +94,7 @@ mod tests {
         assert_eq!(measure(0.0, 0.0, 0.0), 0.0);
         assert_eq!(measure(1.0, 2.0, 0.0), 0.0);
         assert_eq!(measure(1.0, 0.0, 0.0), f64::MAX);
-        assert_eq!(measure(1e-3, 0.0, f64::MIN_POSITIVE), f64::MAX);
+        assert_eq!(measure(1e3, 0.0, f64::MIN_POSITIVE), f64::MAX);
         let nowhere = [f64::NAN, f64::INFINITY];
         for x in nowhere {
             assert_eq!(measure(x, 0.0, 1.0), f64::MAX);
