@@ -5,7 +5,7 @@ use std::path::Path;
 
 use stiction::certificate::{Certificate, certify};
 use stiction::contact::{ContactProblem, Friction, Obstacle, SurfaceFriction};
-use stiction::friction::{Primal, Solution, Status, solve_primal};
+use stiction::friction::{Multigrid, Solution, Status, solve_multigrid};
 use stiction::io::problem::write_solution;
 use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::mesh::BlockElement;
@@ -76,8 +76,8 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 fn by_multigrid(problem: &ContactProblem, tolerance: f64) -> Solution {
-    let mut primal = Primal::new(problem).unwrap();
-    solve_primal(problem, &mut primal, &settings(tolerance), &mut |_| ControlFlow::Continue(()))
+    let mut multigrid = Multigrid::new(problem).unwrap();
+    solve_multigrid(problem, &mut multigrid, &settings(tolerance), &mut |_| ControlFlow::Continue(()))
 }
 
 /// The node of which an exact answer was once refused: lengths were divided by its displacement, which is rounding.
