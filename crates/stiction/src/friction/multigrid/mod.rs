@@ -18,6 +18,8 @@ mod monitor;
 mod points;
 mod solve;
 mod strategy;
+#[cfg(test)]
+mod tests;
 mod transform;
 
 pub use solve::{Multigrid, solve_multigrid};

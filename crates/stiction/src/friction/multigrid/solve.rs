@@ -173,7 +173,7 @@ fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Pro
 }
 
 /// The law at each point, in its frame.
-fn point_laws(problem: &ContactProblem, transformed: &Transformed) -> Vec<PointLaw> {
+pub(super) fn point_laws(problem: &ContactProblem, transformed: &Transformed) -> Vec<PointLaw> {
     let m = problem.points();
     let reference = problem.isotropic_slip_reference();
     let law = |j: usize| {
