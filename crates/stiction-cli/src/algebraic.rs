@@ -92,7 +92,7 @@ fn solve(path: &Path, arguments: &Arguments, many: bool, say: fn(&str)) -> Resul
     let name = path.file_stem().map_or("problem".into(), |stem| stem.to_string_lossy().into_owned());
     let settings = Settings { tolerance: arguments.tolerance, method: arguments.method, ..Settings::default() };
     let answer = algebraic::answer(&contents, &settings, arguments.form, &mut |_| {
-        interrupt::iterating();
+        interrupt::heard();
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let answer = answer.map_err(|error| error.at(&path.display().to_string()))?;

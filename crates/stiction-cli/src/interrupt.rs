@@ -1,4 +1,4 @@
-//! Ctrl-C: the iteration stops and its last step is kept; before it has begun there is nothing to keep.
+//! Ctrl-C and SIGTERM: a solve ends with what it has found, anything else at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -6,14 +6,14 @@ use stiction::Error;
 
 use crate::{code, output};
 
-static ITERATING: AtomicBool = AtomicBool::new(false);
+static HEARD: AtomicBool = AtomicBool::new(false);
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Watches for Ctrl-C from now on.
 pub fn watch() -> Result<(), Error> {
     let handler = || {
-        if ITERATING.load(Ordering::SeqCst) && !ASKED.swap(true, Ordering::SeqCst) {
-            output::note("interrupted: the last finished step is kept; once more to leave at once\n");
+        if HEARD.load(Ordering::SeqCst) && !ASKED.swap(true, Ordering::SeqCst) {
+            output::note("interrupted: what has been found is kept; once more to leave at once\n");
         } else {
             output::note("interrupted: nothing more is written\n");
             std::process::exit(code::INTERRUPTED.into());
@@ -23,9 +23,9 @@ pub fn watch() -> Result<(), Error> {
         .map_err(|error| Error::new("", format!("interrupts cannot be watched ({error})"), "run it another way"))
 }
 
-/// From now on there is a step to keep.
-pub fn iterating() {
-    ITERATING.store(true, Ordering::SeqCst);
+/// From now on the work asks whether it is to stop.
+pub fn heard() {
+    HEARD.store(true, Ordering::SeqCst);
 }
 
 /// Whether the user asked to stop.

@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use stiction::Error;
-use stiction::SolveEvent;
 use stiction::friction::Status;
 use stiction::io::{case, folder};
+use stiction::linalg::Stop;
 use stiction::run::{self, Ahead, Event, Origin, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
@@ -73,6 +73,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     }
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     run::writable(&folder)?;
+    let is_new = !folder.exists();
 
     let progress = Progress::new(arguments.progress);
     progress.say("reading and assembling".into());
@@ -80,7 +81,9 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     progress.finish();
     say(&format!("{}", prepared.facts));
 
-    let settings = Settings::of(&case.solver);
+    let mut settings = Settings::of(&case.solver);
+    settings.solver.stop = Stop::when(interrupt::asked);
+    interrupt::heard();
     let mut steps = None;
     if !case.steps.is_empty() {
         let (files, restart) = run::begin_steps(&prepared, &folder, arguments.resume)?;
@@ -94,11 +97,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     }
     let progress = Progress::new(arguments.progress);
     let mut observe = |event: &Event| {
-        if matches!(event, Event::Solver(SolveEvent::Iteration(_))) {
-            interrupt::iterating();
-        }
         progress.show(event);
-        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        ControlFlow::Continue(())
     };
     let solved = match steps {
         None => run::solve_writing(&prepared, &settings, &folder, &mut observe),
@@ -109,7 +109,16 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         }
     };
     progress.finish();
-    let (mut outcome, ahead) = solved?;
+    let (mut outcome, ahead) = match solved {
+        Err(error) if error.interrupted => {
+            output::note("interrupted: nothing has been found yet, nothing is written\n");
+            if is_new {
+                folder::remove_empty(&folder);
+            }
+            return Ok(code::INTERRUPTED);
+        }
+        solved => solved?,
+    };
     memory::give_back();
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     if !arguments.no_report {

@@ -148,7 +148,7 @@ pub fn with_friction(problem: &ContactProblem, friction: Vec<Friction>) -> Conta
 }
 
 pub fn dual_of(problem: &ContactProblem, form: Form) -> Dual {
-    Dual::new(problem, choose(problem, &DualSettings { form, memory_limit: None }).unwrap()).unwrap()
+    Dual::new(problem, choose(problem, &DualSettings { form, ..Default::default() }).unwrap()).unwrap()
 }
 
 pub fn settings(tolerance: f64) -> Settings {

@@ -9,8 +9,9 @@ use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{self, Multigrid, Progress, Settings, Solution, SolverPath, Status, solve_multigrid};
 
-/// What [`solve_with_kept`] is about to do. The observer's `Break` at an iteration ends it with the status
-/// [`Interrupted`](Status::Interrupted).
+/// What [`solve_with_kept`] is about to do. The observer's `Break` ends it: at an iteration with the status
+/// [`Interrupted`](Status::Interrupted), before the first one with [`Error::interrupted`]. Between two events
+/// [`Settings::stop`] does the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SolveEvent {
     /// Set-up of the multigrid hierarchy.
@@ -88,7 +89,8 @@ impl Kept {
     /// The factor for `problem`, made if it does not stand yet.
     ///
     /// # Errors
-    /// If it does not fit `settings.memory_limit`, or `K` is not positive definite beyond the rigid motions of its bodies.
+    /// If it does not fit `settings.memory_limit`, or `K` is not positive definite beyond the rigid motions of its bodies. If
+    /// it is stopped: [`Error::interrupted`].
     pub fn factorised(
         &mut self,
         problem: &ContactProblem,
@@ -100,14 +102,15 @@ impl Kept {
             // The hierarchy goes before the factor comes: both together may not fit the memory.
             hierarchy => {
                 drop(hierarchy);
-                let _ = observer(&SolveEvent::Ordering);
+                begin(observer, SolveEvent::Ordering)?;
                 let form = match settings.path {
                     SolverPath::Auto | SolverPath::Multigrid => Form::Auto,
                     SolverPath::Dense => Form::Dense,
                     SolverPath::Solves => Form::Solves,
                 };
-                let choice = choose(problem, &DualSettings { form, memory_limit: settings.memory_limit })?;
-                let _ = observer(&SolveEvent::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes });
+                let (memory_limit, stop) = (settings.memory_limit, settings.stop.clone());
+                let choice = choose(problem, &DualSettings { form, memory_limit, stop })?;
+                begin(observer, SolveEvent::Factorising { unknowns: problem.unknowns(), bytes: choice.bytes })?;
                 Box::new(Dual::new(problem, choice)?)
             }
         };
@@ -129,7 +132,8 @@ impl Kept {
 ///
 /// # Errors
 /// If the problem or the settings are not valid (lengths, indices, values; a start of the wrong length), `K` is not
-/// positive definite beyond the rigid motions of its bodies, or the matrices do not fit `settings.memory_limit`.
+/// positive definite beyond the rigid motions of its bodies, or the matrices do not fit `settings.memory_limit`. If it is
+/// stopped before its first iteration: [`Error::interrupted`].
 pub fn solve(problem: &ContactProblem, settings: &Settings) -> Result<Solution, Error> {
     solve_with_kept(problem, settings, &mut Kept::default(), &mut |_| ControlFlow::Continue(()))
 }
@@ -159,20 +163,33 @@ pub(crate) fn solve_validated(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
+    let observer: &mut Observer = &mut |event| {
+        let told = observer(event);
+        if settings.stop.asked() { ControlFlow::Break(()) } else { told }
+    };
     if !kept.begins_with_multigrid(problem, settings) {
         return by_factor(problem, settings, kept, observer);
     }
     let asked = settings.path == SolverPath::Multigrid;
     match by_multigrid(problem, settings, kept, observer) {
         Ok(solution) if asked || is_final(solution.status) => Ok(solution),
-        Err(error) if asked => Err(error),
+        Err(error) if asked || error.interrupted => Err(error),
         by_multigrid => {
             let direct = by_factor(problem, settings, kept, observer);
             kept.multigrid_first = Some(direct.is_err());
-            // The factor may not fit the memory: then what multigrid has found is the better answer.
-            if direct.is_err() && by_multigrid.is_ok() { by_multigrid } else { direct }
+            match (direct, by_multigrid) {
+                (Err(error), Ok(found)) if error.interrupted => Ok(Solution { status: Status::Interrupted, ..found }),
+                // The factor may not fit the memory: then what multigrid has found is the better answer.
+                (Err(_), Ok(found)) => Ok(found),
+                (direct, _) => direct,
+            }
         }
     }
+}
+
+/// Tells what begins, unless it shall not.
+fn begin(observer: &mut Observer, event: SolveEvent) -> Result<(), Error> {
+    if observer(&event).is_break() { Err(Error::interrupted()) } else { Ok(()) }
 }
 
 /// Whether another path could not do better.
@@ -196,8 +213,8 @@ fn by_multigrid(
                 let remedy = "coarsen the mesh, raise `settings.memory_limit`, or use a machine with more memory";
                 return Err(Error::new("", what, remedy));
             }
-            let _ = observer(&SolveEvent::SettingUp { unknowns: problem.unknowns() });
-            Box::new(Multigrid::new(problem)?)
+            begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
+            Box::new(Multigrid::until(problem, &settings.stop)?)
         }
     };
     let _ = observer(&SolveEvent::Solving);

@@ -1,6 +1,6 @@
 use crate::Error;
 use crate::contact::ContactProblem;
-use crate::linalg::{NodeGraph, Plan, last, nested_dissection, plan};
+use crate::linalg::{NodeGraph, Plan, Stop, last, nested_dissection_until, plan};
 
 /// How products with `Q` are formed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -15,11 +15,13 @@ pub enum Form {
 }
 
 /// Settings of the direct dual path.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct DualSettings {
     pub form: Form,
     /// Bytes the factor may take; `None` sets no limit.
     pub memory_limit: Option<u64>,
+    /// Ends the ordering, the factorisation, and linear systems with the operator.
+    pub stop: Stop,
 }
 
 /// A decided elimination order with its predicted cost.
@@ -36,6 +38,7 @@ pub struct Choice {
     pub(super) graph: NodeGraph,
     pub(super) plan: Plan,
     pub(super) touched: Vec<u32>,
+    pub(super) stop: Stop,
 }
 
 /// Products a contact solve is expected to need when the two forms are compared.
@@ -48,25 +51,25 @@ pub(super) const BYTES_PER_SECOND: f64 = 8e9;
 ///
 /// # Errors
 /// If the form asked for, or with [`Form::Auto`] either form, needs more than the memory limit: how much is needed,
-/// how much there is, and what to do.
+/// how much there is, and what to do. If it is stopped: [`Error::interrupted`].
 pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choice, Error> {
     let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
-    let order = nested_dissection(&graph);
+    let stop = &settings.stop;
+    let order = nested_dissection_until(&graph, stop).ok_or_else(Error::interrupted)?;
     let touched = touched_unknowns(problem);
-    let solves = || candidate(problem, &graph, &order, &touched, Form::Solves);
-    let dense = || candidate(problem, &graph, &order, &touched, Form::Dense);
+    let predicted = |form| stop.check().map(|()| candidate(problem, &graph, &order, &touched, form));
     let mut candidates = match settings.form {
-        Form::Dense => vec![dense()],
-        Form::Solves => vec![solves()],
+        Form::Dense => vec![predicted(Form::Dense)?],
+        Form::Solves => vec![predicted(Form::Solves)?],
         // A block this large never pays: its factor alone exceeds the products it saves.
-        Form::Auto if touched.is_empty() || touched.len() > 20_000 => vec![solves()],
-        Form::Auto => vec![dense(), solves()],
+        Form::Auto if touched.is_empty() || touched.len() > 20_000 => vec![predicted(Form::Solves)?],
+        Form::Auto => vec![predicted(Form::Dense)?, predicted(Form::Solves)?],
     };
     candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let limit = settings.memory_limit.unwrap_or(u64::MAX);
     let least = candidates.iter().map(|c| c.bytes).min().unwrap_or(0);
     let chosen = candidates.into_iter().find(|c| c.bytes <= limit).ok_or_else(|| too_large(problem, least, limit))?;
-    Ok(Choice { graph, touched, ..chosen })
+    Ok(Choice { graph, touched, stop: stop.clone(), ..chosen })
 }
 
 fn too_large(problem: &ContactProblem, needed: u64, limit: u64) -> Error {
@@ -118,6 +121,7 @@ fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched
         graph: empty,
         plan,
         touched: Vec::new(),
+        stop: Stop::never(),
     }
 }
 

@@ -13,7 +13,7 @@ pub use floating::Floating;
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::components;
-use crate::linalg::{Cholesky, Csr, Path, SymmetricCsr, Trailing};
+use crate::linalg::{Cholesky, Csr, Path, Stop, SymmetricCsr, Trailing};
 
 /// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
 #[derive(Debug)]
@@ -30,6 +30,7 @@ pub struct Dual {
     B_shared: Csr,
     /// Bodies held by contact alone; `K⁻¹` stands for a generalised inverse then.
     pub floating: Floating,
+    stop: Stop,
     products: AtomicUsize,
     solves: AtomicUsize,
 }
@@ -58,14 +59,15 @@ impl Dual {
     /// [isotropic problem](ContactProblem::isotropic).
     ///
     /// # Errors
-    /// If `K` is singular beyond the rigid motions of its bodies, not positive or memory runs out.
+    /// If `K` is singular beyond the rigid motions of its bodies, not positive or memory runs out. If it is stopped by what
+    /// the choice was made with: [`Error::interrupted`].
     pub fn new(problem: &ContactProblem, choice: Choice) -> Result<Self, Error> {
-        let Choice { form, graph, plan, touched, .. } = choice;
+        let Choice { form, graph, plan, touched, stop, .. } = choice;
         let floating = Floating::new(problem);
         let factor = if floating.is_empty() {
-            Cholesky::new(&problem.elastic.K, &graph, plan)?
+            Cholesky::new(&problem.elastic.K, &graph, plan, &stop)?
         } else {
-            Cholesky::new(&floating.held(&problem.elastic.K), &graph, plan)?
+            Cholesky::new(&floating.held(&problem.elastic.K), &graph, plan, &stop)?
         };
         let (touched, product) = match form {
             Form::Dense => {
@@ -77,6 +79,7 @@ impl Dual {
                 (touched, Product::Solves(path))
             }
         };
+        stop.check()?;
         let b_touched = problem.isotropic_rows().select_columns(&touched);
         let k_touched = problem.elastic.K.principal(&touched);
         let b_shared = shared(problem, &b_touched, &touched);
@@ -89,6 +92,7 @@ impl Dual {
             product,
             B_shared: b_shared,
             floating,
+            stop,
             products,
             solves,
         })
@@ -127,6 +131,11 @@ impl Dual {
     /// Whether products use the dense Schur complement.
     pub fn is_dense(&self) -> bool {
         matches!(self.product, Product::Dense(_))
+    }
+
+    /// What ends linear systems with the operator.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
     }
 
     /// Products with `Q` so far.

@@ -4,6 +4,7 @@ use super::PointState;
 use crate::Error;
 use crate::certificate::Certificate;
 use crate::contact::ContactProblem;
+use crate::linalg::Stop;
 
 /// The way a solution is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,6 +34,8 @@ pub struct Settings {
     pub start: Option<Vec<f64>>,
     /// Displacements to start from, length `n`, length; zero if `None`. Used where it is found by multigrid.
     pub start_displacement: Option<Vec<f64>>,
+    /// Ends the solve: with [`Status::Interrupted`] if the iteration has begun, otherwise with [`Error::interrupted`].
+    pub stop: Stop,
 }
 
 impl Settings {
@@ -76,6 +79,7 @@ impl Default for Settings {
             memory_limit: None,
             start,
             start_displacement,
+            stop: Stop::never(),
         }
     }
 }
@@ -93,7 +97,7 @@ pub enum Status {
     NoEquilibrium,
     /// The method has converged by its own rule, but the certificate does not pass.
     Uncertified,
-    /// The observer asked to stop.
+    /// The observer or [`Settings::stop`] asked to stop.
     Interrupted,
 }
 

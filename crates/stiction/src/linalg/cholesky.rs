@@ -7,10 +7,11 @@ use faer::sparse::linalg::cholesky::supernodal::{
     SymbolicSupernodalCholesky, factorize_supernodal_numeric_llt, factorize_supernodal_numeric_llt_scratch,
     factorize_supernodal_symbolic_cholesky, factorize_supernodal_symbolic_cholesky_scratch,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 
+use super::stop::unless_stopped;
 use super::symbolic::permuted;
-use super::{NodeGraph, Plan, SymmetricCsr, Trailing, axpy, in_huge_pages, kernels, max_abs};
+use super::{NodeGraph, Plan, Stop, SymmetricCsr, Trailing, axpy, in_huge_pages, kernels, max_abs};
 use crate::Error;
 
 /// `P K Pᵀ = L Lᵀ`, `L` by supernodes: dense panels of columns that share their structure.
@@ -41,29 +42,24 @@ pub struct Path {
 impl Cholesky {
     /// Factorises the symmetric positive definite `k` in the order of `plan`; `graph` is the graph `plan` was made of.
     ///
+    /// A stop is heard within a twentieth of a second. The elimination itself cannot be left: it is abandoned on a thread of
+    /// its own, where it takes a core and the memory of the factor until it ends.
+    ///
     /// # Errors
     /// If `k` is not positive definite (the unknown with the failing pivot is named), or the factor does not solve
-    /// a system to the accuracy a stable factorisation has.
-    pub fn new(k: &SymmetricCsr, graph: &NodeGraph, plan: Plan) -> Result<Self, Error> {
-        let n = k.rows;
-        let (start, rows, entries) = permuted(k, graph, &plan);
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &rows);
-        let supernodes = supernodes(pattern, &plan)?;
-        let mut values = in_huge_pages(vec![0.0; supernodes.len_val() + LINE]);
-        let first = values.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
-        let scratch = factorize_supernodal_numeric_llt_scratch::<usize, f64>(&supernodes, Par::Seq, Default::default());
-        let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
-        let outcome = factorize_supernodal_numeric_llt(
-            &mut values[first..first + supernodes.len_val()],
-            SparseColMatRef::new(pattern, &entries),
-            LltRegularization::default(),
-            &supernodes,
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        );
-        if let Err(LltError::NonPositivePivot { index }) = outcome {
-            let unknown = plan.unknown.get(index).copied().unwrap_or(0);
+    /// a system to the accuracy a stable factorisation has. If it is stopped: [`Error::interrupted`].
+    pub fn new(k: &SymmetricCsr, graph: &NodeGraph, plan: Plan, stop: &Stop) -> Result<Self, Error> {
+        stop.check()?;
+        let (pattern, entries) = {
+            let (start, rows, entries) = permuted(k, graph, &plan);
+            (SymbolicSparseColMat::new_checked(k.rows, k.rows, start, None, rows), entries)
+        };
+        stop.check()?;
+        let supernodes = supernodes(pattern.as_ref(), &plan)?;
+        stop.check()?;
+        let (values, first, supernodes, failed) = unless_stopped(stop, eliminate(pattern, entries, supernodes)?)?;
+        if let Some(place) = failed {
+            let unknown = plan.unknown.get(place).copied().unwrap_or(0);
             return Err(not_positive_definite(unknown));
         }
         let factor = Cholesky { plan, supernodes, values, first };
@@ -209,6 +205,34 @@ fn supernodes(
         .map_err(|_| out_of_memory())
 }
 
+/// The panels, the first of them, the supernodes, and the place whose pivot failed.
+type Eliminated = (Vec<f64>, usize, SymbolicSupernodalCholesky<usize>, Option<usize>);
+
+/// The elimination, to be run anywhere; all its memory is there before it begins.
+fn eliminate(
+    pattern: SymbolicSparseColMat<usize>,
+    entries: Vec<f64>,
+    supernodes: SymbolicSupernodalCholesky<usize>,
+) -> Result<impl FnOnce() -> Eliminated + Send + 'static, Error> {
+    let mut values = in_huge_pages(vec![0.0; supernodes.len_val() + LINE]);
+    let first = values.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
+    let scratch = factorize_supernodal_numeric_llt_scratch::<usize, f64>(&supernodes, Par::Seq, Default::default());
+    let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
+    Ok(move || {
+        let outcome = factorize_supernodal_numeric_llt(
+            &mut values[first..first + supernodes.len_val()],
+            SparseColMatRef::new(pattern.as_ref(), &entries),
+            LltRegularization::default(),
+            &supernodes,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        let failed = outcome.err().map(|LltError::NonPositivePivot { index }| index);
+        (values, first, supernodes, failed)
+    })
+}
+
 fn out_of_memory() -> Error {
     Error::new("", "there is not enough memory for the Cholesky factor", "coarsen the mesh or use a larger machine")
 }
@@ -261,7 +285,7 @@ mod tests {
         let is_last: Vec<bool> = (0..graph.len()).map(late).collect();
         let trailing = is_last.iter().filter(|&&l| l).count();
         let plan = plan(&graph, &last(&nested_dissection(&graph), &is_last), trailing);
-        let factor = Cholesky::new(&k, &graph, plan).unwrap();
+        let factor = Cholesky::new(&k, &graph, plan, &Stop::never()).unwrap();
         (k, factor)
     }
 
@@ -323,6 +347,20 @@ mod tests {
         *k.entry_mut(20, 20).unwrap() = -1.0;
         let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
         let plan = plan(&graph, &nested_dissection(&graph), 0);
-        assert!(Cholesky::new(&k, &graph, plan).unwrap_err().what.contains("not positive definite"));
+        assert!(Cholesky::new(&k, &graph, plan, &Stop::never()).unwrap_err().what.contains("not positive definite"));
+    }
+
+    #[test]
+    fn a_stop_reaches_each_stage_of_the_factorisation() {
+        let (k, node_of) = matrix(40);
+        let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
+        let plan = plan(&graph, &nested_dissection(&graph), 0);
+        for questions in 0..3 {
+            let found = Cholesky::new(&k, &graph, plan.clone(), &Stop::after(questions));
+            assert!(found.unwrap_err().interrupted, "after {questions}");
+        }
+        let whole = Cholesky::new(&k, &graph, plan.clone(), &Stop::never()).unwrap();
+        let other = Cholesky::new(&k, &graph, plan, &Stop::when(|| false)).unwrap();
+        assert!(whole.values[whole.first..][..whole.len()] == other.values[other.first..][..other.len()]);
     }
 }

@@ -1,4 +1,4 @@
-use super::{axpy, dot, norm};
+use super::{Stop, axpy, dot, norm};
 
 /// How a Krylov solve ended.
 #[derive(Debug, Clone)]
@@ -23,6 +23,18 @@ pub fn gmres(
     tolerance: f64,
     limit: usize,
 ) -> Krylov {
+    gmres_until(&mut operator, preconditioner, b, tolerance, limit, &Stop::never())
+}
+
+/// The same, or as far as it came when `stop` asks to end.
+pub fn gmres_until(
+    mut operator: impl FnMut(&[f64]) -> Vec<f64>,
+    preconditioner: impl Fn(&[f64]) -> Vec<f64>,
+    b: &[f64],
+    tolerance: f64,
+    limit: usize,
+    stop: &Stop,
+) -> Krylov {
     let beta = norm(b);
     let mut result = Krylov { coefficient: Vec::new(), directions: Vec::new(), residual: 1.0 };
     if beta == 0.0 || !beta.is_finite() {
@@ -33,7 +45,7 @@ pub fn gmres(
     let mut triangle: Vec<Vec<f64>> = Vec::new(); // columns of R
     let mut rotations: Vec<(f64, f64)> = Vec::new();
     let mut rhs = vec![beta];
-    while result.residual > tolerance && triangle.len() < limit {
+    while result.residual > tolerance && triangle.len() < limit && !stop.asked() {
         let k = triangle.len();
         let z = preconditioner(&basis[k]);
         let mut w = operator(&z);
@@ -109,5 +121,12 @@ mod tests {
     fn a_singular_operator_ends_without_dividing_by_zero() {
         let found = gmres(|x| vec![x[0], 0.0], <[f64]>::to_vec, &[1.0, 1.0], 1e-10, 10);
         assert!(found.coefficient.iter().all(|c| c.is_finite()) && found.residual > 0.5);
+    }
+
+    #[test]
+    fn a_stop_ends_it_with_what_there_is() {
+        let found =
+            gmres_until(|x| vec![x[0], 2.0 * x[1], 3.0 * x[2]], <[f64]>::to_vec, &[1.0; 3], 1e-13, 10, &Stop::after(2));
+        assert!(found.directions.len() == 2 && found.coefficient.len() == 2 && found.residual > 1e-6);
     }
 }

@@ -21,7 +21,7 @@ mod vectorised;
 
 pub use cholesky::{Cholesky, Path};
 pub use csr::Csr;
-pub use gmres::{Krylov, gmres};
+pub use gmres::{Krylov, gmres, gmres_until};
 pub use lanczos::{Ritz, largest_eigenvalue};
 pub use lu::Lu;
 pub use ordering::{NodeGraph, nested_dissection, nested_dissection_until};

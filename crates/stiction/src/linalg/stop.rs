@@ -1,5 +1,7 @@
-use std::fmt;
 use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+use std::{fmt, panic, thread};
 
 use crate::Error;
 
@@ -40,6 +42,41 @@ impl Stop {
     }
 }
 
+/// How often it is asked while other work goes on.
+const PERIOD: Duration = Duration::from_millis(20);
+
+/// What comes of work that cannot be left: a stop leaves it to a thread of its own, which runs on to its end with what the
+/// work holds.
+///
+/// # Errors
+/// If it was stopped, or there is no thread to be had.
+pub(super) fn unless_stopped<T: Send + 'static>(
+    stop: &Stop,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Error> {
+    if stop.0.is_none() {
+        return Ok(work());
+    }
+    let (send, receive) = channel();
+    // Nobody may be left to hear of the result.
+    let run = move || drop(send.send(work()));
+    let thread = thread::Builder::new().name("stoppable".into()).spawn(run).map_err(|error| {
+        Error::new("", format!("the system gives no thread ({error})"), "end other programs, or raise their limit")
+    })?;
+    loop {
+        match receive.recv_timeout(PERIOD) {
+            Ok(result) => return Ok(result),
+            Err(RecvTimeoutError::Timeout) => stop.check()?,
+            Err(RecvTimeoutError::Disconnected) => {
+                if let Err(cause) = thread.join() {
+                    panic::resume_unwind(cause);
+                }
+                unreachable!("it sends before it ends");
+            }
+        }
+    }
+}
+
 impl fmt::Debug for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.0.is_some() { "Stop(when)" } else { "Stop(never)" })
@@ -54,5 +91,32 @@ impl PartialEq for Stop {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+impl Stop {
+    /// Stops when it has been asked more than so many times.
+    pub fn after(questions: usize) -> Self {
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        Stop::when(move || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= questions)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_does_not_end_is_left() {
+        let (hold, held) = channel::<()>();
+        let work = move || {
+            let _ = held.recv();
+            3
+        };
+        assert!(unless_stopped(&Stop::after(2), work).unwrap_err().interrupted);
+        drop(hold);
+        assert_eq!(unless_stopped(&Stop::when(|| false), || 3), Ok(3));
+        assert_eq!(unless_stopped(&Stop::never(), || 3), Ok(3));
     }
 }

@@ -268,7 +268,7 @@ fn the_estimate_of_the_direct_path_is_of_the_size_of_the_symbolic_counts() {
             let case = block_of(size, cells, element, 1.0, 0.3).fix("x-min", HELD);
             let p = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.3)).pose().problem;
             let guess = estimate(&p);
-            let counted = choose(&p, &DualSettings { form: Form::Solves, memory_limit: None }).unwrap();
+            let counted = choose(&p, &DualSettings { form: Form::Solves, ..Default::default() }).unwrap();
             let [flops, bytes] = [guess.flops / counted.flops, guess.bytes / counted.bytes as f64];
             println!("{element:?} {cells:?}: flops {flops:.2}, bytes {bytes:.2} of what was counted");
             assert!((0.2..5.0).contains(&flops) && (0.2..5.0).contains(&bytes), "{flops} {bytes}");

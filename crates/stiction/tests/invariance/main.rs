@@ -2,3 +2,4 @@
 
 mod frames;
 mod slanted_symmetry;
+mod stop;

@@ -4,7 +4,7 @@ use crate::contact::ContactProblem;
 use crate::dual::{Dual, Inverse};
 use crate::friction::law::{Linearisation, V3};
 use crate::friction::system::{Iterate, Step, System, by_component, by_point, moved};
-use crate::linalg::{SmallLu, axpy, dot, gmres};
+use crate::linalg::{SmallLu, axpy, dot, gmres_until};
 
 /// Products one linear system may take.
 const INNER_LIMIT: usize = 300;
@@ -57,7 +57,7 @@ impl<'a> DualSystem<'a> {
         };
         let balanced = vec![0.0; jumps.len()];
         let precondition = |x: &[f64]| border.complete(equations.precondition(x), &balanced);
-        let krylov = gmres(operator, precondition, &rhs, accuracy, limit);
+        let krylov = gmres_until(operator, precondition, &rhs, accuracy, limit, self.dual.stop());
         for ((&c, z), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
             let scaled: Vec<f64> = z.iter().map(|z| c * z).collect();
             equations.expand(&scaled[..count], &mut d);

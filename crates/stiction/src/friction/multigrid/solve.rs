@@ -15,6 +15,7 @@ use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_rest;
 use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, SolverPath, Status};
+use crate::linalg::Stop;
 use crate::linalg::multigrid::Hierarchy;
 
 /// A problem transformed to the frames of its contact points, with the multigrid hierarchy of its stiffness: what can be
@@ -33,7 +34,15 @@ impl Multigrid {
     /// orthonormal frame (points have none where `node_of` is missing), points between bodies on one some hundred times
     /// stiffer than the other, nodes with more than three unknowns, or a matrix that aggregation does not make coarser.
     pub fn new(problem: &ContactProblem) -> Result<Multigrid, Error> {
-        let (transformed, hierarchy) = Transformed::new(problem)?;
+        Self::until(problem, &Stop::never())
+    }
+
+    /// The same, which ends when `stop` asks to.
+    ///
+    /// # Errors
+    /// As [`Multigrid::new`]; if it is stopped [`Error::interrupted`].
+    pub fn until(problem: &ContactProblem, stop: &Stop) -> Result<Multigrid, Error> {
+        let (transformed, hierarchy) = Transformed::new(problem, stop)?;
         Ok(Multigrid { transformed, hierarchy })
     }
 

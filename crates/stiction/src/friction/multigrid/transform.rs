@@ -2,8 +2,8 @@ use super::points::{OtherNodes, Point, points};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::NodeGraph;
 use crate::linalg::multigrid::{Block, Blocks, Hierarchy, Kernel, Nodes, RelativeCoordinates};
+use crate::linalg::{NodeGraph, Stop};
 
 /// The transformed problem: `K`, `f` and the near-kernel by nodes, those of contact points in their frames `(n, t1, t2)` and,
 /// between bodies, as displacements relative to the other body. Contact conditions then concern single components.
@@ -76,15 +76,18 @@ impl Transformed {
     /// # Errors
     /// If the problem is none for multigrid: a point without a node of its own on which its rows are an orthonormal frame,
     /// or on a much stiffer body than the one it touches; nodes with more than three unknowns; a matrix that aggregation does
-    /// not make coarser.
-    pub fn new(problem: &ContactProblem) -> Result<(Transformed, Hierarchy), Error> {
+    /// not make coarser. If it is stopped: [`Error::interrupted`].
+    pub fn new(problem: &ContactProblem, stop: &Stop) -> Result<(Transformed, Hierarchy), Error> {
+        stop.check()?;
         let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes).ok_or_else(|| no_own_nodes(problem))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
+        stop.check()?;
         let mut k = nodes.blocks(&problem.elastic.K, &graph);
+        stop.check()?;
         if on_stiff_bodies(&k, &points, &others) {
             return Err(on_stiff_body());
         }
@@ -103,8 +106,9 @@ impl Transformed {
         }
         let between_bodies = others.iter().any(|o| !o.is_empty());
         let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
-        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref())
-            .ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
+        let hierarchy = Hierarchy::until(&mut k, &kernel, &own, relative.as_ref(), stop);
+        stop.check()?;
+        let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for (p, coarse) in points.iter_mut().zip(hierarchy.coarse_compliances()) {
             let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();

@@ -29,6 +29,7 @@ pub use dense::inverse;
 pub use relative_coordinates::RelativeCoordinates;
 pub use truncation::NodeConstraint;
 
+use super::Stop;
 use coarsen::{coarsen, copied};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
@@ -95,13 +96,27 @@ impl Hierarchy {
         contact_nodes: &[u32],
         relative: Option<&RelativeCoordinates>,
     ) -> Option<Hierarchy> {
+        Self::until(a, kernel, contact_nodes, relative, &Stop::never())
+    }
+
+    /// The same; `None` also if `stop` asks to end, which is heard between the levels and their parts.
+    pub fn until(
+        a: &mut Blocks<3, 3>,
+        kernel: &[Kernel<3>],
+        contact_nodes: &[u32],
+        relative: Option<&RelativeCoordinates>,
+        stop: &Stop,
+    ) -> Option<Hierarchy> {
+        let unless_stopped = || (!stop.asked()).then_some(());
         let small = || (a.rows <= COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
         let mut step = coarsen(a, kernel, STRONG, contact_nodes).or_else(small)?;
         if let Some(relative) = relative {
             relative.transform_matrix(a);
             step = relative.transform_step(step, a);
         }
+        unless_stopped()?;
         let mut truncation = Truncation::new(a, &step, contact_nodes);
+        unless_stopped()?;
         let first = Packed::new(&step.prolongation);
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
@@ -110,6 +125,7 @@ impl Hierarchy {
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > COARSEST_NODES && coarse.len() < LEVELS {
+            unless_stopped()?;
             let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE, &[]) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             truncation.add_level(&matrix, &prolongation);

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::fem::full_displacement;
 use crate::friction::{Multigrid, Settings, solve_multigrid};
+use crate::linalg::Stop;
 use crate::run::pose::{Coarser, Prepared};
 
 /// Accuracy of the coarse solution; a better one saves no fine cycles, one of 0.1 costs one now and then.
@@ -16,13 +17,15 @@ const TOLERANCE: f64 = 0.03;
 const CYCLES: usize = 100;
 
 /// Displacements of the unknowns of `fine` by interpolation of the solution on the coarser block ([`weights`]); nothing
-/// if it is not found.
-pub(crate) fn start(coarser: &Coarser, fine: &Prepared) -> Option<Vec<f64>> {
+/// if it is not found, or not before `stop` asks to end.
+pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<Vec<f64>> {
     let problem = &coarser.prepared.problem;
-    let mut multigrid = Multigrid::new(problem).ok()?;
-    let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared));
+    let mut multigrid = Multigrid::until(problem, stop).ok()?;
+    let start_displacement = coarser.prepared.coarser.as_ref().and_then(|c| start(c, &coarser.prepared, stop));
     let settings = Settings { tolerance: TOLERANCE, max_iterations: CYCLES, start_displacement, ..Settings::default() };
-    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
+    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut |_| {
+        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
     if !solution.certificate.passed {
         return None;
     }

@@ -116,7 +116,8 @@ impl Outcome {
 ///
 /// # Errors
 /// If the matrices do not fit the memory, the stiffness matrix is not positive definite, or the method or the path is
-/// not for the case. An iteration that ends short of its tolerance is no error but a status of the solution.
+/// not for the case. An iteration that ends short of its tolerance is no error but a status of the solution; what is stopped
+/// before its first iteration ends with [`Error::interrupted`].
 pub fn solve(
     prepared: &Prepared,
     settings: &Settings,
@@ -149,12 +150,13 @@ pub(crate) fn solve_again(
     let mut solver = settings.solver.clone();
     let newton = settings.method.method == Method::Newton;
     if newton && solver.start_displacement.is_none() && kept.begins_with_multigrid(problem, &solver) {
-        let nested = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared));
+        let nested = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared, &solver.stop));
         solver.start_displacement = nested.or_else(|| clearance::start(prepared));
     }
     let mut watch = |event: &SolveEvent| {
         clock.event(event);
-        observer(&Event::Solver(*event))
+        let told = observer(&Event::Solver(*event));
+        if settings.solver.stop.asked() { ControlFlow::Break(()) } else { told }
     };
     let answer = if newton {
         let solution = solve_validated(problem, &solver, kept, &mut watch);
@@ -264,11 +266,13 @@ pub(crate) fn uniqueness_facts(
     let Some(dual) = kept.factor() else { return };
     let solution = &outcome.solution;
     let unsettled = matches!(solution.status, Status::Interrupted | Status::NoEquilibrium);
-    if unsettled || solution.path == SolverPath::Multigrid {
+    if unsettled || solution.path == SolverPath::Multigrid || dual.stop().asked() {
         return;
     }
     let mut lap = stopwatch();
-    let _ = observer(&Event::Coulomb);
+    if observer(&Event::Coulomb).is_break() {
+        return;
+    }
     outcome.coulomb = coulomb_facts(&prepared.problem, dual, &outcome.solution);
     outcome.seconds.coulomb = lap();
 }

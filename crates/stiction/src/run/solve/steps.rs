@@ -78,7 +78,7 @@ struct Answer {
 /// last step, and `prepared` holds the problem it solves.
 ///
 /// A step that does not end certified is tried again from zero, then halved up to six times; after that the run ends
-/// with the status of the shortest. An interrupted run ends with its last finished step.
+/// with the status of the shortest. An interrupted run ends with its last finished step, or with [`Error::interrupted`].
 ///
 /// # Errors
 /// As [`solve`](super::solve()); expressions that are not finite; what `keep` returns.
@@ -103,7 +103,13 @@ pub fn solve_steps(
             interrupted = true;
             break;
         }
-        let (loads, mut outcome) = tighten(prepared, settings, &mut march, &mut kept, t, observer)?;
+        let (loads, mut outcome) = match tighten(prepared, settings, &mut march, &mut kept, t, observer) {
+            Err(error) if error.interrupted => {
+                interrupted = true;
+                break;
+            }
+            tightened => tightened?,
+        };
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -367,7 +373,7 @@ fn end(
 ) -> Result<Outcome, Error> {
     let March { body, last, records, .. } = march;
     let Some((mut outcome, reference)) = last else {
-        return Err(Error::new("", "interrupted before the first step", "solve the case again"));
+        return Err(Error::interrupted());
     };
     if interrupted && !records.is_empty() {
         // What acts in the step that was left is taken back.
