@@ -7,7 +7,7 @@ use super::transform::Transformed;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, DualSettings, choose};
 use crate::friction::{Settings, Status, solve};
-use crate::linalg::{Csr, SymmetricCsr};
+use crate::linalg::{Csr, Stop, SymmetricCsr};
 
 const SIZE: [usize; 3] = [9, 5, 4];
 
@@ -82,7 +82,7 @@ fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
 
 /// Descends from displacements without order, with nodes inside the obstacle.
 fn descend_for(problem: &ContactProblem, cycles: usize) -> (Termination, usize, Vec<f64>) {
-    let (transformed, mut hierarchy) = Transformed::new(problem).unwrap();
+    let (transformed, mut hierarchy) = Transformed::new(problem, &Stop::never()).unwrap();
     let laws = point_laws(problem, &transformed);
     let start: Vec<f64> = (0..problem.unknowns()).map(|i| (i as f64 * 0.618).fract() - 0.5).collect();
     let mut state = State::at(transformed.to_frames(&start), &transformed.k);
