@@ -55,6 +55,9 @@
 //! `Q = B K⁻¹ Bᵀ`; [`qp`] has quadratic programs over simple sets; [`friction`] solves; [`discrete`] solves problems
 //! given by `W`, `q` and coefficients; [`certificate`] judges; [`io`] alone opens files; [`run`] walks the whole way.
 
+#![warn(missing_docs)]
+#![warn(clippy::missing_errors_doc)]
+
 pub mod certificate;
 pub mod contact;
 pub mod discrete;

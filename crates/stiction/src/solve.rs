@@ -15,11 +15,19 @@ use crate::friction::{self, Multigrid, Progress, Settings, Solution, SolverPath,
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SolveEvent {
     /// Set-up of the multigrid hierarchy.
-    SettingUp { unknowns: usize },
+    SettingUp {
+        /// Unknown displacements.
+        unknowns: usize,
+    },
     /// Ordering of the unknowns for the factor.
     Ordering,
     /// Elimination of `unknowns`, predicted to take so many bytes.
-    Factorising { unknowns: usize, bytes: u64 },
+    Factorising {
+        /// Unknown displacements.
+        unknowns: usize,
+        /// Predicted memory.
+        bytes: u64,
+    },
     /// The hierarchy or the factor stands, the iteration begins.
     Solving,
     /// An iteration has been done.

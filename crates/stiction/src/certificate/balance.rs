@@ -6,6 +6,7 @@ use crate::linalg::Csr;
 /// of the body where it is largest): the largest component.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balance {
+    /// Imbalance of force over the sum of the sizes of all forces.
     pub force: f64,
     /// About the centre the rigid motions are taken about.
     pub moment: f64,
@@ -14,12 +15,15 @@ pub struct Balance {
 /// The forces on one body, newton, and how they balance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyBalance {
+    /// The body's name.
     pub name: String,
+    /// Resultant of its loads, newton.
     pub load: [f64; 3],
     /// From the supports.
     pub support: [f64; 3],
     /// From all it touches.
     pub contact: [f64; 3],
+    /// How far its forces and moments are from balance.
     pub balance: Balance,
 }
 

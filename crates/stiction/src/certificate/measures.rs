@@ -42,6 +42,7 @@ pub struct Certificate {
     pub duality_gap: Option<f64>,
     /// The largest of the measures.
     pub worst: f64,
+    /// What every measure is held against.
     pub tolerance: f64,
     /// Whether `worst <= tolerance`.
     pub passed: bool,

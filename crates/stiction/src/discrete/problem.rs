@@ -22,6 +22,7 @@ pub struct LocalProblem {
     pub q: Vec<f64>,
     /// Coefficient of friction, `m`, at least zero.
     pub mu: Vec<f64>,
+    /// Bilateral constraints.
     pub bilateral: Option<Bilateral>,
 }
 
@@ -57,6 +58,7 @@ pub struct GlobalProblem {
     pub w: Vec<f64>,
     /// Coefficient of friction, `m`, at least zero.
     pub mu: Vec<f64>,
+    /// Bilateral constraints.
     pub equalities: Option<Equalities>,
 }
 
@@ -73,7 +75,9 @@ pub struct Equalities {
 /// A problem in either form.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DiscreteProblem {
+    /// `u = W r + q`.
     Local(LocalProblem),
+    /// `M v = H r + f`, `u = Hᵀ v + w`.
     Global(GlobalProblem),
 }
 

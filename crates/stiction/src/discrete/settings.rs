@@ -17,6 +17,7 @@ pub enum Method {
 }
 
 impl Method {
+    /// All methods.
     pub const ALL: [Method; 5] = [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm];
 
     /// The name a user writes.
@@ -48,6 +49,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// Proximal steps; the methods without them take up to ten rounds of ten steps for each.
     pub max_iterations: usize,
+    /// The method.
     pub method: Method,
     /// Impulses to start from, `dm`; zero if `None`.
     pub start: Option<Vec<f64>>,
@@ -64,6 +66,7 @@ impl Default for Settings {
 pub enum Status {
     /// All three residuals are at most the tolerance.
     Solved,
+    /// The limit of iterations was reached.
     MaxIterations,
     /// The method can go no further: a factor is singular.
     Stalled,
@@ -77,11 +80,13 @@ pub enum Status {
 /// Told to the observer at every proximal step or round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
+    /// Number of the iteration.
     pub iteration: usize,
     /// The largest of the three residuals.
     pub residual: f64,
     /// The parameter of the method over the local flexibility: proximal, penalty or length of step.
     pub parameter: f64,
+    /// Newton steps so far.
     pub newton_steps: usize,
 }
 
@@ -90,6 +95,7 @@ pub struct Progress {
 pub struct Counts {
     /// Proximal steps, or rounds of the other methods.
     pub iterations: usize,
+    /// Newton steps.
     pub newton_steps: usize,
     /// Sweeps over the points.
     pub sweeps: usize,
@@ -102,12 +108,16 @@ pub struct Counts {
 /// The best impulses found, with their measures.
 #[derive(Debug, Clone)]
 pub struct Solution {
+    /// How the iteration ended.
     pub status: Status,
     /// Impulses, `dm`.
     pub r: Vec<f64>,
     /// Velocities `W r + q`, `dm`.
     pub u: Vec<f64>,
+    /// How far the impulses are from a solution.
     pub measures: Measures,
+    /// What it cost.
     pub counts: Counts,
+    /// The progress at every iteration.
     pub history: Vec<Progress>,
 }

@@ -17,6 +17,7 @@ pub enum Form {
 /// Settings of the direct dual path.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DualSettings {
+    /// How products are formed.
     pub form: Form,
     /// Bytes the factor may take; `None` sets no limit.
     pub memory_limit: Option<u64>,

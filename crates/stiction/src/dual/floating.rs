@@ -10,6 +10,7 @@ use crate::linalg::{SymmetricCsr, axpy, dot};
 /// springs hold at `alpha`.
 #[derive(Debug)]
 pub struct Floating {
+    /// Their rigid motions.
     pub motions: RigidMotions,
     /// The columns of `G`, length `3m` each.
     pub jumps: Vec<Vec<f64>>,

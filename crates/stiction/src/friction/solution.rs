@@ -27,6 +27,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// Newton steps, or a fifth of the multigrid cycles.
     pub max_iterations: usize,
+    /// Factor or multigrid.
     pub path: SolverPath,
     /// Bytes the factor or the multigrid hierarchy may take; `None` sets no limit.
     pub memory_limit: Option<u64>,
@@ -89,6 +90,7 @@ impl Default for Settings {
 pub enum Status {
     /// The certificate passes.
     Solved,
+    /// The limit of iterations was reached.
     MaxIterations,
     /// No method gains on the residual any more.
     Stalled,
@@ -122,14 +124,19 @@ pub enum Phase {
 /// Told to the observer at every iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
+    /// What the solver is doing.
     pub phase: Phase,
+    /// Number of the iteration.
     pub iteration: usize,
     /// Norm of the residual over the norm of the multipliers; with multigrid over that of the load.
     pub residual: f64,
     /// Products with `Q` so far; with multigrid, products with `K`.
     pub products: usize,
+    /// Points that are open.
     pub open: usize,
+    /// Points that stick.
     pub stick: usize,
+    /// Points that slip.
     pub slip: usize,
 }
 
@@ -153,6 +160,7 @@ pub struct Counts {
 /// A solution with its certificate.
 #[derive(Debug, Clone)]
 pub struct Solution {
+    /// How the iteration ended.
     pub status: Status,
     /// The way it was found.
     pub path: SolverPath,
@@ -160,8 +168,12 @@ pub struct Solution {
     pub u: Vec<f64>,
     /// Multipliers `[lambda_n; lambda_t1; lambda_t2]`, newton, `3m`; admissible to the last digit.
     pub lambda: Vec<f64>,
+    /// The state of each point, `m`.
     pub states: Vec<PointState>,
+    /// How far the answer is from a solution.
     pub certificate: Certificate,
+    /// What it cost.
     pub counts: Counts,
+    /// The progress at every iteration.
     pub history: Vec<Progress>,
 }

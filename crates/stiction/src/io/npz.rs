@@ -17,9 +17,13 @@ use crate::Error;
 /// Numbers of one kind. What is written is borrowed where that can be: the matrix of a large problem is not copied.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data<'a> {
+    /// `<f8`.
     F64(Cow<'a, [f64]>),
+    /// `<i8`.
     I64(Vec<i64>),
+    /// `<u4`.
     U32(Cow<'a, [u32]>),
+    /// `|u1`.
     U8(Vec<u8>),
     /// The numbers at these places of a longer list, one part after the other; only written.
     U32Parts(&'a [u32], &'a [Range<usize>]),
@@ -28,7 +32,9 @@ pub enum Data<'a> {
 /// An array with its shape, the last axis running fastest; a scalar has the shape `[]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array<'a> {
+    /// Lengths along its axes; empty for a single number.
     pub shape: Vec<usize>,
+    /// Its numbers, row by row.
     pub data: Data<'a>,
 }
 
@@ -97,6 +103,9 @@ impl<'a> Array<'a> {
 }
 
 /// Writes the arrays, stored without compression. Equal arrays make equal files.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
     begin(path, arrays)?.commit()
 }
@@ -196,6 +205,9 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
 }
 
 /// Reads all arrays of a file written by [`write()`] or by `numpy.savez`.
+///
+/// # Errors
+/// If the file cannot be read or is no archive of arrays.
 pub fn read(path: &Path) -> Result<Arrays, Error> {
     let place = path.display().to_string();
     let unreadable = |e: io::Error| {
@@ -207,6 +219,9 @@ pub fn read(path: &Path) -> Result<Arrays, Error> {
 }
 
 /// The same from the bytes of a file.
+///
+/// # Errors
+/// If they are no archive of arrays.
 pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
@@ -279,6 +294,9 @@ fn npy(bytes: &[u8]) -> Result<Array<'static>, String> {
 }
 
 /// The array called `name`.
+///
+/// # Errors
+/// If there is no such array.
 pub fn get<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a Array<'static>, Error> {
     arrays.get(name).ok_or_else(|| {
         let present = arrays.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -294,6 +312,9 @@ fn wrong(name: &str, array: &Array, wanted: &str) -> Error {
 }
 
 /// A list of `float64`, of length `len` if given.
+///
+/// # Errors
+/// If there is no such array, or it has another type or length.
 pub fn f64s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'a [f64], Error> {
     let array = get(arrays, name)?;
     match &array.data {
@@ -303,6 +324,9 @@ pub fn f64s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'
 }
 
 /// A list of vectors: `float64` of shape `[n, 3]`.
+///
+/// # Errors
+/// If there is no such array, or it has another type or shape.
 pub fn vectors<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a [[f64; 3]], Error> {
     let array = get(arrays, name)?;
     match &array.data {
@@ -312,6 +336,9 @@ pub fn vectors<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a [[f64; 3]], Err
 }
 
 /// A list of `uint32`, of length `len` if given.
+///
+/// # Errors
+/// If there is no such array, or it has another type or length.
 pub fn u32s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'a [u32], Error> {
     let array = get(arrays, name)?;
     match &array.data {
@@ -321,6 +348,9 @@ pub fn u32s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'
 }
 
 /// A list of counts, stored as `int64`, none negative; of length `len` if given.
+///
+/// # Errors
+/// If there is no such array, it has another type or length, or a number is negative.
 pub fn usizes(arrays: &Arrays, name: &str, len: Option<usize>) -> Result<Vec<usize>, Error> {
     let array = get(arrays, name)?;
     let counts = match &array.data {
@@ -333,6 +363,9 @@ pub fn usizes(arrays: &Arrays, name: &str, len: Option<usize>) -> Result<Vec<usi
 }
 
 /// One number.
+///
+/// # Errors
+/// If there is no such array or it is not one number.
 pub fn scalar(arrays: &Arrays, name: &str) -> Result<f64, Error> {
     let array = get(arrays, name)?;
     match &array.data {
@@ -342,6 +375,9 @@ pub fn scalar(arrays: &Arrays, name: &str) -> Result<f64, Error> {
 }
 
 /// One count.
+///
+/// # Errors
+/// If there is no such array or it is not one whole number.
 pub fn count(arrays: &Arrays, name: &str) -> Result<usize, Error> {
     let array = get(arrays, name)?;
     let count = match &array.data {
@@ -352,6 +388,9 @@ pub fn count(arrays: &Arrays, name: &str) -> Result<usize, Error> {
 }
 
 /// A text.
+///
+/// # Errors
+/// If there is no such array or it is not UTF-8.
 pub fn text<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a str, Error> {
     let array = get(arrays, name)?;
     let text = if let Data::U8(v) = &array.data { str::from_utf8(v).ok() } else { None };

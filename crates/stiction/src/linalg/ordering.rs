@@ -9,9 +9,11 @@ use super::{Csr, Stop, SymmetricCsr};
 pub struct NodeGraph {
     /// Unknowns of node `v` are `unknowns[first[v]..first[v + 1]]`, ascending.
     pub first: Vec<usize>,
+    /// Unknowns, node by node.
     pub unknowns: Vec<u32>,
     /// Neighbours of node `v` (without `v`) are `neighbours[start[v]..start[v + 1]]`, ascending.
     pub start: Vec<usize>,
+    /// Neighbours, node by node.
     pub neighbours: Vec<u32>,
 }
 

@@ -7,7 +7,9 @@ use crate::linalg::norm;
 /// `lower <= x <= upper`, entry by entry; infinite entries mean no bound, equal ones a fixed entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {
+    /// Lower bounds; minus infinity where there is none.
     pub lower: Vec<f64>,
+    /// Upper bounds; infinity where there is none.
     pub upper: Vec<f64>,
 }
 
@@ -43,7 +45,9 @@ impl Bounds {
 pub struct BoundProblem<'a> {
     /// `x -> A x`.
     pub operator: &'a mut dyn FnMut(&[f64]) -> Vec<f64>,
+    /// The linear term.
     pub b: &'a [f64],
+    /// The bounds.
     pub bounds: &'a Bounds,
     /// The norm of `A`, or a number not much above it; estimated by Lanczos steps, which count as products, if a
     /// method needs it and it is not given.
@@ -74,12 +78,15 @@ pub struct BoundCounts {
 /// Where a minimisation ended; `x` is within the bounds whatever the status except `Empty` and `NotFinite`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundSolution {
+    /// The minimiser, or the last iterate.
     pub x: Vec<f64>,
     /// `A x - b`.
     pub gradient: Vec<f64>,
     /// Euclidean norm of the projected gradient: the free gradient and the chopped one together.
     pub projected_gradient: f64,
+    /// What it cost.
     pub counts: BoundCounts,
+    /// How the iteration ended.
     pub status: QpStatus,
 }
 

@@ -3,7 +3,10 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PointSet {
     /// `x_0 >= 0` and `|(x_1, x_2)| <= radius`.
-    HalfLineAndDisc { radius: f64 },
+    HalfLineAndDisc {
+        /// Radius of the disc.
+        radius: f64,
+    },
     /// No constraint.
     Free,
 }

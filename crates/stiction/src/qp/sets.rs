@@ -10,6 +10,7 @@ use crate::linalg::norm;
 pub struct SetProblem<'a> {
     /// `x -> A x`.
     pub operator: &'a mut dyn FnMut(&[f64]) -> Vec<f64>,
+    /// The linear term.
     pub b: &'a [f64],
     /// The norm of `A`, or a number not much above it; estimated by Lanczos steps, which count, if not given.
     pub largest_eigenvalue: Option<f64>,
@@ -57,12 +58,15 @@ pub struct SetCounts {
 /// Where a minimisation ended; `x` is in the sets whatever the status except `Empty` and `NotFinite`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SetSolution {
+    /// The minimiser, or the last iterate.
     pub x: Vec<f64>,
     /// `A x - b`.
     pub gradient: Vec<f64>,
     /// Euclidean norm of the reduced gradient, see [`minimize_in_sets`].
     pub reduced_gradient: f64,
+    /// What it cost.
     pub counts: SetCounts,
+    /// How the iteration ended.
     pub status: QpStatus,
 }
 

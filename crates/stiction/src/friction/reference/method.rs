@@ -37,16 +37,21 @@ pub enum Given {
 /// (Gauss-Seidel).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Minimization {
+    /// How many copies of the multipliers change at a time.
     pub copies: CopiesAtOnce,
+    /// Whether normal and tangential multipliers are minimised apart.
     pub splitting: Splitting,
+    /// How often.
     pub sweeps: Sweeps,
 }
 
 /// Copies in one block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CopiesAtOnce {
+    /// One copy after the other.
     #[doc(alias = "ALG1")]
     One,
+    /// All copies together.
     #[doc(alias = "ALG2")]
     All,
 }
@@ -54,6 +59,7 @@ pub enum CopiesAtOnce {
 /// Multipliers in one block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Splitting {
+    /// Together.
     #[default]
     No,
     /// The normal ones, then the tangential ones.
@@ -65,8 +71,10 @@ pub enum Splitting {
 /// Passes over the blocks in one Step 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sweeps {
+    /// Until the multipliers change no more.
     #[doc(alias = "Variant 1")]
     UntilConverged,
+    /// Once.
     #[default]
     #[doc(alias = "Variant 2")]
     One,
@@ -116,10 +124,13 @@ pub enum Penalty {
 /// Settings of the methods with squares and of the fixed point; Newton's method uses none of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodSettings {
+    /// The method.
     pub method: Method,
     /// Squares `N` around each disc of friction; at least one.
     pub squares: usize,
+    /// How the squares are tied to one another.
     pub coupling: Coupling,
+    /// How the penalty is chosen.
     pub penalty: Penalty,
     /// `tol` of `|w_l - w_(l-1)| <= tol |w_l|` for given friction (6.1) and of `|g_k - g_(k-1)| <= tol |g_k|` for the
     /// fixed point (6.3). The adaptive method and the discs hold the projected gradient, over the norm of the load,
@@ -142,6 +153,7 @@ pub struct MethodSettings {
     pub bounds: MprgpSettings,
     /// Whether faces are preconditioned by the blocks of the points, which takes out what a large `rho` does.
     pub precondition: bool,
+    /// Where the method starts.
     pub start: Start,
 }
 
@@ -208,6 +220,7 @@ pub enum MethodEnd {
     Limit,
     /// Rounding hides what is left, or a matrix was not positive definite.
     Stalled,
+    /// The observer asked to stop.
     Interrupted,
 }
 
@@ -228,7 +241,9 @@ pub struct MethodStep {
     pub products: usize,
     /// Points with no normal force in any copy, with friction below its bounds in all, and the others.
     pub open: usize,
+    /// Points that stick.
     pub stick: usize,
+    /// Points that slip.
     pub slip: usize,
 }
 
@@ -278,6 +293,7 @@ impl MethodCounts {
 /// Where a method ended and what it cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodReport {
+    /// How the method ended.
     pub end: MethodEnd,
     /// The mean of the copies, newton, `3m`.
     pub lambda: Vec<f64>,
@@ -293,7 +309,9 @@ pub struct MethodReport {
     pub penalty: f64,
     /// `|C lambda| / |lambda|`.
     pub disagreement: f64,
+    /// What it cost.
     pub counts: MethodCounts,
+    /// Its steps.
     pub history: Vec<MethodStep>,
 }
 

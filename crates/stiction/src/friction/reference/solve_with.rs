@@ -15,6 +15,7 @@ use crate::friction::system::by_point;
 /// A solution and what the method has to tell about how it got there.
 #[derive(Debug, Clone)]
 pub struct Answer {
+    /// The solution with its certificate.
     pub solution: Solution,
     /// `None` for Newton's method, which ends by the certificate.
     pub method: Option<MethodReport>,

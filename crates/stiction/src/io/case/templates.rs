@@ -3,6 +3,7 @@
 /// A case to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Template {
+    /// The name `stiction new --from` takes.
     pub name: &'static str,
     /// One line.
     pub description: &'static str,

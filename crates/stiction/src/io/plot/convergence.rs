@@ -9,6 +9,7 @@ use super::ticks::{grouped, number, ten_to, ticks};
 /// The state of a solution after an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConvergencePoint {
+    /// Number of the iteration.
     pub iteration: usize,
     /// Products with the operator so far.
     pub products: usize,

@@ -19,6 +19,7 @@ pub struct DeformedPlot<'a> {
     pub faces: &'a [&'a [u32]],
     /// A vector a point, length.
     pub displacement: &'a [[f64; 3]],
+    /// Heading of the picture.
     pub title: &'a str,
     /// Unit of length, such as `m`; may be empty.
     pub unit_label: &'a str,

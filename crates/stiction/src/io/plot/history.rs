@@ -12,6 +12,7 @@ use super::ticks::ticks;
 pub struct HistoryPanel<'a> {
     /// What the axis shows.
     pub label: &'a str,
+    /// Unit at the vertical axis.
     pub unit_label: &'a str,
     /// Name and values, one for each time; what is not finite is left out.
     pub curves: Vec<(&'a str, Vec<f64>)>,

@@ -11,11 +11,13 @@ use crate::Error;
 /// One of the three axes of a [`SpacePlot`].
 #[derive(Debug, Clone, Copy)]
 pub struct Axis<'a> {
+    /// Text at the axis.
     pub label: &'a str,
     /// Unit of the numbers; may be empty.
     pub unit_label: &'a str,
     /// What the box shows, `low < high`.
     pub low: f64,
+    /// The largest value.
     pub high: f64,
     /// Length of the box along this axis; only its ratio to the others matters.
     pub length: f64,
@@ -24,6 +26,7 @@ pub struct Axis<'a> {
 /// What colours the faces.
 #[derive(Debug, Clone, Copy)]
 pub enum FaceColors<'a> {
+    /// One colour, red, green and blue.
     Plain([u8; 3]),
     /// A finite number a point: the colour of a face is that of its mean on the scale of all.
     Values(&'a [f64]),
@@ -36,9 +39,13 @@ pub struct SpacePlot<'a> {
     pub points: &'a [[f64; 3]],
     /// Points of each face, three or more.
     pub faces: &'a [&'a [u32]],
+    /// Colours of the faces.
     pub colors: FaceColors<'a>,
+    /// The axes.
     pub axes: [Axis<'a>; 3],
+    /// Heading of the picture.
     pub title: &'a str,
+    /// Second line of the heading.
     pub subtitle: &'a str,
 }
 

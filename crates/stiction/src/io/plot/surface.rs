@@ -39,10 +39,13 @@ pub struct SurfaceMap<'a> {
     pub points: &'a [[f64; 3]],
     /// Vertices of each face, three or more; without faces the vertices are drawn as discs.
     pub faces: &'a [&'a [u32]],
+    /// The values that colour it.
     pub values: MapValues<'a>,
+    /// Arrows over it.
     pub vectors: Option<MapVectors<'a>>,
     /// Which vertices matter: a flat map is cut down to their surroundings where they take a small part of it.
     pub focus: Option<&'a [bool]>,
+    /// Heading of the picture.
     pub title: &'a str,
     /// What the values are, such as `Pressure`; unused for states.
     pub label: &'a str,

@@ -11,11 +11,15 @@ pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
 /// A sparse matrix of dense blocks by compressed rows; columns ascend in each row and are unique.
 #[derive(Debug, Clone, Default)]
 pub struct Blocks<const R: usize, const C: usize> {
+    /// Number of rows of blocks.
     pub rows: usize,
+    /// Number of columns of blocks.
     pub cols: usize,
     /// Row `i` occupies `start[i]..start[i + 1]`.
     pub start: Vec<usize>,
+    /// Column of each block.
     pub column: Vec<u32>,
+    /// The blocks.
     pub value: Vec<Block<R, C>>,
 }
 
@@ -196,6 +200,7 @@ impl<const R: usize, const C: usize> Row<'_, R, C> {
 pub struct Nodes {
     /// Node and component of each unknown.
     pub of: Vec<(u32, u8)>,
+    /// Number of nodes.
     pub count: usize,
 }
 

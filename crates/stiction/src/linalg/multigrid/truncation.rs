@@ -11,7 +11,9 @@ use super::smoother::Level;
 /// (positive semidefinite, on free components).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NodeConstraint {
+    /// Components that are constrained.
     pub constrained: [bool; 3],
+    /// Stiffness added to the others, force per length.
     pub spring: Block<3, 3>,
     /// Coulomb coupling: this multiple of the row of the first component, which is constrained, is subtracted from the rows
     /// of the second and third. Their force then grows with the constraint force of the first.

@@ -14,11 +14,15 @@ use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 /// A bolt on the mesh.
 #[derive(Debug, Clone)]
 pub struct Bolt {
+    /// Its name.
     pub name: String,
+    /// The cut through its shank.
     pub cut: Cut,
+    /// Force or shortening.
     pub by: Tightening,
     /// The step after which the shortening stays, counted from 0.
     pub lock: Option<usize>,
+    /// Where the case file asks for it.
     pub spot: Spot,
 }
 

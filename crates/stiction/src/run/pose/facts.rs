@@ -6,15 +6,23 @@ use crate::mesh::MeshInfo;
 /// What a case amounts to on its mesh; `Display` says it in plain words.
 #[derive(Debug, Clone)]
 pub struct Facts {
+    /// Heading of the case.
     pub title: String,
     /// Names of the units, a label only.
     pub units: Option<String>,
+    /// Sizes and quality of the mesh.
     pub mesh: MeshInfo,
+    /// The materials.
     pub materials: Vec<MaterialFacts>,
+    /// Prescribed displacements.
     pub fixes: Vec<FixFacts>,
+    /// Elastic foundations.
     pub springs: Vec<SpringFacts>,
+    /// Loads.
     pub loads: Vec<LoadFacts>,
+    /// Bolts.
     pub bolts: Vec<BoltFacts>,
+    /// Contact surfaces.
     pub contacts: Vec<ContactFacts>,
     /// Increments of the load steps and the time they end at, for which the loads are given; none without load steps.
     pub steps: Option<(usize, f64)>,
@@ -29,20 +37,28 @@ pub struct Facts {
 /// A material and how much of the body is made of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialFacts {
+    /// Its name.
     pub name: String,
+    /// Young's modulus, force per area; the largest of an orthotropic one.
     pub young: f64,
+    /// Poisson's ratio.
     pub poisson: f64,
     /// `E1, E2, E3; nu12, nu13, nu23; G12, G13, G23` where they depend on the direction.
     pub orthotropic: Option<[[f64; 3]; 3]>,
+    /// Mass per volume.
     pub density: f64,
+    /// Number of its cells.
     pub cells: usize,
+    /// Their volume, length cubed.
     pub volume: f64,
 }
 
 /// Prescribed displacements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixFacts {
+    /// Where, as the case says it.
     pub on: String,
+    /// Number of nodes.
     pub nodes: usize,
     /// The components held, such as `xz`, or the direction, such as `along (0.6, 0.8, 0)`.
     pub components: String,
@@ -53,16 +69,20 @@ pub struct FixFacts {
 /// An elastic foundation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpringFacts {
+    /// Where, as the case says it.
     pub on: String,
+    /// Area it covers, length squared.
     pub area: f64,
     /// Stiffness per area.
     pub normal: f64,
+    /// Tangential stiffness per area.
     pub tangential: f64,
 }
 
 /// A load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadFacts {
+    /// Where, as the case says it.
     pub on: String,
     /// `traction`, `gravity` and so on.
     pub kind: &'static str,
@@ -77,24 +97,30 @@ pub struct LoadFacts {
 /// A bolt that is tightened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoltFacts {
+    /// Its name.
     pub name: String,
     /// Unit vector.
     pub axis: [f64; 3],
     /// Nodes of the cut and cells beyond it.
     pub nodes: usize,
+    /// Number of cells at its cut.
     pub cells: usize,
     /// Force or shortening at the time for which the loads are given.
     pub by: &'static str,
+    /// Force (newton) or shortening (length) at the time of the facts.
     pub value: f64,
 }
 
 /// A contact pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFacts {
+    /// What was found on the surface in `on`.
     pub surface: SurfaceFacts,
+    /// What it may touch.
     pub against: Counterpart,
     /// What the case calls the surface and, for a pair, its counterpart.
     pub names: [String; 2],
+    /// The law of friction.
     pub friction: SurfaceFriction,
 }
 

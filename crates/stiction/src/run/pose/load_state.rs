@@ -15,13 +15,19 @@ const ROUNDING: f64 = 1e-12;
 /// The loading as functions of time, with the places of the case for errors.
 #[derive(Debug, Clone)]
 pub struct Loading {
+    /// The loads.
     pub loads: Vec<Load>,
+    /// Where the case file asks for them.
     pub load_spots: Vec<Spot>,
+    /// Prescribed displacements.
     pub fixes: Vec<Fix>,
+    /// Where the case file asks for them.
     pub fix_spots: Vec<Spot>,
     /// Translation of the obstacle of each pair, length.
     pub motions: Vec<Option<[Field; 3]>>,
+    /// Where the case file asks for contact.
     pub contact_spots: Vec<Spot>,
+    /// The load steps.
     pub steps: Vec<StepSpec>,
     /// Gap and tangential offset of the undeformed body before anything is prescribed or has moved, length, `3m`.
     pub undeformed: Vec<f64>,
@@ -29,6 +35,7 @@ pub struct Loading {
     pub slid: Vec<f64>,
     /// Thermal strain now, and what tightened bolts do.
     pub initial: Initial,
+    /// The bolts.
     pub bolts: Vec<Bolt>,
 }
 

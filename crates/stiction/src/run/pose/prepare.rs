@@ -19,18 +19,23 @@ use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
 pub struct Prepared {
+    /// The mesh.
     pub mesh: Mesh,
     /// Where the case describes the mesh, for errors that its size causes.
     pub mesh_spot: Spot,
+    /// Its materials.
     pub materials: Vec<Material>,
     /// Index into `materials` for each cell.
     pub material_of_cell: Vec<u32>,
     /// The elastic body; its stiffness has moved to `problem` and is empty here.
     pub model: FeModel,
+    /// The contact surfaces.
     pub surfaces: Vec<ContactSurface>,
     /// As it stands at the end of the last step, or of the step that is being solved.
     pub problem: ContactProblem,
+    /// What acts, as functions of time.
     pub loading: Loading,
+    /// What was understood of the case.
     pub facts: Facts,
     /// Motions of bodies that only contact holds.
     pub motions: RigidMotions,

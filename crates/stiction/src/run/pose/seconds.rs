@@ -7,6 +7,7 @@ use crate::io::machine;
 /// Time that something took, seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Span {
+    /// On the clock.
     pub wall: f64,
     /// Of all threads; on a machine with other work to do this is what can be compared.
     pub cpu: f64,
@@ -23,15 +24,23 @@ impl std::ops::Add for Span {
 /// Time by phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Seconds {
+    /// Reading and checking the mesh.
     pub mesh: Span,
+    /// Assembly.
     pub assembly: Span,
+    /// Posing of contact.
     pub contact: Span,
     /// The multigrid hierarchy.
     pub setup: Span,
+    /// Ordering of the unknowns.
     pub ordering: Span,
+    /// Factorisation.
     pub factorisation: Span,
+    /// The iteration.
     pub iteration: Span,
+    /// Estimates of contraction and uniqueness.
     pub coulomb: Span,
+    /// Writing of results.
     pub output: Span,
 }
 
@@ -65,6 +74,7 @@ impl Seconds {
         self.output = self.output + output;
     }
 
+    /// The sum of all phases.
     pub fn total(&self) -> Span {
         self.phases().iter().fold(Span::default(), |sum, (_, span)| sum + *span)
     }

@@ -17,7 +17,9 @@ use crate::run::solve::balance::{Balance, BodyState, balance};
 pub struct CheckedStep {
     /// From 1.
     pub number: usize,
+    /// Time at its end.
     pub t: f64,
+    /// The certificate made anew.
     pub certificate: Certificate,
     /// Where the summary or another step says something else: name, what it says, what was recomputed.
     pub differences: Vec<(String, f64, f64)>,

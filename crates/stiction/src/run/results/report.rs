@@ -20,6 +20,7 @@ use crate::run::solve::{
 /// The result of a run, a few lines for a person; `Display` prints it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
+    /// The lines, in their order.
     pub rows: Vec<Row>,
     /// Time and memory, which differ from run to run.
     pub cost: Vec<Row>,

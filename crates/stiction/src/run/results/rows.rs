@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 /// What is said under one label.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Row {
+    /// What it is about.
     pub label: String,
+    /// What is reported.
     pub value: String,
     /// Lines that go on with it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -20,6 +20,7 @@ pub const FORMAT: u32 = 2;
 /// The contents of `summary.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
+    /// Heading of the case.
     pub title: String,
     /// Names of the units, a label only.
     pub units: Option<String>,
@@ -28,12 +29,15 @@ pub struct Summary {
     pub answer: AnswerRecord,
     /// Keys and values of the case that were changed.
     pub overrides: Vec<String>,
+    /// Versions of program and format.
     pub versions: Versions,
     /// Of a stepped run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance: Option<BalanceRecord>,
+    /// One record a load step; empty without load steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRecord>,
+    /// The command that wrote the folder.
     pub command: Option<String>,
     /// The case as the program understood it.
     pub problem: Vec<Row>,
@@ -47,6 +51,7 @@ pub struct Summary {
 /// Who wrote a summary.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Versions {
+    /// Version of the program.
     pub stiction: String,
     /// [`FORMAT`].
     pub summary: u32,

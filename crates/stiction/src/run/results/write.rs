@@ -25,6 +25,7 @@ pub use crate::io::folder::writable;
 pub struct Origin {
     /// The case file, if it is one; it is not replaced by its copy where it lies in the result folder itself.
     pub path: Option<PathBuf>,
+    /// The case file as it was read.
     pub case_text: String,
     /// Keys and values.
     pub overrides: Vec<(String, String)>,

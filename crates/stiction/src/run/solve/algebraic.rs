@@ -13,30 +13,36 @@ use crate::io::{Contents, arrays};
 /// A judged answer, or as far as the iteration came.
 #[derive(Debug, Clone)]
 pub struct Answer {
+    /// The solution.
     pub solution: Solution,
     /// Velocities and bilateral impulses.
     pub recovered: Recovered,
     /// Measures of the answer at the recovered velocities.
     pub measures: Measures,
+    /// What its measures are held against.
     pub tolerance: f64,
     /// Measures of what the file calls a solution.
     pub claimed: Option<Measures>,
+    /// The method that was asked for.
     pub method: Method,
     /// Order of `W`.
     pub order: usize,
     /// Stored entries of `W`; `None` where it was not formed.
     pub entries: Option<usize>,
+    /// Rank of `W`, where it was asked for.
     pub rank: Option<usize>,
     /// Bilateral constraints that follow from others and were left out.
     pub dropped: usize,
     /// The guesses of the file, if it has any.
     pub guess: Option<Guess>,
+    /// Time by phase.
     pub seconds: Seconds,
 }
 
 /// What became of the guesses in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guess {
+    /// Number of guesses in the file.
     pub guesses: usize,
     /// Number of the best, from one, and its largest residual; `None` if none is nearer than no impulse at all.
     pub chosen: Option<(usize, f64)>,
@@ -49,10 +55,12 @@ pub struct Guess {
 pub struct Seconds {
     /// Condensing to the contact points, or factorising.
     pub condensation: f64,
+    /// Of the iteration.
     pub iteration: f64,
 }
 
 impl Seconds {
+    /// All phases together.
     pub fn total(&self) -> f64 {
         self.condensation + self.iteration
     }

@@ -14,6 +14,7 @@ use crate::run::pose::bolts::{Bolt, Target};
 /// A bolt in an answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BoltState {
+    /// Its name.
     pub name: String,
     /// Tension through the cut, newton.
     #[serde(deserialize_with = "or_nan")]

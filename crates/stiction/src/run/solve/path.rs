@@ -24,9 +24,11 @@ const SHARE_OF_MEMORY: f64 = 0.9;
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// Tolerance, limits, path and start.
     pub solver: friction::Settings,
     /// What the summary calls the method.
     pub method_name: String,
+    /// The method and its settings.
     pub method: MethodSettings,
 }
 
@@ -53,9 +55,21 @@ pub enum Event {
     /// Estimates of contraction and uniqueness.
     Coulomb,
     /// A load step begins that leads to time `t`.
-    Step { number: usize, t: f64, dt: f64 },
+    Step {
+        /// From 1.
+        number: usize,
+        /// Time at its end.
+        t: f64,
+        /// Its length in time.
+        dt: f64,
+    },
     /// The step could not be solved and is halved; so long is it now.
-    Halved { t: f64, dt: f64 },
+    Halved {
+        /// Time at its start.
+        t: f64,
+        /// Its new length in time.
+        dt: f64,
+    },
     /// A load step is finished and kept.
     Finished(StepLine),
 }
@@ -63,11 +77,17 @@ pub enum Event {
 /// A finished load step in one line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLine {
+    /// From 1.
     pub number: usize,
+    /// Time at its end.
     pub t: f64,
+    /// Iterations it took.
     pub iterations: usize,
+    /// Points that are open.
     pub open: usize,
+    /// Points that stick.
     pub stick: usize,
+    /// Points that slip.
     pub slip: usize,
     /// Sum of `lambda_n`, newton.
     pub normal_force: f64,
@@ -80,10 +100,13 @@ pub struct StepLine {
 /// A certified answer, or as far as the iteration came.
 #[derive(Debug, Clone)]
 pub struct Outcome {
+    /// The solution with its certificate.
     pub solution: Solution,
     /// The name and the settings of the method, and its own account if it is not Newton's.
     pub method_name: String,
+    /// The settings of the method.
     pub settings: MethodSettings,
+    /// The method's own report; `None` for Newton's method.
     pub method: Option<MethodReport>,
     /// Where nothing was found and friction, at the normal forces of the last step that was solved (without one, at those
     /// the iteration came to), takes up no more than nearly all of the loads: along which motion of floating bodies.
@@ -92,6 +115,7 @@ pub struct Outcome {
     pub coulomb: Option<CoulombFacts>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
     pub times: Vec<f64>,
+    /// Time by phase.
     pub seconds: Seconds,
     /// Largest memory of the process so far, bytes, where the system reports it.
     pub peak_memory: Option<u64>,

@@ -17,17 +17,22 @@ use crate::run::pose::{Prepared, Seconds, Span};
 /// An answer; lengths, forces and energies in the units of the case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AnswerRecord {
+    /// How the iteration ended.
     #[serde(with = "StatusName")]
     pub status: Status,
     /// Where nothing balances the loads: the motion along which they carry a body away.
     pub escape_mode: Option<String>,
     /// Where nothing was found and friction may have reached its limit.
     pub sliding: Option<SlidingRecord>,
+    /// The certificate.
     pub certificate: CertificateRecord,
     /// Over all pairs.
     pub contact: Totals,
+    /// Totals of each pair.
     pub pairs: Vec<PairRecord>,
+    /// Balance of each body.
     pub bodies: Vec<BodyRecord>,
+    /// Force and shortening of each bolt.
     pub bolts: Vec<BoltState>,
     /// The largest displacement of a node.
     #[serde(deserialize_with = "or_nan")]
@@ -45,17 +50,22 @@ pub struct AnswerRecord {
     pub dofs: usize,
     /// Multipliers.
     pub dual_dofs: usize,
+    /// The name of the method.
     pub method: String,
     /// `None` for Newton's method.
     pub method_details: Option<MethodDetails>,
+    /// What it cost.
     pub counts: CountsRecord,
+    /// Factor or multigrid.
     #[serde(with = "PathName")]
     pub path: SolverPath,
     /// Wall time by phase, and the total.
     pub seconds: Named,
     /// Processor time by phase, and the total.
     pub cpu_seconds: Named,
+    /// Largest memory of the process, bytes.
     pub peak_memory_bytes: Option<u64>,
+    /// What can be said about other solutions.
     pub coulomb: Option<UniquenessRecord>,
 }
 
@@ -68,11 +78,14 @@ pub struct StepRecord {
     pub name: String,
     /// Time at its end, and how long it is.
     pub t: f64,
+    /// Its length in time.
     pub dt: f64,
     /// Solves it took, those of longer increments that failed included.
     pub attempts: usize,
+    /// The answer at its end.
     #[serde(flatten)]
     pub answer: AnswerRecord,
+    /// Works since the start.
     pub balance: BalanceRecord,
 }
 
@@ -123,7 +136,9 @@ pub(crate) fn path_name(path: SolverPath) -> &'static str {
 /// The limit load of friction: forces per unit of the displacement of what moves farthest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SlidingRecord {
+    /// The motion, in words.
     pub motion: String,
+    /// What the loads pull with.
     pub load: f64,
     /// The most friction takes up of it.
     pub friction: f64,
@@ -135,17 +150,23 @@ pub struct CertificateRecord {
     /// [`Certificate::measures`].
     #[serde(flatten)]
     pub measures: Named,
+    /// For given friction: a bound of the error in energy.
     pub duality_gap: Option<f64>,
+    /// The largest measure.
     #[serde(deserialize_with = "or_infinite")]
     pub worst: f64,
+    /// What it is held against.
     pub tolerance: f64,
+    /// Whether it passes.
     pub passed: bool,
 }
 
 /// The totals of a pair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PairRecord {
+    /// Its name.
     pub name: String,
+    /// Its totals.
     #[serde(flatten)]
     pub totals: Totals,
 }
@@ -153,15 +174,21 @@ pub struct PairRecord {
 /// The forces on a body and their balance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyRecord {
+    /// Its name.
     pub name: String,
+    /// Resultant of the loads, newton.
     #[serde(deserialize_with = "or_nans")]
     pub load: [f64; 3],
+    /// Resultant of the supports, newton.
     #[serde(deserialize_with = "or_nans")]
     pub support: [f64; 3],
+    /// Resultant of contact, newton.
     #[serde(deserialize_with = "or_nans")]
     pub contact: [f64; 3],
+    /// Imbalance of force, relative.
     #[serde(deserialize_with = "or_infinite")]
     pub force_balance: f64,
+    /// Imbalance of moment, relative.
     #[serde(deserialize_with = "or_infinite")]
     pub moment_balance: f64,
 }
@@ -169,12 +196,16 @@ pub struct BodyRecord {
 /// Energies since the start of the first load step, see [`Balance`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BalanceRecord {
+    /// Work of loads, supports and obstacles, energy.
     #[serde(deserialize_with = "or_nan")]
     pub work: f64,
+    /// Elastic energy.
     #[serde(deserialize_with = "or_nan")]
     pub elastic: f64,
+    /// Dissipated by friction, energy.
     #[serde(deserialize_with = "or_nan")]
     pub dissipation: f64,
+    /// What the length of the steps costs, energy.
     #[serde(deserialize_with = "or_nan")]
     pub drift: f64,
 }
@@ -182,16 +213,23 @@ pub struct BalanceRecord {
 /// How a method other than Newton's was set and how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodDetails {
+    /// How it ended.
     pub end: String,
     /// The method for given friction inside.
     pub inner: String,
+    /// Variant of the fixed point.
     pub variant: Option<u8>,
+    /// How normal and tangential multipliers are divided.
     pub splitting: Option<String>,
+    /// Squares around a disc.
     pub squares: Option<usize>,
+    /// How the squares are tied to one another.
     pub coupling: Option<String>,
     /// Penalty, length per force.
     pub rho: Option<f64>,
+    /// Disagreement of the copies of the multipliers.
     pub disagreement: Option<f64>,
+    /// What the method was asked to reach.
     pub tolerance: f64,
 }
 
@@ -199,34 +237,50 @@ pub struct MethodDetails {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CountsRecord {
+    /// Iterations.
     pub iterations: usize,
+    /// Stalls answered by gradient steps or resets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restarts: Option<usize>,
+    /// Outer steps of the fixed point.
     pub fixed_point_steps: usize,
+    /// Quadratic programs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub qp_problems: Option<usize>,
+    /// Quadratic programs that ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub short_problems: Option<usize>,
+    /// Conjugate gradient steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cg_steps: Option<usize>,
+    /// Expansion steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expansions: Option<usize>,
+    /// Proportioning steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub proportionings: Option<usize>,
+    /// Products with `Q`, or with `K`.
     pub products: usize,
+    /// Multiplications and additions, estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flops: Option<f64>,
+    /// Solves with `K`.
     pub solves: usize,
+    /// Multigrid cycles.
     pub cycles: usize,
+    /// Products for the estimates of uniqueness.
     pub coulomb_products: usize,
 }
 
 /// What is known of other solutions where friction is Coulomb's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UniquenessRecord {
+    /// Estimated contraction of the fixed point.
     #[serde(deserialize_with = "or_infinite")]
     pub contraction: f64,
+    /// Bound on the coefficient below which the solution is unique.
     pub uniqueness_bound: Option<f64>,
+    /// The largest coefficient of the problem.
     pub largest_coefficient: f64,
     /// Whether the coefficient is below the bound.
     pub unique: bool,

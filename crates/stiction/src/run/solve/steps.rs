@@ -30,6 +30,7 @@ pub struct Step<'a> {
     pub number: usize,
     /// Whether it is solved: a step that is not is the last one, and no run goes on from it.
     pub finished: bool,
+    /// Its answer.
     pub outcome: &'a Outcome,
     /// What a later run needs to go on from here.
     pub file: StepFile,
@@ -40,6 +41,7 @@ pub struct Step<'a> {
 /// The steps an earlier run of the same case has finished.
 #[derive(Debug, Clone)]
 pub struct Restart {
+    /// Records of the finished steps.
     pub records: Vec<StepRecord>,
     /// The last of them.
     pub last: StepFile,

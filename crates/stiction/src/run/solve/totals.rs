@@ -13,12 +13,19 @@ use crate::run::pose::frames::{PointFrame, frames};
 /// Sums and extremes over contact points.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Totals {
+    /// Number of points.
     pub points: usize,
+    /// Points that are open.
     pub open: usize,
+    /// Points that stick.
     pub stick: usize,
+    /// Points that slip.
     pub slip: usize,
+    /// Area of the points that are open, length squared.
     pub open_area: f64,
+    /// Area of the points that stick.
     pub stick_area: f64,
+    /// Area of the points that slip.
     pub slip_area: f64,
     /// Sum of `lambda_n`, with what points carry for dropped neighbours.
     #[serde(deserialize_with = "or_nan")]
@@ -26,11 +33,13 @@ pub struct Totals {
     /// Resultant of friction as a force on the body; of a pair, on the body of `on`.
     #[serde(deserialize_with = "or_nans")]
     pub tangential_force: [f64; 3],
+    /// The largest normal force of a point, newton.
     pub max_lambda_n: f64,
     /// Largest `|lambda_t|`.
     pub max_lambda_t: f64,
     /// Largest `lambda_n` over the area of its point, and where.
     pub max_pressure: f64,
+    /// Where it is.
     pub max_pressure_at: Option<[f64; 3]>,
     /// Largest `|lambda_t|` over the area of its point.
     pub max_shear: f64,
