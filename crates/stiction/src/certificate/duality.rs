@@ -20,10 +20,11 @@ pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64], l
     let moved: Vec<f64> = w.iter().zip(u).map(|(w, u)| w - u).collect();
     let mut gap = 0.5 * moved.iter().zip(problem.elastic.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
     let opening = problem.opening(&w);
+    let across = |j: usize| problem.contact.orthotropy.as_ref().map_or(1.0, |ratios| ratios[j]);
     for (j, law) in problem.contact.friction.iter().enumerate() {
         gap += [j, m + j, 2 * m + j].iter().map(|&i| lambda[i] * opening[i]).sum::<f64>();
         if let Friction::Given { slip_bound } = law {
-            gap += slip_bound * opening[m + j].hypot(problem.across(j) * opening[2 * m + j]);
+            gap += slip_bound * opening[m + j].hypot(across(j) * opening[2 * m + j]);
         }
     }
     Some(gap.max(0.0))

@@ -11,10 +11,18 @@ use std::borrow::Cow;
 use super::{Contact, ContactProblem, Labels};
 use crate::linalg::Csr;
 
+/// An orthotropy ratio below this is solved as none at all: friction across is then beyond what a certificate tells from
+/// zero, and rows that short are infinitely stiff beside the others of their point.
+const LEAST_RATIO: f64 = 1e-8;
+
+fn solved(ratio: f64) -> f64 {
+    if ratio < LEAST_RATIO { 0.0 } else { ratio }
+}
+
 impl ContactProblem {
-    /// Friction along the second tangent of point `j` over that along its first.
+    /// Friction along the second tangent of point `j` over that along its first, as solvers see it.
     pub fn across(&self, j: usize) -> f64 {
-        self.contact.orthotropy.as_ref().map_or(1.0, |across| across[j])
+        self.contact.orthotropy.as_ref().map_or(1.0, |ratios| solved(ratios[j]))
     }
 
     /// The same problem with discs for ellipses: its displacements are those of this one, its multipliers those of
@@ -48,7 +56,9 @@ impl ContactProblem {
         let mut rows = self.contact.B.clone();
         for (j, a) in across.iter().enumerate() {
             let row = self.rows(j)[2];
-            rows.value[self.contact.B.start[row]..self.contact.B.start[row + 1]].iter_mut().for_each(|v| *v *= a);
+            rows.value[self.contact.B.start[row]..self.contact.B.start[row + 1]]
+                .iter_mut()
+                .for_each(|v| *v *= solved(*a));
         }
         Cow::Owned(rows)
     }
@@ -57,7 +67,7 @@ impl ContactProblem {
     pub fn isotropic_slip_reference(&self) -> Cow<'_, [f64]> {
         let Some(across) = &self.contact.orthotropy else { return Cow::Borrowed(&self.contact.slip_reference) };
         let mut reference = self.contact.slip_reference.clone();
-        reference[self.points()..].iter_mut().zip(across).for_each(|(s, a)| *s *= a);
+        reference[self.points()..].iter_mut().zip(across).for_each(|(s, a)| *s *= solved(*a));
         Cow::Owned(reference)
     }
 
@@ -65,12 +75,14 @@ impl ContactProblem {
     pub fn to_isotropic(&self, lambda: &mut [f64]) {
         let across = self.contact.orthotropy.iter().flatten();
         // Where there is no friction across, there is no force to be told.
-        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, &a)| *l = if a > 0.0 { *l / a } else { 0.0 });
+        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, &a)| {
+            *l = if solved(a) > 0.0 { *l / a } else { 0.0 };
+        });
     }
 
     /// Turns multipliers of the isotropic problem, `3m`, into those of this one.
     pub fn out_of_isotropic(&self, lambda: &mut [f64]) {
         let across = self.contact.orthotropy.iter().flatten();
-        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, a)| *l *= a);
+        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, a)| *l *= solved(*a));
     }
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::super::Outcome;
 use super::fields::{BodyFields, SurfaceFields};
 use crate::Error;
 use crate::run::pose::Prepared;
+use crate::run::solve::Outcome;
 
 /// Draws nothing.
 pub(super) fn write(
