@@ -55,7 +55,7 @@
 //! `Q = B K⁻¹ Bᵀ`; [`qp`] has quadratic programs over simple sets; [`friction`] solves; [`discrete`] solves problems
 //! given by `W`, `q` and coefficients; [`certificate`] judges; [`io`] alone opens files; [`run`] walks the whole way.
 
-#![warn(missing_docs)]
+#![warn(missing_docs, unreachable_pub)]
 #![warn(clippy::missing_errors_doc)]
 
 pub mod certificate;

@@ -32,7 +32,7 @@ pub(super) struct Point {
 
 impl Point {
     /// Point `j` of an answer; `jump` is `B u`.
-    pub fn new(
+    pub(super) fn new(
         problem: &ContactProblem,
         stiffness: &LocalStiffness,
         u: &[f64],
@@ -91,18 +91,18 @@ impl Point {
     }
 
     /// How far friction is beyond its bound; force.
-    pub fn excess(&self) -> f64 {
+    pub(super) fn excess(&self) -> f64 {
         let [along, across] = self.round_friction();
         if self.tied { 0.0 } else { along.hypot(across) - self.bound }
     }
 
     /// How far the surfaces overlap, or are apart where they are tied, before anything moves; length.
-    pub fn overlap(&self) -> f64 {
+    pub(super) fn overlap(&self) -> f64 {
         if self.tied { self.gap.abs() } else { -self.gap }
     }
 
     /// The pull of surfaces that can only push; force.
-    pub fn tension(&self) -> f64 {
+    pub(super) fn tension(&self) -> f64 {
         if self.tied { 0.0 } else { -self.normal }
     }
 
@@ -111,22 +111,22 @@ impl Point {
     }
 
     /// Penetration, or the whole jump of a tied point; length.
-    pub fn violation(&self) -> f64 {
+    pub(super) fn violation(&self) -> f64 {
         if self.tied { self.opening().abs().max(self.slip_length()) } else { -self.opening() }
     }
 
     /// By how much the work of friction on the slip falls short of its bound; work.
-    pub fn misdirection(&self) -> f64 {
+    pub(super) fn misdirection(&self) -> f64 {
         if self.tied { 0.0 } else { self.bound * self.slip_length() - self.friction_work() }
     }
 
     /// What rounding makes of it; work.
-    pub fn misdirection_rounding(&self) -> f64 {
+    pub(super) fn misdirection_rounding(&self) -> f64 {
         self.rounding * self.slip_length()
     }
 
     /// The part of the bipotential and what rounding makes of it; work.
-    pub fn bipotential(&self) -> (f64, f64) {
+    pub(super) fn bipotential(&self) -> (f64, f64) {
         if self.tied {
             return (0.0, 0.0);
         }
@@ -135,7 +135,7 @@ impl Point {
     }
 
     /// The square of `|lambda - P(lambda - r w)|`; of a tied point that of the force which closes its jump.
-    pub fn residual_squared(&self) -> f64 {
+    pub(super) fn residual_squared(&self) -> f64 {
         let (r, idle) = (self.stiffness, self.idle * self.idle);
         if self.tied {
             return (r * self.opening()).powi(2) + (r * self.slip_length()).powi(2) + idle;

@@ -38,7 +38,7 @@ pub(super) struct Scales {
 
 impl Scales {
     /// `contact_force` is `Bᵀ lambda`.
-    pub fn new(
+    pub(super) fn new(
         problem: &ContactProblem,
         stiffness: &LocalStiffness,
         points: &[Point],

@@ -12,7 +12,7 @@ pub(super) struct LocalStiffness {
 }
 
 impl LocalStiffness {
-    pub fn new(problem: &ContactProblem) -> LocalStiffness {
+    pub(super) fn new(problem: &ContactProblem) -> LocalStiffness {
         let body = match &problem.labels.bodies {
             Some(bodies) => bodies.of.clone(),
             None => {

@@ -69,7 +69,7 @@ const OF_QUADRILATERAL: [&[usize]; 5] = [&[0, 4, 7], &[4, 1, 5], &[5, 2, 6], &[6
 
 impl Flat {
     /// From 3, 4, 6 or 8 nodes: corners, then the middles of edges.
-    pub fn new(nodes: &[P2]) -> Flat {
+    pub(super) fn new(nodes: &[P2]) -> Flat {
         let mut all = [[0.0; 2]; FACE_NODES];
         all[..nodes.len()].copy_from_slice(nodes);
         let twist = [0, 1].map(|c| all[0][c] - all[1][c] + all[2][c] - all[3][c]);
@@ -83,16 +83,16 @@ impl Flat {
         Flat { nodes: all, count: nodes.len(), degree }
     }
 
-    pub fn corners(&self) -> &[P2] {
+    pub(super) fn corners(&self) -> &[P2] {
         &self.nodes[..face_corners(self.count)]
     }
 
-    pub fn nodes(&self) -> &[P2] {
+    pub(super) fn nodes(&self) -> &[P2] {
         &self.nodes[..self.count]
     }
 
     /// Polygons that cover it: itself, or those between the nodes of a quadratic face.
-    pub fn pieces(&self) -> Vec<Vec<P2>> {
+    pub(super) fn pieces(&self) -> Vec<Vec<P2>> {
         let piece = |nodes: &&[usize]| nodes.iter().map(|&i| self.nodes[i]).collect();
         match self.count {
             6 => OF_TRIANGLE.iter().map(piece).collect(),
@@ -102,7 +102,7 @@ impl Flat {
     }
 
     /// Values of the shape functions at `x`; those beyond its nodes are zero.
-    pub fn shape(&self, x: P2) -> [f64; FACE_NODES] {
+    pub(super) fn shape(&self, x: P2) -> [f64; FACE_NODES] {
         let mut shape = [0.0; FACE_NODES];
         let straight = self.straight(x);
         if self.count <= 4 {

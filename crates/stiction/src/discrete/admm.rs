@@ -7,7 +7,7 @@ use crate::friction::law::nearest_in_cone;
 use crate::friction::system::length;
 
 /// Penalty over the local flexibility.
-pub const PENALTY: f64 = 1.0;
+pub(super) const PENALTY: f64 = 1.0;
 const RELAXATION: f64 = 1.6;
 /// The penalty changes when one residual is this many times the other, by this factor, and at most every so many rounds:
 /// each change costs a factor.
@@ -18,7 +18,7 @@ const ROUNDS: usize = 2;
 /// Alternating directions on `min 1/2 r' W r + (q + s)' r, z = r in the cones` (Boyd et al. 2011) with the term of De
 /// Saxcé `s = mu |u_t|` taken anew at each step (Carpentier, Le Lidec & Montaut 2024). `W + rho` is factorised once a
 /// penalty `rho`.
-pub struct Alternating<'a> {
+pub(super) struct Alternating<'a> {
     system: &'a dyn Discrete,
     solve: Shifted<'a>,
     rho: f64,
@@ -31,13 +31,13 @@ pub struct Alternating<'a> {
 
 impl<'a> Alternating<'a> {
     /// From impulses `r`; `None` if `W + rho` is singular.
-    pub fn new(system: &'a dyn Discrete, r: &[V3], rho: f64) -> Option<Self> {
+    pub(super) fn new(system: &'a dyn Discrete, r: &[V3], rho: f64) -> Option<Self> {
         let solve = system.shifted(rho)?;
         let y = system.velocity(r).iter().zip(system.mu()).map(|(u, mu)| de_saxce(*mu, u).map(|u| -u)).collect();
         Some(Alternating { system, solve, rho, z: r.to_vec(), y, residuals: [0.0; 2] })
     }
 
-    pub fn step(&mut self) {
+    pub(super) fn step(&mut self) {
         let (mu, q, rho) = (self.system.mu(), self.system.offset(), self.rho);
         let rhs: Vec<V3> = (0..mu.len())
             .map(|a| {
@@ -82,7 +82,7 @@ fn de_saxce(mu: f64, u: &V3) -> V3 {
 }
 
 /// Alternating directions until the monitor ends it.
-pub fn alternating_directions(system: &dyn Discrete, r: Vec<V3>, monitor: &mut Monitor) -> Status {
+pub(super) fn alternating_directions(system: &dyn Discrete, r: Vec<V3>, monitor: &mut Monitor) -> Status {
     let Some(mut directions) = Alternating::new(system, &r, PENALTY) else { return Status::Stalled };
     loop {
         if let Some(status) = monitor.ends(&directions.z, directions.rho) {

@@ -12,7 +12,7 @@ use crate::linalg::{NodeGraph, nested_dissection};
 /// `s_a W_ab s_b`, `s_a q_a / size`, `r_a / (s_a size)` and `s_a u_a / size`: the law of friction does not change, the
 /// units vanish, and every diagonal block has the trace 3.
 #[derive(Debug, Clone)]
-pub struct Blocks {
+pub(super) struct Blocks {
     pub mu: Vec<f64>,
     pub q: Vec<V3>,
     /// Blocks of row `a` are `start[a]..start[a + 1]`, columns ascending, the diagonal always stored; where `(a, b)`
@@ -30,7 +30,7 @@ pub struct Blocks {
 
 impl Blocks {
     /// Scales a validated problem; its bilateral part, if any, has been condensed before.
-    pub fn new(problem: &LocalProblem) -> Self {
+    pub(super) fn new(problem: &LocalProblem) -> Self {
         let (d, m) = (problem.dimension, problem.mu.len());
         let (start, column) = pattern(problem);
         let mut block = vec![[[0.0; 3]; 3]; column.len()];
@@ -86,12 +86,12 @@ impl Blocks {
     }
 
     /// `W_aa`.
-    pub fn diagonal(&self, a: usize) -> &[V3; 3] {
+    pub(super) fn diagonal(&self, a: usize) -> &[V3; 3] {
         &self.block[diagonal(&self.start, &self.column, a)]
     }
 
     /// Row `a` of `W r`.
-    pub fn row_times(&self, a: usize, r: &[V3]) -> V3 {
+    pub(super) fn row_times(&self, a: usize, r: &[V3]) -> V3 {
         let mut y = [0.0; 3];
         for k in self.start[a]..self.start[a + 1] {
             let (w, x) = (&self.block[k], &r[self.column[k] as usize]);
@@ -101,14 +101,14 @@ impl Blocks {
     }
 
     /// Scaled impulses in the units of the problem, length `dm`.
-    pub fn unscaled(&self, r: &[V3]) -> Vec<f64> {
+    pub(super) fn unscaled(&self, r: &[V3]) -> Vec<f64> {
         let of_point = |(r, s): (&V3, &f64)| r.map(|x| x * s * self.size);
         let all: Vec<V3> = r.iter().zip(&self.scale).map(of_point).collect();
         all.iter().flat_map(|r| r[..self.dimension].iter().copied()).collect()
     }
 
     /// Impulses of length `dm` scaled.
-    pub fn scaled(&self, r: &[f64]) -> Vec<V3> {
+    pub(super) fn scaled(&self, r: &[f64]) -> Vec<V3> {
         let d = self.dimension;
         let of_point =
             |a: usize| std::array::from_fn(|c| if c < d { r[d * a + c] / (self.scale[a] * self.size) } else { 0.0 });
@@ -160,7 +160,7 @@ impl Discrete for Blocks {
 }
 
 /// `x + y`.
-pub fn plus(x: &V3, y: &V3) -> V3 {
+pub(super) fn plus(x: &V3, y: &V3) -> V3 {
     [x[0] + y[0], x[1] + y[1], x[2] + y[2]]
 }
 
@@ -169,7 +169,7 @@ fn trace(w: &[V3; 3]) -> f64 {
 }
 
 /// A point without a positive trace takes the scale of the softest one.
-pub fn scales(traces: &[f64]) -> Vec<f64> {
+pub(super) fn scales(traces: &[f64]) -> Vec<f64> {
     let largest = traces.iter().copied().fold(0.0, f64::max);
     let largest = if largest > 0.0 { largest } else { 3.0 };
     traces.iter().map(|&t| (3.0 / if t > 0.0 { t } else { largest }).sqrt()).collect()

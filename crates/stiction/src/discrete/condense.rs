@@ -255,7 +255,7 @@ fn factorise(a: &Csr) -> Option<Lu> {
 }
 
 /// The same matrix with zeros stored where only the transpose has an entry.
-pub fn symmetric_pattern(a: &Csr) -> Csr {
+pub(super) fn symmetric_pattern(a: &Csr) -> Csr {
     let mut entries = Vec::with_capacity(2 * a.value.len() + a.rows);
     for i in 0..a.rows {
         let (columns, values) = a.row(i);
@@ -269,7 +269,7 @@ pub fn symmetric_pattern(a: &Csr) -> Csr {
 }
 
 /// Unknowns that a matrix of symmetric pattern couples, each list ascending.
-pub fn components(a: &Csr) -> Vec<Vec<u32>> {
+pub(super) fn components(a: &Csr) -> Vec<Vec<u32>> {
     let mut seen = vec![false; a.rows];
     let mut all = Vec::new();
     for i in 0..a.rows {
@@ -308,7 +308,7 @@ fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
 }
 
 /// Residual of all bilateral constraints of a problem at a state, over their terms.
-pub fn imbalance(problem: &DiscreteProblem, r: &[f64], at: &Recovered) -> f64 {
+pub(super) fn imbalance(problem: &DiscreteProblem, r: &[f64], at: &Recovered) -> f64 {
     match problem {
         DiscreteProblem::Local(LocalProblem { bilateral: Some(Bilateral { V, R, s }), .. }) => {
             balance(&[&V.transpose_times(r), &R.times(&at.l), s])
@@ -319,7 +319,7 @@ pub fn imbalance(problem: &DiscreteProblem, r: &[f64], at: &Recovered) -> f64 {
 }
 
 /// `|sum of the terms| / max |term|`.
-pub fn balance(terms: &[&[f64]]) -> f64 {
+pub(super) fn balance(terms: &[&[f64]]) -> f64 {
     let mut sum = vec![0.0; terms.first().map_or(0, |t| t.len())];
     terms.iter().for_each(|t| axpy(1.0, t, &mut sum));
     let largest = terms.iter().map(|t| norm(t)).fold(0.0, f64::max);

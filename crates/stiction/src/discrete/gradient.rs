@@ -6,14 +6,14 @@ use crate::friction::law::nearest_in_cone;
 use crate::friction::system::{Descent, accelerated_gradients};
 
 /// Steps between two judgements.
-pub const ROUND: usize = 10;
+pub(super) const ROUND: usize = 10;
 /// Most steps at one value of the term of De Saxcé.
 const INNER: usize = 50;
 /// The inner residual over the one at the begin of the inner iteration.
 const REDUCTION: f64 = 0.1;
 /// Fixed point on the term `mu |u_t|` of De Saxcé (Acary, Cadoux, Lemaréchal & Malick 2011): at a fixed one the problem
 /// is a quadratic program over the cones, which accelerated projected gradients solve.
-pub fn fixed_point(system: &dyn Discrete, mut r: Vec<V3>, monitor: &mut Monitor) -> Status {
+pub(super) fn fixed_point(system: &dyn Discrete, mut r: Vec<V3>, monitor: &mut Monitor) -> Status {
     let mut step = 1.0;
     loop {
         if let Some(status) = monitor.ends(&r, step) {
@@ -25,7 +25,7 @@ pub fn fixed_point(system: &dyn Discrete, mut r: Vec<V3>, monitor: &mut Monitor)
 }
 
 /// At least `steps` steps of [`fixed_point`]; how many were made.
-pub fn gradients(system: &dyn Discrete, r: &mut Vec<V3>, step: &mut f64, steps: usize) -> usize {
+pub(super) fn gradients(system: &dyn Discrete, r: &mut Vec<V3>, step: &mut f64, steps: usize) -> usize {
     let mut made = 0;
     while made < steps {
         made += inner(system, r, step);
@@ -34,7 +34,7 @@ pub fn gradients(system: &dyn Discrete, r: &mut Vec<V3>, step: &mut f64, steps: 
 }
 
 /// `mu |u_t|` at every point.
-pub fn de_saxce(mu: &[f64], u: &[V3]) -> Vec<f64> {
+pub(super) fn de_saxce(mu: &[f64], u: &[V3]) -> Vec<f64> {
     mu.iter().zip(u).map(|(mu, u)| mu * u[1].hypot(u[2])).collect()
 }
 

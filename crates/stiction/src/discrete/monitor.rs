@@ -8,7 +8,7 @@ use crate::linalg::norm;
 
 /// Impulses in the units of the problem, with their velocities and measures.
 #[derive(Debug, Clone)]
-pub struct Judged {
+pub(super) struct Judged {
     pub r: Vec<f64>,
     pub u: Vec<f64>,
     pub measures: Measures,
@@ -23,7 +23,7 @@ const PATIENCE_AT_ROUNDING: usize = 5;
 const ROUNDS: usize = 10;
 
 /// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, tells the observer.
-pub struct Monitor<'a> {
+pub(super) struct Monitor<'a> {
     pub mu: &'a [f64],
     /// Judges scaled impulses within the cones.
     pub judge: &'a dyn Fn(&[V3]) -> Judged,
@@ -38,7 +38,7 @@ pub struct Monitor<'a> {
 }
 
 impl<'a> Monitor<'a> {
-    pub fn new(
+    pub(super) fn new(
         mu: &'a [f64],
         size_of_q: f64,
         judge: &'a dyn Fn(&[V3]) -> Judged,
@@ -50,7 +50,7 @@ impl<'a> Monitor<'a> {
     }
 
     /// Judges `r`; how the iteration ends, if it does here. `parameter` is for the record.
-    pub fn ends(&mut self, r: &[V3], parameter: f64) -> Option<Status> {
+    pub(super) fn ends(&mut self, r: &[V3], parameter: f64) -> Option<Status> {
         let admissible: Vec<V3> = r.iter().zip(self.mu).map(|(r, &mu)| nearest_in_cone(mu, *r)).collect();
         let seen = (self.judge)(&admissible);
         let residual = seen.measures.worst();
@@ -77,7 +77,7 @@ impl<'a> Monitor<'a> {
     }
 
     /// The largest of the three residuals where the iteration is.
-    pub fn residual(&self) -> f64 {
+    pub(super) fn residual(&self) -> f64 {
         self.history.last().map_or(f64::INFINITY, |p| p.residual)
     }
 
@@ -89,7 +89,7 @@ impl<'a> Monitor<'a> {
     }
 
     /// The best that was seen.
-    pub fn solution(mut self, status: Status) -> Solution {
+    pub(super) fn solution(mut self, status: Status) -> Solution {
         let zero = vec![[0.0; 3]; self.mu.len()];
         let Judged { r, u, measures } = self.best.take().unwrap_or_else(|| (self.judge)(&zero));
         Solution { status, r, u, measures, counts: self.counts, history: self.history }

@@ -52,7 +52,7 @@ const FIRST_STEPS: usize = 10;
 ///
 /// With `fallbacks`, gradients choose the first start where none was given, and sweeps, gradients and alternating
 /// directions in turn another one where the residual no longer falls.
-pub fn proximal(system: &dyn Discrete, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
+pub(super) fn proximal(system: &dyn Discrete, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
     let laws: Vec<Friction> = system.mu().iter().map(|&coefficient| Friction::Coulomb { coefficient }).collect();
     let ones = vec![1.0; laws.len()];
     let plain =

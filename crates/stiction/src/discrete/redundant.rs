@@ -12,7 +12,7 @@ const CONTRADICTS: f64 = 1e-8;
 
 /// A problem without the bilateral constraints that follow from others.
 #[derive(Debug)]
-pub struct Independent<'a> {
+pub(super) struct Independent<'a> {
     pub problem: Cow<'a, DiscreteProblem>,
     /// The constraints that were kept, of how many.
     pub kept: Vec<u32>,
@@ -21,12 +21,12 @@ pub struct Independent<'a> {
 
 impl Independent<'_> {
     /// Number of constraints that were left out.
-    pub fn dropped(&self) -> usize {
+    pub(super) fn dropped(&self) -> usize {
         self.of - self.kept.len()
     }
 
     /// Impulses of all constraints, zero at those left out.
-    pub fn all(&self, l: &[f64]) -> Vec<f64> {
+    pub(super) fn all(&self, l: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; self.of];
         self.kept.iter().zip(l).for_each(|(&k, &l)| all[k as usize] = l);
         all
@@ -38,7 +38,7 @@ impl Independent<'_> {
 /// # Errors
 /// If one contradicts the others.
 #[allow(non_snake_case)]
-pub fn independent(problem: &DiscreteProblem) -> Result<Independent<'_>, Error> {
+pub(super) fn independent(problem: &DiscreteProblem) -> Result<Independent<'_>, Error> {
     let (rows, rhs) = match problem {
         DiscreteProblem::Local(LocalProblem { bilateral: Some(Bilateral { V, R, s }), .. }) => {
             let mut columns = V.clone();

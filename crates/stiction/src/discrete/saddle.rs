@@ -8,7 +8,7 @@ use crate::linalg::{Csr, Lu, NodeGraph, Plan, nested_dissection, plan};
 /// An elimination order of the unknowns of a global problem, into which constraints and contact points are put right
 /// after the last velocity they touch: their pivots are then Schur complements and not the zeros of the diagonal.
 #[derive(Debug, Clone)]
-pub struct Order {
+pub(super) struct Order {
     /// Equal where unknowns are coupled to the same others.
     labels: Vec<u32>,
     /// Unknowns of each label.
@@ -18,7 +18,7 @@ pub struct Order {
 
 impl Order {
     /// By nested dissection of the graph in which all unknowns that a point or a constraint touches are neighbours.
-    pub fn new(problem: &GlobalProblem) -> Self {
+    pub(super) fn new(problem: &GlobalProblem) -> Self {
         let velocities = cliques(problem);
         let labels = equal_rows(&velocities);
         let graph = NodeGraph::new(&velocities, Some(&labels));
@@ -40,7 +40,7 @@ impl Order {
     }
 
     /// Flops of one factor with all points in contact, and entries of a triangle of the factor of `A`.
-    pub fn cost(&self, problem: &GlobalProblem) -> [f64; 2] {
+    pub(super) fn cost(&self, problem: &GlobalProblem) -> [f64; 2] {
         let a = bordered(problem, self);
         let entries = self.plan(&a, &[]).entries();
         let directions = problem.H.transpose();
@@ -67,7 +67,7 @@ impl Order {
     }
 
     /// All unknowns whose label is among those of the given ones, ascending.
-    pub fn closed(&self, unknowns: impl Iterator<Item = u32>) -> Vec<u32> {
+    pub(super) fn closed(&self, unknowns: impl Iterator<Item = u32>) -> Vec<u32> {
         let mut labels: Vec<u32> = unknowns.map(|i| self.labels[i as usize]).collect();
         labels.sort_unstable();
         labels.dedup();
@@ -99,7 +99,7 @@ impl Order {
 
     /// The plan for a matrix whose first unknowns are these; `points` are the others: how many unknowns each has, and
     /// the ones it touches.
-    pub fn plan(&self, matrix: &Csr, points: &[(usize, &[u32])]) -> Plan {
+    pub(super) fn plan(&self, matrix: &Csr, points: &[(usize, &[u32])]) -> Plan {
         let mut order = self.clone();
         let first = order.groups.len() as u32;
         let touched: Vec<Vec<u32>> =
@@ -149,7 +149,7 @@ fn equal_rows(a: &Csr) -> Vec<u32> {
 
 /// `[M -G; G' 0]` on the pattern of `order`.
 #[allow(non_snake_case)]
-pub fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
+pub(super) fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
     let velocities = cliques(problem);
     let Some(Equalities { G, b }) = &problem.equalities else { return velocities };
     let (n, constraints) = (velocities.rows, G.transpose());
@@ -173,14 +173,14 @@ pub fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
 
 /// What a point touches: unknowns, and how each of its components moves with them.
 #[derive(Debug, Clone)]
-pub struct Touch {
+pub(super) struct Touch {
     pub unknowns: Vec<u32>,
     pub direction: Vec<V3>,
 }
 
 impl Touch {
     /// Of point `a` with the rows `directions`, times `scale`.
-    pub fn new(directions: &Csr, dimension: usize, order: &Order, a: usize, scale: f64) -> Self {
+    pub(super) fn new(directions: &Csr, dimension: usize, order: &Order, a: usize, scale: f64) -> Self {
         let rows = dimension * a..dimension * (a + 1);
         let unknowns = order.closed(rows.clone().flat_map(|i| directions.row(i).0.iter().copied()));
         let mut direction = vec![[0.0; 3]; unknowns.len()];
@@ -200,7 +200,7 @@ impl Touch {
 /// A dx - H C y                                            = H known
 /// rows' H' dx + compliance y = rhs
 /// ```
-pub struct Saddle<'a> {
+pub(super) struct Saddle<'a> {
     pub matrix: Csr,
     pub rhs: Vec<f64>,
     /// First unknown of each point.
@@ -210,7 +210,7 @@ pub struct Saddle<'a> {
 }
 
 impl<'a> Saddle<'a> {
-    pub fn new(system: &'a Sparse, points: &[Linearisation]) -> Self {
+    pub(super) fn new(system: &'a Sparse, points: &[Linearisation]) -> Self {
         let n = system.A.rows;
         let mut first = vec![n];
         points.iter().for_each(|p| first.push(first[first.len() - 1] + p.unknowns));
@@ -252,12 +252,12 @@ impl<'a> Saddle<'a> {
         Saddle { matrix, rhs, first, points }
     }
 
-    pub fn factor(&self, system: &Sparse) -> Option<Lu> {
+    pub(super) fn factor(&self, system: &Sparse) -> Option<Lu> {
         Lu::new(&self.matrix, &system.order.plan(&self.matrix, &self.points))
     }
 
     /// The `y` of a point.
-    pub fn of_point<'y>(&self, a: usize, y: &'y [f64]) -> &'y [f64] {
+    pub(super) fn of_point<'y>(&self, a: usize, y: &'y [f64]) -> &'y [f64] {
         &y[self.first[a]..self.first[a + 1]]
     }
 }

@@ -39,7 +39,7 @@ pub fn solve(
 }
 
 /// The iteration of a method from scaled impulses `r`.
-pub fn iterate(system: &dyn Discrete, r: Vec<V3>, method: Method, monitor: &mut Monitor) -> Status {
+pub(super) fn iterate(system: &dyn Discrete, r: Vec<V3>, method: Method, monitor: &mut Monitor) -> Status {
     match method {
         Method::Auto => proximal(system, r, true, monitor),
         Method::Newton => proximal(system, r, false, monitor),

@@ -13,7 +13,7 @@ use crate::linalg::{Csr, Lu, axpy, inverse_forms, norm};
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.
 #[derive(Debug)]
 #[allow(non_snake_case)]
-pub struct Sparse {
+pub(super) struct Sparse {
     pub A: Csr,
     factor: Lu,
     pub order: Order,
@@ -43,7 +43,7 @@ impl Sparse {
     ///
     /// # Errors
     /// If `M` is singular.
-    pub fn new(problem: &GlobalProblem, order: Order) -> Result<Self, Error> {
+    pub(super) fn new(problem: &GlobalProblem, order: Order) -> Result<Self, Error> {
         let (d, m) = (problem.dimension, problem.mu.len());
         let a = bordered(problem, &order);
         let singular = || {
@@ -93,7 +93,7 @@ impl Sparse {
 
     /// Velocities of the bodies with the impulses of constraints, and velocities of the points, at impulses `r`; in the
     /// units of the problem.
-    pub fn state(&self, r: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn state(&self, r: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut load = self.H.times(r);
         axpy(1.0, &self.load, &mut load);
         let mut x = self.factor.solve(&load);
@@ -106,7 +106,7 @@ impl Sparse {
     }
 
     /// What belongs to impulses `r`; impulses of constraints as they are numbered here.
-    pub fn recover(&self, r: &[f64]) -> Recovered {
+    pub(super) fn recover(&self, r: &[f64]) -> Recovered {
         let (mut v, u) = self.state(r);
         let n = self.unknowns;
         let mut load = self.H.times(r);
@@ -126,14 +126,14 @@ impl Sparse {
     }
 
     /// Scaled impulses in the units of the problem, `dm`.
-    pub fn unscaled(&self, r: &[V3]) -> Vec<f64> {
+    pub(super) fn unscaled(&self, r: &[V3]) -> Vec<f64> {
         let of_point = |(r, s): (&V3, &f64)| r.map(|x| x * s * self.size);
         let all: Vec<V3> = r.iter().zip(&self.scale).map(of_point).collect();
         all.iter().flat_map(|r| r[..self.dimension].iter().copied()).collect()
     }
 
     /// Impulses of length `dm` scaled.
-    pub fn scaled(&self, r: &[f64]) -> Vec<V3> {
+    pub(super) fn scaled(&self, r: &[f64]) -> Vec<V3> {
         let d = self.dimension;
         let at = |a: usize, c: usize| if c < d { r[d * a + c] / (self.scale[a] * self.size) } else { 0.0 };
         (0..self.mu.len()).map(|a| std::array::from_fn(|c| at(a, c))).collect()

@@ -9,7 +9,7 @@ const TRUSTED: f64 = 1e-6;
 
 impl Blocks {
     /// The change of impulses that solves the linearised laws of all points; `None` where it is not trusted.
-    pub fn newton_step(&self, points: &[Linearisation]) -> Option<Step> {
+    pub(super) fn newton_step(&self, points: &[Linearisation]) -> Option<Step> {
         let known: Vec<V3> = points.iter().map(|p| p.known).collect();
         let (first, matrix, rhs) = assemble(self, points, &known);
         if rhs.is_empty() {
@@ -21,7 +21,7 @@ impl Blocks {
     }
 
     /// A factor of `W + shift`.
-    pub fn shifted_factor(&self, shift: f64) -> Option<Lu> {
+    pub(super) fn shifted_factor(&self, shift: f64) -> Option<Lu> {
         let points = vec![Linearisation::free(shift); self.mu.len()];
         let (_, matrix, _) = assemble(self, &points, &vec![[0.0; 3]; points.len()]);
         factor(self, &points, &matrix)
@@ -29,7 +29,7 @@ impl Blocks {
 }
 
 /// A step to these changes of the impulses; velocities are computed anew along it.
-pub fn change(lambda: Vec<V3>) -> Step {
+pub(super) fn change(lambda: Vec<V3>) -> Step {
     Step { lambda, v: Vec::new(), alpha: Vec::new(), resisted: true }
 }
 
@@ -79,7 +79,7 @@ fn factor(blocks: &Blocks, points: &[Linearisation], matrix: &Csr) -> Option<Lu>
 }
 
 /// Solves with one refinement, since pivots are sought within fronts only; `None` where the residual is not trusted.
-pub fn refined(lu: &Lu, matrix: &Csr, rhs: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn refined(lu: &Lu, matrix: &Csr, rhs: &[f64]) -> Option<Vec<f64>> {
     let mut y = lu.solve(rhs);
     let mut rest = rhs.to_vec();
     axpy(-1.0, &matrix.times(&y), &mut rest);
@@ -89,11 +89,11 @@ pub fn refined(lu: &Lu, matrix: &Csr, rhs: &[f64]) -> Option<Vec<f64>> {
     (norm(&rest) <= TRUSTED * norm(rhs)).then_some(y)
 }
 
-pub fn dot(x: &V3, y: &V3) -> f64 {
+pub(super) fn dot(x: &V3, y: &V3) -> f64 {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
 /// `x' w`.
-pub fn row_times(x: &V3, w: &[V3; 3]) -> V3 {
+pub(super) fn row_times(x: &V3, w: &[V3; 3]) -> V3 {
     std::array::from_fn(|j| x[0] * w[0][j] + x[1] * w[1][j] + x[2] * w[2][j])
 }

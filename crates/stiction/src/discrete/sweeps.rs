@@ -14,7 +14,7 @@ const HALVINGS: usize = 6;
 
 /// Sweeps of nonlinear block Gauss-Seidel (Jourdan, Alart & Jean 1998): one point after the other solves its own law
 /// at fixed impulses of the others.
-pub fn sweep(blocks: &Blocks, r: &mut [V3], sweeps: usize) {
+pub(super) fn sweep(blocks: &Blocks, r: &mut [V3], sweeps: usize) {
     for _ in 0..sweeps {
         for a in 0..r.len() {
             let w = blocks.diagonal(a);

@@ -2,12 +2,12 @@ use super::V3;
 use crate::friction::system::System;
 
 /// `x -> (W + shift)⁻¹ x`, factorised.
-pub type Shifted<'a> = Box<dyn Fn(&[V3]) -> Vec<V3> + 'a>;
+pub(super) type Shifted<'a> = Box<dyn Fn(&[V3]) -> Vec<V3> + 'a>;
 
 /// Points under Coulomb's law with their velocities as an affine function of their impulses, `u = W r + q`, scaled so
 /// that the diagonal blocks of `W` have the trace 3 and `q` has length one; `W` is stored or not. As a [`System`] the
 /// impulses are the multipliers, the velocities `v`, and the parameter of the law is one.
-pub trait Discrete: System {
+pub(super) trait Discrete: System {
     /// Coefficients of friction.
     fn mu(&self) -> &[f64];
 

@@ -39,12 +39,12 @@ struct Shape {
 }
 
 impl Shapes {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Shapes { places: vec![Place::default(); PLACES], in_vain: 0 }
     }
 
     /// The rows of `cell` with corners `x`, if another equal to it was met before; also `None` if it is folded.
-    pub fn rows(&mut self, cell: usize, x: &[V3; 8], material: u32, law: Law) -> Option<&HexRows> {
+    pub(super) fn rows(&mut self, cell: usize, x: &[V3; 8], material: u32, law: Law) -> Option<&HexRows> {
         if self.in_vain > IN_VAIN {
             return None;
         }

@@ -17,7 +17,7 @@ pub(super) struct Incidence(Buckets);
 
 impl Incidence {
     /// An error for a node without a cell.
-    pub fn new(mesh: &Mesh) -> Result<Self, Error> {
+    pub(super) fn new(mesh: &Mesh) -> Result<Self, Error> {
         let at = Buckets::new(mesh.nodes.len(), mesh.cell_count(), |range| {
             mesh.cells_in(range).flat_map(|(cell, nodes)| nodes.iter().map(move |&node| [node, cell as u32]))
         });
@@ -29,7 +29,7 @@ impl Incidence {
     }
 
     /// Cells at node `i`, ascending.
-    pub fn at(&self, i: usize) -> &[u32] {
+    pub(super) fn at(&self, i: usize) -> &[u32] {
         self.0.at(i)
     }
 
@@ -45,7 +45,7 @@ pub(super) struct Touching(Vec<u64>);
 
 impl Touching {
     /// Cells that touch the range, each once, ascending.
-    pub fn cells(&mut self, range: &NodeRange, incidence: &Incidence) -> Vec<u32> {
+    pub(super) fn cells(&mut self, range: &NodeRange, incidence: &Incidence) -> Vec<u32> {
         let Incidence(at) = incidence;
         let own = &at.items[at.start[range.nodes.start]..at.start[range.nodes.end]];
         // Words with a bit, of which a mesh numbered as it lies in space has few.
@@ -86,7 +86,7 @@ pub(super) struct NodeRange {
 
 impl NodeRange {
     /// All nodes in ranges, with their neighbours; some displacement of the nodes `constrained` is prescribed.
-    pub fn all(incidence: &Incidence, cells: &CellList, constrained: &[bool]) -> Vec<NodeRange> {
+    pub(super) fn all(incidence: &Incidence, cells: &CellList, constrained: &[bool]) -> Vec<NodeRange> {
         let nodes = incidence.nodes();
         let size = nodes / (RANGES_PER_THREAD * rayon::current_num_threads());
         let size = size.clamp(NODES_PER_RANGE.start, NODES_PER_RANGE.end);
@@ -129,18 +129,18 @@ impl NodeRange {
     }
 
     /// Number of blocks in all its rows.
-    pub fn blocks(&self) -> usize {
+    pub(super) fn blocks(&self) -> usize {
         self.neighbour.len()
     }
 
     /// Positions of the blocks of node `i`.
-    pub fn row(&self, i: usize) -> Range<usize> {
+    pub(super) fn row(&self, i: usize) -> Range<usize> {
         let k = i - self.nodes.start;
         self.start[k]..self.start[k + 1]
     }
 
     /// Neighbours of node `i` whose blocks are needed, itself included, ascending.
-    pub fn neighbours(&self, i: usize) -> &[u32] {
+    pub(super) fn neighbours(&self, i: usize) -> &[u32] {
         &self.neighbour[self.row(i)]
     }
 }

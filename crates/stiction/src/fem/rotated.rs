@@ -137,7 +137,7 @@ pub(super) struct Constrained {
 impl Constrained {
     /// Adds the displacement `value` along the unit vector `direction`; `Err` is the displacement along it that is already
     /// prescribed and differs.
-    pub fn add(&mut self, direction: V3, value: f64) -> Result<(), f64> {
+    pub(super) fn add(&mut self, direction: V3, value: f64) -> Result<(), f64> {
         let (mut rest, mut known) = (direction, 0.0);
         for (q, v) in self.directions.iter().zip(&self.values) {
             let along = dot(direction, *q);
@@ -160,7 +160,7 @@ impl Constrained {
     }
 
     /// Axes of which the first are prescribed, and what.
-    pub fn axes(&self) -> ([V3; 3], [Option<f64>; 3]) {
+    pub(super) fn axes(&self) -> ([V3; 3], [Option<f64>; 3]) {
         let mut whole = self.clone();
         let lengths = |e: &V3| norm(self.directions.iter().fold(*e, |e, q| sub(e, scale(dot(e, *q), *q))));
         let mut basis = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

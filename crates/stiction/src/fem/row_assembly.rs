@@ -28,7 +28,7 @@ pub(super) struct RowAssembly<'a> {
 }
 
 impl<'a> RowAssembly<'a> {
-    pub fn new(
+    pub(super) fn new(
         solid: &'a Solid<'a>,
         laws: &'a [Law<'a>],
         cells: &'a CellList<'a>,
@@ -40,7 +40,7 @@ impl<'a> RowAssembly<'a> {
     }
 
     /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
-    pub fn of(&mut self, range: &NodeRange) -> Result<&mut [[V3; 3]], Error> {
+    pub(super) fn of(&mut self, range: &NodeRange) -> Result<&mut [[V3; 3]], Error> {
         self.blocks.clear();
         self.blocks.resize(range.blocks(), [[0.0; 3]; 3]);
         let cells = self.touching.cells(range, self.incidence);

@@ -70,7 +70,7 @@ pub(super) struct CellList<'a> {
 impl<'a> CellList<'a> {
     /// Kind and nodes of cell number `cell`.
     #[inline]
-    pub fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
+    pub(super) fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
         let (end, block) = self.blocks[self.blocks.partition_point(|&(end, _)| end <= cell)];
         (block.kind, block.cell(cell + block.len() - end))
     }

@@ -180,7 +180,7 @@ impl Linearisation {
     };
 
     /// A point whose multipliers are unknown and whose `v` is to change by nothing but `-compliance dlambda`.
-    pub fn free(compliance: f64) -> Self {
+    pub(crate) fn free(compliance: f64) -> Self {
         Linearisation {
             unknowns: 3,
             columns: UNITS,
@@ -192,7 +192,7 @@ impl Linearisation {
 
     /// Linearises the law at `lambda` and `v`. `live` is false for a component that has no row of `B`. Where the friction
     /// of a slipping point grows faster than `largest_slope` with the normal force, it keeps its present bound.
-    pub fn new(friction: Friction, r: f64, live: [bool; 3], largest_slope: f64, lambda: V3, v: V3) -> Self {
+    pub(crate) fn new(friction: Friction, r: f64, live: [bool; 3], largest_slope: f64, lambda: V3, v: V3) -> Self {
         let mut at = Linearisation::NOTHING;
         let component = |at: &mut Linearisation, i: usize| {
             if live[i] {
@@ -245,13 +245,13 @@ impl Linearisation {
     }
 
     /// The same where `v` also changes by `compliance` times the change of the multiplier.
-    pub fn with_compliance(mut self, compliance: f64) -> Self {
+    pub(crate) fn with_compliance(mut self, compliance: f64) -> Self {
         self.compliance[..self.unknowns].iter_mut().for_each(|c| *c += compliance);
         self
     }
 
     /// The change of the multiplier for `y`.
-    pub fn change(&self, y: &[f64]) -> V3 {
+    pub(crate) fn change(&self, y: &[f64]) -> V3 {
         let mut d = self.known;
         y.iter().zip(&self.columns).for_each(|(y, c)| (0..3).for_each(|i| d[i] += y * c[i]));
         d

@@ -12,7 +12,7 @@ pub(super) enum Labels {
 
 impl Labels {
     /// Fails with a number that is given more than once. At most `u32::MAX - 1` numbers.
-    pub fn new(labels: impl ExactSizeIterator<Item = u64> + Clone) -> Result<Labels, u64> {
+    pub(super) fn new(labels: impl ExactSizeIterator<Item = u64> + Clone) -> Result<Labels, u64> {
         let count = labels.len();
         if labels.clone().enumerate().all(|(i, label)| label == i as u64 + 1) {
             return Ok(Labels::Counted(count));
@@ -37,7 +37,7 @@ impl Labels {
     }
 
     /// The index of the thing with that number.
-    pub fn find(&self, label: u64) -> Option<u32> {
+    pub(super) fn find(&self, label: u64) -> Option<u32> {
         match self {
             Labels::Counted(count) => label.checked_sub(1).filter(|&i| i < *count as u64).map(|i| i as u32),
             Labels::Dense(table) => {
@@ -48,7 +48,7 @@ impl Labels {
     }
 
     /// The lowest number not below `label` that something has.
-    pub fn next(&self, label: u64) -> Option<u64> {
+    pub(super) fn next(&self, label: u64) -> Option<u64> {
         match self {
             Labels::Counted(count) => Some(label.max(1)).filter(|&l| l <= *count as u64),
             Labels::Dense(table) => (label..table.len() as u64).find(|&l| table[l as usize] != u32::MAX),

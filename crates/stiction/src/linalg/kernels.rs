@@ -41,7 +41,7 @@ pub(super) fn dot_columns(x: &[f64], c: [&[f64]; 4]) -> [f64; 4] {
 
 /// `L` of a column-major panel with `columns` columns of `rows >= columns` entries whose upper part is lower
 /// triangular. Solves `L_top w_top = w_top` and subtracts `L_bottom w_top` from `w_bottom`, in place.
-pub fn forward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
+pub(super) fn forward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
     vectorised(
         #[inline(always)]
         || {
@@ -69,7 +69,7 @@ pub fn forward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
 }
 
 /// The transposed solve of [`forward`]: `w_top = L_top^-T (w_top - L_bottomᵀ w_bottom)`, in place.
-pub fn backward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
+pub(super) fn backward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
     vectorised(
         #[inline(always)]
         || {
@@ -92,7 +92,7 @@ pub fn backward(panel: &[f64], rows: usize, columns: usize, w: &mut [f64]) {
 }
 
 /// `L x` for the square lower triangle of order `n` stored by columns of `n` entries.
-pub fn lower_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
+pub(super) fn lower_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; n];
     vectorised(
         #[inline(always)]
@@ -116,7 +116,7 @@ pub fn lower_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
 }
 
 /// `Lᵀ x` for the square lower triangle of order `n` stored by columns of `n` entries.
-pub fn lower_transpose_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
+pub(super) fn lower_transpose_times(l: &[f64], n: usize, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; n];
     vectorised(
         #[inline(always)]

@@ -215,7 +215,7 @@ fn eliminate(first: usize, columns: usize, rows: Vec<u32>, mut dense: Vec<f64>) 
 
 impl Front {
     /// Number within the front of a place that it holds.
-    pub fn local(&self, place: usize) -> usize {
+    pub(super) fn local(&self, place: usize) -> usize {
         if place < self.first + self.columns {
             return place - self.first;
         }

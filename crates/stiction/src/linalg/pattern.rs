@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::in_huge_pages;
 
 /// Rows handed to a thread at a time at most; results do not depend on it.
-pub const ROWS_PER_TASK: usize = 1024;
+pub(super) const ROWS_PER_TASK: usize = 1024;
 
 /// Rows a thread makes at a time. On coarse levels they are few, and each is much work.
-pub fn tasks(rows: Range<usize>) -> Vec<Range<usize>> {
+pub(super) fn tasks(rows: Range<usize>) -> Vec<Range<usize>> {
     let at_a_time = (rows.len() / 256).clamp(16, ROWS_PER_TASK);
     rows.clone().step_by(at_a_time).map(|first| first..rows.end.min(first + at_a_time)).collect()
 }
@@ -20,19 +20,19 @@ pub fn tasks(rows: Range<usize>) -> Vec<Range<usize>> {
 const PIECES: usize = 8;
 
 /// How many of so many tasks are left together at most.
-pub fn piece(tasks: usize) -> usize {
+pub(crate) fn piece(tasks: usize) -> usize {
     tasks.div_ceil(PIECES * rayon::current_num_threads()).max(1)
 }
 
 /// Room for a few longer rows behind so many entries: memory that is not written costs nothing, and an array that outgrows
 /// its own is copied.
-pub fn with_room(entries: usize) -> usize {
+pub(super) fn with_room(entries: usize) -> usize {
     entries + entries / 2
 }
 
 /// Where the entries of a sparse matrix stand, or its blocks.
 #[derive(Debug, Clone)]
-pub struct Pattern {
+pub(super) struct Pattern {
     /// Row `i` occupies `start[i]..start[i + 1]`.
     pub start: Vec<usize>,
     /// Ascending in each row.
@@ -41,7 +41,7 @@ pub struct Pattern {
 
 impl Pattern {
     /// Row `i` has the columns that `columns` names, in any order, repeated or not.
-    pub fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
+    pub(super) fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
         let tasks = tasks(0..rows);
         let at_once = piece(tasks.len());
         let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.into_par_iter().with_max_len(at_once))
@@ -74,7 +74,7 @@ impl Pattern {
     }
 
     /// The pattern with the transposed one: an entry at `(j, i)` for each at `(i, j)`.
-    pub fn mirrored(&self) -> Pattern {
+    pub(super) fn mirrored(&self) -> Pattern {
         let rows = self.start.len() - 1;
         let mut start = vec![0usize; rows + 1];
         self.column.iter().for_each(|&j| start[j as usize + 1] += 1);
@@ -90,7 +90,7 @@ impl Pattern {
         Pattern::new(rows, rows, |i, name| self.row(i).iter().chain(transposed.row(i)).for_each(|&j| name(j)))
     }
 
-    pub fn row(&self, i: usize) -> &[u32] {
+    pub(super) fn row(&self, i: usize) -> &[u32] {
         &self.column[self.start[i]..self.start[i + 1]]
     }
 }

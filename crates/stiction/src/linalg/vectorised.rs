@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// own is compiled for all machines. (So is a closure that is called as `FnOnce` and could be called twice, by way of its
 /// shim; hence `FnMut`.)
 #[inline(always)]
-pub fn vectorised(work: impl FnMut()) {
+pub(crate) fn vectorised(work: impl FnMut()) {
     struct Work<F>(F);
     impl<F: FnMut()> WithSimd for Work<F> {
         type Output = ();

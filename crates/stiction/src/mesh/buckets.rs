@@ -21,7 +21,7 @@ pub(crate) struct Buckets {
 impl Buckets {
     /// Sorts what `of(range)` lists as `[bucket, item]` for the ranges that `0..length` is divided into; buckets are below
     /// `count`. The result does not depend on the number of threads.
-    pub fn new<I: Iterator<Item = [u32; 2]>>(
+    pub(crate) fn new<I: Iterator<Item = [u32; 2]>>(
         count: usize,
         length: usize,
         of: impl Fn(Range<usize>) -> I + Sync,
@@ -59,7 +59,7 @@ impl Buckets {
     }
 
     /// What bucket `k` holds.
-    pub fn at(&self, k: usize) -> &[u32] {
+    pub(crate) fn at(&self, k: usize) -> &[u32] {
         &self.items[self.start[k]..self.start[k + 1]]
     }
 }

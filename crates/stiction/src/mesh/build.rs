@@ -57,12 +57,12 @@ pub(super) struct Former {
 
 impl Former {
     /// The number in the file of former node `i`.
-    pub fn id(&self, i: usize) -> u64 {
+    pub(super) fn id(&self, i: usize) -> u64 {
         self.ids.get(i).copied().unwrap_or(i as u64 + 1)
     }
 
     /// The new numbers of the corners of a face; none if one of them was dropped.
-    pub fn now(&self, corners: [u32; 4]) -> Option<[u32; 4]> {
+    pub(super) fn now(&self, corners: [u32; 4]) -> Option<[u32; 4]> {
         let now = corners.map(|n| if n == u32::MAX { n } else { self.kept[n as usize] });
         let whole = !now[..3].contains(&u32::MAX) && (now[3] == u32::MAX) == (corners[3] == u32::MAX);
         whole.then_some(now)

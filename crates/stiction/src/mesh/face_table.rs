@@ -90,7 +90,7 @@ pub(super) struct Encounters {
 
 impl<'a> FaceTable<'a> {
     /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range, and how its cells meet.
-    pub fn new(raw: &'a RawMesh) -> (Self, Encounters) {
+    pub(super) fn new(raw: &'a RawMesh) -> (Self, Encounters) {
         let mut first = 0;
         let block = |b: &'a super::RawCells| {
             let block = Block::new(b.kind, &b.nodes, first);
@@ -147,7 +147,7 @@ impl<'a> FaceTable<'a> {
     }
 
     /// The face with that number.
-    pub fn face(&self, face: u32) -> Face {
+    pub(super) fn face(&self, face: u32) -> Face {
         let cell = face / STRIDE;
         let block = self.block(cell);
         Face::of_cell(block.kind, block.cell(cell as usize), cell, (face % STRIDE) as u8)
@@ -165,7 +165,7 @@ impl<'a> FaceTable<'a> {
     }
 
     /// Numbers of the faces with these corners in any order, ascending; triangles end in `u32::MAX`.
-    pub fn find(&self, corners: [u32; 4]) -> &[u32] {
+    pub(super) fn find(&self, corners: [u32; 4]) -> &[u32] {
         let key = sorted(corners);
         let bucket = self.faces.at(key[0] as usize);
         let from = bucket.partition_point(|&face| self.key(face) < key);

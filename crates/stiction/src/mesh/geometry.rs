@@ -30,7 +30,7 @@ pub(crate) fn tet_jacobian(x: &[V3; 4]) -> [V3; 3] {
 pub(crate) struct HexEdges(pub [[V3; 4]; 3]);
 
 impl HexEdges {
-    pub fn new(x: &[V3; 8]) -> Self {
+    pub(crate) fn new(x: &[V3; 8]) -> Self {
         const ALONG: [[[usize; 2]; 4]; 3] =
             [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [3, 7], [2, 6]]];
         let mut edges = [[[0.0; 3]; 4]; 3];
@@ -41,7 +41,7 @@ impl HexEdges {
     }
 
     /// Columns of the Jacobian of the trilinear map at the reference point `(x, y, z)`; length per reference length.
-    pub fn jacobian(&self, [x, y, z]: V3) -> [V3; 3] {
+    pub(crate) fn jacobian(&self, [x, y, z]: V3) -> [V3; 3] {
         let column = |edges: &[V3; 4], s: f64, t: f64| {
             let weights = [(1.0 - s) * (1.0 - t), (1.0 + s) * (1.0 - t), (1.0 - s) * (1.0 + t), (1.0 + s) * (1.0 + t)];
             let mut sum = [0.0; 3];

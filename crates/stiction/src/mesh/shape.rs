@@ -27,7 +27,7 @@ pub(crate) struct Reference<const N: usize> {
 
 impl<const N: usize> Reference<N> {
     /// Columns of the Jacobian of the map to the cell with nodes at `x`; length per reference length.
-    pub fn jacobian(&self, x: &[V3; N]) -> [V3; 3] {
+    pub(crate) fn jacobian(&self, x: &[V3; N]) -> [V3; 3] {
         let mut columns = [[0.0; 3]; 3];
         for (x, g) in x.iter().zip(&self.gradient) {
             for (column, &g) in columns.iter_mut().zip(g) {
@@ -134,7 +134,7 @@ pub(crate) struct FaceShape {
 
 impl FaceShape {
     /// Normal of the map from the reference face to the face with nodes at `x`, as long as area per reference area.
-    pub fn normal(&self, x: &[V3]) -> V3 {
+    pub(crate) fn normal(&self, x: &[V3]) -> V3 {
         let (mut first, mut second) = ([0.0; 3], [0.0; 3]);
         for (x, slope) in x.iter().zip(&self.slope) {
             first = add(first, scale(slope[0], *x));

@@ -32,7 +32,7 @@ pub(super) struct Arcs {
 
 impl Arcs {
     /// The face of `x` for the gradient `g`.
-    pub fn new(sets: &[PointSet], x: &[f64], g: &[f64]) -> Arcs {
+    pub(super) fn new(sets: &[PointSet], x: &[f64], g: &[f64]) -> Arcs {
         let m = sets.len();
         let normal = (0..m).map(|j| sets[j] == PointSet::Free || x[j] > 0.0).collect();
         let pair: Vec<Pair> =
@@ -51,7 +51,7 @@ impl Arcs {
     }
 
     /// Orthogonal projection of `v` onto the directions of the face.
-    pub fn restrict(&self, v: &mut [f64]) {
+    pub(super) fn restrict(&self, v: &mut [f64]) {
         let m = self.pair.len();
         for j in 0..m {
             if !self.normal[j] {
@@ -69,7 +69,7 @@ impl Arcs {
     }
 
     /// Share of `|v|^2` that lies on the face, one for zero.
-    pub fn share(&self, v: &[f64]) -> f64 {
+    pub(super) fn share(&self, v: &[f64]) -> f64 {
         let mut on_face = v.to_vec();
         self.restrict(&mut on_face);
         let all = dot(v, v);
@@ -77,7 +77,7 @@ impl Arcs {
     }
 
     /// Adds the stiffness of the boundaries to `ap` and restricts it: the matrix of the face times `p`.
-    pub fn bend(&self, p: &[f64], ap: &mut [f64]) {
+    pub(super) fn bend(&self, p: &[f64], ap: &mut [f64]) {
         let m = self.pair.len();
         for (j, pair) in self.pair.iter().enumerate() {
             if let Pair::Along { stiffness, .. } = pair {
@@ -101,7 +101,7 @@ impl Arcs {
     }
 
     /// The largest `t` for which `x - t p` keeps `x_0 >= 0` and the free pairs in their sets.
-    pub fn feasible_step(&self, sets: &[PointSet], x: &[f64], p: &[f64]) -> f64 {
+    pub(super) fn feasible_step(&self, sets: &[PointSet], x: &[f64], p: &[f64]) -> f64 {
         let m = sets.len();
         let mut t = f64::INFINITY;
         for j in 0..m {

@@ -23,7 +23,7 @@ pub(super) struct Face {
 
 impl Face {
     /// Splits `g` at `x`, with the free gradient reduced for gradient steps of length `step`.
-    pub fn new(bounds: &Bounds, x: &[f64], g: &[f64], step: f64) -> Face {
+    pub(super) fn new(bounds: &Bounds, x: &[f64], g: &[f64], step: f64) -> Face {
         let n = x.len();
         let (mut is_free, mut free, mut chopped) = (vec![false; n], vec![0.0; n], vec![0.0; n]);
         let mut reduced2 = 0.0;
@@ -48,7 +48,7 @@ impl Face {
     }
 
     /// The free gradient, preconditioned on the face if that gives a direction of ascent.
-    pub fn preconditioned(&self, preconditioner: Option<&Preconditioner>) -> Vec<f64> {
+    pub(super) fn preconditioned(&self, preconditioner: Option<&Preconditioner>) -> Vec<f64> {
         let Some(apply) = preconditioner else { return self.free.clone() };
         let mut z = apply(&self.free, &self.is_free);
         z.iter_mut().zip(&self.is_free).for_each(|(z, free)| *z = if *free { *z } else { 0.0 });

@@ -48,7 +48,7 @@ pub(super) struct Iterate<'a> {
 }
 
 impl<'a> Iterate<'a> {
-    pub fn new(
+    pub(super) fn new(
         operator: &'a mut dyn FnMut(&[f64]) -> Vec<f64>,
         b: &'a [f64],
         x: Vec<f64>,
@@ -76,7 +76,7 @@ impl<'a> Iterate<'a> {
     }
 
     /// `A p`, counted.
-    pub fn times(&mut self, p: &[f64]) -> Step<Vec<f64>> {
+    pub(super) fn times(&mut self, p: &[f64]) -> Step<Vec<f64>> {
         if self.products >= self.max_products {
             return ControlFlow::Break(QpStatus::Limit);
         }
@@ -94,7 +94,7 @@ impl<'a> Iterate<'a> {
     }
 
     /// The gradient at `x` by a product instead of a recurrence.
-    pub fn refresh(&mut self) -> Step<()> {
+    pub(super) fn refresh(&mut self) -> Step<()> {
         let x = std::mem::take(&mut self.x);
         let g = self.gradient_at(&x);
         self.x = x;
@@ -104,7 +104,7 @@ impl<'a> Iterate<'a> {
     }
 
     /// The norm of the operator: `given`, or by Lanczos steps, with the products they cost.
-    pub fn operator_norm(&mut self, given: Option<f64>) -> Step<(f64, usize)> {
+    pub(super) fn operator_norm(&mut self, given: Option<f64>) -> Step<(f64, usize)> {
         if let Some(norm) = given.filter(|n| *n > 0.0 && n.is_finite()) {
             return ControlFlow::Continue((norm, 0));
         }
@@ -125,12 +125,12 @@ impl<'a> Iterate<'a> {
         }
     }
 
-    pub fn tolerance(&self) -> f64 {
+    pub(super) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
     /// `A y - b`, by a product.
-    pub fn gradient_at(&mut self, y: &[f64]) -> Step<Vec<f64>> {
+    pub(super) fn gradient_at(&mut self, y: &[f64]) -> Step<Vec<f64>> {
         let mut g = self.times(y)?;
         axpy(-1.0, self.b, &mut g);
         self.count(1);
@@ -138,12 +138,12 @@ impl<'a> Iterate<'a> {
     }
 
     /// Goes to `y`, whose gradient `g` comes from a product.
-    pub fn move_to(&mut self, y: Vec<f64>, g: Vec<f64>) {
+    pub(super) fn move_to(&mut self, y: Vec<f64>, g: Vec<f64>) {
         (self.x, self.g, self.drift) = (y, g, 0.0);
     }
 
     /// `x - step p` with the gradient by recurrence from `ap = A p`.
-    pub fn advance(&mut self, step: f64, p: &[f64], ap: &[f64]) {
+    pub(super) fn advance(&mut self, step: f64, p: &[f64], ap: &[f64]) {
         axpy(-step, p, &mut self.x);
         axpy(-step, ap, &mut self.g);
         // van der Vorst & Ye 2000, SIAM J. Sci. Comput. 22: what one step of the recurrence can lose.
@@ -152,26 +152,26 @@ impl<'a> Iterate<'a> {
     }
 
     /// `f(y) - f(x)` from both gradients, without the cancellation of two objectives.
-    pub fn rise(&mut self, y: &[f64], gradient: &[f64]) -> f64 {
+    pub(super) fn rise(&mut self, y: &[f64], gradient: &[f64]) -> f64 {
         self.count(3);
         let terms = y.iter().zip(&self.x).zip(gradient.iter().zip(&self.g));
         terms.map(|((y, x), (gy, gx))| 0.5 * (y - x) * (gx + gy)).sum()
     }
 
     /// The level below which a gradient at `x` is rounding.
-    pub fn rounding(&self) -> f64 {
+    pub(super) fn rounding(&self) -> f64 {
         f64::EPSILON * (self.norm_met * norm(&self.x) + norm(self.b))
     }
 
     /// Adds `operations` vector operations of two flops an entry to the account.
-    pub fn count(&mut self, operations: usize) {
+    pub(super) fn count(&mut self, operations: usize) {
         self.flops += 2.0 * (operations * self.x.len()) as f64;
     }
 
     /// Decides whether the iteration ends with the measure of optimality `measure`. Where that rests on a recurrence
     /// that may have drifted, replaces the gradient instead and says so with `true`: the caller computes its measure
     /// and direction anew.
-    pub fn judge(&mut self, measure: f64) -> Step<bool> {
+    pub(super) fn judge(&mut self, measure: f64) -> Step<bool> {
         if !measure.is_finite() {
             return ControlFlow::Break(QpStatus::NotFinite);
         }

@@ -20,19 +20,19 @@ pub(super) struct DualSystem<'a> {
 
 impl<'a> DualSystem<'a> {
     /// With the local stiffness of `problem`; `resultant` is `Rᵀ f`.
-    pub fn new(problem: &ContactProblem, dual: &'a Dual, resultant: Vec<f64>) -> Self {
+    pub(super) fn new(problem: &ContactProblem, dual: &'a Dual, resultant: Vec<f64>) -> Self {
         DualSystem { dual, stiffness: by_point(&Dual::local_stiffness(problem)), resultant }
     }
 
     /// A multiplier of point `j` without the components that have no row of `B`.
-    pub fn masked(&self, j: usize, lambda: V3) -> V3 {
+    pub(super) fn masked(&self, j: usize, lambda: V3) -> V3 {
         let live = self.live(j);
         std::array::from_fn(|i| if live[i] { lambda[i] } else { 0.0 })
     }
 
     /// Solves the linearised laws to the relative accuracy `accuracy` by preconditioned GMRES, at most `limit` products.
     /// `imbalance` is what the present forces lack of balance.
-    pub fn solve(&self, points: &[Linearisation], imbalance: &[f64], accuracy: f64, limit: usize) -> Step {
+    pub(super) fn solve(&self, points: &[Linearisation], imbalance: &[f64], accuracy: f64, limit: usize) -> Step {
         let equations = Equations::new(self, points);
         let jumps = &self.dual.floating.jumps[..];
         let border = equations.border(jumps, imbalance);

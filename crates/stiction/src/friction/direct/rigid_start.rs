@@ -82,7 +82,7 @@ const GUIDE: f64 = 1e-6;
 
 impl Foundation<'_> {
     /// The rigid motions in equilibrium, by the fixed point on the bounds of friction.
-    pub fn equilibrium(&self) -> Equilibrium {
+    pub(crate) fn equilibrium(&self) -> Equilibrium {
         let m = self.friction.len();
         let given = |law: &Friction| match *law {
             Friction::Given { slip_bound } => slip_bound,

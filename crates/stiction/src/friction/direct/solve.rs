@@ -155,11 +155,11 @@ impl<'a> Solver<'a> {
         Solver { given, problem, system, r, v0, at, best: None, steps_left, max_steps, counts, history }
     }
 
-    pub fn dual(&self) -> &'a Dual {
+    pub(super) fn dual(&self) -> &'a Dual {
         self.system.dual
     }
 
-    pub fn friction(&self) -> &'a [Friction] {
+    pub(super) fn friction(&self) -> &'a [Friction] {
         &self.problem.contact.friction
     }
 
@@ -211,7 +211,7 @@ impl<'a> Solver<'a> {
     }
 
     /// A motion that nothing resisted for a while may have been long: what it rounded off `v` is restored.
-    pub fn refresh(&mut self) {
+    pub(super) fn refresh(&mut self) {
         let floating = &self.dual().floating;
         if floating.is_empty() {
             return;

@@ -13,7 +13,7 @@ const STICK_PRODUCTS: usize = 30;
 
 impl Solver<'_> {
     /// Bodies that float start in their equilibrium as rigid bodies, with the forces of the foundation.
-    pub fn rigid_start(&mut self) {
+    pub(super) fn rigid_start(&mut self) {
         let floating = &self.dual().floating;
         if floating.is_empty() {
             return;
@@ -42,7 +42,7 @@ impl Solver<'_> {
 
     /// Moves floating bodies until the augmented multipliers of the present deformation balance their loads, and takes these
     /// for the multipliers.
-    pub fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         if !self.dual().floating.is_empty() {
             self.take_foundation(&self.augmented_opening());
             self.align();
@@ -85,7 +85,7 @@ impl Solver<'_> {
     /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
     /// One step with unlimited friction tells; its result is kept if most points do stick there. Not so for large
     /// coefficients, whose slipping points need the capped slopes that a start far away brings.
-    pub fn stick_start(&mut self) {
+    pub(super) fn stick_start(&mut self) {
         let unlimited = |&law: &Friction| match law {
             Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::MAX },
             Friction::Coulomb { coefficient } if coefficient > 0.0 && coefficient <= RULES.largest_slope => {

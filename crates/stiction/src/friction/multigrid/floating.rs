@@ -16,7 +16,7 @@ pub(super) struct FloatingBodies<'a> {
 
 impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
-    pub fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
+    pub(super) fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
         transformed.points.iter().any(|p| p.floats).then(|| {
             let motions = &transformed.motions;
             let jumps = motions.jumps(&problem.isotropic_rows());
@@ -27,14 +27,14 @@ impl<'a> FloatingBodies<'a> {
     /// Moves the bodies as rigid ones to where the admissible augmented multipliers balance their loads: the points then in
     /// contact support the bodies, and the sticking ones keep them from sliding. Once the active constraints do not support a
     /// body, cycles do not find these motions, because no level resists them.
-    pub fn balance(&self, problem: &Subproblem<'_>, at: &mut Iterate) {
+    pub(super) fn balance(&self, problem: &Subproblem<'_>, at: &mut Iterate) {
         // Rigid motions take no forces: `ku` stays.
         let motion = self.motion(problem, at);
         at.u.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(u, d)| *u += d);
     }
 
     /// That motion, in the frames.
-    pub fn motion(&self, problem: &Subproblem<'_>, at: &Iterate) -> Vector {
+    pub(super) fn motion(&self, problem: &Subproblem<'_>, at: &Iterate) -> Vector {
         let m = problem.laws.len();
         let mut opening = vec![0.0; 3 * m];
         for (j, (p, law)) in problem.points().enumerate() {

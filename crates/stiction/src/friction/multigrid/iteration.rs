@@ -36,7 +36,7 @@ pub(super) struct Subproblem<'a> {
 
 impl<'a> Subproblem<'a> {
     /// The points with their laws.
-    pub fn points(&self) -> impl Iterator<Item = (&'a Point, &'a PointLaw)> + use<'a> {
+    pub(super) fn points(&self) -> impl Iterator<Item = (&'a Point, &'a PointLaw)> + use<'a> {
         self.transformed.points.iter().zip(self.laws)
     }
 }
@@ -51,7 +51,7 @@ pub(super) struct Iterate {
 
 impl Iterate {
     /// The contact force at a node, `f - K u`, newton.
-    pub fn force(&self, transformed: &Transformed, node: usize) -> [f64; 3] {
+    pub(super) fn force(&self, transformed: &Transformed, node: usize) -> [f64; 3] {
         std::array::from_fn(|c| transformed.f[node][c] - self.ku[node][c])
     }
 }
@@ -145,24 +145,24 @@ pub(super) fn run(
 
 impl State {
     /// At zero displacements of so many nodes; the first contact conditions are a guess.
-    pub fn zero(nodes: usize) -> State {
+    pub(super) fn zero(nodes: usize) -> State {
         let iterate = Iterate { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], conditions: Vec::new() };
         State { iterate, guess: true, ..State::default() }
     }
 
     /// At displacements `u`, whose law decides the first contact conditions.
-    pub fn at(u: Vector, k: &Blocks<3, 3>) -> State {
+    pub(super) fn at(u: Vector, k: &Blocks<3, 3>) -> State {
         State { iterate: Iterate { ku: k.times(&u), u, conditions: Vec::new() }, ..State::default() }
     }
 
     /// The same with the counts of an earlier stage. A guess that has failed is not repeated.
-    pub fn after(self, earlier: &State) -> State {
+    pub(super) fn after(self, earlier: &State) -> State {
         let guess = self.guess && earlier.cycles == 0;
         State { cycles: earlier.cycles, resets: earlier.resets, guess, ..self }
     }
 
     /// Another iteration begins here: directions, coarse levels and residuals belong to other active sets.
-    pub fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.directions.clear();
         self.reversed.clear();
         self.coarse.clear();
@@ -171,7 +171,7 @@ impl State {
     }
 
     /// Goes back to the best iterate.
-    pub fn go_back(&mut self) {
+    pub(super) fn go_back(&mut self) {
         if let Some(best) = self.monitor.take_best() {
             self.iterate = best;
         }
@@ -227,7 +227,7 @@ impl State {
     /// released, a spring changes, or the Coulomb coupling begins or ends. They may not lag behind: a function truncated at a
     /// component that is free again, or the spring of a point that has hardly slipped yet, a thousand times stiffer than
     /// a cycle later, makes the coarse levels too stiff there. A single one costs a hundred cycles on graded meshes.
-    pub fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy) {
+    pub(super) fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy) {
         let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
         let coupled = |constraints: &[NodeConstraint]| constraints.iter().any(|c| c.coulomb != [0.0; 2]);
         let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {

@@ -42,32 +42,32 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
-    pub fn record(&mut self, residual: f64) {
+    pub(super) fn record(&mut self, residual: f64) {
         self.residuals.push(residual);
     }
 
     /// Removes the last residual, which was computed from inaccurate forces.
-    pub fn retract(&mut self) {
+    pub(super) fn retract(&mut self) {
         self.residuals.pop();
     }
 
     /// Whether the last residual says that the active sets are far from the final ones.
-    pub fn is_far(&self) -> bool {
+    pub(super) fn is_far(&self) -> bool {
         self.residuals.last().is_some_and(|&last| last > FAR)
     }
 
     /// Whether slip reversals are those of single points.
-    pub fn is_chattering(&self) -> bool {
+    pub(super) fn is_chattering(&self) -> bool {
         self.residuals.last().is_some_and(|&last| last <= CHATTERING)
     }
 
     /// Whether steps may use the Coulomb coupling.
-    pub fn is_coupled(&self) -> bool {
+    pub(super) fn is_coupled(&self) -> bool {
         !self.is_far() && !self.without_halving(SLOW)
     }
 
     /// Judges the last residual, which is that of `iterate` after `cycles`, and keeps the best iterate.
-    pub fn assess(&mut self, iterate: &Iterate, cycles: usize) -> Verdict {
+    pub(super) fn assess(&mut self, iterate: &Iterate, cycles: usize) -> Verdict {
         let Some(&residual) = self.residuals.last() else { return Verdict::Progress };
         if self.best.as_ref().is_none_or(|(least, _)| residual < *least) {
             self.best = Some((residual, iterate.clone()));
@@ -82,19 +82,19 @@ impl Monitor {
     }
 
     /// Counts a reset of the active sets.
-    pub fn reset(&mut self, cycles: usize) {
+    pub(super) fn reset(&mut self, cycles: usize) {
         self.resets += 1;
         self.last_reset = cycles;
     }
 
     /// Another run begins after `cycles`.
-    pub fn restart(&mut self, cycles: usize) {
+    pub(super) fn restart(&mut self, cycles: usize) {
         *self = Monitor { last_reset: cycles, ..Monitor::default() };
     }
 
     /// The iterate with the least residual. The last one of a failed run is of no use: bodies that no active constraint
     /// supports move away ever faster.
-    pub fn take_best(&mut self) -> Option<Iterate> {
+    pub(super) fn take_best(&mut self) -> Option<Iterate> {
         self.best.take().map(|(_, iterate)| iterate)
     }
 

@@ -77,7 +77,7 @@ impl Transformed {
     /// If the problem is none for multigrid: a point without a node of its own on which its rows are an orthonormal frame,
     /// or on a much stiffer body than the one it touches; nodes with more than three unknowns; a matrix that aggregation does
     /// not make coarser. If it is stopped: [`Error::interrupted`].
-    pub fn new(problem: &ContactProblem, stop: &Stop) -> Result<(Transformed, Hierarchy), Error> {
+    pub(super) fn new(problem: &ContactProblem, stop: &Stop) -> Result<(Transformed, Hierarchy), Error> {
         stop.check()?;
         let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
         let nodes =
@@ -129,7 +129,7 @@ impl Transformed {
     }
 
     /// Replaces the load.
-    pub fn set_load(&mut self, f: &[f64]) {
+    pub(super) fn set_load(&mut self, f: &[f64]) {
         self.f = self.nodes.gather(f);
         for p in &self.points {
             let rotated = times(&p.frame, &self.f[p.node]);
@@ -141,7 +141,7 @@ impl Transformed {
     }
 
     /// Displacements of unknowns in the frames.
-    pub fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
+    pub(super) fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
         for p in &self.points {
             let rotated = times(&p.frame, &x[p.node]);
@@ -154,7 +154,7 @@ impl Transformed {
     }
 
     /// The inverse of [`Self::to_frames`].
-    pub fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
+    pub(super) fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
         if let Some(relative) = &self.relative {
             relative.to_absolute(&mut x);

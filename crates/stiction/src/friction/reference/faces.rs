@@ -22,13 +22,13 @@ struct PointBlock {
 }
 
 impl PointBlocks {
-    pub fn new(lagrangian: &Lagrangian<'_>, block: &Block) -> Self {
+    pub(super) fn new(lagrangian: &Lagrangian<'_>, block: &Block) -> Self {
         let points = (0..lagrangian.q.points()).map(|j| PointBlock::new(lagrangian, block, j)).collect();
         PointBlocks { size: block.copies.len() * block.rows.len(), points }
     }
 
     /// The inverse on the free entries, zero elsewhere.
-    pub fn solve(&self, r: &[f64], free: &[bool]) -> Vec<f64> {
+    pub(super) fn solve(&self, r: &[f64], free: &[bool]) -> Vec<f64> {
         let mut z = vec![0.0; self.size];
         self.points.iter().for_each(|point| point.solve(r, free, &mut z));
         z

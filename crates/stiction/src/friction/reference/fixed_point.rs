@@ -18,7 +18,7 @@ pub(super) struct SlipBounds<'a> {
 
 impl<'a> SlipBounds<'a> {
     /// `coulomb` are the bounds at points with Coulomb friction, the rest of it is not read; zero if `None`.
-    pub fn new(friction: &'a [Friction], coulomb: Option<&[f64]>) -> Self {
+    pub(super) fn new(friction: &'a [Friction], coulomb: Option<&[f64]>) -> Self {
         let coulomb = coulomb.filter(|g| g.len() == friction.len());
         let value = |(j, law): (usize, &Friction)| match *law {
             Friction::Given { slip_bound } => slip_bound,
@@ -32,7 +32,7 @@ impl<'a> SlipBounds<'a> {
     }
 
     /// `g = F lambda_n` from multipliers `lambda`; how much it changed and how large it is, where it can change.
-    pub fn follow(&mut self, lambda: &[f64]) -> (f64, f64) {
+    pub(super) fn follow(&mut self, lambda: &[f64]) -> (f64, f64) {
         self.last.clone_from(&self.value);
         let mut moving = Vec::new();
         for (j, law) in self.friction.iter().enumerate() {
@@ -45,7 +45,7 @@ impl<'a> SlipBounds<'a> {
     }
 
     /// Whether some friction is Coulomb's.
-    pub fn can_change(&self) -> bool {
+    pub(super) fn can_change(&self) -> bool {
         self.friction.iter().any(|law| law.coefficient().is_some())
     }
 }

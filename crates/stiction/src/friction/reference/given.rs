@@ -15,7 +15,7 @@ pub(super) struct Record<'a, 'b> {
 
 impl Record<'_, '_> {
     /// Notes one execution of Step 2; `change` is what the method's rule looks at.
-    pub fn note(
+    pub(super) fn note(
         &mut self,
         lagrangian: &Lagrangian<'_>,
         copies: &Copies,
@@ -92,7 +92,7 @@ pub(super) struct Adaptive {
 }
 
 impl Adaptive {
-    pub fn new(lagrangian: &Lagrangian<'_>) -> Self {
+    pub(super) fn new(lagrangian: &Lagrangian<'_>) -> Self {
         Adaptive { m: FIRST_M * lagrangian.q.largest / lagrangian.squares.count as f64, last: None }
     }
 
@@ -101,7 +101,7 @@ impl Adaptive {
     ///
     /// # Errors
     /// As [`uzawa`].
-    pub fn step(
+    pub(super) fn step(
         &mut self,
         step1: &Minimizer<'_>,
         copies: &mut Copies,

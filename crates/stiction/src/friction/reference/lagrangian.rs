@@ -46,7 +46,13 @@ pub(super) struct Block {
 
 impl<'a> Lagrangian<'a> {
     /// `one_by_one` prepares blocks of single copies.
-    pub fn new(q: &'a Quadratic<'a>, squares: Squares, coupling: Coupling, penalty: f64, one_by_one: bool) -> Self {
+    pub(super) fn new(
+        q: &'a Quadratic<'a>,
+        squares: Squares,
+        coupling: Coupling,
+        penalty: f64,
+        one_by_one: bool,
+    ) -> Self {
         let share = 1.0 / squares.count as f64;
         let h: Vec<f64> = (0..squares.count).flat_map(|_| q.h.iter().map(|h| share * h)).collect();
         let b = squares.in_own_axes(&h);
@@ -60,12 +66,12 @@ impl<'a> Lagrangian<'a> {
     }
 
     /// `3m`.
-    pub fn size(&self) -> usize {
+    pub(super) fn size(&self) -> usize {
         self.q.h.len()
     }
 
     /// `C x`, newton.
-    pub fn differences(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn differences(&self, x: &[f64]) -> Vec<f64> {
         self.coupling.differences(self.count(), self.size(), &self.squares.in_common_axes(x))
     }
 
@@ -75,34 +81,34 @@ impl<'a> Lagrangian<'a> {
     }
 
     /// `b - Cᵀ w`: minus the gradient of the Lagrangian at zero.
-    pub fn load(&self, w: &[f64]) -> Vec<f64> {
+    pub(super) fn load(&self, w: &[f64]) -> Vec<f64> {
         let pulled = self.pull(w);
         self.b.iter().zip(pulled).map(|(b, p)| b - p).collect()
     }
 
     /// Step 2: `w += rho C x`; the length of the change.
-    pub fn ascend(&self, copies: &mut Copies) -> f64 {
+    pub(super) fn ascend(&self, copies: &mut Copies) -> f64 {
         let differences = self.differences(&copies.x);
         axpy(self.penalty, &differences, &mut copies.w);
         self.penalty * norm(&differences)
     }
 
     /// `|C x| / |x|`.
-    pub fn disagreement(&self, x: &[f64]) -> f64 {
+    pub(super) fn disagreement(&self, x: &[f64]) -> f64 {
         let size = norm(x);
         if size == 0.0 { 0.0 } else { norm(&self.differences(x)) / size }
     }
 
     /// Points that are open (no normal force in any copy), that stick (friction below its bounds in all) and that slip;
     /// `bounds` are those of one copy.
-    pub fn states(&self, x: &[f64], bounds: &Bounds) -> [usize; 3] {
+    pub(super) fn states(&self, x: &[f64], bounds: &Bounds) -> [usize; 3] {
         let mut count = [0; 3];
         self.state_of_points(x, bounds).into_iter().for_each(|state| count[state as usize] += 1);
         count
     }
 
     /// The state of each point, as in [`Lagrangian::states`].
-    pub fn state_of_points(&self, x: &[f64], bounds: &Bounds) -> Vec<PointState> {
+    pub(super) fn state_of_points(&self, x: &[f64], bounds: &Bounds) -> Vec<PointState> {
         let m = self.q.points();
         let tied = |j: usize| bounds.upper[m + j].is_infinite() || bounds.upper[2 * m + j].is_infinite();
         let state = |j: usize| {
@@ -119,19 +125,19 @@ impl<'a> Lagrangian<'a> {
     }
 
     /// An upper bound of the largest eigenvalue of `A + rho CᵀC` and of all its blocks.
-    pub fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.q.largest_bound() / self.count() as f64 + self.penalty * self.coupling.largest(self.count())
     }
 
     /// The entries of `x` that belong to the block.
-    pub fn take(&self, block: &Block, x: &[f64]) -> Vec<f64> {
+    pub(super) fn take(&self, block: &Block, x: &[f64]) -> Vec<f64> {
         let size = self.size();
         let part = |i: usize| &x[i * size + block.rows.start..i * size + block.rows.end];
         block.copies.clone().flat_map(part).copied().collect()
     }
 
     /// Writes the entries of the block into `x`.
-    pub fn put(&self, block: &Block, part: &[f64], x: &mut [f64]) {
+    pub(super) fn put(&self, block: &Block, part: &[f64], x: &mut [f64]) {
         let size = self.size();
         for (i, part) in block.copies.clone().zip(part.chunks_exact(block.rows.len().max(1))) {
             x[i * size + block.rows.start..i * size + block.rows.end].copy_from_slice(part);
@@ -143,7 +149,7 @@ impl<'a> Lagrangian<'a> {
     }
 
     /// `A + rho CᵀC` among the unknowns of the block.
-    pub fn times(&self, block: &Block, x: &[f64]) -> Vec<f64> {
+    pub(super) fn times(&self, block: &Block, x: &[f64]) -> Vec<f64> {
         let i = block.copies.start;
         if block.copies.len() == 1 && self.turned.len() > i {
             // The other copies rest, so that of the coupling only the diagonal remains.
@@ -167,7 +173,7 @@ impl<'a> Lagrangian<'a> {
     }
 
     /// The linear term of the block while the other unknowns rest at their values in `x`; `load` is `b - Cᵀ w`.
-    pub fn block_load(&self, block: &Block, load: &[f64], x: &[f64]) -> Vec<f64> {
+    pub(super) fn block_load(&self, block: &Block, load: &[f64], x: &[f64]) -> Vec<f64> {
         let mut part = self.take(block, load);
         if self.is_whole(block) && block.copies.len() == self.count() {
             return part;
@@ -204,14 +210,14 @@ impl<'a> Lagrangian<'a> {
 
     /// Floating-point operations of [`Lagrangian::times`], counted as with `Q` stored in the axes of the squares:
     /// two an entry of the block of `Q`, two a multiplier and term of the coupling.
-    pub fn flops_of_product(&self, block: &Block) -> f64 {
+    pub(super) fn flops_of_product(&self, block: &Block) -> f64 {
         let (copies, rows) = (block.copies.len() as f64, block.rows.len() as f64);
         let coupled = if block.copies.len() == 1 { 3.0 } else { 2.0 + 4.0 * (copies - 1.0) / copies + 12.0 };
         copies * rows * (2.0 * rows + coupled)
     }
 
     /// Those of [`Lagrangian::block_load`].
-    pub fn flops_of_load(&self, block: &Block) -> f64 {
+    pub(super) fn flops_of_load(&self, block: &Block) -> f64 {
         let (copies, rows, size) = (block.copies.len() as f64, block.rows.len() as f64, self.size() as f64);
         copies * rows * (2.0 * (size - rows) + 4.0)
     }

@@ -21,7 +21,7 @@ pub(super) struct Minimizer<'a> {
 const MOST_SWEEPS: usize = 10_000;
 
 impl<'a> Minimizer<'a> {
-    pub fn new(lagrangian: &'a Lagrangian<'a>, how: Minimization, settings: &'a MethodSettings) -> Self {
+    pub(super) fn new(lagrangian: &'a Lagrangian<'a>, how: Minimization, settings: &'a MethodSettings) -> Self {
         let blocks = blocks(how, lagrangian.squares.count, lagrangian.q.points());
         let faces = blocks.iter().filter(|_| settings.precondition).map(|b| PointBlocks::new(lagrangian, b)).collect();
         // One block is done after one pass.
@@ -33,7 +33,12 @@ impl<'a> Minimizer<'a> {
     ///
     /// # Errors
     /// How the method ends if this came to no end; the copies are where it came to.
-    pub fn minimize(&self, copies: &mut Copies, bounds: &Bounds, counts: &mut MethodCounts) -> Result<(), MethodEnd> {
+    pub(super) fn minimize(
+        &self,
+        copies: &mut Copies,
+        bounds: &Bounds,
+        counts: &mut MethodCounts,
+    ) -> Result<(), MethodEnd> {
         let load = self.lagrangian.load(&copies.w);
         for _ in 0..MOST_SWEEPS {
             let before = copies.x.clone();
@@ -56,7 +61,7 @@ impl<'a> Minimizer<'a> {
 
     /// One quadratic program within simple bounds, started from the present copies.
     #[allow(clippy::too_many_arguments)]
-    pub fn program(
+    pub(super) fn program(
         &self,
         number: usize,
         b: &[f64],

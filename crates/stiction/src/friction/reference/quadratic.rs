@@ -30,7 +30,7 @@ enum Matrix<'a> {
 }
 
 /// Most rows for which `Q` is stored unless told otherwise: 72 MB, formed in the time of as many products.
-pub const MOST_STORED: usize = 3000;
+pub(super) const MOST_STORED: usize = 3000;
 /// Relative accuracy of the largest eigenvalue: penalties are multiples of it.
 const SHARP: f64 = 1e-4;
 const LANCZOS_LIMIT: usize = 100;

@@ -5,7 +5,7 @@ use crate::qp::Bounds;
 /// polygon of `4 count` sides around it (Haslinger, Kucera & Dostal 2004, section 4). Copy `i` of the multipliers is
 /// stored in the axes of square `i`, where its set is a box.
 #[derive(Debug, Clone)]
-pub struct Squares {
+pub(super) struct Squares {
     pub count: usize,
     /// Cosine and sine of `alpha_i`.
     turns: Vec<[f64; 2]>,
@@ -26,7 +26,7 @@ pub enum Coupling {
 
 impl Squares {
     /// `live` is false for an empty row of `B`, `3m`; `count` is at least one.
-    pub fn new(count: usize, friction: &[Friction], live: &[bool]) -> Self {
+    pub(super) fn new(count: usize, friction: &[Friction], live: &[bool]) -> Self {
         let m = friction.len();
         let alpha = |i: usize| std::f64::consts::FRAC_PI_2 * i as f64 / count as f64;
         let rubs = |j: usize| !matches!(friction[j], Friction::None | Friction::Bonded);
@@ -39,24 +39,24 @@ impl Squares {
     }
 
     /// `M_i lambda`, in place: from the axes of the problem to those of square `i`.
-    pub fn turn(&self, i: usize, lambda: &mut [f64]) {
+    pub(super) fn turn(&self, i: usize, lambda: &mut [f64]) {
         let [c, s] = self.turns[i];
         self.apply(c, s, lambda);
     }
 
     /// `M_iᵀ mu`, in place.
-    pub fn turn_back(&self, i: usize, mu: &mut [f64]) {
+    pub(super) fn turn_back(&self, i: usize, mu: &mut [f64]) {
         let [c, s] = self.turns[i];
         self.apply(c, -s, mu);
     }
 
     /// Whether no point has a disc that the squares stand in for.
-    pub fn cuts_no_disc(&self) -> bool {
+    pub(super) fn cuts_no_disc(&self) -> bool {
         !self.round.contains(&true)
     }
 
     /// The three rows of `M_i` at point `j`, in the order normal, first, second tangential.
-    pub fn rotation(&self, i: usize, j: usize) -> [[f64; 3]; 3] {
+    pub(super) fn rotation(&self, i: usize, j: usize) -> [[f64; 3]; 3] {
         let [c, s] = if self.round[j] { self.turns[i] } else { [1.0, 0.0] };
         [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]]
     }
@@ -70,7 +70,7 @@ impl Squares {
     }
 
     /// Every copy in the axes of the problem.
-    pub fn in_common_axes(&self, copies: &[f64]) -> Vec<f64> {
+    pub(super) fn in_common_axes(&self, copies: &[f64]) -> Vec<f64> {
         let mut common = copies.to_vec();
         let size = 3 * self.round.len().max(1);
         common.chunks_exact_mut(size).enumerate().for_each(|(i, copy)| self.turn_back(i, copy));
@@ -78,7 +78,7 @@ impl Squares {
     }
 
     /// Every copy in the axes of its square.
-    pub fn in_own_axes(&self, common: &[f64]) -> Vec<f64> {
+    pub(super) fn in_own_axes(&self, common: &[f64]) -> Vec<f64> {
         let mut copies = common.to_vec();
         let size = 3 * self.round.len().max(1);
         copies.chunks_exact_mut(size).enumerate().for_each(|(i, copy)| self.turn(i, copy));
@@ -86,7 +86,7 @@ impl Squares {
     }
 
     /// The mean of the copies, in the axes of the problem.
-    pub fn mean(&self, copies: &[f64]) -> Vec<f64> {
+    pub(super) fn mean(&self, copies: &[f64]) -> Vec<f64> {
         let size = 3 * self.round.len();
         let mut mean = vec![0.0; size];
         for copy in self.in_common_axes(copies).chunks_exact(size.max(1)) {
@@ -138,7 +138,7 @@ impl Coupling {
 }
 
 /// The box of one copy: what the multipliers may be where the friction at point `j` is at most `slip_bound[j]`.
-pub fn boxes(friction: &[Friction], live: &[bool], slip_bound: &[f64]) -> Bounds {
+pub(super) fn boxes(friction: &[Friction], live: &[bool], slip_bound: &[f64]) -> Bounds {
     let m = friction.len();
     let (mut lower, mut upper) = (vec![0.0; 3 * m], vec![0.0; 3 * m]);
     for j in 0..m {

@@ -64,23 +64,23 @@ impl Newton<'_> {
     }
 
     /// Norm of the residual and of what forces on floating bodies lack of balance.
-    pub fn merit(&self, at: &Iterate) -> f64 {
+    pub(crate) fn merit(&self, at: &Iterate) -> f64 {
         let residual = |j: usize| residual(self.friction[j], at.lambda[j], self.v(at, j), self.r[j]);
         let residual: Vec<V3> = (0..self.r.len()).map(residual).collect();
         length(&residual).hypot(norm(&self.system.imbalance(&at.lambda)))
     }
 
-    pub fn states(&self, at: &Iterate) -> Vec<PointState> {
+    pub(crate) fn states(&self, at: &Iterate) -> Vec<PointState> {
         let state = |j: usize| state(self.friction[j], augmented(at.lambda[j], self.v(at, j), self.r[j]));
         (0..self.r.len()).map(state).collect()
     }
 
     /// The residual at which a run ends whose multipliers have this norm.
-    pub fn target(&self, scale: f64) -> f64 {
+    pub(crate) fn target(&self, scale: f64) -> f64 {
         (self.tolerance * scale).max(self.absolute)
     }
 
-    pub fn linearised(&self, at: &Iterate, largest_slope: f64) -> Vec<Linearisation> {
+    pub(crate) fn linearised(&self, at: &Iterate, largest_slope: f64) -> Vec<Linearisation> {
         let point = |j: usize| {
             let live = self.system.live(j);
             let law = Linearisation::new(self.friction[j], self.r[j], live, largest_slope, at.lambda[j], self.v(at, j));

@@ -114,7 +114,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Where a point goes (Rodrigues' formula).
-    pub fn apply(&self, x: V3) -> V3 {
+    pub(super) fn apply(&self, x: V3) -> V3 {
         let x = add(x, self.translation);
         let Some((a, b, degrees)) = self.rotation else { return x };
         let axis = sub(b, a);
@@ -128,7 +128,7 @@ impl Motion {
 
 impl Sets {
     /// The set called `name`, made at `place` if there is none yet.
-    pub fn at(&mut self, name: &str, place: impl Fn() -> String) -> &mut Set {
+    pub(super) fn at(&mut self, name: &str, place: impl Fn() -> String) -> &mut Set {
         let next = self.list.len();
         let number = *self.by_name.entry(name.to_uppercase()).or_insert(next);
         if number == next {
@@ -138,7 +138,7 @@ impl Sets {
     }
 
     /// The number of the set called `name`.
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(&name.to_uppercase()).copied()
     }
 }

@@ -40,7 +40,7 @@ const LINES: [(&str, usize); 12] = [
 impl Role {
     /// The role of the element type called `name`, in capitals. Letters behind the number of nodes tell how it is
     /// integrated (R, I, H, M, T ..) and change nothing here.
-    pub fn of(name: &str) -> Role {
+    pub(super) fn of(name: &str) -> Role {
         // DC3D8 conducts heat on the same nodes
         let solid = name.strip_prefix('D').unwrap_or(name).strip_prefix("C3D");
         if let Some(nodes) = solid.map(leading_number) {
@@ -68,7 +68,7 @@ impl Role {
     }
 
     /// Nodes of an element that is kept.
-    pub fn nodes(self) -> usize {
+    pub(super) fn nodes(self) -> usize {
         match self {
             Role::Cell(kind) => kind.nodes(),
             Role::Face(nodes) | Role::Nodes(nodes) => nodes,

@@ -20,12 +20,12 @@ pub(super) struct Keyword {
 
 impl Keyword {
     /// The value of a parameter, empty for a flag.
-    pub fn get(&self, name: &str) -> Option<&str> {
+    pub(super) fn get(&self, name: &str) -> Option<&str> {
         self.parameters.iter().find(|p| p.0 == name).map(|p| p.1.as_str())
     }
 
     /// The value of a parameter that has to be there.
-    pub fn needed(&self, name: &str) -> Result<&str, Error> {
+    pub(super) fn needed(&self, name: &str) -> Result<&str, Error> {
         self.get(name).filter(|value| !value.is_empty()).ok_or_else(|| {
             let what = format!("*{} has no {name}=", self.name);
             Error::new(self.place(), what, format!("write *{}, {name}=...", self.name))
@@ -33,7 +33,7 @@ impl Keyword {
     }
 
     /// `line 12`.
-    pub fn place(&self) -> String {
+    pub(super) fn place(&self) -> String {
         format!("line {}", self.line)
     }
 
@@ -86,17 +86,17 @@ pub(super) struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         Pieces { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), line: 1 }
     }
 
     /// From the beginning of a line of that number on.
-    pub fn from(bytes: &'a [u8], line: usize) -> Self {
+    pub(super) fn from(bytes: &'a [u8], line: usize) -> Self {
         Pieces { rest: bytes, line }
     }
 
     /// Bytes that are left, and the number of the line they begin.
-    pub fn left(&self) -> (usize, usize) {
+    pub(super) fn left(&self) -> (usize, usize) {
         (self.rest.len(), self.line)
     }
 
@@ -178,20 +178,20 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    pub fn new(data: Data<'a>) -> Self {
+    pub(super) fn new(data: Data<'a>) -> Self {
         let mut fields = Fields { data, pos: 0 };
         fields.skip_empty();
         fields
     }
 
     /// Whether lines are left.
-    pub fn more(&self) -> bool {
+    pub(super) fn more(&self) -> bool {
         self.pos < self.data.bytes.len()
     }
 
     /// The next field of this line without surrounding blanks.
     #[inline]
-    pub fn field(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn field(&mut self) -> Option<&'a [u8]> {
         let bytes = self.data.bytes;
         let mut from = self.pos;
         while matches!(bytes.get(from), Some(b' ' | b'\t' | b'\r')) {
@@ -211,7 +211,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Moves to the next line of data, whatever is left of this one.
-    pub fn next_line(&mut self) {
+    pub(super) fn next_line(&mut self) {
         let rest = &self.data.bytes[self.pos..];
         self.pos += rest.len() - first_line(rest).1.len();
         self.skip_empty();
@@ -228,19 +228,19 @@ impl<'a> Fields<'a> {
     }
 
     /// A field as text, without quotes.
-    pub fn text(word: &[u8]) -> String {
+    pub(super) fn text(word: &[u8]) -> String {
         unquoted(&String::from_utf8_lossy(word))
     }
 
     /// An error on this line.
-    pub fn fail(&self, what: impl Into<String>) -> Error {
+    pub(super) fn fail(&self, what: impl Into<String>) -> Error {
         let before = &self.data.bytes[..self.pos.min(self.data.bytes.len())];
         let line = self.data.line + newlines(before);
         Error::new(format!("line {line}"), what, DAMAGED)
     }
 
     /// An error on this line about a word that is no `what`.
-    pub fn not_a(&self, word: &[u8], what: &str) -> Error {
+    pub(super) fn not_a(&self, word: &[u8], what: &str) -> Error {
         let shown = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
         self.fail(format!("\"{shown}\" stands where {what} was expected"))
     }

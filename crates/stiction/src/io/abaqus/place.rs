@@ -47,13 +47,13 @@ pub(super) struct Scope {
 
 impl Scope {
     /// Nodes or elements by their labels, as numbers among all.
-    pub fn find(&self, label: u32, nodes: bool) -> Option<u32> {
+    pub(super) fn find(&self, label: u32, nodes: bool) -> Option<u32> {
         let (labels, first) = self.of(nodes);
         labels.find(label.into()).map(|i| i + first as u32)
     }
 
     /// The lowest label not below `label` that a node or element has.
-    pub fn next(&self, label: u32, nodes: bool) -> Option<u32> {
+    pub(super) fn next(&self, label: u32, nodes: bool) -> Option<u32> {
         self.of(nodes).0.next(label.into()).and_then(|l| u32::try_from(l).ok())
     }
 
@@ -165,21 +165,21 @@ fn resolve(mut block: Block, nodes: &Labels, first_node: usize, first: usize, mo
 
 impl Model {
     /// The block of an element and its number in it.
-    pub fn element(&self, element: u32) -> (&Placed, usize) {
+    pub(super) fn element(&self, element: u32) -> (&Placed, usize) {
         let element = element as usize;
         let block = &self.blocks[self.blocks.partition_point(|block| block.first <= element) - 1];
         (block, element - block.first)
     }
 
     /// Nodes of an element.
-    pub fn element_nodes(&self, element: u32) -> &[u32] {
+    pub(super) fn element_nodes(&self, element: u32) -> &[u32] {
         let (block, i) = self.element(element);
         let k = block.role.nodes();
         &block.nodes[i * k..(i + 1) * k]
     }
 
     /// The number an element has among the cells of the mesh, which are listed by kind.
-    pub fn cell(&self, element: u32) -> Option<u32> {
+    pub(super) fn cell(&self, element: u32) -> Option<u32> {
         let (block, i) = self.element(element);
         let Role::Cell(kind) = block.role else { return None };
         let before: usize =
@@ -188,7 +188,7 @@ impl Model {
     }
 
     /// Cells of one kind.
-    pub fn count(&self, kind: CellKind) -> usize {
+    pub(super) fn count(&self, kind: CellKind) -> usize {
         self.blocks.iter().filter(|b| b.role == Role::Cell(kind)).map(|b| b.labels.len()).sum()
     }
 }

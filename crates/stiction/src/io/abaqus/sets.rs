@@ -41,7 +41,7 @@ pub(super) struct Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
-    pub fn new(deck: &'a Deck, model: &'a Model) -> Self {
+    pub(super) fn new(deck: &'a Deck, model: &'a Model) -> Self {
         let left = (TIMES_INPUT * deck.bytes + BESIDES) / size_of::<u32>();
         Resolver { deck, model, known: HashMap::new(), left, visits: left }
     }
@@ -57,7 +57,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The members of a set.
-    pub fn members(&mut self, key: Key) -> Result<Rc<Found>, Error> {
+    pub(super) fn members(&mut self, key: Key) -> Result<Rc<Found>, Error> {
         self.at_depth(key, 0)
     }
 

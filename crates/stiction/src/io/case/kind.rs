@@ -43,7 +43,7 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    pub fn key(&self, name: &str) -> Option<&'static Key> {
+    pub(super) fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
     }
 }
@@ -69,19 +69,19 @@ pub(super) const fn key(name: &'static str, kind: Kind, example: &'static str, d
 }
 
 impl Key {
-    pub const fn required(self) -> Self {
+    pub(super) const fn required(self) -> Self {
         Key { required: true, ..self }
     }
 
-    pub const fn default(self, default: &'static str) -> Self {
+    pub(super) const fn default(self, default: &'static str) -> Self {
         Key { default, ..self }
     }
 
-    pub const fn beside(self, beside: &'static str) -> Self {
+    pub(super) const fn beside(self, beside: &'static str) -> Self {
         Key { beside, ..self }
     }
 
-    pub const fn unit(self, unit: &'static str) -> Self {
+    pub(super) const fn unit(self, unit: &'static str) -> Self {
         Key { unit, ..self }
     }
 }
@@ -111,14 +111,14 @@ pub(super) const POSITIVE: Limits = Limits { low: 0.0, ..ANY };
 pub(super) const NOT_NEGATIVE: Limits = Limits { low: 0.0, low_included: true, ..ANY };
 
 impl Limits {
-    pub fn contain(&self, x: f64) -> bool {
+    pub(super) fn contain(&self, x: f64) -> bool {
         let above = x > self.low || (self.low_included && x == self.low);
         let below = x < self.high || (self.high_included && x == self.high);
         above && below && x.is_finite()
     }
 
     /// ` greater than 0`, ` of at least 1e-14 and at most 0.1`; empty without limits.
-    pub fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let low = if self.low_included { "of at least" } else { "greater than" };
         let high = if self.high_included { "at most" } else { "less than" };
         match (self.low.is_finite(), self.high.is_finite()) {
@@ -137,7 +137,7 @@ fn show(x: f64) -> String {
 
 impl Kind {
     /// What is wanted, for messages: `a number greater than 0`.
-    pub fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match self {
             Kind::Text => "a text in double quotes".into(),
             Kind::Number(limits) => format!("a number{}", limits.describe()),

@@ -41,7 +41,7 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    pub fn spot(&self, at: &At) -> Spot {
+    pub(super) fn spot(&self, at: &At) -> Spot {
         match at {
             At::File(span) => self.mark(span),
             At::Override(i) => {

@@ -35,7 +35,7 @@ pub(super) struct Entry {
 }
 
 impl Node {
-    pub fn number(&self) -> Option<f64> {
+    pub(super) fn number(&self) -> Option<f64> {
         match self.value {
             Value::Integer(i) => Some(i as f64),
             Value::Number(x) => Some(x),
@@ -43,7 +43,7 @@ impl Node {
         }
     }
 
-    pub fn text(&self) -> Option<&str> {
+    pub(super) fn text(&self) -> Option<&str> {
         match &self.value {
             Value::Text(text) => Some(text),
             _ => None,
@@ -51,7 +51,7 @@ impl Node {
     }
 
     /// The entries of a list; empty for anything else.
-    pub fn items(&self) -> &[Node] {
+    pub(super) fn items(&self) -> &[Node] {
         match &self.value {
             Value::List(items) => items,
             _ => &[],
@@ -59,19 +59,19 @@ impl Node {
     }
 
     /// The entries of a table; empty for anything else.
-    pub fn entries(&self) -> &[Entry] {
+    pub(super) fn entries(&self) -> &[Entry] {
         match &self.value {
             Value::Table(entries) => entries,
             _ => &[],
         }
     }
 
-    pub fn get(&self, key: &str) -> Option<&Node> {
+    pub(super) fn get(&self, key: &str) -> Option<&Node> {
         self.entries().iter().find(|e| e.key == key).map(|e| &e.node)
     }
 
     /// What the value is, for messages: `the text "abc"`.
-    pub fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match &self.value {
             Value::Text(text) => format!("the text {:?}", text.chars().take(40).collect::<String>()),
             Value::Integer(i) => format!("the number {i}"),

@@ -18,7 +18,7 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     /// The value of `key` if the file gives it.
-    pub fn given(&self, key: &str) -> Option<&'a Node> {
+    pub(super) fn given(&self, key: &str) -> Option<&'a Node> {
         self.node.get(key)
     }
 
@@ -34,46 +34,46 @@ impl<'a> View<'a> {
         }
     }
 
-    pub fn number(&self, key: &str) -> f64 {
+    pub(super) fn number(&self, key: &str) -> f64 {
         self.get(key).number().unwrap_or(f64::NAN)
     }
 
-    pub fn text(&self, key: &str) -> String {
+    pub(super) fn text(&self, key: &str) -> String {
         self.get(key).text().unwrap_or_default().to_string()
     }
 
-    pub fn flag(&self, key: &str) -> bool {
+    pub(super) fn flag(&self, key: &str) -> bool {
         matches!(self.get(key).value, Value::Flag(true))
     }
 
-    pub fn vector(&self, key: &str) -> [f64; 3] {
+    pub(super) fn vector(&self, key: &str) -> [f64; 3] {
         vector(&self.get(key))
     }
 
     /// A list of two vectors.
-    pub fn vectors(&self, key: &str) -> [[f64; 3]; 2] {
+    pub(super) fn vectors(&self, key: &str) -> [[f64; 3]; 2] {
         let node = self.get(key);
         std::array::from_fn(|i| node.items().get(i).map_or([f64::NAN; 3], vector))
     }
 
     /// A whole number, known to be >= 0.
-    pub fn count(&self, key: &str) -> usize {
+    pub(super) fn count(&self, key: &str) -> usize {
         count(&self.get(key))
     }
 
-    pub fn counts(&self, key: &str) -> [usize; 3] {
+    pub(super) fn counts(&self, key: &str) -> [usize; 3] {
         let node = self.get(key);
         std::array::from_fn(|i| node.items().get(i).map_or(0, count))
     }
 
     /// The table under `key`, if the file gives it.
-    pub fn table(&self, key: &str) -> Option<View<'a>> {
+    pub(super) fn table(&self, key: &str) -> Option<View<'a>> {
         let node = self.given(key)?;
         Some(View { source: self.source, rules: rules_of(&self.rules.key(key)?.kind)?, node })
     }
 
     /// The tables of `[[key]]` or `[key.name]`, with their names in the second case.
-    pub fn tables(&self, key: &str) -> Vec<(&'a str, View<'a>)> {
+    pub(super) fn tables(&self, key: &str) -> Vec<(&'a str, View<'a>)> {
         let (Some(node), Some(rules)) = (self.given(key), self.rules.key(key).and_then(|k| rules_of(&k.kind))) else {
             return Vec::new();
         };
@@ -82,12 +82,12 @@ impl<'a> View<'a> {
         node.items().iter().map(|item| ("", view(item))).chain(named).collect()
     }
 
-    pub fn spot(&self) -> Spot {
+    pub(super) fn spot(&self) -> Spot {
         self.source.spot(&self.node.at)
     }
 
     /// An error at the value of `key` if the file gives it, else at the table.
-    pub fn error(&self, key: &str, what: impl Into<String>, remedy: impl Into<String>) -> Error {
+    pub(super) fn error(&self, key: &str, what: impl Into<String>, remedy: impl Into<String>) -> Error {
         self.source.spot(self.at(key)).error(what, remedy)
     }
 

@@ -53,7 +53,7 @@ pub(super) struct Run {
 
 impl Contents {
     /// Makes room for elements of one kind: the run that the next tags and nodes belong to.
-    pub fn run(&mut self, kind: ElementType, entity: i64, physical: i64) -> &mut Run {
+    pub(super) fn run(&mut self, kind: ElementType, entity: i64, physical: i64) -> &mut Run {
         let fits = |r: &Run| r.kind == kind && r.entity == entity && r.physical == physical;
         if !self.runs.last().is_some_and(fits) {
             let (first, first_node) = (self.element_tags.len(), self.element_nodes.len());
@@ -64,7 +64,7 @@ impl Contents {
     }
 
     /// Looks nodes up from now on, if there are any.
-    pub fn know_nodes(&mut self) -> Result<(), Error> {
+    pub(super) fn know_nodes(&mut self) -> Result<(), Error> {
         if !self.node_tags.is_empty() {
             let twice = |tag: u64| Error::new(format!("node {tag}"), "it is given more than once", DAMAGED);
             self.nodes_known = Some(Labels::new(self.node_tags.iter().copied()).map_err(twice)?);
@@ -73,7 +73,7 @@ impl Contents {
     }
 
     /// Adds a node of the element `element`.
-    pub fn push_node(&mut self, at: &Cursor, element: u64, tag: u64) -> Result<(), Error> {
+    pub(super) fn push_node(&mut self, at: &Cursor, element: u64, tag: u64) -> Result<(), Error> {
         let node = match &self.nodes_known {
             Some(labels) => labels.find(tag).ok_or_else(|| unknown(element, tag))?,
             None => u32::try_from(tag)
@@ -84,7 +84,7 @@ impl Contents {
     }
 
     /// Adds elements of one kind, a number and the nodes each, whose nodes are known.
-    pub fn push_elements(&mut self, kind: ElementType, records: Records) -> Result<(), Error> {
+    pub(super) fn push_elements(&mut self, kind: ElementType, records: Records) -> Result<(), Error> {
         let Some(labels) = &self.nodes_known else { return Ok(()) };
         records.iter().for_each(|record| self.element_tags.push(records.size(record, 0)));
         let first = self.element_nodes.len();
@@ -104,7 +104,7 @@ impl Contents {
     }
 
     /// Notes elements that cannot be used; whether they can.
-    pub fn usable(&mut self, kind: ElementType, count: usize) -> bool {
+    pub(super) fn usable(&mut self, kind: ElementType, count: usize) -> bool {
         let usable = !matches!(kind.role, Role::Refused(_));
         if !usable && count > 0 {
             *self.refused.entry(kind.number).or_default() += count;
@@ -113,12 +113,12 @@ impl Contents {
     }
 
     /// The nodes of each element of a run.
-    pub fn nodes_of(&self, run: &Run) -> impl Iterator<Item = &[u32]> {
+    pub(super) fn nodes_of(&self, run: &Run) -> impl Iterator<Item = &[u32]> {
         self.element_nodes[run.first_node..][..run.count * run.kind.nodes].chunks_exact(run.kind.nodes)
     }
 
     /// The physical groups of a run.
-    pub fn physicals(&self, run: &Run) -> Vec<Physical> {
+    pub(super) fn physicals(&self, run: &Run) -> Vec<Physical> {
         let dimension = run.kind.dimension;
         // a minus sign means that the group sees the entity from its other side
         let mut tags: Vec<i64> = match self.entities.get(&(dimension, run.entity)) {

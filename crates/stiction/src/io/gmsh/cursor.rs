@@ -30,16 +30,16 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    pub fn iter(&self) -> std::slice::ChunksExact<'a, u8> {
+    pub(super) fn iter(&self) -> std::slice::ChunksExact<'a, u8> {
         self.bytes.chunks_exact(self.size * self.numbers)
     }
 
-    pub fn par_iter(&self) -> rayon::slice::ChunksExact<'a, u8> {
+    pub(super) fn par_iter(&self) -> rayon::slice::ChunksExact<'a, u8> {
         self.bytes.par_chunks_exact(self.size * self.numbers)
     }
 
     /// Number `place` of a record.
-    pub fn size(&self, record: &[u8], place: usize) -> u64 {
+    pub(super) fn size(&self, record: &[u8], place: usize) -> u64 {
         size_t(&record[place * self.size..][..self.size], self.big)
     }
 }
@@ -65,22 +65,22 @@ pub(super) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         let pos = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 }; // a byte order mark of UTF-8
         Cursor { bytes, pos, encoding: Encoding::Text, section: "", before: [0; 2] }
     }
 
-    pub fn binary(&self) -> bool {
+    pub(super) fn binary(&self) -> bool {
         self.encoding != Encoding::Text
     }
 
     /// An error here.
-    pub fn fail(&self, what: impl Into<String>, remedy: &str) -> Error {
+    pub(super) fn fail(&self, what: impl Into<String>, remedy: &str) -> Error {
         self.fail_at(self.pos, what, remedy)
     }
 
     /// An error at byte `pos`, named by its line unless the file is binary.
-    pub fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
+    pub(super) fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
         let before = &self.bytes[..pos.min(self.bytes.len())];
         let [bytes, lines] = self.before;
         let place = match self.encoding {
@@ -95,7 +95,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Moves to the next byte that is no white space; whether there is one.
-    pub fn skip_space(&mut self) -> bool {
+    pub(super) fn skip_space(&mut self) -> bool {
         match self.rest().iter().position(|b| !b.is_ascii_whitespace()) {
             Some(n) => self.pos += n,
             None => self.pos = self.bytes.len(),
@@ -104,7 +104,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line without surrounding white space; moves behind its end.
-    pub fn line(&mut self) -> &'a [u8] {
+    pub(super) fn line(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
         self.pos += (end + 1).min(rest.len());
@@ -112,7 +112,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next `n` bytes.
-    pub fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
+    pub(super) fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
         match self.rest().split_at_checked(n) {
             Some((taken, _)) => {
                 self.pos += n;
@@ -149,13 +149,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// A whole number written as text.
-    pub fn text_integer(&mut self, what: &str) -> Result<i64, Error> {
+    pub(super) fn text_integer(&mut self, what: &str) -> Result<i64, Error> {
         let word = self.word(what)?;
         integer(word).ok_or_else(|| self.not_a_number(word, what))
     }
 
     /// An `int`: four bytes in binary files.
-    pub fn integer(&mut self, what: &str) -> Result<i64, Error> {
+    pub(super) fn integer(&mut self, what: &str) -> Result<i64, Error> {
         match self.encoding {
             Encoding::Text => self.text_integer(what),
             Encoding::Binary { big, .. } => Ok(i64::from(i32::from_le_bytes(self.little(big)?))),
@@ -163,13 +163,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// A number >= 0 of type `int`.
-    pub fn natural(&mut self, what: &str) -> Result<u64, Error> {
+    pub(super) fn natural(&mut self, what: &str) -> Result<u64, Error> {
         let value = self.integer(what)?;
         u64::try_from(value).map_err(|_| self.fail(format!("{value} stands where {what} was expected"), DAMAGED))
     }
 
     /// A `size_t`.
-    pub fn size(&mut self, what: &str) -> Result<u64, Error> {
+    pub(super) fn size(&mut self, what: &str) -> Result<u64, Error> {
         match self.encoding {
             Encoding::Text => self.natural(what),
             Encoding::Binary { big, size } => Ok(size_t(self.take(size)?, big)),
@@ -177,7 +177,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next `count` records of `numbers` of type `size_t` each, of a binary file.
-    pub fn records(&mut self, count: usize, numbers: usize) -> Result<Records<'a>, Error> {
+    pub(super) fn records(&mut self, count: usize, numbers: usize) -> Result<Records<'a>, Error> {
         let Encoding::Binary { big, size } = self.encoding else {
             return Err(self.fail("records are those of binary files", DAMAGED));
         };
@@ -187,7 +187,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Bytes of a `size_t`, or of the shortest text that could stand for one.
-    pub fn size_bytes(&self) -> usize {
+    pub(super) fn size_bytes(&self) -> usize {
         match self.encoding {
             Encoding::Text => 2,
             Encoding::Binary { size, .. } => size,
@@ -195,13 +195,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// A floating point number written as text.
-    pub fn text_float(&mut self, what: &str) -> Result<f64, Error> {
+    pub(super) fn text_float(&mut self, what: &str) -> Result<f64, Error> {
         let word = self.word(what)?;
         float(word).ok_or_else(|| self.not_a_number(word, what))
     }
 
     /// A floating point number; may be infinite or NaN.
-    pub fn float(&mut self, what: &str) -> Result<f64, Error> {
+    pub(super) fn float(&mut self, what: &str) -> Result<f64, Error> {
         match self.encoding {
             Encoding::Text => self.text_float(what),
             Encoding::Binary { big, .. } => Ok(f64::from_le_bytes(self.little(big)?)),
@@ -209,7 +209,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `count` records of at least `bytes` bytes follow: an error if the file is too short for them.
-    pub fn room(&self, count: u64, what: &str, bytes: usize) -> Result<usize, Error> {
+    pub(super) fn room(&self, count: u64, what: &str, bytes: usize) -> Result<usize, Error> {
         // the last number of a text may end with the file, without the space after it
         let left = self.rest().len() + 1;
         match usize::try_from(count).ok().filter(|&n| n.checked_mul(bytes).is_some_and(|need| need <= left)) {
@@ -219,7 +219,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Moves behind the `$End` line of the section.
-    pub fn expect_end(&mut self) -> Result<(), Error> {
+    pub(super) fn expect_end(&mut self) -> Result<(), Error> {
         self.skip_space();
         let start = self.pos;
         let line = self.line();
@@ -231,7 +231,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Moves behind the `$End` line of a section of unknown contents.
-    pub fn skip_section(&mut self) -> Result<(), Error> {
+    pub(super) fn skip_section(&mut self) -> Result<(), Error> {
         let start = self.pos;
         let end = format!("$End{}", &self.section[1..]);
         loop {

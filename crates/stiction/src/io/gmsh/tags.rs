@@ -9,7 +9,7 @@ pub(super) struct Tags {
 }
 
 impl Tags {
-    pub fn push(&mut self, tag: u64) {
+    pub(super) fn push(&mut self, tag: u64) {
         let goes_on = self
             .stretches
             .last()
@@ -20,18 +20,18 @@ impl Tags {
         self.count += 1;
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.count
     }
 
     /// The number at place `i < len()`.
-    pub fn get(&self, i: usize) -> u64 {
+    pub(super) fn get(&self, i: usize) -> u64 {
         let (first, place) = self.stretches[self.stretches.partition_point(|stretch| stretch.1 <= i) - 1];
         first + (i - place) as u64
     }
 
     /// All numbers in their order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
+    pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
         (0..self.count).map(|i| self.get(i))
     }
 }

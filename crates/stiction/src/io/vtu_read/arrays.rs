@@ -28,13 +28,13 @@ fn grow<T>(things: &mut Vec<T>, more: usize, count: usize) {
 
 impl<'a> Document<'a> {
     /// The array called `name` that every grid has.
-    pub fn needed(&self, section: Section, name: &str) -> Result<&Array<'a>, Error> {
+    pub(super) fn needed(&self, section: Section, name: &str) -> Result<&Array<'a>, Error> {
         let found = self.arrays.iter().find(|a| a.section == section && (a.name == name || section == Section::Points));
         found.ok_or_else(|| Error::new("", format!("the grid has no array \"{name}\""), DAMAGED))
     }
 
     /// What `of` makes of `count` whole numbers.
-    pub fn integers<T: Send>(
+    pub(super) fn integers<T: Send>(
         &self,
         array: &Array,
         count: usize,
@@ -63,7 +63,7 @@ impl<'a> Document<'a> {
     }
 
     /// `count` floating point numbers.
-    pub fn floats(&self, array: &Array, count: usize) -> Result<Vec<f64>, Error> {
+    pub(super) fn floats(&self, array: &Array, count: usize) -> Result<Vec<f64>, Error> {
         if let Format::Ascii(text) = array.format {
             return self.words(array, text, count, float);
         }

@@ -17,12 +17,12 @@ pub(super) enum Stream<'a> {
 }
 
 impl<'a> Stream<'a> {
-    pub fn base64(text: &'a [u8]) -> Self {
+    pub(super) fn base64(text: &'a [u8]) -> Self {
         Stream::Base64 { text, left: Vec::new() }
     }
 
     /// At most this many bytes follow.
-    pub fn remaining(&self) -> usize {
+    pub(super) fn remaining(&self) -> usize {
         match self {
             Stream::Raw(bytes) => bytes.len(),
             Stream::Base64 { text, left } => text.len() / 4 * 3 + left.len(),
@@ -32,7 +32,7 @@ impl<'a> Stream<'a> {
     /// The next `n` bytes; `None` if there are fewer, or letters that are no base64.
     ///
     /// Heads and data may be encoded together or one by one: a padded group may stand anywhere.
-    pub fn take(&mut self, n: usize) -> Option<Cow<'a, [u8]>> {
+    pub(super) fn take(&mut self, n: usize) -> Option<Cow<'a, [u8]>> {
         if n > self.remaining() {
             return None;
         }

@@ -25,7 +25,7 @@ pub(super) struct Tag<'a> {
 
 impl Tag<'_> {
     /// The value of an attribute with its entities resolved.
-    pub fn get(&self, key: &str) -> Option<String> {
+    pub(super) fn get(&self, key: &str) -> Option<String> {
         let value = self.attributes.iter().find(|a| a.0 == key.as_bytes())?.1;
         let text = String::from_utf8_lossy(value.trim_ascii());
         let entities = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")];
@@ -40,13 +40,13 @@ pub(super) struct Xml<'a> {
 
 impl<'a> Xml<'a> {
     /// An error at byte `pos`, named by its line.
-    pub fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
+    pub(super) fn fail_at(&self, pos: usize, what: impl Into<String>, remedy: &str) -> Error {
         let before = &self.bytes[..pos.min(self.bytes.len())];
         Error::new(format!("line {}", 1 + newlines(before)), what, remedy)
     }
 
     /// The next piece; `None` at the end of the file. Comments and declarations are passed over.
-    pub fn next(&mut self) -> Result<Option<Event<'a>>, Error> {
+    pub(super) fn next(&mut self) -> Result<Option<Event<'a>>, Error> {
         loop {
             let rest = &self.bytes[self.pos..];
             if rest.is_empty() {

@@ -5,10 +5,10 @@ use super::dense::square;
 use crate::linalg::pattern::ROWS_PER_TASK;
 
 /// No aggregate.
-pub const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// A mark for each stored block, by its row and its place among the values.
-pub fn marks<const R: usize>(a: &Blocks<R, R>, mark: impl Fn(usize, usize) -> bool + Sync) -> Vec<bool> {
+pub(super) fn marks<const R: usize>(a: &Blocks<R, R>, mark: impl Fn(usize, usize) -> bool + Sync) -> Vec<bool> {
     let tasks: Vec<usize> = (0..a.rows).step_by(ROWS_PER_TASK).collect();
     let of_task = |&first: &usize| -> Vec<bool> {
         let rows = first..a.rows.min(first + ROWS_PER_TASK);
@@ -19,7 +19,7 @@ pub fn marks<const R: usize>(a: &Blocks<R, R>, mark: impl Fn(usize, usize) -> bo
 }
 
 /// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius norms).
-pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
+pub(super) fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
     let own: Vec<f64> = (0..a.rows).into_par_iter().map(|i| square(&a.diagonal(i)).sqrt()).collect();
     marks(a, |i, place| {
         let (j, coupling) = (a.column[place] as usize, square(&a.value[place]));
@@ -28,7 +28,7 @@ pub fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
 }
 
 /// The neighbours each node shares a kept block with, as compressed rows.
-pub fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize>, Vec<u32>) {
+pub(super) fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize>, Vec<u32>) {
     let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
     for i in 0..a.rows {
         let places = (a.start[i]..a.start[i + 1]).filter(|&place| kept[place]);
@@ -41,7 +41,7 @@ pub fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize
 /// Aggregates of strongly coupled nodes (Vanek, Mandel & Brezina 1996): whole neighbourhoods first, then remaining nodes
 /// join a neighbouring aggregate, then those still left form aggregates of their own. Returns the aggregate of each node
 /// and their number; a node without strong neighbours is an aggregate.
-pub fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
+pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
     let n = start.len() - 1;
     let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
     let mut of = vec![NONE; n];

@@ -186,7 +186,7 @@ pub(super) struct Row<'a, const R: usize, const C: usize> {
 
 impl<const R: usize, const C: usize> Row<'_, R, C> {
     /// The block of column `j`, one of those the row was declared with.
-    pub fn at(&mut self, j: u32) -> &mut Block<R, C> {
+    pub(super) fn at(&mut self, j: u32) -> &mut Block<R, C> {
         if !self.known {
             self.known = true;
             self.columns.iter().enumerate().for_each(|(k, &j)| self.slot[j as usize] = k as u32);

@@ -14,7 +14,7 @@ pub type Kernel<const R: usize> = [[f64; 6]; R];
 
 /// A coarser level: its matrix, its near-kernel and the prolongation from it.
 #[derive(Debug, Clone)]
-pub struct Coarser<const R: usize> {
+pub(super) struct Coarser<const R: usize> {
     pub prolongation: Blocks<R, 6>,
     /// The requested rows of `A P`, for local changes of the coarse matrix.
     pub a_times_p: Blocks<R, 6>,
@@ -26,7 +26,7 @@ pub struct Coarser<const R: usize> {
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
 /// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
 /// are kept for the nodes `wanted`.
-pub fn coarsen<const R: usize>(
+pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     kernel: &[Kernel<R>],
     threshold: f64,
@@ -57,7 +57,7 @@ pub fn coarsen<const R: usize>(
 
 /// A coarse level with the displacements of the fine one, for a matrix that is small enough for a coarsest level: each node is
 /// an aggregate of its own, with idle unknowns that fill it up to six.
-pub fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[u32]) -> Option<Coarser<R>> {
+pub(super) fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[u32]) -> Option<Coarser<R>> {
     let of: Vec<u32> = (0..a.rows as u32).collect();
     let (tentative, kernel) = tentative(&of, a.rows, kernel);
     let named = |i: usize, name: &mut dyn FnMut(u32)| name(i as u32);

@@ -4,7 +4,7 @@ use super::blocks::Blocks;
 
 /// The dense Cholesky factor of the coarsest matrix; singular directions are left out.
 #[derive(Debug, Clone, Default)]
-pub struct CoarsestFactor {
+pub(super) struct CoarsestFactor {
     size: usize,
     /// By columns.
     lower: Vec<f64>,
@@ -16,7 +16,7 @@ pub struct CoarsestFactor {
 const SINGULAR: f64 = 1e-10;
 
 impl CoarsestFactor {
-    pub fn new(a: &Blocks<6, 6>) -> Self {
+    pub(super) fn new(a: &Blocks<6, 6>) -> Self {
         let n = 6 * a.rows;
         let mut lower = vec![0.0; n * n];
         for i in 0..a.rows {
@@ -53,12 +53,12 @@ impl CoarsestFactor {
         CoarsestFactor { size: n, lower, singular }
     }
 
-    pub fn nodes(&self) -> usize {
+    pub(super) fn nodes(&self) -> usize {
         self.size / 6
     }
 
     /// `A⁻¹ b`.
-    pub fn solve(&self, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
+    pub(super) fn solve(&self, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let mut x: Vec<f64> = b.iter().flatten().map(|&v| f64::from(v)).collect();
         kernels::forward(&self.lower, self.size, self.size, &mut x);
         kernels::backward(&self.lower, self.size, self.size, &mut x);

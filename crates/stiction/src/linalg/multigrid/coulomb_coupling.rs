@@ -18,7 +18,7 @@ use super::truncation::{NodeConstraint, Truncation, coarser_change};
 
 /// The coupling on the coarse levels.
 #[derive(Debug, Clone, Default)]
-pub struct CoulombCoupling {
+pub(super) struct CoulombCoupling {
     /// Nodes of the first coarse level that have a lift.
     pub lifts: Vec<(u32, Single<6, 6>)>,
     /// The coupling's part of the touched rows of the second coarse level and of those below.

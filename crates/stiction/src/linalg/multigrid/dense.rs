@@ -4,7 +4,7 @@ use super::blocks::Block;
 
 /// `c += a b`.
 #[inline(always)]
-pub fn add_product<const R: usize, const M: usize, const C: usize>(
+pub(super) fn add_product<const R: usize, const M: usize, const C: usize>(
     a: &Block<R, M>,
     b: &Block<M, C>,
     c: &mut Block<R, C>,
@@ -21,7 +21,7 @@ pub fn add_product<const R: usize, const M: usize, const C: usize>(
 
 /// `c += aᵀ b`.
 #[inline(always)]
-pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
+pub(super) fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
     a: &Block<M, R>,
     b: &Block<M, C>,
     c: &mut Block<R, C>,
@@ -39,7 +39,7 @@ pub fn add_transpose_product<const R: usize, const M: usize, const C: usize>(
 }
 
 /// Sum of the squares of a block.
-pub fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
+pub(super) fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
     a.iter().flatten().map(|v| v * v).sum()
 }
 
@@ -80,7 +80,7 @@ const SINGLE: f64 = 1e-6;
 
 /// [`inverse`] of a block after truncation, `before` it untruncated, for sweeps in single precision: directions whose pivot
 /// is rounding are left out too, because steps along them would be a million times too long.
-pub fn inverse_of_truncated<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
+pub(super) fn inverse_of_truncated<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
     let (_, pivots) = cholesky(before, &zero_pivots(before));
     inverse_above(a, &std::array::from_fn(|k| (ROUNDING * pivots[k]).max(SINGLE * a[k][k])))
 }
@@ -107,7 +107,7 @@ fn inverse_above<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> Block<R, 
 }
 
 /// The inverse of a symmetric positive definite block on the components where `free` is true, zero elsewhere.
-pub fn inverse_on<const R: usize>(a: &Block<R, R>, free: &[bool; R]) -> Block<R, R> {
+pub(super) fn inverse_on<const R: usize>(a: &Block<R, R>, free: &[bool; R]) -> Block<R, R> {
     let mut part = *a;
     for i in 0..R {
         for j in 0..R {

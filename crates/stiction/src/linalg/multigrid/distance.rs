@@ -14,7 +14,7 @@ const FAR: f64 = 2.0;
 /// strength across the short one however long they are, although nothing smooths along it. Distances do (as in
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are computed from the
 /// rigid motions; where these do not contain the coordinates, nothing is far.
-pub fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
+pub(super) fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
     let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
     let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)

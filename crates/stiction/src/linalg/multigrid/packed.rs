@@ -5,40 +5,40 @@ use crate::linalg::in_huge_pages;
 use crate::linalg::pattern::ROWS_PER_TASK;
 
 /// A block in single precision, by columns: what a cycle reads.
-pub type Single<const R: usize, const C: usize> = [[f32; R]; C];
+pub(super) type Single<const R: usize, const C: usize> = [[f32; R]; C];
 
 /// A sparse matrix of blocks in single precision.
 #[derive(Debug, Clone, Default)]
-pub struct Packed<const R: usize, const C: usize> {
+pub(super) struct Packed<const R: usize, const C: usize> {
     pub rows: usize,
     pub start: Vec<usize>,
     pub column: Vec<u32>,
     pub value: Vec<Single<R, C>>,
 }
 
-pub fn single<const R: usize, const C: usize>(a: &[[f64; C]; R]) -> Single<R, C> {
+pub(super) fn single<const R: usize, const C: usize>(a: &[[f64; C]; R]) -> Single<R, C> {
     std::array::from_fn(|c| std::array::from_fn(|r| a[r][c] as f32))
 }
 
 /// The inverse of [`single`].
-pub fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64; C]; R] {
+pub(super) fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64; C]; R] {
     std::array::from_fn(|r| std::array::from_fn(|c| f64::from(a[c][r])))
 }
 
 /// Single precision with the largest entry as the unit, because its range of exponents is narrow.
-pub fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
+pub(super) fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
     let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
     (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
 }
 
 /// The inverse of [`unit`].
-pub fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]> {
+pub(super) fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]> {
     x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
 }
 
 /// `y += a x`.
 #[inline(always)]
-pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
+pub(super) fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
     for c in 0..C {
         for r in 0..R {
             y[r] += a[c][r] * x[c];
@@ -48,17 +48,17 @@ pub fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &m
 
 /// A sum of products `a x` of stored blocks. Lanes `W >= R` are those of a vector register, the first `R` of them count;
 /// columns add up each for itself, so that no addition waits for the one before.
-pub struct Sum<const R: usize, const C: usize, const W: usize>([[f32; W]; C]);
+pub(super) struct Sum<const R: usize, const C: usize, const W: usize>([[f32; W]; C]);
 
 impl<const R: usize, const C: usize, const W: usize> Sum<R, C, W> {
     #[inline(always)]
-    pub fn zero() -> Self {
+    pub(super) fn zero() -> Self {
         Sum([[0.0; W]; C])
     }
 
     /// Adds the product of the block at `place` of `entries`, all numbers of a matrix one after the other.
     #[inline(always)]
-    pub fn add(&mut self, entries: &[f32], place: usize, x: &[f32; C]) {
+    pub(super) fn add(&mut self, entries: &[f32], place: usize, x: &[f32; C]) {
         let first = R * C * place;
         // A column is read with a few numbers of the next, and the last one of all has no next.
         match entries.get(first..first + R * (C - 1) + W) {
@@ -84,7 +84,7 @@ impl<const R: usize, const C: usize, const W: usize> Sum<R, C, W> {
     }
 
     #[inline(always)]
-    pub fn total(&self) -> [f32; R] {
+    pub(super) fn total(&self) -> [f32; R] {
         let mut total = [0.0; W];
         for column in &self.0 {
             (0..W).for_each(|r| total[r] += column[r]);
@@ -95,7 +95,7 @@ impl<const R: usize, const C: usize, const W: usize> Sum<R, C, W> {
 
 /// `y -= a x`.
 #[inline(always)]
-pub fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
+pub(super) fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {
     for c in 0..C {
         for r in 0..R {
             y[r] -= a[c][r] * x[c];
@@ -105,7 +105,7 @@ pub fn subtract<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], 
 
 /// `y += aᵀ x`.
 #[inline(always)]
-pub fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R], y: &mut [f32; C]) {
+pub(super) fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; R], y: &mut [f32; C]) {
     for c in 0..C {
         for r in 0..R {
             y[c] += a[c][r] * x[r];
@@ -114,19 +114,19 @@ pub fn add_transposed<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32
 }
 
 impl<const R: usize, const C: usize> Packed<R, C> {
-    pub fn new(a: &Blocks<R, C>) -> Self {
+    pub(super) fn new(a: &Blocks<R, C>) -> Self {
         let mut value = in_huge_pages(vec![[[0.0; R]; C]; a.value.len()]);
         value.par_iter_mut().zip(&a.value).for_each(|(v, a)| *v = single(a));
         Packed { rows: a.rows, start: a.start.clone(), column: a.column.clone(), value }
     }
 
-    pub fn row(&self, i: usize) -> (&[u32], &[Single<R, C>]) {
+    pub(super) fn row(&self, i: usize) -> (&[u32], &[Single<R, C>]) {
         let range = self.start[i]..self.start[i + 1];
         (&self.column[range.clone()], &self.value[range])
     }
 
     /// `y += A x`.
-    pub fn add_times(&self, x: &[[f32; C]], y: &mut [[f32; R]]) {
+    pub(super) fn add_times(&self, x: &[[f32; C]], y: &mut [[f32; R]]) {
         y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
             for (k, y) in y.iter_mut().enumerate() {
                 let (columns, blocks) = self.row(task * ROWS_PER_TASK + k);
@@ -136,7 +136,7 @@ impl<const R: usize, const C: usize> Packed<R, C> {
     }
 
     /// `Aᵀ x` for a matrix with `cols` columns; one thread, so that its result is always the same.
-    pub fn transpose_times(&self, x: &[[f32; R]], cols: usize) -> Vec<[f32; C]> {
+    pub(super) fn transpose_times(&self, x: &[[f32; R]], cols: usize) -> Vec<[f32; C]> {
         let mut y = vec![[0.0; C]; cols];
         for (i, x) in x.iter().enumerate() {
             let (columns, blocks) = self.row(i);

@@ -14,7 +14,7 @@ use crate::linalg::vectorised;
 /// same time. That is Gauss-Seidel in one fixed order, for any number of threads (sweeping chunks as in Jacobi's method
 /// instead loses definiteness on hexahedra).
 #[derive(Debug, Clone)]
-pub struct Level<const R: usize, const W: usize> {
+pub(super) struct Level<const R: usize, const W: usize> {
     pub matrix: Packed<R, R>,
     pub inverse: Vec<Single<R, R>>,
     /// Colour of each chunk.
@@ -31,7 +31,7 @@ fn chunk_of(node: usize) -> usize {
 }
 
 impl<const R: usize, const W: usize> Level<R, W> {
-    pub fn new(a: &Blocks<R, R>) -> Self {
+    pub(super) fn new(a: &Blocks<R, R>) -> Self {
         let inverse = (0..a.rows).into_par_iter().map(|i| single(&inverse(&a.diagonal(i)))).collect();
         let colour = colours(a);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
@@ -59,7 +59,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
     }
 
     /// One forward sweep for `A x = b` from zero, with the residual it leaves.
-    pub fn forward(&self, b: &[[f32; R]]) -> (Vec<[f32; R]>, Vec<[f32; R]>) {
+    pub(super) fn forward(&self, b: &[[f32; R]]) -> (Vec<[f32; R]>, Vec<[f32; R]>) {
         let (entries, inverses) = self.entries();
         let mut x = vec![[0.0; R]; b.len()];
         for (c, colour) in self.by_colour.iter().enumerate() {
@@ -114,7 +114,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
     }
 
     /// One backward sweep for `A x = b` from `x`.
-    pub fn backward(&self, b: &[[f32; R]], x: &mut [[f32; R]]) {
+    pub(super) fn backward(&self, b: &[[f32; R]], x: &mut [[f32; R]]) {
         let (entries, inverses) = self.entries();
         for colour in self.by_colour.iter().rev() {
             self.sweep(colour, x, |nodes, before| {

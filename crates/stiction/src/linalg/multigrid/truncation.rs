@@ -48,7 +48,7 @@ pub(super) struct Truncation {
 pub(super) type Columns = (Vec<usize>, Vec<(u32, u32)>);
 
 impl Truncation {
-    pub fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
+    pub(super) fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
         let mut place = vec![u32::MAX; a.rows];
         nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
         let others = |k: usize, name: &mut dyn FnMut(u32)| {
@@ -82,7 +82,7 @@ impl Truncation {
     }
 
     /// Adds a coarse level: its matrix without constraints, and the nodes of the next level that its changes reach.
-    pub fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>) {
+    pub(super) fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>) {
         let here = &self.touched[self.touched.len() - 1];
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
@@ -92,17 +92,17 @@ impl Truncation {
     }
 
     /// Contact nodes in the support of a node of the first coarse level, by their places in `nodes`, and their blocks of `P`.
-    pub fn p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
+    pub(super) fn p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
         column(&self.p_columns, &self.p, k)
     }
 
     /// The same of `A P`.
-    pub fn a_times_p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
+    pub(super) fn a_times_p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
         column(&self.a_times_p_columns, &self.a_times_p, k)
     }
 
     /// Sets the coarsest matrix without constraints.
-    pub fn set_coarsest(&mut self, coarsest: Blocks<6, 6>) {
+    pub(super) fn set_coarsest(&mut self, coarsest: Blocks<6, 6>) {
         self.coarsest = coarsest;
     }
 }
@@ -205,7 +205,7 @@ impl Hierarchy {
 
 impl Truncation {
     /// The change of the first coarse matrix by the constraints: a row for each of its touched nodes.
-    pub fn change(&self, constraints: &[NodeConstraint], cols: usize) -> Blocks<6, 6> {
+    pub(super) fn change(&self, constraints: &[NodeConstraint], cols: usize) -> Blocks<6, 6> {
         // Row i of (S A S + spring) P - S A P.
         let reached = |i: usize, name: &mut dyn FnMut(u32)| {
             if constraints[i] != NodeConstraint::default() {
@@ -273,7 +273,7 @@ impl Truncation {
 }
 
 /// `Pᵀ D P` for a change `D` with the rows `rows`: a row for each of the coarser nodes `touched`.
-pub fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
+pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 6>, touched: &[u32]) -> Blocks<6, 6> {
     let cols = touched.iter().chain(&p.column).map(|&j| j as usize + 1).max().unwrap_or(0);
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));

@@ -5,7 +5,7 @@ use super::*;
 use crate::linalg::norm;
 
 /// `copies` vectors of `points` triples; copy `i` sees its pairs turned by `i pi / (2 copies)`.
-pub struct Copies {
+pub(super) struct Copies {
     pub q: Dense,
     pub points: usize,
     pub copies: usize,
@@ -30,11 +30,11 @@ impl Copies {
     }
 
     /// Differences of neighbouring copies.
-    pub fn differences(&self, x: &[f64]) -> Vec<Vec<f64>> {
+    pub(super) fn differences(&self, x: &[f64]) -> Vec<Vec<f64>> {
         self.common(x).windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| a - b).collect()).collect()
     }
 
-    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
         let common = self.common(x);
         let mut images: Vec<Vec<f64>> =
             common.iter().map(|l| self.q.times(l).iter().map(|v| v / self.copies as f64).collect()).collect();
@@ -47,13 +47,13 @@ impl Copies {
         images.iter().enumerate().flat_map(|(i, l)| self.turn(i, 1.0, l)).collect()
     }
 
-    pub fn right_hand_side(&self, h: &[f64]) -> Vec<f64> {
+    pub(super) fn right_hand_side(&self, h: &[f64]) -> Vec<f64> {
         (0..self.copies)
             .flat_map(|i| self.turn(i, 1.0, h).iter().map(|h| h / self.copies as f64).collect::<Vec<_>>())
             .collect()
     }
 
-    pub fn bounds(&self, radius: f64) -> Bounds {
+    pub(super) fn bounds(&self, radius: f64) -> Bounds {
         let m = self.points;
         let one = |free: f64, normal: f64| -> Vec<f64> {
             (0..3 * m * self.copies).map(|k| if k % (3 * m) < m { normal } else { free }).collect()

@@ -21,12 +21,12 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    pub fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Position { step: 0, increment: 0, part: 0, size: PARTS }
     }
 
     /// From what a file holds; `None` if it is no place on the axis of `steps`.
-    pub fn read([step, increment, part, size]: [usize; 4], steps: &[StepSpec]) -> Option<Self> {
+    pub(crate) fn read([step, increment, part, size]: [usize; 4], steps: &[StepSpec]) -> Option<Self> {
         let inside = match steps.get(step) {
             Some(spec) => increment < spec.increments,
             None => step == steps.len() && increment == 0 && part == 0,
@@ -35,12 +35,12 @@ impl Position {
         (inside && divides).then_some(Position { step, increment, part, size })
     }
 
-    pub fn write(&self) -> [usize; 4] {
+    pub(crate) fn write(&self) -> [usize; 4] {
         [self.step, self.increment, self.part, self.size]
     }
 
     /// Begin and end of the next solve; `None` at the end of the axis.
-    pub fn span(&self, steps: &[StepSpec]) -> Option<[f64; 2]> {
+    pub(crate) fn span(&self, steps: &[StepSpec]) -> Option<[f64; 2]> {
         let spec = steps.get(self.step)?;
         let begin = if self.step == 0 { 0.0 } else { steps[self.step - 1].until };
         let parts = (spec.increments * PARTS) as f64;
@@ -57,7 +57,7 @@ impl Position {
     }
 
     /// After a solve that succeeded; the next one is twice as long where the axis allows it.
-    pub fn advance(self, steps: &[StepSpec]) -> Self {
+    pub(crate) fn advance(self, steps: &[StepSpec]) -> Self {
         let part = self.part + self.size;
         if part < PARTS {
             let double = part.is_multiple_of(2 * self.size);
@@ -69,7 +69,7 @@ impl Position {
     }
 
     /// After a solve that failed: half as far, or `None` if that was the shortest.
-    pub fn halve(self) -> Option<Self> {
+    pub(crate) fn halve(self) -> Option<Self> {
         (self.size > 1).then_some(Position { size: self.size / 2, ..self })
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct PointFrame {
 
 impl PointFrame {
     /// The vector with these two tangential components.
-    pub fn tangential(&self, [a, b]: [f64; 2]) -> [f64; 3] {
+    pub(crate) fn tangential(&self, [a, b]: [f64; 2]) -> [f64; 3] {
         let [t1, t2] = self.tangents;
         [0, 1, 2].map(|c| a * t1[c] + b * t2[c])
     }

@@ -112,7 +112,7 @@ pub(crate) struct LoadState {
 
 impl LoadState {
     /// Before the first step: nothing acts, and the obstacles touch the undeformed body at most.
-    pub fn start(prepared: &Prepared) -> Self {
+    pub(crate) fn start(prepared: &Prepared) -> Self {
         let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
         let p = prepared.model.dofs.prescribed.len();
         LoadState {

@@ -28,12 +28,12 @@ impl Row {
 pub(crate) struct Rows(pub Vec<Row>);
 
 impl Rows {
-    pub fn add(&mut self, label: &str, value: String) {
+    pub(super) fn add(&mut self, label: &str, value: String) {
         self.0.push(Row { label: label.into(), value, more: Vec::new() });
     }
 
     /// Goes on with the last row.
-    pub fn more(&mut self, value: String) {
+    pub(super) fn more(&mut self, value: String) {
         match self.0.last_mut() {
             Some(row) => row.more.push(value),
             None => self.add("", value),

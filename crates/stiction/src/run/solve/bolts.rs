@@ -61,7 +61,7 @@ const FORCE_TOLERANCE: f64 = 10.0;
 
 impl BoltSearch {
     /// From the shortenings `before` (empty: none).
-    pub fn new(bolts: &[Bolt], targets: &[Target], before: &[f64], tolerance: f64) -> Self {
+    pub(super) fn new(bolts: &[Bolt], targets: &[Target], before: &[f64], tolerance: f64) -> Self {
         let old = |number: usize| before.get(number).copied().unwrap_or(0.0);
         let start = |(number, target): (usize, &Target)| match target {
             Target::Shortening(s) => *s,
@@ -84,7 +84,7 @@ impl BoltSearch {
     }
 
     /// Takes the forces found; breaks with whether they are those wanted, or goes on with other shortenings.
-    pub fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
+    pub(super) fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
         let found: Vec<f64> = self.sought.iter().map(|&(bolt, _)| forces[bolt]).collect();
         let missing: Vec<f64> = self.sought.iter().zip(&found).map(|(s, f)| s.1 - f).collect();
         if missing.iter().all(|m| m.abs() <= self.allowed) {

@@ -8,7 +8,7 @@ mod thin;
 mod view;
 
 #[cfg(feature = "plots")]
-pub use page::pictures_smaller;
-pub use page::{Page, Picture, html};
-pub use thin::thin;
-pub use view::{Field, FieldKind, Frame, View};
+pub(super) use page::pictures_smaller;
+pub(super) use page::{Page, Picture, html};
+pub(super) use thin::thin;
+pub(super) use view::{Field, FieldKind, Frame, View};

@@ -14,7 +14,7 @@ use crate::run::solve::CertificateRecord;
 
 /// What goes into a report.
 #[derive(Debug, Clone, Copy)]
-pub struct Page<'a> {
+pub(crate) struct Page<'a> {
     pub summary: &'a Summary,
     /// The case file as it was.
     pub case_text: &'a str,
@@ -24,7 +24,7 @@ pub struct Page<'a> {
 
 /// A picture of the result folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Picture {
+pub(crate) struct Picture {
     /// Its file.
     pub name: String,
     pub png: Vec<u8>,
@@ -35,7 +35,7 @@ const VIEWER: &str = include_str!("viewer.js");
 const NO_VIEW: &str = "The interactive view needs JavaScript; the pictures below show the result.";
 
 /// The text of `report.html`.
-pub fn html(page: &Page) -> String {
+pub(crate) fn html(page: &Page) -> String {
     let s = page.summary;
     let units = Units::of(s);
     let title = escaped(&s.title);
@@ -194,7 +194,7 @@ fn viewer(view: &View, units: &Units) -> String {
 
 /// Pictures compressed as far as it goes in little time; one that is no PNG stays as it is.
 #[cfg(feature = "plots")]
-pub fn pictures_smaller(pictures: &mut [Picture]) {
+pub(crate) fn pictures_smaller(pictures: &mut [Picture]) {
     use rayon::prelude::*;
     pictures.par_iter_mut().for_each(|picture| {
         if let Some(smaller) = crate::io::plot::compressed(&picture.png).filter(|png| png.len() < picture.png.len()) {

@@ -15,7 +15,7 @@ pub(super) struct Units<'a> {
 }
 
 impl<'a> Units<'a> {
-    pub fn of(summary: &'a Summary) -> Self {
+    pub(super) fn of(summary: &'a Summary) -> Self {
         let [length, force, stress] = look::units(summary.units.as_deref());
         Units { length, force, stress }
     }

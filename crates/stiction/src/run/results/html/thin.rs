@@ -7,7 +7,7 @@ use super::View;
 /// Merges the vertices within the cubes of a grid (J. Rossignac, P. Borrel 1993, vertex clustering) until at most
 /// `most` faces are left, and returns which vertex stands for each that is left; `None` if there are no more from the
 /// start. Vertices of contact surfaces and others are not merged with each other. The frames must be empty.
-pub fn thin(view: &mut View, most: usize) -> Option<Vec<u32>> {
+pub(crate) fn thin(view: &mut View, most: usize) -> Option<Vec<u32>> {
     if view.faces.len() <= most {
         return None;
     }

@@ -6,7 +6,7 @@ use super::text::base64;
 
 /// A body and its contact surfaces, with fields over their vertices for each moment.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Where the vertices are before any load, length; those of contact surfaces come last.
     pub points: Vec<[f64; 3]>,
     /// Where the vertices of contact surfaces begin.
@@ -23,14 +23,14 @@ pub struct View {
 
 /// A scalar over the vertices.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Field {
+pub(crate) struct Field {
     pub label: &'static str,
     pub unit: String,
     pub kind: FieldKind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FieldKind {
+pub(crate) enum FieldKind {
     Scalar,
     /// 0 open, 1 stick, 2 slip, -1 held.
     Status,
@@ -38,7 +38,7 @@ pub enum FieldKind {
 
 /// One moment: a load step, or the only one.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Frame {
+pub(crate) struct Frame {
     /// What the reader calls it.
     pub name: String,
     /// Of each vertex, length.
