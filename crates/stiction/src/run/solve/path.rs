@@ -47,7 +47,8 @@ impl Settings {
     }
 }
 
-/// What a run is about to do; given to the observer, whose `Break` stops the iteration (nothing else).
+/// What a run is about to do; given to the observer, whose `Break` ends the run as that of [`SolveEvent`] ends a solve, and load
+/// steps with the last finished one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// What the solver does.
