@@ -81,7 +81,11 @@ impl Kept {
     pub fn begins_with_multigrid(&mut self, problem: &ContactProblem, settings: &Settings) -> bool {
         match settings.path {
             SolverPath::Multigrid => true,
-            SolverPath::Auto => *self.multigrid_first.get_or_insert_with(|| multigrid_is_faster(problem)),
+            SolverPath::Auto => match (&settings.start, &settings.start_displacement) {
+                (Some(_), None) => false,
+                (None, Some(_)) => true,
+                _ => *self.multigrid_first.get_or_insert_with(|| multigrid_is_faster(problem)),
+            },
             SolverPath::Dense | SolverPath::Solves => false,
         }
     }
@@ -92,6 +96,34 @@ impl Kept {
             Some(Operator::Factor(dual)) => Some(dual),
             _ => None,
         }
+    }
+
+    /// The hierarchy for `problem`, set up if it does not stand yet.
+    fn set_up(
+        &mut self,
+        problem: &ContactProblem,
+        settings: &Settings,
+        observer: &mut Observer,
+    ) -> Result<&mut Multigrid, Error> {
+        let multigrid = match self.operator.take() {
+            Some(Operator::Multigrid(multigrid)) => multigrid,
+            factor => {
+                drop(factor);
+                let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
+                if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
+                    let gb = |bytes: u64| bytes as f64 / 1e9;
+                    let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
+                    let remedy = "coarsen the mesh, raise `settings.memory_limit`, or use a machine with more memory";
+                    return Err(Error::new("", what, remedy));
+                }
+                begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
+                Box::new(Multigrid::until(problem, &settings.stop)?)
+            }
+        };
+        let Operator::Multigrid(multigrid) = self.operator.insert(Operator::Multigrid(multigrid)) else {
+            unreachable!("just put there")
+        };
+        Ok(multigrid)
     }
 
     /// The factor for `problem`, made if it does not stand yet.
@@ -133,13 +165,13 @@ impl Kept {
 ///
 /// Stiffness, load, `B`, gap and laws suffice ([`ContactProblem::from_matrices`]). With `elastic.node_of` and
 /// `elastic.near_kernel` large problems can go by multigrid, which is faster from some ten thousand unknowns on, and
-/// bodies may float. Unless `settings.path` says otherwise the path is chosen by prediction; where multigrid does not end
-/// certified, the factor takes over.
+/// bodies may float. Unless `settings.path` says otherwise the path is chosen by prediction, or as the one that can use the
+/// start; where multigrid does not end certified, the factor takes over.
 ///
 /// An iteration that ends short of its tolerance is no error: [`Solution::status`] tells, and the certificate how far.
 ///
 /// # Errors
-/// If the problem or the settings are not valid (lengths, indices, values; a start of the wrong length), `K` is not
+/// If the problem or the settings are not valid (lengths, indices, values; a start that the path cannot use), `K` is not
 /// positive definite beyond the rigid motions of its bodies, or the matrices do not fit `settings.memory_limit`. If it is
 /// stopped before its first iteration: [`Error::interrupted`].
 pub fn solve(problem: &ContactProblem, settings: &Settings) -> Result<Solution, Error> {
@@ -161,6 +193,17 @@ pub fn solve_with_kept(
 ) -> Result<Solution, Error> {
     problem.validate()?;
     settings.validate(problem)?;
+    let only_displacement = settings.start.is_none() && settings.start_displacement.is_some();
+    if settings.path == SolverPath::Auto && only_displacement {
+        // The factor would leave the start unused.
+        kept.set_up(problem, settings, observer).map_err(|error| match error.interrupted {
+            true => error,
+            false => {
+                let what = format!("`start_displacement` is a start for multigrid alone: {}", error.what);
+                Error::new("settings", what, "give multipliers (`start`), or no start")
+            }
+        })?;
+    }
     solve_validated(problem, settings, kept, observer)
 }
 
@@ -211,28 +254,14 @@ fn by_multigrid(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
-    let mut multigrid = match kept.operator.take() {
-        Some(Operator::Multigrid(multigrid)) => multigrid,
-        _ => {
-            let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
-            if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
-                let gb = |bytes: u64| bytes as f64 / 1e9;
-                let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
-                let remedy = "coarsen the mesh, raise `settings.memory_limit`, or use a machine with more memory";
-                return Err(Error::new("", what, remedy));
-            }
-            begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
-            Box::new(Multigrid::until(problem, &settings.stop)?)
-        }
-    };
+    let multigrid = kept.set_up(problem, settings, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let departs = no_equilibrium(problem, multigrid.motions()).is_some();
     let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut told = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let solution = solve_multigrid(problem, &mut multigrid, &settings, &mut told);
-    kept.operator = Some(Operator::Multigrid(multigrid));
+    let solution = solve_multigrid(problem, multigrid, &settings, &mut told);
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
 }

@@ -11,7 +11,7 @@ use stiction::Error;
 use stiction::contact::{ContactProblem, Friction};
 use stiction::dual::{Dual, DualSettings, choose};
 use stiction::friction::{
-    self, Coupling, Given, MethodEnd, MethodSettings, Penalty, PointState, Quadratic, Splitting, Start, Sweeps,
+    self, Coupling, End, Given, MethodSettings, Penalty, PointState, Quadratic, Splitting, Start, Sweeps,
     fixed_point_defect, run_method,
 };
 use stiction::linalg::norm;
@@ -74,7 +74,7 @@ pub struct Measured {
     pub lambda: Vec<f64>,
     /// Bounds of friction, newton, m.
     pub slip_bound: Vec<f64>,
-    pub end: MethodEnd,
+    pub end: End,
     /// Whether no point slips.
     pub stuck: bool,
     /// Whether the limit of steps was met: the run says nothing.
@@ -122,7 +122,7 @@ impl<'a> Laboratory<'a> {
         let observe = &mut *self.observe;
         let report =
             run_method(quadratic(&mut self.quadratics, self.benches, bench), laws, &settings, &mut |_| observe(""))?;
-        if report.end == MethodEnd::Interrupted {
+        if report.end == End::Interrupted {
             return Err(interrupted());
         }
         let measured = Measured {
@@ -135,7 +135,7 @@ impl<'a> Laboratory<'a> {
             flops: report.counts.flops,
             lambda: report.lambda,
             slip_bound: report.slip_bound,
-            given_up: report.end == MethodEnd::Limit && report.counts.iterations < settings.max_iterations,
+            given_up: report.end == End::Limit && report.counts.iterations < settings.max_iterations,
             end: report.end,
             short_problems: report.counts.short_problems,
         };

@@ -10,7 +10,7 @@ use super::laboratory::{Laboratory, Measured, relative_change};
 use super::published::Published;
 use super::study::TableReport;
 use stiction::Error;
-use stiction::friction::MethodEnd;
+use stiction::friction::End;
 
 /// Settings in which a table is run; the first is judged.
 pub fn settings(table: usize, quick: bool) -> Vec<Setting> {
@@ -108,11 +108,11 @@ fn compare(
 fn note(measured: &Measured) -> String {
     let Measured { cg_steps, expansions, proportionings, end, stuck, given_up, short_problems, .. } = measured;
     let mut parts = vec![match end {
-        MethodEnd::Limit if *given_up => format!("given up at {STEP_LIMIT} products"),
-        MethodEnd::Limit if *stuck => "no point slips: w tends to zero and rule (6.1) never holds".into(),
-        MethodEnd::Limit => "stopped at its limit".into(),
-        MethodEnd::Stalled => "stalled".into(),
-        MethodEnd::Converged | MethodEnd::Interrupted => String::new(),
+        End::Limit if *given_up => format!("given up at {STEP_LIMIT} products"),
+        End::Limit if *stuck => "no point slips: w tends to zero and rule (6.1) never holds".into(),
+        End::Limit => "stopped at its limit".into(),
+        End::Stalled => "stalled".into(),
+        End::Converged | End::Interrupted => String::new(),
     }];
     if *short_problems > 0 {
         parts.push(format!("{short_problems} programs ended at the level of rounding"));

@@ -4,7 +4,7 @@
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
 use crate::fem::Motion;
-use crate::linalg::{SmallLu, axpy, dot, max_abs, norm, symmetric_eigen};
+use crate::linalg::{SmallLu, axpy, dot, max_abs, norm};
 
 /// A rigid motion of floating bodies, and why it matters.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,34 +38,15 @@ pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Sl
         return None;
     }
     let m = problem.points();
-    let carries = |i: usize| i < m || carries_friction(problem.contact.friction[i % m]);
+    let carries = |i: usize| i < m || problem.contact.friction[i % m].bound(f64::MAX) > 0.0;
     let rows: Vec<usize> = (0..3 * m).filter(|&i| carries(i)).collect();
-    // Motions by their largest displacement, rows by the largest of `B`: lengths of order one.
-    let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-    let scale = problem.contact.B.max_abs().max(f64::MIN_POSITIVE);
-    let product = |a: usize, b: usize| -> f64 {
-        rows.iter().map(|&i| jumps[a][i] * jumps[b][i]).sum::<f64>() * unit[a] * unit[b] / (scale * scale)
-    };
-    let gram: Vec<Vec<f64>> = (0..jumps.len()).map(|a| (0..jumps.len()).map(|b| product(a, b)).collect()).collect();
-    let (values, vectors) = symmetric_eigen(&gram);
-    let free = values.iter().zip(vectors).filter(|(v, _)| **v <= UNSEEN * UNSEEN).map(|(_, v)| v);
-    let free: Vec<Vec<f64>> = free.map(|v| v.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect();
+    let free = motions.without_jump(&jumps, &rows, problem.contact.B.max_abs(), UNSEEN);
     let first = free.first()?.clone();
     let load = motions.work(&problem.elastic.f);
     let mut caused = vec![0.0; load.len()];
     free.iter().for_each(|v| axpy(dot(v, &load) / dot(v, v), v, &mut caused));
     let pushed = dot(&caused, &load) > BALANCED * norm(&load) * norm(&caused);
     Some(slide(if pushed { caused } else { first }, &load))
-}
-
-fn carries_friction(law: Friction) -> bool {
-    match law {
-        Friction::None => false,
-        Friction::Given { slip_bound } => slip_bound > 0.0,
-        Friction::Coulomb { coefficient } => coefficient > 0.0,
-        Friction::Limited { coefficient, limit } => coefficient.min(limit) > 0.0,
-        Friction::Bonded => true,
-    }
 }
 
 fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {

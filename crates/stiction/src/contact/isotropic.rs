@@ -31,23 +31,14 @@ impl ContactProblem {
         if self.contact.orthotropy.is_none() {
             return Cow::Borrowed(self);
         }
-        Cow::Owned(ContactProblem {
-            elastic: self.elastic.clone(),
-            contact: Contact {
-                B: self.isotropic_rows().into_owned(),
-                gap: self.contact.gap.clone(),
-                slip_reference: self.isotropic_slip_reference().into_owned(),
-                friction: self.contact.friction.clone(),
-                orthotropy: None,
-            },
-            labels: Labels {
-                area: self.labels.area.clone(),
-                unity_sum: self.labels.unity_sum.clone(),
-                pairs: self.labels.pairs.clone(),
-                supports: None,
-                bodies: self.labels.bodies.clone(),
-            },
-        })
+        let contact = Contact {
+            B: self.isotropic_rows().into_owned(),
+            slip_reference: self.isotropic_slip_reference().into_owned(),
+            orthotropy: None,
+            ..self.contact.clone()
+        };
+        let labels = Labels { supports: None, ..self.labels.clone() };
+        Cow::Owned(ContactProblem { elastic: self.elastic.clone(), contact, labels })
     }
 
     /// `B` of the isotropic problem.

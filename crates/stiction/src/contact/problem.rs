@@ -40,6 +40,17 @@ impl Friction {
             Friction::None | Friction::Given { .. } | Friction::Bonded => None,
         }
     }
+
+    /// The largest tangential force at the normal force `normal`, newton; infinite where the point is tied.
+    pub fn bound(&self, normal: f64) -> f64 {
+        match *self {
+            Friction::None => 0.0,
+            Friction::Given { slip_bound } => slip_bound,
+            Friction::Coulomb { coefficient } => coefficient * normal.max(0.0),
+            Friction::Limited { coefficient, limit } => (coefficient * normal.max(0.0)).min(limit),
+            Friction::Bonded => f64::INFINITY,
+        }
+    }
 }
 
 /// Points of one contact pair, for reports.

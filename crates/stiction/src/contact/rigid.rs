@@ -1,7 +1,7 @@
 //! Bodies that nothing but contact holds: the rigid motions that strain nothing, found from the matrices alone.
 
 use super::ContactProblem;
-use crate::linalg::{Csr, SymmetricCsr, axpy, dot, norm, symmetric_eigen};
+use crate::linalg::{Csr, SymmetricCsr, axpy, dot, max_abs, norm, symmetric_eigen};
 
 /// A connected piece of the body with rigid motions that strain nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,26 +72,30 @@ impl RigidMotions {
         self.bodies.is_empty()
     }
 
+    /// The columns of `R`, each with its body.
+    fn columns(&self) -> impl Iterator<Item = (&FloatingBody, &Vec<f64>)> {
+        self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| (body, motion)))
+    }
+
     /// `R' f`: the work of the force `f` (length `n`) on the motions.
     pub fn work(&self, force: &[f64]) -> Vec<f64> {
-        let on = |body: &FloatingBody, motion: &Vec<f64>| {
+        let on = |(body, motion): (&FloatingBody, &Vec<f64>)| {
             body.unknowns.iter().zip(motion).map(|(&i, r)| force[i as usize] * r).sum()
         };
-        self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| on(body, motion))).collect()
+        self.columns().map(on).collect()
     }
 
     /// The sum of the sizes of the terms that [`work`](Self::work) adds up, over all motions.
     pub fn work_size(&self, force: &[f64]) -> f64 {
-        let on = |body: &FloatingBody, motion: &Vec<f64>| -> f64 {
+        let on = |(body, motion): (&FloatingBody, &Vec<f64>)| -> f64 {
             body.unknowns.iter().zip(motion).map(|(&i, r)| (force[i as usize] * r).abs()).sum()
         };
-        self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| on(body, motion))).sum()
+        self.columns().map(on).sum()
     }
 
     /// `u += R alpha`.
     pub fn add(&self, alpha: &[f64], u: &mut [f64]) {
-        let columns = self.bodies.iter().flat_map(|body| body.motions.iter().map(move |motion| (body, motion)));
-        for ((body, motion), &a) in columns.zip(alpha) {
+        for ((body, motion), &a) in self.columns().zip(alpha) {
             body.unknowns.iter().zip(motion).for_each(|(&i, r)| u[i as usize] += a * r);
         }
     }
@@ -106,6 +110,29 @@ impl RigidMotions {
             B.times(&u)
         };
         (0..self.len()).map(jump).collect()
+    }
+
+    /// Combinations of the motions, of lengths of order one, that move nothing along the rows `constrained` of the `jumps` by
+    /// more than the part `unseen` of the largest displacement; `scale` is the size of `B`.
+    pub(super) fn without_jump(
+        &self,
+        jumps: &[Vec<f64>],
+        constrained: &[usize],
+        scale: f64,
+        unseen: f64,
+    ) -> Vec<Vec<f64>> {
+        let scale = scale.max(f64::MIN_POSITIVE);
+        // Motions by their largest displacement.
+        let unit: Vec<f64> = self.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
+        let entry = |a: usize, b: usize| {
+            let product = |&i: &usize| jumps[a][i] * unit[a] / scale * (jumps[b][i] * unit[b] / scale);
+            constrained.iter().map(product).sum::<f64>()
+        };
+        let k = jumps.len();
+        let gram: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| entry(a, b)).collect()).collect();
+        let (values, vectors) = symmetric_eigen(&gram);
+        let free = values.into_iter().zip(vectors).filter(|(value, _)| *value <= unseen * unseen);
+        free.map(|(_, vector)| vector.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect()
     }
 
     /// As many unknowns of each body as it has motions, spread so that holding them stops all of them: each time the

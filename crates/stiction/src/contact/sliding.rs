@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
-use crate::linalg::{SmallLu, axpy, dot, max_abs, norm, symmetric_eigen};
+use crate::linalg::{SmallLu, axpy, dot, norm};
 
 /// A rigid motion of floating bodies along all surfaces that press against one another, and what friction does about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,11 +43,9 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     let load = motions.work(&problem.elastic.f);
     let most_pressed = lambda[..m].iter().fold(0.0, |a: f64, n| a.max(*n));
     let pressed = |j: usize| problem.contact.friction[j] == Friction::Bonded || lambda[j] > PRESSED * most_pressed;
-    // Motions by their largest displacement, so that entries of `along` are lengths of order one.
-    let unit: Vec<f64> = motions.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
     let constrained =
         (0..3 * m).filter(|&i| pressed(i % m) && (i < m || problem.contact.friction[i % m] == Friction::Bonded));
-    let along = null_space(&jumps, &unit, &constrained.collect::<Vec<_>>(), problem.contact.B.max_abs());
+    let along = motions.without_jump(&jumps, &constrained.collect::<Vec<_>>(), problem.contact.B.max_abs(), ALONG);
     let force: Vec<f64> = along.iter().map(|a| dot(a, &load)).collect();
     let possible = along.iter().map(|a| norm(a)).fold(0.0, f64::max) * norm(&load);
     if norm(&force) <= WORKS * possible {
@@ -59,7 +57,9 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
         jump
     };
     let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jump_of(a)).collect();
-    let bounds: Vec<f64> = (0..m).map(|j| bound(problem.contact.friction[j], lambda[j])).collect();
+    // Tied points do not slide.
+    let bound = |j: usize| Some(problem.contact.friction[j].bound(lambda[j])).filter(|g| g.is_finite());
+    let bounds: Vec<f64> = (0..m).map(|j| bound(j).unwrap_or(0.0)).collect();
     let weights = least_dissipation(&of_motions, &bounds, &force);
     let mut alpha = vec![0.0; load.len()];
     weights.iter().zip(&along).for_each(|(&w, a)| axpy(w, a, &mut alpha));
@@ -71,30 +71,6 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     }
     let friction = (0..m).map(|j| bounds[j] * jump[m + j].hypot(jump[2 * m + j])).sum();
     Some(Sliding { load: dot(&alpha, &load), friction, alpha })
-}
-
-/// Bound of friction at the normal force `normal`, newton.
-fn bound(law: Friction, normal: f64) -> f64 {
-    match law {
-        Friction::None | Friction::Bonded => 0.0,
-        Friction::Given { slip_bound } => slip_bound,
-        Friction::Coulomb { coefficient } => coefficient * normal.max(0.0),
-        Friction::Limited { coefficient, limit } => (coefficient * normal.max(0.0)).min(limit),
-    }
-}
-
-/// Combinations of the motions (weighted by `unit`) that move nothing along the rows `constrained`; `scale` is the size of `B`.
-fn null_space(jumps: &[Vec<f64>], unit: &[f64], constrained: &[usize], scale: f64) -> Vec<Vec<f64>> {
-    let scale = scale.max(f64::MIN_POSITIVE);
-    let entry = |a: usize, b: usize| {
-        let product = |&i: &usize| jumps[a][i] * unit[a] / scale * (jumps[b][i] * unit[b] / scale);
-        constrained.iter().map(product).sum::<f64>()
-    };
-    let k = jumps.len();
-    let gram: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| entry(a, b)).collect()).collect();
-    let (values, vectors) = symmetric_eigen(&gram);
-    let free = values.into_iter().zip(vectors).filter(|(value, _)| *value <= ALONG * ALONG);
-    free.map(|(_, vector)| vector.iter().zip(unit).map(|(v, u)| v * u).collect()).collect()
 }
 
 /// The weights `w` of the motions with `force . w = 1` of which friction takes up the least, `sum of bound |T w|`.

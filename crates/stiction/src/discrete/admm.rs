@@ -19,7 +19,7 @@ const ROUNDS: usize = 2;
 /// Saxcé `s = mu |u_t|` taken anew at each step (Carpentier, Le Lidec & Montaut 2024). `W + rho` is factorised once a
 /// penalty `rho`.
 pub(super) struct Alternating<'a> {
-    system: &'a dyn Discrete,
+    system: &'a Discrete<'a>,
     solve: Shifted<'a>,
     rho: f64,
     pub z: Vec<V3>,
@@ -31,14 +31,14 @@ pub(super) struct Alternating<'a> {
 
 impl<'a> Alternating<'a> {
     /// From impulses `r`; `None` if `W + rho` is singular.
-    pub(super) fn new(system: &'a dyn Discrete, r: &[V3], rho: f64) -> Option<Self> {
+    pub(super) fn new(system: &'a Discrete<'a>, r: &[V3], rho: f64) -> Option<Self> {
         let solve = system.shifted(rho)?;
-        let y = system.velocity(r).iter().zip(system.mu()).map(|(u, mu)| de_saxce(*mu, u).map(|u| -u)).collect();
+        let y = system.velocity(r).iter().zip(system.mu).map(|(u, mu)| de_saxce(*mu, u).map(|u| -u)).collect();
         Some(Alternating { system, solve, rho, z: r.to_vec(), y, residuals: [0.0; 2] })
     }
 
     pub(super) fn step(&mut self) {
-        let (mu, q, rho) = (self.system.mu(), self.system.offset(), self.rho);
+        let (mu, q, rho) = (self.system.mu, &self.system.q, self.rho);
         let rhs: Vec<V3> = (0..mu.len())
             .map(|a| {
                 let s = mu[a] * self.y[a][1].hypot(self.y[a][2]);
@@ -82,7 +82,7 @@ fn de_saxce(mu: f64, u: &V3) -> V3 {
 }
 
 /// Alternating directions until the monitor ends it.
-pub(super) fn alternating_directions(system: &dyn Discrete, r: Vec<V3>, monitor: &mut Monitor) -> Status {
+pub(super) fn alternating_directions(system: &Discrete<'_>, r: Vec<V3>, monitor: &mut Monitor) -> Status {
     let Some(mut directions) = Alternating::new(system, &r, PENALTY) else { return Status::Stalled };
     loop {
         if let Some(status) = monitor.ends(&directions.z, directions.rho) {

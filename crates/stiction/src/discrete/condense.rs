@@ -1,3 +1,4 @@
+use super::linear::verified;
 use super::problem::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
 use crate::Error;
 use crate::linalg::{Csr, Lu, NodeGraph, axpy, nested_dissection, norm, plan};
@@ -74,8 +75,9 @@ fn condense_bodies(problem: &GlobalProblem) -> Result<Condensed, Error> {
     // Columns of H, then those of G, then f.
     let p = b.len();
     let mut columns = problem.H.transpose();
-    append(&mut columns, &G.transpose());
-    append(&mut columns, &Csr::from_triplets(1, n, &entries(&problem.f)));
+    columns.append(&G.transpose());
+    let load: Vec<(usize, usize, f64)> = problem.f.iter().enumerate().map(|(j, &v)| (0, j, v)).collect();
+    columns.append(&Csr::from_triplets(1, n, &load));
     let directions = columns.transpose();
     let symmetric = symmetric_pattern(&problem.M);
     let (mut bodies, mut products, mut local) = (Vec::new(), Vec::new(), vec![0u32; n]);
@@ -124,21 +126,15 @@ impl Condensed {
                 Recovered { u, v: Vec::new(), l, equilibrium }
             }
             DiscreteProblem::Global(global) => {
-                let mut load = global.H.times(r);
-                axpy(1.0, &global.f, &mut load);
-                if let Some(Equalities { G, .. }) = &global.equalities {
-                    axpy(1.0, &G.times(&l), &mut load);
-                }
+                let load = forces(global, r, &l);
                 let mut v = self.velocity(&load);
                 // One refinement: the factor's error is amplified by the condition of M.
-                let mut rest = load.clone();
+                let mut rest = load;
                 axpy(-1.0, &global.M.times(&v), &mut rest);
                 axpy(1.0, &self.velocity(&rest), &mut v);
-                let inertia: Vec<f64> = global.M.times(&v).iter().map(|x| -x).collect();
-                let equilibrium = balance(&[&inertia, &load]).max(balance_of_constraints(global, &v));
                 let mut u = global.H.transpose_times(&v);
                 axpy(1.0, &global.w, &mut u);
-                Recovered { u, v, l, equilibrium }
+                Recovered { equilibrium: balance_of_bodies(global, r, &v, &l), u, v, l }
             }
         }
     }
@@ -221,11 +217,7 @@ fn eliminate(local: &mut LocalProblem, V: &Csr, C: Csr, R: &Csr, s: &[f64]) -> R
     };
     let factor = factorise(&symmetric_pattern(R)).ok_or_else(dependent)?;
     let by_column = C.transpose();
-    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
-    for i in 0..local.W.rows {
-        let (columns, values) = local.W.row(i);
-        entries.extend(columns.iter().zip(values).map(|(&j, &v)| (i, j as usize, v)));
-    }
+    let mut entries: Vec<(usize, usize, f64)> = local.W.entries().collect();
     for j in 0..by_column.rows {
         let (rows, values) = by_column.row(j);
         if rows.is_empty() {
@@ -241,30 +233,16 @@ fn eliminate(local: &mut LocalProblem, V: &Csr, C: Csr, R: &Csr, s: &[f64]) -> R
     Ok(Eliminated { factor, C, s: s.to_vec() })
 }
 
-/// Relative residual a factor must reach on a known right-hand side.
-const TRUSTED: f64 = 1e-6;
-
 /// A factor of a matrix with a symmetric pattern; `None` if it is singular to working precision.
 fn factorise(a: &Csr) -> Option<Lu> {
     let graph = NodeGraph::new(a, None);
-    let lu = Lu::new(a, &plan(&graph, &nested_dissection(&graph), 0))?;
-    let b: Vec<f64> = (0..a.rows).map(|i| 1.0 + (i as f64 * 0.7).sin()).collect();
-    let mut rest = a.times(&lu.solve(&b));
-    axpy(-1.0, &b, &mut rest);
-    (norm(&rest) <= TRUSTED * norm(&b)).then_some(lu)
+    verified(Lu::new(a, &plan(&graph, &nested_dissection(&graph), 0))?, a)
 }
 
 /// The same matrix with zeros stored where only the transpose has an entry.
 pub(super) fn symmetric_pattern(a: &Csr) -> Csr {
-    let mut entries = Vec::with_capacity(2 * a.value.len() + a.rows);
-    for i in 0..a.rows {
-        let (columns, values) = a.row(i);
-        entries.push((i, i, 0.0));
-        for (&j, &v) in columns.iter().zip(values) {
-            entries.push((i, j as usize, v));
-            entries.push((j as usize, i, 0.0));
-        }
-    }
+    let both = a.entries().flat_map(|(i, j, v)| [(i, j, v), (j, i, 0.0)]);
+    let entries: Vec<(usize, usize, f64)> = (0..a.rows).map(|i| (i, i, 0.0)).chain(both).collect();
     Csr::from_triplets(a.rows, a.cols, &entries)
 }
 
@@ -293,6 +271,20 @@ pub(super) fn components(a: &Csr) -> Vec<Vec<u32>> {
     all
 }
 
+/// `H r + f + G l`.
+fn forces(problem: &GlobalProblem, r: &[f64], l: &[f64]) -> Vec<f64> {
+    let mut forces = problem.H.times(r);
+    axpy(1.0, &problem.f, &mut forces);
+    problem.equalities.iter().for_each(|e| axpy(1.0, &e.G.times(l), &mut forces));
+    forces
+}
+
+/// The larger residual of `M v = H r + f + G l` and of the constraints, each over its terms.
+pub(super) fn balance_of_bodies(problem: &GlobalProblem, r: &[f64], v: &[f64], l: &[f64]) -> f64 {
+    let inertia: Vec<f64> = problem.M.times(v).iter().map(|x| -x).collect();
+    balance(&[&inertia, &forces(problem, r, l)]).max(balance_of_constraints(problem, v))
+}
+
 /// `|G' v + b|` over its terms; zero without constraints.
 #[allow(non_snake_case)]
 fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
@@ -319,21 +311,9 @@ pub(super) fn imbalance(problem: &DiscreteProblem, r: &[f64], at: &Recovered) ->
 }
 
 /// `|sum of the terms| / max |term|`.
-pub(super) fn balance(terms: &[&[f64]]) -> f64 {
+fn balance(terms: &[&[f64]]) -> f64 {
     let mut sum = vec![0.0; terms.first().map_or(0, |t| t.len())];
     terms.iter().for_each(|t| axpy(1.0, t, &mut sum));
     let largest = terms.iter().map(|t| norm(t)).fold(0.0, f64::max);
     if largest > 0.0 { norm(&sum) / largest } else { 0.0 }
-}
-
-fn append(matrix: &mut Csr, below: &Csr) {
-    let offset = matrix.column.len();
-    matrix.rows += below.rows;
-    matrix.start.extend(below.start[1..].iter().map(|s| s + offset));
-    matrix.column.extend_from_slice(&below.column);
-    matrix.value.extend_from_slice(&below.value);
-}
-
-fn entries(row: &[f64]) -> Vec<(usize, usize, f64)> {
-    row.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(j, &v)| (0, j, v)).collect()
 }

@@ -1,17 +1,15 @@
 use std::ops::ControlFlow;
 
-use super::V3;
 use super::condense::{Condensed, Recovered, components, condense, imbalance, symmetric_pattern};
 use super::measures::{Measures, measure};
-use super::monitor::{Judged, Monitor};
 use super::problem::{DiscreteProblem, GlobalProblem};
 use super::redundant::{Independent, independent};
 use super::saddle::Order;
 use super::settings::{Method, Progress, Settings, Solution};
-use super::solve::{iterate, solve};
+use super::solve::solve;
 use super::sparse::Sparse;
+use super::system::Discrete;
 use crate::Error;
-use crate::linalg::norm;
 
 /// Whether the velocities of bodies are eliminated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -114,15 +112,20 @@ impl Prepared<'_> {
     pub fn solve(&self, settings: &Settings, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution {
         match &self.body {
             Body::Condensed(condensed) => solve(&condensed.local, settings, observer),
-            Body::Sparse(sparse) => solve_sparse(sparse, settings, observer),
+            Body::Sparse(sparse) => {
+                let Sparse { dimension, traces, offset, .. } = &**sparse;
+                let system = Discrete::new(*dimension, self.given.mu(), offset, &**sparse);
+                system.solve(traces, offset, &|r| sparse.state(r).1, settings, observer)
+            }
         }
     }
 
     /// Velocities and bilateral impulses for impulses `r`, `dm`.
     pub fn recover(&self, r: &[f64]) -> Recovered {
-        let mut recovered = match &self.body {
-            Body::Sparse(sparse) => sparse.recover(r),
-            Body::Condensed(condensed) => condensed.recover(&self.independent.problem, r),
+        let mut recovered = match (&self.body, &*self.independent.problem) {
+            (Body::Sparse(sparse), DiscreteProblem::Global(global)) => sparse.recover(global, r),
+            (Body::Sparse(_), DiscreteProblem::Local(_)) => unreachable!("only global problems keep their velocities"),
+            (Body::Condensed(condensed), problem) => condensed.recover(problem, r),
         };
         if self.independent.dropped() > 0 {
             recovered.l = self.independent.all(&recovered.l);
@@ -138,7 +141,7 @@ impl Prepared<'_> {
                 let local = &condensed.local;
                 measure(local.dimension, &local.mu, &local.traces(), &local.q, r, u)
             }
-            Body::Sparse(s) => measure(s.dimension, &s.mu, &s.traces, &s.offset, r, u),
+            Body::Sparse(s) => measure(s.dimension, self.given.mu(), &s.traces, &s.offset, r, u),
         }
     }
 
@@ -154,24 +157,4 @@ impl Prepared<'_> {
     pub fn dropped(&self) -> usize {
         self.independent.dropped()
     }
-}
-
-fn solve_sparse(
-    system: &Sparse,
-    settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Solution {
-    let judge = |r: &[V3]| {
-        let r = system.unscaled(r);
-        let u = system.state(&r).1;
-        let measures = measure(system.dimension, &system.mu, &system.traces, &system.offset, &r, &u);
-        Judged { r, u, measures }
-    };
-    let start = match settings.start.as_ref().filter(|s| s.len() == system.offset.len()) {
-        Some(start) if start.iter().all(|x| x.is_finite()) => system.scaled(start),
-        _ => vec![[0.0; 3]; system.mu.len()],
-    };
-    let mut monitor = Monitor::new(&system.mu, norm(&system.offset), &judge, settings, observer);
-    let status = iterate(system, start, settings.method, &mut monitor);
-    monitor.solution(status)
 }

@@ -11,6 +11,7 @@ mod blocks;
 mod condense;
 mod form;
 mod gradient;
+mod linear;
 mod measures;
 mod monitor;
 mod problem;
@@ -21,7 +22,6 @@ mod saddle;
 mod settings;
 mod solve;
 mod sparse;
-mod step;
 mod sweeps;
 mod system;
 

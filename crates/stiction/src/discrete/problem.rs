@@ -84,9 +84,14 @@ pub enum DiscreteProblem {
 impl DiscreteProblem {
     /// Number of contact points.
     pub fn points(&self) -> usize {
+        self.mu().len()
+    }
+
+    /// Coefficients of friction.
+    pub(super) fn mu(&self) -> &[f64] {
         match self {
-            DiscreteProblem::Local(p) => p.mu.len(),
-            DiscreteProblem::Global(p) => p.mu.len(),
+            DiscreteProblem::Local(p) => &p.mu,
+            DiscreteProblem::Global(p) => &p.mu,
         }
     }
 

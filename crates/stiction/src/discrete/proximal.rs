@@ -5,6 +5,7 @@ use super::admm::{Alternating, PENALTY};
 use super::gradient::gradients;
 use super::monitor::Monitor;
 use super::settings::Status;
+use super::sweeps::sweep;
 use super::system::Discrete;
 use crate::contact::Friction;
 use crate::friction::system::{Iterate, Newton, ProximalTerm, Rules, newton};
@@ -52,8 +53,8 @@ const FIRST_STEPS: usize = 10;
 ///
 /// With `fallbacks`, gradients choose the first start where none was given, and sweeps, gradients and alternating
 /// directions in turn another one where the residual no longer falls.
-pub(super) fn proximal(system: &dyn Discrete, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
-    let laws: Vec<Friction> = system.mu().iter().map(|&coefficient| Friction::Coulomb { coefficient }).collect();
+pub(super) fn proximal(system: &Discrete<'_>, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
+    let laws: Vec<Friction> = system.mu.iter().map(|&coefficient| Friction::Coulomb { coefficient }).collect();
     let ones = vec![1.0; laws.len()];
     let plain =
         Newton { system, friction: &laws, r: &ones, proximal: None, tolerance: 0.0, absolute: 0.0, rules: RULES };
@@ -125,10 +126,10 @@ enum Fallback {
 const STRATEGY: [Fallback; 3] = [Fallback::Sweeps, Fallback::Gradients, Fallback::Alternating];
 
 /// The impulses to go on from after so many stalls.
-fn another_start(system: &dyn Discrete, r: &mut Vec<V3>, stalls: usize, monitor: &mut Monitor) {
+fn another_start(system: &Discrete<'_>, r: &mut Vec<V3>, stalls: usize, monitor: &mut Monitor) {
     let steps = STEPS << stalls.min(DOUBLINGS);
     match STRATEGY[stalls % STRATEGY.len()] {
-        Fallback::Sweeps if system.sweep(r, steps) => monitor.counts.sweeps += steps,
+        Fallback::Sweeps if sweep(system, r, steps) => monitor.counts.sweeps += steps,
         Fallback::Sweeps | Fallback::Gradients => monitor.counts.gradients += gradients(system, r, &mut 1.0, steps),
         Fallback::Alternating => {
             if let Some(mut directions) = Alternating::new(system, r, PENALTY) {

@@ -42,11 +42,7 @@ pub(super) fn independent(problem: &DiscreteProblem) -> Result<Independent<'_>, 
     let (rows, rhs) = match problem {
         DiscreteProblem::Local(LocalProblem { bilateral: Some(Bilateral { V, R, s }), .. }) => {
             let mut columns = V.clone();
-            columns.rows += R.cols;
-            let transposed = R.transpose();
-            columns.start.extend(transposed.start[1..].iter().map(|k| k + V.value.len()));
-            columns.column.extend(&transposed.column);
-            columns.value.extend(&transposed.value);
+            columns.append(&R.transpose());
             (columns.transpose(), s)
         }
         DiscreteProblem::Global(GlobalProblem { equalities: Some(Equalities { G, b }), .. }) => (G.transpose(), b),

@@ -1,9 +1,7 @@
 use super::V3;
+use super::condense::symmetric_pattern;
 use super::problem::{Equalities, GlobalProblem};
-use super::sparse::Sparse;
-use super::step::dot;
-use crate::friction::law::Linearisation;
-use crate::linalg::{Csr, Lu, NodeGraph, Plan, nested_dissection, plan};
+use crate::linalg::{Csr, NodeGraph, Plan, nested_dissection, plan};
 
 /// An elimination order of the unknowns of a global problem, into which constraints and contact points are put right
 /// after the last velocity they touch: their pivots are then Schur complements and not the zeros of the diagonal.
@@ -45,13 +43,10 @@ impl Order {
         let entries = self.plan(&a, &[]).entries();
         let directions = problem.H.transpose();
         let d = problem.dimension;
-        let touch = |j: usize| self.closed((d * j..d * (j + 1)).flat_map(|i| directions.row(i).0.iter().copied()));
+        let touch = |j: usize| self.closed(reached(&directions, d, j));
         let touched: Vec<Vec<u32>> = (0..problem.mu.len()).map(touch).collect();
         let n = a.rows;
-        let mut pattern: Vec<(usize, usize, f64)> = Vec::new();
-        for i in 0..n {
-            pattern.extend(a.row(i).0.iter().map(|&j| (i, j as usize, 0.0)));
-        }
+        let mut pattern: Vec<(usize, usize, f64)> = a.entries().collect();
         for (j, touched) in touched.iter().enumerate() {
             let own = n + d * j..n + d * (j + 1);
             for k in own.clone() {
@@ -114,18 +109,9 @@ impl Order {
 
 /// `M` with entries, zero if need be, wherever two unknowns are touched by one point or one constraint.
 fn cliques(problem: &GlobalProblem) -> Csr {
-    let m = &problem.M;
-    let mut entries: Vec<(usize, usize, f64)> = (0..m.rows).map(|i| (i, i, 0.0)).collect();
-    for i in 0..m.rows {
-        let (columns, values) = m.row(i);
-        for (&j, &v) in columns.iter().zip(values) {
-            entries.extend([(i, j as usize, v), (j as usize, i, 0.0)]);
-        }
-    }
-    let directions = problem.H.transpose();
-    let d = problem.dimension;
-    let of_point = |a: usize| (d * a..d * (a + 1)).flat_map(|i| directions.row(i).0.iter().copied()).collect();
-    let mut groups: Vec<Vec<u32>> = (0..problem.mu.len()).map(of_point).collect();
+    let mut entries: Vec<(usize, usize, f64)> = symmetric_pattern(&problem.M).entries().collect();
+    let (directions, d) = (problem.H.transpose(), problem.dimension);
+    let mut groups: Vec<Vec<u32>> = (0..problem.mu.len()).map(|a| reached(&directions, d, a).collect()).collect();
     if let Some(Equalities { G, .. }) = &problem.equalities {
         let constraints = G.transpose();
         groups.extend((0..constraints.rows).map(|k| constraints.row(k).0.to_vec()));
@@ -133,7 +119,12 @@ fn cliques(problem: &GlobalProblem) -> Csr {
     for group in &groups {
         entries.extend(group.iter().flat_map(|&i| group.iter().map(move |&j| (i as usize, j as usize, 0.0))));
     }
-    Csr::from_triplets(m.rows, m.cols, &entries)
+    Csr::from_triplets(problem.M.rows, problem.M.cols, &entries)
+}
+
+/// Unknowns that the impulses of point `a` act on; `directions` has a row a component.
+fn reached(directions: &Csr, dimension: usize, a: usize) -> impl Iterator<Item = u32> + '_ {
+    (dimension * a..dimension * (a + 1)).flat_map(|i| directions.row(i).0.iter().copied())
 }
 
 /// Labels that agree where rows have their entries in the same places.
@@ -153,11 +144,7 @@ pub(super) fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
     let velocities = cliques(problem);
     let Some(Equalities { G, b }) = &problem.equalities else { return velocities };
     let (n, constraints) = (velocities.rows, G.transpose());
-    let mut entries = Vec::new();
-    for i in 0..n {
-        let (columns, values) = velocities.row(i);
-        entries.extend(columns.iter().zip(values).map(|(&j, &v)| (i, j as usize, v)));
-    }
+    let mut entries: Vec<(usize, usize, f64)> = velocities.entries().collect();
     for k in 0..b.len() {
         let (unknowns, values) = constraints.row(k);
         for (&i, &g) in unknowns.iter().zip(values) {
@@ -182,7 +169,7 @@ impl Touch {
     /// Of point `a` with the rows `directions`, times `scale`.
     pub(super) fn new(directions: &Csr, dimension: usize, order: &Order, a: usize, scale: f64) -> Self {
         let rows = dimension * a..dimension * (a + 1);
-        let unknowns = order.closed(rows.clone().flat_map(|i| directions.row(i).0.iter().copied()));
+        let unknowns = order.closed(reached(directions, dimension, a));
         let mut direction = vec![[0.0; 3]; unknowns.len()];
         for (c, i) in rows.enumerate() {
             let (columns, values) = directions.row(i);
@@ -191,73 +178,5 @@ impl Touch {
             }
         }
         Touch { unknowns, direction }
-    }
-}
-
-/// The linearised laws with the velocities `x` of bodies as unknowns beside the `y` of [`Linearisation`]:
-///
-/// ```text
-/// A dx - H C y                                            = H known
-/// rows' H' dx + compliance y = rhs
-/// ```
-pub(super) struct Saddle<'a> {
-    pub matrix: Csr,
-    pub rhs: Vec<f64>,
-    /// First unknown of each point.
-    first: Vec<usize>,
-    /// Unknowns and what they touch, of points that have any.
-    points: Vec<(usize, &'a [u32])>,
-}
-
-impl<'a> Saddle<'a> {
-    pub(super) fn new(system: &'a Sparse, points: &[Linearisation]) -> Self {
-        let n = system.A.rows;
-        let mut first = vec![n];
-        points.iter().for_each(|p| first.push(first[first.len() - 1] + p.unknowns));
-        let size = first[points.len()];
-        let mut rhs = vec![0.0; size];
-        // Columns -H C by row of A.
-        let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
-        for (a, (point, touch)) in points.iter().zip(&system.touches).enumerate() {
-            for (&i, h) in touch.unknowns.iter().zip(&touch.direction) {
-                rhs[i as usize] += dot(h, &point.known);
-                let columns = (first[a] as u32..).zip(&point.columns[..point.unknowns]);
-                beside[i as usize].extend(columns.map(|(k, column)| (k, -dot(h, column))));
-            }
-        }
-        let mut matrix = Csr::zero(size, size);
-        for (i, beside) in beside.iter().enumerate() {
-            let (columns, values) = system.A.row(i);
-            matrix.column.extend_from_slice(columns);
-            matrix.value.extend_from_slice(values);
-            matrix.column.extend(beside.iter().map(|e| e.0));
-            matrix.value.extend(beside.iter().map(|e| e.1));
-            matrix.start[i + 1] = matrix.column.len();
-        }
-        for (a, (point, touch)) in points.iter().zip(&system.touches).enumerate() {
-            for k in 0..point.unknowns {
-                let row = &point.rows[k];
-                matrix.column.extend_from_slice(&touch.unknowns);
-                matrix.value.extend(touch.direction.iter().map(|h| dot(h, row)));
-                for l in 0..point.unknowns {
-                    matrix.column.push((first[a] + l) as u32);
-                    matrix.value.push(if k == l { point.compliance[k] } else { 0.0 });
-                }
-                matrix.start[first[a] + k + 1] = matrix.column.len();
-                rhs[first[a] + k] = point.rhs[k];
-            }
-        }
-        let active = points.iter().zip(&system.touches).filter(|(p, _)| p.unknowns > 0);
-        let points = active.map(|(p, touch)| (p.unknowns, &touch.unknowns[..])).collect();
-        Saddle { matrix, rhs, first, points }
-    }
-
-    pub(super) fn factor(&self, system: &Sparse) -> Option<Lu> {
-        Lu::new(&self.matrix, &system.order.plan(&self.matrix, &self.points))
-    }
-
-    /// The `y` of a point.
-    pub(super) fn of_point<'y>(&self, a: usize, y: &'y [f64]) -> &'y [f64] {
-        &y[self.first[a]..self.first[a + 1]]
     }
 }

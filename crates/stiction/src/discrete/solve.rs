@@ -4,13 +4,13 @@ use super::V3;
 use super::admm::alternating_directions;
 use super::blocks::Blocks;
 use super::gradient::{ROUND, fixed_point};
-use super::measures::measure;
-use super::monitor::{Judged, Monitor};
+use super::monitor::Monitor;
 use super::problem::LocalProblem;
 use super::proximal::proximal;
 use super::settings::{Method, Progress, Settings, Solution, Status};
+use super::sweeps::sweep;
 use super::system::Discrete;
-use crate::linalg::norm;
+use crate::linalg::axpy;
 
 /// Solves a local problem without bilateral part by the method of the settings.
 ///
@@ -21,25 +21,17 @@ pub fn solve(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Solution {
     let blocks = Blocks::new(problem);
-    let traces = problem.traces();
-    let judge = |r: &[V3]| {
-        let r = blocks.unscaled(r);
-        let mut u = problem.W.times(&r);
-        u.iter_mut().zip(&problem.q).for_each(|(u, q)| *u += q);
-        let measures = measure(problem.dimension, &problem.mu, &traces, &problem.q, &r, &u);
-        Judged { r, u, measures }
+    let velocity = |r: &[f64]| {
+        let mut u = problem.W.times(r);
+        axpy(1.0, &problem.q, &mut u);
+        u
     };
-    let start = match settings.start.as_ref().filter(|s| s.len() == problem.q.len()) {
-        Some(start) if start.iter().all(|x| x.is_finite()) => blocks.scaled(start),
-        _ => vec![[0.0; 3]; problem.mu.len()],
-    };
-    let mut monitor = Monitor::new(&problem.mu, norm(&problem.q), &judge, settings, observer);
-    let status = iterate(&blocks, start, settings.method, &mut monitor);
-    monitor.solution(status)
+    let system = Discrete::new(problem.dimension, &problem.mu, &problem.q, &blocks);
+    system.solve(&problem.traces(), &problem.q, &velocity, settings, observer)
 }
 
 /// The iteration of a method from scaled impulses `r`.
-pub(super) fn iterate(system: &dyn Discrete, r: Vec<V3>, method: Method, monitor: &mut Monitor) -> Status {
+pub(super) fn iterate(system: &Discrete<'_>, r: Vec<V3>, method: Method, monitor: &mut Monitor) -> Status {
     match method {
         Method::Auto => proximal(system, r, true, monitor),
         Method::Newton => proximal(system, r, false, monitor),
@@ -49,12 +41,12 @@ pub(super) fn iterate(system: &dyn Discrete, r: Vec<V3>, method: Method, monitor
     }
 }
 
-fn gauss_seidel(system: &dyn Discrete, mut r: Vec<V3>, monitor: &mut Monitor) -> Status {
+fn gauss_seidel(system: &Discrete<'_>, mut r: Vec<V3>, monitor: &mut Monitor) -> Status {
     loop {
         if let Some(status) = monitor.ends(&r, 0.0) {
             return status;
         }
-        if !system.sweep(&mut r, ROUND) {
+        if !sweep(system, &mut r, ROUND) {
             return Status::Stalled;
         }
         monitor.counts.sweeps += ROUND;

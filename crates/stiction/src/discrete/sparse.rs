@@ -1,36 +1,30 @@
 use super::V3;
-use super::blocks::plus;
-use super::condense::{Recovered, balance};
+use super::blocks::{Blocks, scales};
+use super::condense::{Recovered, balance_of_bodies};
+use super::linear::{LinearSystem, dot, verified};
 use super::problem::GlobalProblem;
-use super::saddle::{Order, Saddle, Touch, bordered};
-use super::step::{change, refined};
-use super::system::{Discrete, Shifted};
+use super::saddle::{Order, Touch, bordered};
+use super::system::{Operator, in_three};
 use crate::Error;
 use crate::friction::law::Linearisation;
-use crate::friction::system::{Iterate, Step, System, length, moved};
-use crate::linalg::{Csr, Lu, axpy, inverse_forms, norm};
+use crate::linalg::{Csr, Lu, axpy, inverse_forms};
 
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.
 #[derive(Debug)]
 #[allow(non_snake_case)]
 pub(super) struct Sparse {
-    pub A: Csr,
+    A: Csr,
     factor: Lu,
-    pub order: Order,
+    order: Order,
     /// `dm x (n + p)`.
     directions: Csr,
     H: Csr,
-    /// Number of velocities.
-    unknowns: usize,
     /// `f`, then `-b`.
     load: Vec<f64>,
     w: Vec<f64>,
-    pub mu: Vec<f64>,
-    /// Scaled as [`super::blocks::Blocks`].
-    q: Vec<V3>,
+    /// `s_a`.
     scale: Vec<f64>,
-    pub touches: Vec<Touch>,
-    size: f64,
+    touches: Vec<Touch>,
     pub dimension: usize,
     /// Trace of `W_aa` at each point.
     pub traces: Vec<f64>,
@@ -46,49 +40,25 @@ impl Sparse {
     pub(super) fn new(problem: &GlobalProblem, order: Order) -> Result<Self, Error> {
         let (d, m) = (problem.dimension, problem.mu.len());
         let a = bordered(problem, &order);
-        let singular = || {
+        let factor = Lu::new(&a, &order.plan(&a, &[])).and_then(|lu| verified(lu, &a)).ok_or_else(|| {
             let what = "M is singular, or its bilateral constraints hold nothing";
             Error::new("M", what, "each body needs its mass, or enough support")
-        };
-        let factor = Lu::new(&a, &order.plan(&a, &[])).ok_or_else(singular)?;
-        let known: Vec<f64> = (0..a.rows).map(|i| 1.0 + (i as f64 * 0.7).sin()).collect();
-        refined(&factor, &a, &known).ok_or_else(singular)?;
+        })?;
         let mut h = problem.H.clone();
         h.rows = a.rows;
         h.start.resize(a.rows + 1, h.value.len());
         let directions = h.transpose();
         let forms = inverse_forms(&factor, &directions);
         let traces: Vec<f64> = forms.chunks_exact(d).map(|f| f.iter().sum()).collect();
-        let scale = super::blocks::scales(&traces);
+        let scale = scales(&traces);
         let touches = (0..m).map(|a| Touch::new(&directions, d, &order, a, scale[a])).collect();
         let mut load = problem.f.clone();
         load.extend(problem.equalities.iter().flat_map(|e| e.b.iter().map(|b| -b)));
-        let mut system = Sparse {
-            A: a,
-            factor,
-            order,
-            directions,
-            H: h,
-            unknowns: problem.f.len(),
-            w: problem.w.clone(),
-            mu: problem.mu.clone(),
-            q: Vec::new(),
-            scale,
-            touches,
-            size: 1.0,
-            dimension: d,
-            traces,
-            offset: Vec::new(),
-            load,
-        };
-        system.offset = system.state(&vec![0.0; d * m]).1;
-        let at = |a: usize, c: usize| if c < d { system.offset[d * a + c] * system.scale[a] } else { 0.0 };
-        let mut q: Vec<V3> = (0..m).map(|a| std::array::from_fn(|c| at(a, c))).collect();
-        let size = length(&q);
-        system.size = if size > 0.0 { size } else { 1.0 };
-        q.as_flattened_mut().iter_mut().for_each(|x| *x /= system.size);
-        system.q = q;
-        Ok(system)
+        let (w, offset) = (problem.w.clone(), Vec::new());
+        let mut sparse =
+            Sparse { A: a, factor, order, directions, H: h, load, w, scale, touches, dimension: d, traces, offset };
+        sparse.offset = sparse.state(&vec![0.0; d * m]).1;
+        Ok(sparse)
     }
 
     /// Velocities of the bodies with the impulses of constraints, and velocities of the points, at impulses `r`; in the
@@ -105,93 +75,75 @@ impl Sparse {
         (x, u)
     }
 
-    /// What belongs to impulses `r`; impulses of constraints as they are numbered here.
-    pub(super) fn recover(&self, r: &[f64]) -> Recovered {
+    /// What belongs to impulses `r` of the problem this was made of.
+    pub(super) fn recover(&self, problem: &GlobalProblem, r: &[f64]) -> Recovered {
         let (mut v, u) = self.state(r);
-        let n = self.unknowns;
-        let mut load = self.H.times(r);
-        axpy(1.0, &self.load, &mut load);
-        let inner: Vec<f64> = self.A.times(&v).iter().map(|x| -x).collect();
-        let mut equilibrium = balance(&[&inner[..n], &load[..n]]);
-        if n < v.len() {
-            // Where b vanishes, the terms of G' v are the scale.
-            let terms = |i: usize| self.A.row(i).0.iter().zip(self.A.row(i).1).map(|(&j, g)| (g * v[j as usize]).abs());
-            let speeds: Vec<f64> = (n..v.len()).map(|i| terms(i).sum()).collect();
-            let rest: Vec<f64> = (n..v.len()).map(|i| inner[i] + load[i]).collect();
-            let scale = norm(&speeds).max(norm(&load[n..]));
-            equilibrium = equilibrium.max(if scale > 0.0 { norm(&rest) / scale } else { 0.0 });
-        }
-        let l = v.split_off(n);
-        Recovered { u, v, l, equilibrium }
-    }
-
-    /// Scaled impulses in the units of the problem, `dm`.
-    pub(super) fn unscaled(&self, r: &[V3]) -> Vec<f64> {
-        let of_point = |(r, s): (&V3, &f64)| r.map(|x| x * s * self.size);
-        let all: Vec<V3> = r.iter().zip(&self.scale).map(of_point).collect();
-        all.iter().flat_map(|r| r[..self.dimension].iter().copied()).collect()
-    }
-
-    /// Impulses of length `dm` scaled.
-    pub(super) fn scaled(&self, r: &[f64]) -> Vec<V3> {
-        let d = self.dimension;
-        let at = |a: usize, c: usize| if c < d { r[d * a + c] / (self.scale[a] * self.size) } else { 0.0 };
-        (0..self.mu.len()).map(|a| std::array::from_fn(|c| at(a, c))).collect()
+        let l = v.split_off(problem.f.len());
+        Recovered { equilibrium: balance_of_bodies(problem, r, &v, &l), u, v, l }
     }
 }
 
-impl System for Sparse {
-    fn live(&self, _: usize) -> [bool; 3] {
-        [true; 3]
+impl Operator for Sparse {
+    fn scale(&self) -> &[f64] {
+        &self.scale
     }
 
-    fn imbalance(&self, _: &[V3]) -> Vec<f64> {
-        Vec::new()
+    fn times(&self, r: &[V3]) -> Vec<V3> {
+        let of_point = |(r, s): (&V3, &f64)| r.map(|x| x * s).into_iter().take(self.dimension);
+        let impulses: Vec<f64> = r.iter().zip(&self.scale).flat_map(of_point).collect();
+        let mut u = in_three(self.dimension, &self.directions.times(&self.factor.solve(&self.H.times(&impulses))));
+        u.iter_mut().zip(&self.scale).for_each(|(u, s)| *u = u.map(|x| x * s));
+        u
     }
 
-    fn step(&self, _: &Iterate, points: &[Linearisation], _: f64) -> Option<Step> {
-        let saddle = Saddle::new(self, points);
-        let y = refined(&saddle.factor(self)?, &saddle.matrix, &saddle.rhs)?;
-        let d: Vec<V3> = points.iter().enumerate().map(|(a, p)| p.change(saddle.of_point(a, &y))).collect();
-        d.as_flattened().iter().all(|x| x.is_finite()).then(|| change(d))
-    }
-
-    fn advance(&self, at: &Iterate, t: f64, step: &Step) -> Iterate {
-        let lambda = moved(&at.lambda, t, &step.lambda);
-        Iterate { v: self.velocity(&lambda), lambda, alpha: Vec::new() }
-    }
-}
-
-impl Discrete for Sparse {
-    fn mu(&self) -> &[f64] {
-        &self.mu
-    }
-
-    fn offset(&self) -> &[V3] {
-        &self.q
-    }
-
-    fn velocity(&self, r: &[V3]) -> Vec<V3> {
-        let d = self.dimension;
-        let impulses: Vec<f64> =
-            r.iter().zip(&self.scale).flat_map(|(r, s)| r.map(|x| x * s).into_iter().take(d)).collect();
-        let u = self.directions.times(&self.factor.solve(&self.H.times(&impulses)));
-        let at = |a: usize, c: usize| if c < d { u[d * a + c] * self.scale[a] } else { 0.0 };
-        (0..r.len()).map(|a| plus(&std::array::from_fn(|c| at(a, c)), &self.q[a])).collect()
-    }
-
-    fn shifted(&self, shift: f64) -> Option<Shifted<'_>> {
-        let saddle_of = vec![Linearisation::free(shift); self.mu.len()];
-        let saddle = Saddle::new(self, &saddle_of);
-        let lu = saddle.factor(self)?;
+    /// With the velocities `x` of bodies as unknowns beside the `y` of [`Linearisation`]:
+    ///
+    /// ```text
+    /// A dx - H C y                                            = H known
+    /// rows' H' dx + compliance y = rhs
+    /// ```
+    fn linearised(&self, points: &[Linearisation]) -> LinearSystem {
         let n = self.A.rows;
-        Some(Box::new(move |x| {
-            let rhs: Vec<f64> = std::iter::repeat_n(0.0, n).chain(x.as_flattened().iter().copied()).collect();
-            lu.solve(&rhs)[n..].as_chunks().0.to_vec()
-        }))
+        let first = LinearSystem::number(points, n);
+        let size = first[points.len()];
+        let (mut matrix, mut rhs) = (Csr::zero(size, size), vec![0.0; size]);
+        // Columns -H C by row of A.
+        let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
+        for (a, (point, touch)) in points.iter().zip(&self.touches).enumerate() {
+            for (&i, h) in touch.unknowns.iter().zip(&touch.direction) {
+                rhs[i as usize] += dot(h, &point.known);
+                let columns = (first[a] as u32..).zip(&point.columns[..point.unknowns]);
+                beside[i as usize].extend(columns.map(|(k, column)| (k, -dot(h, column))));
+            }
+        }
+        for (i, beside) in beside.iter().enumerate() {
+            let (columns, values) = self.A.row(i);
+            matrix.column.extend(columns.iter().copied().chain(beside.iter().map(|e| e.0)));
+            matrix.value.extend(values.iter().copied().chain(beside.iter().map(|e| e.1)));
+            matrix.start[i + 1] = matrix.column.len();
+        }
+        for (a, (point, touch)) in points.iter().zip(&self.touches).enumerate() {
+            for k in 0..point.unknowns {
+                matrix.column.extend_from_slice(&touch.unknowns);
+                matrix.value.extend(touch.direction.iter().map(|h| dot(h, &point.rows[k])));
+                for l in 0..point.unknowns {
+                    matrix.column.push((first[a] + l) as u32);
+                    matrix.value.push(if k == l { point.compliance[k] } else { 0.0 });
+                }
+                matrix.start[first[a] + k + 1] = matrix.column.len();
+                rhs[first[a] + k] = point.rhs[k];
+            }
+        }
+        LinearSystem { matrix, rhs, first }
     }
 
-    fn sweep(&self, _: &mut [V3], _: usize) -> bool {
-        false
+    fn factor(&self, points: &[Linearisation], linear: &LinearSystem) -> Option<Lu> {
+        let active = points.iter().zip(&self.touches).filter(|(p, _)| p.unknowns > 0);
+        let touched: Vec<(usize, &[u32])> = active.map(|(p, touch)| (p.unknowns, &touch.unknowns[..])).collect();
+        Lu::new(&linear.matrix, &self.order.plan(&linear.matrix, &touched))
+    }
+
+    fn blocks(&self) -> Option<&Blocks> {
+        None
     }
 }

@@ -1,6 +1,6 @@
 use super::V3;
-use super::blocks::Blocks;
-use super::step::{dot, row_times};
+use super::linear::{dot, row_times};
+use super::system::Discrete;
 use crate::contact::Friction;
 use crate::friction::law::{Linearisation, nearest_in_cone, residual};
 
@@ -14,16 +14,20 @@ const HALVINGS: usize = 6;
 
 /// Sweeps of nonlinear block Gauss-Seidel (Jourdan, Alart & Jean 1998): one point after the other solves its own law
 /// at fixed impulses of the others.
-pub(super) fn sweep(blocks: &Blocks, r: &mut [V3], sweeps: usize) {
+///
+/// `false` where `W` is not stored; `r` stays then.
+pub(super) fn sweep(system: &Discrete<'_>, r: &mut [V3], sweeps: usize) -> bool {
+    let Some(blocks) = system.operator.blocks() else { return false };
     for _ in 0..sweeps {
         for a in 0..r.len() {
             let w = blocks.diagonal(a);
             let all = blocks.row_times(a, r);
             let own = times(w, &r[a]);
-            let others: V3 = std::array::from_fn(|i| all[i] - own[i] + blocks.q[a][i]);
-            r[a] = point(blocks.mu[a], w, &others, r[a]);
+            let others: V3 = std::array::from_fn(|i| all[i] - own[i] + system.q[a][i]);
+            r[a] = point(system.mu[a], w, &others, r[a]);
         }
     }
+    true
 }
 
 /// The impulse of one point at the velocity `w x + others`: Newton's method on the law of Alart and Curnier, and

@@ -59,18 +59,7 @@ pub(crate) fn parameters(problem: &ContactProblem, stiffness: &[f64]) -> Vec<f64
     (0..problem.points()).map(|j| PARAMETER * local(j)).collect()
 }
 
-/// The largest friction at a point whose augmented normal force is `a_n`, newton.
-pub(crate) fn bound(friction: Friction, a_n: f64) -> f64 {
-    match friction {
-        Friction::None => 0.0,
-        Friction::Given { slip_bound } => slip_bound,
-        Friction::Coulomb { coefficient } => coefficient * a_n.max(0.0),
-        Friction::Limited { coefficient, limit } => (coefficient * a_n.max(0.0)).min(limit),
-        Friction::Bonded => f64::INFINITY,
-    }
-}
-
-/// The derivative of [`bound`] by the normal force; zero where a limit rules.
+/// The derivative of its [`bound`](Friction::bound) by the normal force; zero where a limit rules.
 pub(crate) fn slope(friction: Friction, a_n: f64) -> f64 {
     match friction {
         Friction::Coulomb { coefficient } => coefficient,
@@ -83,9 +72,7 @@ pub(crate) fn slope(friction: Friction, a_n: f64) -> f64 {
 /// depend on the normal force.
 pub(crate) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
     match friction {
-        Friction::Coulomb { .. } | Friction::Limited { .. } => {
-            Friction::Given { slip_bound: bound(friction, lambda_n) }
-        }
+        Friction::Coulomb { .. } | Friction::Limited { .. } => Friction::Given { slip_bound: friction.bound(lambda_n) },
         Friction::None | Friction::Given { .. } | Friction::Bonded => friction,
     }
 }
@@ -100,7 +87,7 @@ pub(crate) fn state(friction: Friction, a: V3) -> PointState {
     match friction {
         Friction::Bonded => PointState::Stick,
         _ if a[0] <= 0.0 => PointState::Open,
-        _ if a[1].hypot(a[2]) < bound(friction, a[0]) => PointState::Stick,
+        _ if a[1].hypot(a[2]) < friction.bound(a[0]) => PointState::Stick,
         _ => PointState::Slip,
     }
 }
@@ -111,7 +98,7 @@ pub(crate) fn projection(friction: Friction, a: V3) -> V3 {
     if friction == Friction::Bonded {
         return a;
     }
-    let (limit, length) = (bound(friction, a[0]), a[1].hypot(a[2]));
+    let (limit, length) = (friction.bound(a[0]), a[1].hypot(a[2]));
     let shrink = if length > limit { limit / length } else { 1.0 };
     [a[0].max(0.0), a[1] * shrink, a[2] * shrink]
 }
@@ -123,7 +110,7 @@ pub(crate) fn residual(friction: Friction, lambda: V3, v: V3, r: f64) -> V3 {
     if friction == Friction::Bonded {
         return v.map(|v| r * v);
     }
-    let (limit, length) = (bound(friction, a[0]), a[1].hypot(a[2]));
+    let (limit, length) = (friction.bound(a[0]), a[1].hypot(a[2]));
     let normal = if a[0] > 0.0 { r * v[0] } else { lambda[0] };
     if length <= limit {
         return [normal, r * v[1], r * v[2]];
@@ -205,7 +192,7 @@ impl Linearisation {
         }
         let a = augmented(lambda, v, r);
         let touches = a[0] > 0.0 && live[0];
-        let (limit, length) = (bound(friction, a[0]), a[1].hypot(a[2]));
+        let (limit, length) = (friction.bound(a[0]), a[1].hypot(a[2]));
         if touches {
             component(&mut at, 0);
         } else {

@@ -17,8 +17,8 @@ pub use direct::{CoulombFacts, coulomb_facts, rigid_rest, solve};
 pub use law::PointState;
 pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{
-    Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep,
+    Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
     Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, polygon, run_method,
     solve_with,
 };
-pub use solution::{Counts, Phase, Progress, Settings, Solution, SolverPath, Status};
+pub use solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};

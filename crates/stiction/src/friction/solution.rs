@@ -31,9 +31,10 @@ pub struct Settings {
     pub path: SolverPath,
     /// Bytes the factor or the multigrid hierarchy may take; `None` sets no limit.
     pub memory_limit: Option<u64>,
-    /// Multipliers to start from, length `3m`, newton; zero if `None`. Used where the solution is found by a factor.
+    /// Multipliers to start from, length `3m`, newton; zero if `None`. For a factor, which [`SolverPath::Auto`] takes then;
+    /// with both starts it takes the faster path.
     pub start: Option<Vec<f64>>,
-    /// Displacements to start from, length `n`, length; zero if `None`. Used where it is found by multigrid.
+    /// Displacements to start from, length `n`, length; zero if `None`. For multigrid, which [`SolverPath::Auto`] takes then.
     pub start_displacement: Option<Vec<f64>>,
     /// Ends the solve: with [`Status::Interrupted`] if the iteration has begun, otherwise with [`Error::interrupted`].
     pub stop: Stop,
@@ -43,12 +44,21 @@ impl Settings {
     /// Checks the tolerance and the starts for use with `problem`.
     ///
     /// # Errors
-    /// If the tolerance is not a positive number, or a start has another length than the problem needs or holds values
-    /// that are not finite.
+    /// If the tolerance is not a positive number, or a start has another length than the problem needs, holds values that are
+    /// not finite, or is none for the path asked for.
     pub fn validate(&self, problem: &ContactProblem) -> Result<(), Error> {
         if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
             let what = format!("`tolerance` is {}", self.tolerance);
             return Err(Error::new("settings", what, "give a positive number, such as 1e-8"));
+        }
+        let by_multigrid = self.path == SolverPath::Multigrid;
+        if by_multigrid && self.start.is_some() {
+            let what = "`start` holds multipliers, and multigrid starts from displacements";
+            return Err(Error::new("settings", what, "give `start_displacement` instead, or leave `path` at auto"));
+        }
+        if !by_multigrid && self.path != SolverPath::Auto && self.start_displacement.is_some() {
+            let what = "`start_displacement` is for multigrid, and a factor starts from multipliers";
+            return Err(Error::new("settings", what, "give `start` instead, or leave `path` at auto"));
         }
         let (n, m) = (problem.unknowns(), problem.points());
         for (name, list, length) in [("start", &self.start, 3 * m), ("start_displacement", &self.start_displacement, n)]
@@ -101,6 +111,31 @@ pub enum Status {
     Uncertified,
     /// The observer or [`Settings::stop`] asked to stop.
     Interrupted,
+}
+
+/// How an iteration ended by its own rule, before the certificate judges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The residual is at most its target.
+    Converged,
+    /// At the limit of iterations, or of steps within them.
+    Limit,
+    /// Nothing gains on the residual any more, by rounding or because the active sets cycle, or a matrix was singular.
+    Stalled,
+    /// The observer or [`Settings::stop`] asked to stop.
+    Interrupted,
+}
+
+impl End {
+    /// The status of a solution whose certificate has passed or not.
+    pub(super) fn status(self, passed: bool) -> Status {
+        match self {
+            End::Interrupted => Status::Interrupted,
+            _ if passed => Status::Solved,
+            End::Limit => Status::MaxIterations,
+            End::Stalled | End::Converged => Status::Stalled,
+        }
+    }
 }
 
 /// What the solver is doing.

@@ -102,6 +102,12 @@ impl Csr {
         (&self.column[range.clone()], &self.value[range])
     }
 
+    /// Row, column and value of every stored entry, row by row.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let row = |i: usize| self.row(i).0.iter().zip(self.row(i).1).map(move |(&j, &v)| (i, j as usize, v));
+        (0..self.rows).flat_map(row)
+    }
+
     fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
         let (columns, values) = self.row(i);
         columns.iter().zip(values).map(|(&j, v)| v * x[j as usize]).sum()
@@ -146,13 +152,9 @@ impl Csr {
         let mut place = t.start.clone();
         t.column = vec![0; self.column.len()];
         t.value = vec![0.0; self.value.len()];
-        for i in 0..self.rows {
-            let (columns, values) = self.row(i);
-            for (&j, &v) in columns.iter().zip(values) {
-                t.column[place[j as usize]] = i as u32;
-                t.value[place[j as usize]] = v;
-                place[j as usize] += 1;
-            }
+        for (i, j, v) in self.entries() {
+            (t.column[place[j]], t.value[place[j]]) = (i as u32, v);
+            place[j] += 1;
         }
         t
     }
@@ -195,6 +197,15 @@ impl Csr {
             part.start[k + 1] = part.column.len();
         }
         part
+    }
+
+    /// Adds the rows of `below`.
+    pub fn append(&mut self, below: &Csr) {
+        let offset = self.column.len();
+        self.rows += below.rows;
+        self.start.extend(below.start[1..].iter().map(|s| s + offset));
+        self.column.extend_from_slice(&below.column);
+        self.value.extend_from_slice(&below.value);
     }
 
     /// The diagonal of a square matrix.

@@ -32,7 +32,7 @@ pub(super) fn with_room(entries: usize) -> usize {
 
 /// Where the entries of a sparse matrix stand, or its blocks.
 #[derive(Debug, Clone)]
-pub(super) struct Pattern {
+pub(crate) struct Pattern {
     /// Row `i` occupies `start[i]..start[i + 1]`.
     pub start: Vec<usize>,
     /// Ascending in each row.
@@ -41,7 +41,7 @@ pub(super) struct Pattern {
 
 impl Pattern {
     /// Row `i` has the columns that `columns` names, in any order, repeated or not.
-    pub(super) fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
+    pub(crate) fn new(rows: usize, cols: usize, columns: impl Fn(usize, &mut dyn FnMut(u32)) + Sync) -> Pattern {
         let tasks = tasks(0..rows);
         let at_once = piece(tasks.len());
         let parts: Vec<(Vec<usize>, Vec<u32>)> = (tasks.into_par_iter().with_max_len(at_once))

@@ -33,7 +33,7 @@ pub(super) struct Iterate<'a> {
     pub g: Vec<f64>,
     pub products: usize,
     max_products: usize,
-    /// See [`super::BoundCounts::flops`].
+    /// See [`super::QpCounts::flops`].
     pub flops: f64,
     /// Largest `|A p| / |p|` met: a lower bound of the norm of `A` that costs nothing.
     norm_met: f64,

@@ -5,7 +5,7 @@ use super::arc::{Arcs, face_steps, preconditioned};
 use super::face::{Direction, Preconditioner, conjugate};
 use super::iterate::{Iterate, Step};
 use super::mprgp::curvature;
-use super::{PointSet, SetCounts, SetSettings, project};
+use super::{PointSet, QpCounts, SetSettings, project};
 use crate::linalg::{axpy, dot, norm};
 
 /// Share of `a |reduced gradient|^2` by which a step on a curved face must lower the objective.
@@ -20,7 +20,7 @@ pub(super) struct Kprgp<'a> {
     pub a: f64,
     /// Norm of the reduced gradient.
     pub measure: f64,
-    pub counts: SetCounts,
+    pub counts: QpCounts,
 }
 
 /// Conjugate gradients on the face while it is proportional, projected gradient steps otherwise: Kučera 2008, SIAM J.

@@ -9,16 +9,18 @@ mod face;
 mod iterate;
 mod kprgp;
 mod mprgp;
+mod program;
 mod set;
 mod sets;
 mod status;
 
-pub use bounds::{BoundCounts, BoundProblem, BoundSolution, Bounds, minimize_in_bounds};
+pub use bounds::{Bounds, minimize_in_bounds};
 pub use face::Preconditioner;
 pub use iterate::Stop;
 pub use mprgp::MprgpSettings;
+pub use program::{Program, QpCounts, QpSolution};
 pub use set::{PointSet, project};
-pub use sets::{SetCounts, SetProblem, SetSettings, SetSolution, minimize_in_sets};
+pub use sets::{SetSettings, minimize_in_sets};
 pub use status::QpStatus;
 
 #[cfg(test)]

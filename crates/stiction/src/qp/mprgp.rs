@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 
 use super::face::{Direction, Face, Preconditioner, advance_to_bound, conjugate, feasible_step};
 use super::iterate::{Iterate, Step};
-use super::{BoundCounts, Bounds, QpStatus};
+use super::{Bounds, QpCounts, QpStatus};
 use crate::linalg::dot;
 
 /// Parameters of [`super::minimize_in_bounds`].
@@ -31,7 +31,7 @@ pub(super) fn mprgp(
     settings: &MprgpSettings,
     norm: Option<f64>,
     preconditioner: Option<&Preconditioner>,
-    counts: &mut BoundCounts,
+    counts: &mut QpCounts,
 ) -> Step<Infallible> {
     it.refresh()?;
     let (norm, products) = it.operator_norm(norm)?;
@@ -67,7 +67,7 @@ pub(super) fn mprgp(
         } else {
             proportioning_step(it, bounds, &face.chopped)?;
             last = None;
-            counts.proportionings += 1;
+            counts.gradient_steps += 1;
         }
     }
 }

@@ -60,14 +60,8 @@ fn clarabel_finds_the_same_minimum_within_bounds() {
         for step in [1.9, 1.0] {
             let settings = MprgpSettings { step, ..MprgpSettings::default() };
             let mut operator = |x: &[f64]| times(&a, x);
-            let problem = BoundProblem {
-                operator: &mut operator,
-                b: &b,
-                bounds: &bounds,
-                largest_eigenvalue: None,
-                preconditioner: None,
-            };
-            let ours = minimize_in_bounds(problem, &vec![0.0; n], &settings, 1e-10, 5000, &mut |_, _| false);
+            let problem = Program { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: None };
+            let ours = minimize_in_bounds(problem, &bounds, &vec![0.0; n], &settings, 1e-10, 5000, &mut |_, _| false);
             assert_eq!(ours.status, QpStatus::Solved);
             let held = ours.x.iter().zip(&bounds.lower).filter(|(x, l)| x == l).count();
             assert!(held > 3, "the bounds must matter: {held}");
@@ -97,7 +91,7 @@ fn clarabel_finds_the_same_minimum_over_discs() {
         let (theirs, _) = cones.minimum(&a, &b, 1e-12);
         for step in [1.9, 1.0] {
             let mut operator = |x: &[f64]| times(&a, x);
-            let problem = SetProblem { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: None };
+            let problem = Program { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: None };
             let settings = SetSettings { step, ..SetSettings::default() };
             let start = vec![0.0; 3 * m];
             let ours = minimize_in_sets(problem, &sets, &start, &settings, 1e-10, 20_000, &mut |_, _| false);

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use stiction::contact::{ContactProblem, Friction, Pair, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::friction::{
-    Answer, Coupling, Given, Method, MethodEnd, MethodReport, MethodSettings, Penalty, Quadratic, Splitting, Status,
-    Sweeps, fixed_point_defect, run_method, solve_with,
+    Answer, Coupling, End, Given, Method, MethodReport, MethodSettings, Penalty, Quadratic, Splitting, Status, Sweeps,
+    fixed_point_defect, run_method, solve_with,
 };
 use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
@@ -40,7 +40,7 @@ fn run(problem: &ContactProblem, settings: &MethodSettings) -> MethodReport {
 
 fn converged(problem: &ContactProblem, settings: &MethodSettings) -> MethodReport {
     let report = run(problem, settings);
-    assert_eq!(report.end, MethodEnd::Converged, "{settings:?} {:?}", report.counts);
+    assert_eq!(report.end, End::Converged, "{settings:?} {:?}", report.counts);
     report
 }
 
@@ -217,7 +217,7 @@ fn a_polygon_is_never_called_solved() {
     ];
     for (problem, method) in methods {
         let answer = answer(problem, &MethodSettings::new(method));
-        assert_eq!(answer.method.unwrap().end, MethodEnd::Converged);
+        assert_eq!(answer.method.unwrap().end, End::Converged);
         assert_eq!(answer.solution.status, Status::Uncertified, "{method:?}");
         let c = &answer.solution.certificate;
         // Two squares reach sec(pi / 8) - 1 = 8.2 % beyond the disc; everything else than friction is right.
@@ -338,7 +338,7 @@ fn a_matrix_that_is_not_stored_gives_the_same_steps() {
         assert!(a.counts.iterations.abs_diff(b.counts.iterations) <= 1, "{given:?}");
         let with = MethodSettings { precondition: true, ..settings.clone() };
         let b = run_method(&applied, &p.contact.friction, &with, &mut |_| ControlFlow::Continue(())).unwrap();
-        assert!(b.end == MethodEnd::Converged && distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
+        assert!(b.end == End::Converged && distance(&a.lambda, &b.lambda) < 1e-5, "{given:?}");
     }
 }
 
@@ -385,7 +385,7 @@ fn published_iterations_and_changes_are_met_within_their_bands() {
         let mut settings = MethodSettings::published(Method::cfs2(), 2, 0.7 * 10f64.powi(exponent));
         settings.start.slip_bound = Some(vec![5.25e4; p.points()]);
         let report = run_method(&q, &p.contact.friction, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
-        assert_eq!(report.end, MethodEnd::Converged);
+        assert_eq!(report.end, End::Converged);
         assert!(report.counts.iterations.abs_diff(paper) <= 1.max(paper / 10), "{exponent}: {:?}", report.counts);
     }
 }
@@ -418,7 +418,7 @@ fn limits_keep_the_best_iterate_and_interruptions_stop() {
     };
     assert!(short(20) < short(5));
     let limited = run(&p, &MethodSettings { max_cg_steps: 40, ..tight(Method::Given(ALG2), 2) });
-    assert!(limited.end == MethodEnd::Limit && limited.lambda.iter().all(|x| x.is_finite()));
+    assert!(limited.end == End::Limit && limited.lambda.iter().all(|x| x.is_finite()));
     let dual = dual_of(&p, Form::Auto);
     for method in [ALG1, ALG2, Given::AdaptiveUzawa, Given::Discs] {
         let mut seen = 0;

@@ -1,8 +1,10 @@
 //! `stiction::solve`, the way in for matrices: what it finds without any mesh, and what it refuses.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use stiction::contact::SurfaceFriction;
+use stiction::linalg::Stop;
 use stiction::mesh::BlockElement;
 use stiction::{
     ContactProblem, Csr, Friction, Kept, PointState, Settings, SolveEvent, SolverPath, Status, SymmetricCsr, solve,
@@ -81,6 +83,48 @@ fn a_stop_at_an_iteration_is_a_status() {
         let solution = solve_with_kept(&pressed(), &settings, &mut Kept::default(), &mut observer).unwrap();
         assert_eq!(solution.status, Status::Interrupted, "{path:?}");
     }
+}
+
+#[test]
+fn a_stop_is_answered_by_no_fallback() {
+    for questions in (0..60).chain((60..400).step_by(20)) {
+        let asked = AtomicUsize::new(0);
+        let stop = Stop::when(move || asked.fetch_add(1, Ordering::Relaxed) >= questions);
+        let settings = Settings { path: SolverPath::Dense, tolerance: 1e-12, stop, ..Settings::default() };
+        let Ok(solution) = solve(&pressed(), &settings) else { continue };
+        // A system that is stopped within gives a step of no use, which is no reason for gradient steps.
+        assert_eq!(solution.counts.restarts, 0, "after {questions}");
+        assert!(matches!(solution.status, Status::Interrupted | Status::Solved), "after {questions}");
+    }
+}
+
+#[test]
+fn a_start_that_the_path_cannot_use_is_refused_and_auto_takes_the_path_that_can() {
+    let problem = pressed();
+    let with = |path, start: bool, displacement: bool| Settings {
+        path,
+        start: start.then(|| vec![0.0; 3 * problem.points()]),
+        start_displacement: displacement.then(|| vec![0.0; problem.unknowns()]),
+        ..Settings::default()
+    };
+    for (path, start, displacement, named) in [
+        (SolverPath::Multigrid, true, false, "`start` holds multipliers"),
+        (SolverPath::Multigrid, true, true, "`start` holds multipliers"),
+        (SolverPath::Dense, false, true, "`start_displacement` is for multigrid"),
+        (SolverPath::Solves, true, true, "`start_displacement` is for multigrid"),
+    ] {
+        let error = solve(&problem, &with(path, start, displacement)).unwrap_err().to_string();
+        assert!(error.contains(named) && error.contains("; give `start"), "{path:?}: {error}");
+    }
+    let taken = |start, displacement| solve(&problem, &with(SolverPath::Auto, start, displacement)).unwrap().path;
+    assert_eq!(taken(false, true), SolverPath::Multigrid);
+    assert_ne!(taken(true, false), SolverPath::Multigrid);
+    assert_eq!(taken(true, true), taken(false, false));
+    // Where the only path that could use it is none for the problem, the start is not left unused.
+    let mut bare = problem.clone();
+    (bare.elastic.node_of, bare.elastic.near_kernel) = (None, None);
+    let error = solve(&bare, &with(SolverPath::Auto, false, true)).unwrap_err().to_string();
+    assert!(error.contains("`start_displacement` is a start for multigrid alone"), "{error}");
 }
 
 /// Each mistake with a word of the message that names it.

@@ -51,7 +51,7 @@ pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution)
 }
 
 fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64]) -> f64 {
-    let system = DualSystem::new(problem, dual, Vec::new());
+    let system = DualSystem::new(problem, dual, Vec::new(), dual.stop());
     let r = parameters(problem, &by_component(&system.stiffness));
     let (lambda, v) = (by_point(lambda), by_point(&problem.opening(u)));
     let given = |j: usize| frozen(problem.contact.friction[j], lambda[j][0]);

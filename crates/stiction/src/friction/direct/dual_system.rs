@@ -4,7 +4,7 @@ use crate::contact::ContactProblem;
 use crate::dual::{Dual, Inverse};
 use crate::friction::law::{Linearisation, V3};
 use crate::friction::system::{Iterate, Step, System, by_component, by_point, moved};
-use crate::linalg::{SmallLu, axpy, dot, gmres_until};
+use crate::linalg::{SmallLu, Stop, axpy, dot, gmres};
 
 /// Products one linear system may take.
 const INNER_LIMIT: usize = 300;
@@ -16,12 +16,14 @@ pub(super) struct DualSystem<'a> {
     pub stiffness: Vec<V3>,
     /// `Rᵀ f`, newton; empty where every body is held.
     pub resultant: Vec<f64>,
+    /// Ends linear systems.
+    pub stop: &'a Stop,
 }
 
 impl<'a> DualSystem<'a> {
     /// With the local stiffness of `problem`; `resultant` is `Rᵀ f`.
-    pub(super) fn new(problem: &ContactProblem, dual: &'a Dual, resultant: Vec<f64>) -> Self {
-        DualSystem { dual, stiffness: by_point(&Dual::local_stiffness(problem)), resultant }
+    pub(super) fn new(problem: &ContactProblem, dual: &'a Dual, resultant: Vec<f64>, stop: &'a Stop) -> Self {
+        DualSystem { dual, stiffness: by_point(&Dual::local_stiffness(problem)), resultant, stop }
     }
 
     /// A multiplier of point `j` without the components that have no row of `B`.
@@ -57,7 +59,7 @@ impl<'a> DualSystem<'a> {
         };
         let balanced = vec![0.0; jumps.len()];
         let precondition = |x: &[f64]| border.complete(equations.precondition(x), &balanced);
-        let krylov = gmres_until(operator, precondition, &rhs, accuracy, limit, self.dual.stop());
+        let krylov = gmres(operator, precondition, &rhs, accuracy, limit, self.stop);
         for ((&c, z), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
             let scaled: Vec<f64> = z.iter().map(|z| c * z).collect();
             equations.expand(&scaled[..count], &mut d);

@@ -1,7 +1,8 @@
 use std::cmp::Ordering;
 
+use crate::friction::End;
 use crate::friction::law::{V3, augmented, projection};
-use crate::friction::system::{End, Iterate, Newton, Observe, ProximalTerm, Step, length, moved};
+use crate::friction::system::{Iterate, Newton, Observe, ProximalTerm, Step, length, moved};
 use crate::linalg::dot;
 
 /// The parameter over that of the residual. It grows by `FACTOR` with every change of the multipliers, and falls where

@@ -1,7 +1,7 @@
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
-use crate::friction::law::{bound, parameters};
+use crate::friction::law::parameters;
 use crate::linalg::{SmallLu, axpy, dot, norm};
 
 /// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
@@ -94,7 +94,7 @@ impl Foundation<'_> {
             let (alpha, v) = self.least_energy(&bounds);
             let springs = self.springs(&v, &bounds);
             found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
-            bounds = (0..m).map(|j| bound(self.friction[j], found.lambda[j])).collect();
+            bounds = (0..m).map(|j| self.friction[j].bound(found.lambda[j])).collect();
         }
         found
     }

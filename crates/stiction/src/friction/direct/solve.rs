@@ -9,9 +9,9 @@ use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::friction::PointState;
 use crate::friction::law::{V3, frozen, parameters, projection};
-use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, SolverPath, Status};
+use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
 use crate::friction::system::{
-    Descent, End, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, newton,
+    Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, newton,
 };
 use crate::linalg::{axpy, norm};
 
@@ -81,6 +81,9 @@ const STRATEGY: [Stage; 5] = [
 ///
 /// The answer is judged by its certificate: `Solved` is only reported if that passes, and a residual that was small
 /// enough but did not certify is reduced further.
+///
+/// # Panics
+/// If the start has another length than `3m`; [`Settings::validate`] checks it.
 pub fn solve(
     problem: &ContactProblem,
     dual: &Dual,
@@ -134,12 +137,13 @@ pub(super) struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    fn new(given: &'a ContactProblem, problem: &'a ContactProblem, dual: &'a Dual, settings: &Settings) -> Self {
-        let system = DualSystem::new(problem, dual, balanced(&dual.floating.motions, &problem.elastic.f));
+    fn new(given: &'a ContactProblem, problem: &'a ContactProblem, dual: &'a Dual, settings: &'a Settings) -> Self {
+        let resultant = balanced(&dual.floating.motions, &problem.elastic.f);
+        let system = DualSystem::new(problem, dual, resultant, &settings.stop);
         let size = 3 * problem.points();
         let v0 = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
         let alpha = vec![0.0; dual.floating.len()];
-        let at = match settings.start.as_ref().filter(|s| s.len() == size && s.iter().all(|x| x.is_finite())) {
+        let at = match &settings.start {
             Some(start) => {
                 let mut lambda = start.clone();
                 given.to_isotropic(&mut lambda);
@@ -263,6 +267,8 @@ impl<'a> Solver<'a> {
             observer(&progress)
         };
         let end = method(&self.newton(laws, &r, tolerance), &mut at, &mut steps_left, &mut observe);
+        // A linear system that was stopped gives a step of no use, after which the method may well say that it stalls.
+        let end = if self.system.stop.asked() { End::Interrupted } else { end };
         (self.history, self.at, self.steps_left) = (history, at, steps_left);
         let merit = self.newton(self.friction(), &self.r, tolerance).merit(&self.at);
         if self.best.as_ref().is_none_or(|(least, _)| merit < *least) {
@@ -295,7 +301,7 @@ impl<'a> Solver<'a> {
             by_point(&v)
         };
         let nearest = |j: usize, lambda: V3| self.system.masked(j, projection(laws[j], lambda));
-        let on = Descent { v: &v, nearest: &nearest, weight: &self.r, reduction: 0.0 };
+        let on = Descent { v: &v, nearest: &nearest, weight: &self.r, reduction: 0.0, stop: self.system.stop };
         let Iterate { mut lambda, v: mut opening, alpha } = self.at.clone();
         accelerated_gradients(&on, &mut lambda, &mut opening, &mut 1.0, GRADIENT_STEPS);
         self.at = Iterate { lambda, v: opening, alpha };
@@ -313,12 +319,7 @@ impl<'a> Solver<'a> {
         self.at.v = by_point(&self.problem.opening(&u));
         self.given.out_of_isotropic(&mut lambda);
         let certificate = certify(self.given, &u, &lambda, tolerance);
-        let status = match end {
-            End::Interrupted => Status::Interrupted,
-            _ if certificate.passed => Status::Solved,
-            End::Limit => Status::MaxIterations,
-            End::Stalled | End::Converged => Status::Stalled,
-        };
+        let status = end.status(certificate.passed);
         self.counts.newton_steps = self.max_steps - self.steps_left;
         self.counts.products = self.dual().products();
         self.counts.solves = self.dual().solves();

@@ -1,7 +1,7 @@
 use super::points::Point;
 use crate::contact::Friction;
 use crate::friction::PointState;
-use crate::friction::law::{bound, slope};
+use crate::friction::law::slope;
 use crate::linalg::multigrid::NodeConstraint;
 
 /// The contact condition at a point: the law linearised at the present iterate. Those of all points are the active sets.
@@ -41,7 +41,7 @@ pub(super) fn contact_condition(law: &PointLaw, point: &Point, lambda: [f64; 3],
     let bonded = law.friction == Friction::Bonded;
     let active = bonded || (point.has_row[0] && lambda[0] + r * excess[0] > 0.0);
     let normal = if active { lambda[0] + r * excess[0].max(0.0) } else { 0.0 };
-    let limit = bound(law.friction, normal);
+    let limit = law.friction.bound(normal);
     let length = a[0].hypot(a[1]);
     let sticks = limit > 0.0 && length <= limit;
     let mut condition = ContactCondition {
@@ -99,7 +99,7 @@ pub(super) fn forced_stick(now: &ContactCondition, has_row: [bool; 3]) -> Contac
 
 /// The condition of a point that is in contact and, if it has friction, sticks.
 pub(super) fn closed_condition(law: &PointLaw, point: &Point) -> ContactCondition {
-    let rough = bound(law.friction, f64::MAX) > 0.0;
+    let rough = law.friction.bound(f64::MAX) > 0.0;
     let constrained = [point.has_row[0], rough && point.has_row[1], rough && point.has_row[2]];
     let state = if rough { PointState::Stick } else { PointState::Slip };
     let constraint = NodeConstraint { constrained, ..NodeConstraint::default() };

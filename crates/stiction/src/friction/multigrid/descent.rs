@@ -1,10 +1,10 @@
 use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Vector, dot};
-use super::iteration::{Iterate, Observe, State, Subproblem, Termination, judge, residual};
+use super::iteration::{Iterate, Observe, State, Subproblem, judge, residual};
 use super::points::Point;
 use crate::contact::Friction;
+use crate::friction::End;
 use crate::friction::PointState;
-use crate::friction::law::bound;
 use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, inverse};
 
 /// Minimises the energy of contact with given friction, `1/2 u'Ku - f'u + sum of g |s|` with `u_n <= gap`, by the
@@ -18,7 +18,7 @@ pub(super) fn descend(
     hierarchy: &mut Hierarchy,
     state: &mut State,
     observe: &mut Observe<'_>,
-) -> Termination {
+) -> End {
     let (k, nodes) = (&problem.transformed.k, problem.transformed.f.len());
     let mut point_of = vec![u32::MAX; nodes];
     problem.points().enumerate().for_each(|(j, (p, _))| point_of[p.node] = j as u32);
@@ -29,12 +29,12 @@ pub(super) fn descend(
         state.iterate.ku = k.times(&state.iterate.u);
         let violated = judge(problem, &mut state.iterate);
         if observe(state.cycles, violated, &state.iterate.conditions).is_break() {
-            return Termination::Interrupted;
+            return End::Interrupted;
         }
         match violated {
-            _ if violated <= problem.tolerance => return Termination::Converged,
-            _ if !violated.is_finite() => return Termination::Failed,
-            _ if state.cycles >= problem.max_cycles => return Termination::CycleLimit,
+            _ if violated <= problem.tolerance => return End::Converged,
+            _ if !violated.is_finite() => return End::Stalled,
+            _ if state.cycles >= problem.max_cycles => return End::Limit,
             _ => {}
         }
         if let Some(floating) = problem.floating {
@@ -104,7 +104,7 @@ fn sweep(problem: &Subproblem<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u
             (0..3).for_each(|c| r[c] -= d[c][0] * change);
         }
         let slip = [u[i][1] - law.target[1], u[i][2] - law.target[2]];
-        let g = if p.has_row[1] || p.has_row[2] { bound(law.friction, 0.0) } else { 0.0 };
+        let g = if p.has_row[1] || p.has_row[2] { law.friction.bound(0.0) } else { 0.0 };
         let new = match (fixed[1], fixed[2]) {
             (true, true) => slip,
             (true, false) => [slip[0], slip[1] + r[2] / d[2][2]],
@@ -154,7 +154,7 @@ const BISECTIONS: usize = 60;
 
 /// The condition for the smooth part of the energy near `u`: components at a bound or at a kink are constrained.
 fn smooth_part(law: &PointLaw, point: &Point, u: [f64; 3]) -> ContactCondition {
-    let limit = bound(law.friction, 0.0);
+    let limit = law.friction.bound(0.0);
     let slip = [1, 2].map(|c| if point.has_row[c] { u[c] - law.target[c] } else { 0.0 });
     let length = slip[0].hypot(slip[1]);
     let at_bound = point.has_row[0] && (is_bonded(law) || u[0] >= law.target[0]);
@@ -193,7 +193,7 @@ fn line_search(problem: &Subproblem<'_>, at: &Iterate, v: &Vector) -> f64 {
     let (linear, quadratic) = (dot(&balance, v), dot(v, &transformed.k.times(v)));
     let kinks: Vec<(f64, [f64; 2], [f64; 2])> = (problem.points())
         .filter_map(|(p, law)| {
-            let g = bound(law.friction, 0.0);
+            let g = law.friction.bound(0.0);
             let part = |x: [f64; 2]| [0, 1].map(|c| if p.has_row[c + 1] { x[c] } else { 0.0 });
             let (u, v) = (at.u[p.node], v[p.node]);
             (g > 0.0 && !is_bonded(law))

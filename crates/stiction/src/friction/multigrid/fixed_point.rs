@@ -1,6 +1,7 @@
 use super::active_set::PointLaw;
 use super::descent::descend;
-use super::iteration::{Iterate, Observe, State, Subproblem, Termination, judge, run};
+use super::iteration::{Iterate, Observe, State, Subproblem, judge, run};
+use crate::friction::End;
 use crate::friction::law::frozen;
 use crate::linalg::multigrid::Hierarchy;
 
@@ -22,7 +23,7 @@ pub(super) fn fixed_point(
     hierarchy: &mut Hierarchy,
     state: &mut State,
     observe: &mut Observe<'_>,
-) -> Termination {
+) -> End {
     if judge(problem, &mut state.iterate) > NEAR
         && let Some(floating) = problem.floating
     {
@@ -36,12 +37,12 @@ pub(super) fn fixed_point(
         let inner = Subproblem { laws: &given, tolerance: accuracy, ..*problem };
         let end =
             attempt(&inner, hierarchy, state, observe).unwrap_or_else(|| descend(&inner, hierarchy, state, observe));
-        if end != Termination::Converged {
+        if end != End::Converged {
             return end;
         }
         let violated = judge(problem, &mut state.iterate);
         if violated <= problem.tolerance {
-            return Termination::Converged;
+            return End::Converged;
         }
         if violated <= near {
             if let Some(end) = attempt(problem, hierarchy, state, observe) {
@@ -61,11 +62,11 @@ fn attempt(
     hierarchy: &mut Hierarchy,
     state: &mut State,
     observe: &mut Observe<'_>,
-) -> Option<Termination> {
+) -> Option<End> {
     state.restart();
     let before = state.clone();
     let end = run(&Subproblem { max_resets: 0, ..*problem }, hierarchy, state, observe);
-    if end != Termination::Failed {
+    if end != End::Stalled {
         return Some(end);
     }
     *state = before.after(state);

@@ -6,18 +6,8 @@ use super::floating::FloatingBodies;
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
 use super::transform::Transformed;
-use crate::friction::PointState;
+use crate::friction::{End, PointState};
 use crate::linalg::multigrid::{Block, Blocks, Hierarchy, NodeConstraint};
-
-/// How a run of cycles ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Termination {
-    Converged,
-    CycleLimit,
-    /// The residual is not a number or has stopped falling, or the active sets are cycling.
-    Failed,
-    Interrupted,
-}
 
 /// A problem for the iteration, and how far it goes.
 #[derive(Clone, Copy)]
@@ -96,7 +86,7 @@ pub(super) fn run(
     hierarchy: &mut Hierarchy,
     state: &mut State,
     observe: &mut Observe<'_>,
-) -> Termination {
+) -> End {
     loop {
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
             floating.balance(problem, &mut state.iterate);
@@ -105,17 +95,17 @@ pub(super) fn run(
         let violated = violation(problem, &state.iterate);
         state.monitor.record(violated);
         if observe(state.cycles, violated, &state.iterate.conditions).is_break() {
-            return Termination::Interrupted;
+            return End::Interrupted;
         }
         if violated <= problem.tolerance && !guessed {
             if state.refresh_forces(problem) {
-                return Termination::Converged;
+                return End::Converged;
             }
             state.monitor.retract();
             continue;
         }
         if state.cycles >= problem.max_cycles {
-            return Termination::CycleLimit;
+            return End::Limit;
         }
         let cycles = match state.monitor.assess(&state.iterate, state.cycles) {
             Verdict::Progress => 1,
@@ -123,7 +113,7 @@ pub(super) fn run(
                 state.reset(problem);
                 FROZEN_CYCLES
             }
-            Verdict::Cycling | Verdict::Failed => return Termination::Failed,
+            Verdict::Cycling | Verdict::Failed => return End::Stalled,
         };
         let coupled = state.monitor.is_coupled();
         if !coupled {

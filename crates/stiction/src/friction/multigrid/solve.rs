@@ -4,7 +4,7 @@ use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
 use super::directions::norm;
 use super::floating::FloatingBodies;
-use super::iteration::{Iterate, State, Subproblem, Termination, judge};
+use super::iteration::{Iterate, State, Subproblem, judge};
 use super::points::Point;
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
@@ -14,7 +14,7 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_rest;
-use crate::friction::{Counts, Phase, PointState, Progress, Settings, Solution, SolverPath, Status};
+use crate::friction::{Counts, End, Phase, PointState, Progress, Settings, Solution, SolverPath};
 use crate::linalg::Stop;
 use crate::linalg::multigrid::Hierarchy;
 
@@ -111,7 +111,7 @@ pub fn solve_multigrid(
         history.push(progress);
         observer(&progress)
     };
-    let (mut state, mut end, mut target) = (State::default(), Termination::Failed, settings.tolerance);
+    let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
     let (mut floating, mut certified, mut best) = (None, None, None);
     for stage in &STAGES {
         if !(stage.entry)(end, &traits) {
@@ -133,7 +133,7 @@ pub fn solve_multigrid(
             let subproblem = Subproblem { tolerance: target, ..subproblem };
             end = (stage.run)(&subproblem, hierarchy, &mut state, &mut observe);
             state.resets += std::mem::take(&mut state.monitor.resets);
-            if end != Termination::Converged {
+            if end != End::Converged {
                 break;
             }
             let converged = solution(problem, transformed, &state, end, settings.tolerance);
@@ -143,20 +143,20 @@ pub fn solve_multigrid(
                 break;
             }
         }
-        if end == Termination::Failed {
+        if end == End::Stalled {
             state.go_back();
         }
-        if matches!(end, Termination::Failed | Termination::CycleLimit) {
+        if matches!(end, End::Stalled | End::Limit) {
             keep_best(&mut best, &subproblem, &state.iterate);
         }
     }
     let solution = certified.unwrap_or_else(|| {
-        if let Some((_, iterate)) = best.filter(|_| end != Termination::Interrupted) {
+        if let Some((_, iterate)) = best.filter(|_| end != End::Interrupted) {
             state.iterate = iterate;
         }
         // A stage that ends by its own budget has failed; the user's leaves something to raise.
-        let own_budget = end == Termination::CycleLimit && state.cycles < settings.max_iterations;
-        let end = if own_budget { Termination::Failed } else { end };
+        let own_budget = end == End::Limit && state.cycles < settings.max_iterations;
+        let end = if own_budget { End::Stalled } else { end };
         solution(problem, transformed, &state, end, settings.tolerance)
     });
     Solution { history, ..solution }
@@ -219,13 +219,7 @@ fn convex(friction: &[Friction]) -> bool {
 }
 
 /// Multipliers from the balance at the contact nodes, made admissible, and their certificate.
-fn solution(
-    problem: &ContactProblem,
-    transformed: &Transformed,
-    state: &State,
-    end: Termination,
-    tolerance: f64,
-) -> Solution {
+fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, end: End, tolerance: f64) -> Solution {
     let m = problem.points();
     let mut lambda = vec![0.0; 3 * m];
     let conditions = &state.iterate.conditions;
@@ -242,12 +236,7 @@ fn solution(
     problem.out_of_isotropic(&mut lambda);
     let u = transformed.out_of_frames(&state.iterate.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
-    let status = match end {
-        Termination::Interrupted => Status::Interrupted,
-        _ if certificate.passed => Status::Solved,
-        Termination::CycleLimit => Status::MaxIterations,
-        Termination::Failed | Termination::Converged => Status::Stalled,
-    };
+    let status = end.status(certificate.passed);
     let states = conditions.iter().map(|s| s.state).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };
     let path = SolverPath::Multigrid;

@@ -1,7 +1,8 @@
 //! The fallback strategy: the stages of a multigrid solve as a table.
 
 use super::fixed_point::fixed_point;
-use super::iteration::{Observe, State, Subproblem, Termination, run};
+use super::iteration::{Observe, State, Subproblem, run};
+use crate::friction::End;
 use crate::linalg::multigrid::Hierarchy;
 
 /// What decides about the stages.
@@ -16,9 +17,9 @@ pub(super) struct Traits {
 
 /// A stage of the fallback strategy.
 pub(super) struct Stage {
-    pub run: fn(&Subproblem<'_>, &mut Hierarchy, &mut State, &mut Observe<'_>) -> Termination,
+    pub run: fn(&Subproblem<'_>, &mut Hierarchy, &mut State, &mut Observe<'_>) -> End,
     /// Whether the stage is entered after an earlier one that ended so.
-    pub entry: fn(Termination, &Traits) -> bool,
+    pub entry: fn(End, &Traits) -> bool,
     /// The count of all cycles at which the stage ends, if it begins at the given one.
     pub budget: fn(usize, &Traits) -> usize,
     /// Resets of cycling active sets.
@@ -45,7 +46,7 @@ pub(super) const STAGES: [Stage; 3] = [
     // the points that support it back into contact. More resets do not detect an unsupported body sooner.
     Stage {
         run,
-        entry: |end, traits| end == Termination::Failed && traits.floats,
+        entry: |end, traits| end == End::Stalled && traits.floats,
         budget: |_, traits| traits.max_iterations,
         max_resets: |_| 2,
         balances_floating_bodies: true,
@@ -54,7 +55,7 @@ pub(super) const STAGES: [Stage; 3] = [
     // cycles are used up, with as many again; with Coulomb friction a limit of cycles is the user's.
     Stage {
         run: fixed_point,
-        entry: |end, traits| end == Termination::Failed || end == Termination::CycleLimit && traits.convex,
+        entry: |end, traits| end == End::Stalled || end == End::Limit && traits.convex,
         budget: |cycles, traits| match traits.convex {
             true => cycles.saturating_add(traits.max_iterations),
             false => traits.max_iterations.min(cycles + FIXED_POINT_CYCLES),
@@ -69,20 +70,20 @@ mod tests {
     use super::*;
 
     /// The stage that follows the first one.
-    fn next(end: Termination, floats: bool, convex: bool) -> Option<usize> {
+    fn next(end: End, floats: bool, convex: bool) -> Option<usize> {
         let traits = Traits { floats, convex, max_iterations: 400 };
         (1..STAGES.len()).find(|&stage| (STAGES[stage].entry)(end, &traits))
     }
 
     #[test]
     fn a_failure_enters_the_next_stage_and_a_limit_of_cycles_only_where_an_energy_is_minimised() {
-        assert_eq!(next(Termination::Failed, true, false), Some(1));
-        assert_eq!(next(Termination::Failed, false, false), Some(2));
-        assert_eq!(next(Termination::CycleLimit, true, true), Some(2));
-        for end in [Termination::Converged, Termination::Interrupted] {
+        assert_eq!(next(End::Stalled, true, false), Some(1));
+        assert_eq!(next(End::Stalled, false, false), Some(2));
+        assert_eq!(next(End::Limit, true, true), Some(2));
+        for end in [End::Converged, End::Interrupted] {
             assert_eq!(next(end, true, true), None);
         }
-        assert_eq!(next(Termination::CycleLimit, true, false), None);
+        assert_eq!(next(End::Limit, true, false), None);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 use std::ops::ControlFlow;
 
 use super::descent::descend;
-use super::iteration::{State, Subproblem, Termination};
+use super::iteration::{State, Subproblem};
 use super::solve::point_laws;
 use super::transform::Transformed;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::{Dual, DualSettings, choose};
-use crate::friction::{Settings, Status, solve};
+use crate::friction::{End, Settings, Status, solve};
 use crate::linalg::{Csr, Stop, SymmetricCsr};
 
 const SIZE: [usize; 3] = [9, 5, 4];
@@ -81,7 +81,7 @@ fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
 }
 
 /// Descends from displacements without order, with nodes inside the obstacle.
-fn descend_for(problem: &ContactProblem, cycles: usize) -> (Termination, usize, Vec<f64>) {
+fn descend_for(problem: &ContactProblem, cycles: usize) -> (End, usize, Vec<f64>) {
     let (transformed, mut hierarchy) = Transformed::new(problem, &Stop::never()).unwrap();
     let laws = point_laws(problem, &transformed);
     let start: Vec<f64> = (0..problem.unknowns()).map(|i| (i as f64 * 0.618).fract() - 0.5).collect();
@@ -125,7 +125,7 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
             before = now;
         }
         let (end, cycles, u) = descend_for(&problem, 300);
-        assert!(end == Termination::Converged && cycles <= 80, "{friction:?} {across:?}: {end:?} after {cycles}");
+        assert!(end == End::Converged && cycles <= 80, "{friction:?} {across:?}: {end:?} after {cycles}");
         let size = reference.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         let error = u.iter().zip(&reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
         assert!(error < 1e-7 * size, "{friction:?} {across:?}: {error:e} of {size:e}");

@@ -106,7 +106,7 @@ impl Transformed {
         }
         let between_bodies = others.iter().any(|o| !o.is_empty());
         let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
-        let hierarchy = Hierarchy::until(&mut k, &kernel, &own, relative.as_ref(), stop);
+        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), stop);
         stop.check()?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.

@@ -2,12 +2,13 @@ use std::ops::ControlFlow;
 
 use super::fixed_point::SlipBounds;
 use super::given::{Record, relative};
-use super::method::{MethodEnd, MethodSettings, MethodStep};
+use super::method::{MethodSettings, MethodStep};
 use super::minimize::verdict;
 use super::quadratic::Quadratic;
 use crate::contact::Friction;
+use crate::friction::End;
 use crate::linalg::norm;
-use crate::qp::{PointSet, QpStatus, SetProblem, SetSettings, minimize_in_sets};
+use crate::qp::{PointSet, Program, QpStatus, SetSettings, minimize_in_sets};
 
 /// Given friction with the discs as they are: one quadratic program over half-lines and discs from `lambda`, until its
 /// reduced gradient is at most the tolerance times `|h|`.
@@ -20,7 +21,7 @@ pub(super) fn discs(
     slip_bounds: &SlipBounds<'_>,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     let (size, sets) = (norm(&q.h), sets(slip_bounds));
     let (before, earlier) = (record.counts, q.products());
     let most = settings.max_cg_steps.saturating_sub(before.steps());
@@ -31,7 +32,7 @@ pub(super) fn discs(
         interrupted = note(x, slip_bounds, relative(reduced, size), record);
         interrupted || record.counts.iterations >= settings.max_iterations
     };
-    let problem = SetProblem {
+    let problem = Program {
         operator: &mut |x| q.times(x),
         b: &q.h,
         largest_eigenvalue: Some(q.largest_bound()),
@@ -49,9 +50,9 @@ pub(super) fn discs(
     counts.proportionings += found.counts.gradient_steps;
     counts.flops += found.counts.flops + 2.0 * (found.counts.products * lambda.len() * lambda.len()) as f64;
     match found.status {
-        QpStatus::Interrupted if interrupted => Err(MethodEnd::Interrupted),
-        QpStatus::Interrupted => Err(MethodEnd::Limit),
-        QpStatus::Stalled => Err(MethodEnd::Stalled),
+        QpStatus::Interrupted if interrupted => Err(End::Interrupted),
+        QpStatus::Interrupted => Err(End::Limit),
+        QpStatus::Stalled => Err(End::Stalled),
         status => verdict(status),
     }
 }

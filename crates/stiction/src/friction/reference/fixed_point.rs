@@ -1,10 +1,10 @@
 use super::given::{Adaptive, Record, adaptive_uzawa, relative, uzawa};
 use super::lagrangian::Copies;
-use super::method::{Given, MethodEnd, MethodSettings};
+use super::method::{Given, MethodSettings};
 use super::minimize::{Minimizer, norm_of_difference};
 use super::squares::boxes;
 use crate::contact::Friction;
-use crate::friction::law::bound;
+use crate::friction::End;
 use crate::linalg::norm;
 
 /// The bounds of friction, newton: given where friction is given, `F lambda_n` where it is Coulomb's.
@@ -19,7 +19,6 @@ pub(super) struct SlipBounds<'a> {
 impl<'a> SlipBounds<'a> {
     /// `coulomb` are the bounds at points with Coulomb friction, the rest of it is not read; zero if `None`.
     pub(super) fn new(friction: &'a [Friction], coulomb: Option<&[f64]>) -> Self {
-        let coulomb = coulomb.filter(|g| g.len() == friction.len());
         let value = |(j, law): (usize, &Friction)| match *law {
             Friction::Given { slip_bound } => slip_bound,
             Friction::Coulomb { .. } | Friction::Limited { .. } => {
@@ -37,7 +36,7 @@ impl<'a> SlipBounds<'a> {
         let mut moving = Vec::new();
         for (j, law) in self.friction.iter().enumerate() {
             if law.coefficient().is_some() {
-                self.value[j] = bound(*law, lambda[j]);
+                self.value[j] = law.bound(lambda[j]);
                 moving.push(self.value[j]);
             }
         }
@@ -51,7 +50,7 @@ impl<'a> SlipBounds<'a> {
 }
 
 /// Returns the multipliers for given bounds.
-pub(super) type SolveGiven<'a> = dyn FnMut(&SlipBounds<'_>, &mut Record<'_, '_>) -> Result<Vec<f64>, MethodEnd> + 'a;
+pub(super) type SolveGiven<'a> = dyn FnMut(&SlipBounds<'_>, &mut Record<'_, '_>) -> Result<Vec<f64>, End> + 'a;
 
 /// MSA1: every problem with given friction solved (Haslinger, Kucera & Dostal 2004, section 5), with their rule (6.3).
 ///
@@ -62,7 +61,7 @@ pub(super) fn fixed_point(
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
     solve_given: &mut SolveGiven<'_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     loop {
         let lambda = solve_given(slip_bounds, record)?;
         let (change, size) = slip_bounds.follow(&lambda); // g = F lambda_n
@@ -84,7 +83,7 @@ pub(super) fn uzawa_on(
     slip_bounds: &SlipBounds<'_>,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     let bounds = boxes(slip_bounds.friction, &step1.lagrangian.q.live, &slip_bounds.value);
     match given {
         Given::AdaptiveUzawa => adaptive_uzawa(step1, copies, &bounds, settings, record),
@@ -104,7 +103,7 @@ pub(super) fn inexact_fixed_point(
     slip_bounds: &mut SlipBounds<'_>,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     let lagrangian = step1.lagrangian;
     if !slip_bounds.can_change() {
         return uzawa_on(given, step1, copies, slip_bounds, settings, record);
@@ -112,7 +111,7 @@ pub(super) fn inexact_fixed_point(
     let mut adaptive = Adaptive::new(lagrangian);
     loop {
         if record.counts.iterations >= settings.max_iterations {
-            return Err(MethodEnd::Limit);
+            return Err(End::Limit);
         }
         let bounds = boxes(slip_bounds.friction, &lagrangian.q.live, &slip_bounds.value);
         let settled = if given == Given::AdaptiveUzawa {

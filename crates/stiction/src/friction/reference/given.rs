@@ -1,8 +1,9 @@
 use std::ops::ControlFlow;
 
 use super::lagrangian::{Copies, Lagrangian};
-use super::method::{MethodCounts, MethodEnd, MethodSettings, MethodStep, ObserveMethod};
+use super::method::{MethodCounts, MethodSettings, MethodStep, ObserveMethod};
 use super::minimize::{Minimizer, verdict};
+use crate::friction::End;
 use crate::linalg::{dot, norm};
 use crate::qp::Bounds;
 
@@ -21,7 +22,7 @@ impl Record<'_, '_> {
         copies: &Copies,
         bounds: &Bounds,
         change: f64,
-    ) -> Result<(), MethodEnd> {
+    ) -> Result<(), End> {
         let [open, stick, slip] = lagrangian.states(&copies.x, bounds);
         let disagreement = lagrangian.disagreement(&copies.x);
         let MethodCounts { iterations, fixed_point_steps, products, .. } = self.counts;
@@ -40,7 +41,7 @@ impl Record<'_, '_> {
         self.history.push(step);
         match (self.observe)(&step) {
             ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(MethodEnd::Interrupted),
+            ControlFlow::Break(()) => Err(End::Interrupted),
         }
     }
 }
@@ -61,11 +62,11 @@ pub(super) fn uzawa(
     bounds: &Bounds,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     let lagrangian = step1.lagrangian;
     loop {
         if record.counts.iterations >= settings.max_iterations {
-            return Err(MethodEnd::Limit);
+            return Err(End::Limit);
         }
         step1.minimize(copies, bounds, &mut record.counts)?; // Step 1
         let change = lagrangian.ascend(copies); // Step 2: w += rho C lambda
@@ -108,7 +109,7 @@ impl Adaptive {
         bounds: &Bounds,
         tolerance: f64,
         counts: &mut MethodCounts,
-    ) -> Result<f64, MethodEnd> {
+    ) -> Result<f64, End> {
         let l = step1.lagrangian;
         let load = l.load(&copies.w);
         let size = norm(&l.load(&vec![0.0; copies.w.len()]));
@@ -125,7 +126,7 @@ impl Adaptive {
             self.m *= FALL_OF_M;
         }
         self.last = Some(value);
-        Ok(relative(found.projected_gradient, size))
+        Ok(relative(found.measure, size))
     }
 }
 
@@ -139,12 +140,12 @@ pub(super) fn adaptive_uzawa(
     bounds: &Bounds,
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
-) -> Result<(), MethodEnd> {
+) -> Result<(), End> {
     let lagrangian = step1.lagrangian;
     let mut adaptive = Adaptive::new(lagrangian);
     loop {
         if record.counts.iterations >= settings.max_iterations {
-            return Err(MethodEnd::Limit);
+            return Err(End::Limit);
         }
         let gradient = adaptive.step(step1, copies, bounds, settings.tolerance, &mut record.counts)?;
         record.counts.iterations += 1;

@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::squares::Coupling;
-use crate::friction::PointState;
+use crate::friction::{End, PointState};
 use crate::qp::MprgpSettings;
 
 /// How contact with friction is solved.
@@ -157,12 +157,12 @@ pub struct MethodSettings {
     pub start: Start,
 }
 
-/// Where to start; what is `None` (or has a wrong length) starts from zero.
+/// Where to start; what is `None` starts from zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Start {
     /// Bounds `g` of the fixed point, newton, `m`; only those of points with Coulomb friction are used.
     pub slip_bound: Option<Vec<f64>>,
-    /// Multipliers `w` of the agreement, length, `3m(N - 1)`.
+    /// Multipliers `w` of the agreement, length, `3m(N - 1)`; none for the discs.
     pub w: Option<Vec<f64>>,
     /// Multipliers every copy starts from, newton, `3m`.
     pub lambda: Option<Vec<f64>>,
@@ -210,19 +210,6 @@ impl MethodSettings {
 /// larger one ties each to its neighbours, where they move together a smaller one only costs steps of Uzawa's method.
 const PENALTY_ONE: f64 = 0.01;
 const PENALTY_ALL: f64 = 2.0;
-
-/// How a method ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MethodEnd {
-    /// By its own stopping rule.
-    Converged,
-    /// At the limit of iterations or of steps of conjugate gradients.
-    Limit,
-    /// Rounding hides what is left, or a matrix was not positive definite.
-    Stalled,
-    /// The observer asked to stop.
-    Interrupted,
-}
 
 /// One change of the multipliers `w` or, for the discs, one projected step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -294,7 +281,7 @@ impl MethodCounts {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodReport {
     /// How the method ended.
-    pub end: MethodEnd,
+    pub end: End,
     /// The mean of the copies, newton, `3m`.
     pub lambda: Vec<f64>,
     /// The bounds `g` of the last step at points with Coulomb or given friction, newton, `m`.

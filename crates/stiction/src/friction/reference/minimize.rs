@@ -3,9 +3,10 @@ use std::ops::Range;
 
 use super::faces::PointBlocks;
 use super::lagrangian::{Block, Copies, Lagrangian};
-use super::method::{CopiesAtOnce, MethodCounts, MethodEnd, MethodSettings, Minimization, Splitting, Sweeps};
+use super::method::{CopiesAtOnce, MethodCounts, MethodSettings, Minimization, Splitting, Sweeps};
+use crate::friction::End;
 use crate::linalg::norm;
-use crate::qp::{BoundProblem, BoundSolution, Bounds, QpStatus, minimize_in_bounds};
+use crate::qp::{Bounds, Program, QpSolution, QpStatus, minimize_in_bounds};
 
 /// Step 1 of Uzawa's method: minimises the augmented Lagrangian over the boxes of the copies.
 pub(super) struct Minimizer<'a> {
@@ -33,12 +34,7 @@ impl<'a> Minimizer<'a> {
     ///
     /// # Errors
     /// How the method ends if this came to no end; the copies are where it came to.
-    pub(super) fn minimize(
-        &self,
-        copies: &mut Copies,
-        bounds: &Bounds,
-        counts: &mut MethodCounts,
-    ) -> Result<(), MethodEnd> {
+    pub(super) fn minimize(&self, copies: &mut Copies, bounds: &Bounds, counts: &mut MethodCounts) -> Result<(), End> {
         let load = self.lagrangian.load(&copies.w);
         for _ in 0..MOST_SWEEPS {
             let before = copies.x.clone();
@@ -56,7 +52,7 @@ impl<'a> Minimizer<'a> {
                 return Ok(());
             }
         }
-        Err(MethodEnd::Limit)
+        Err(End::Limit)
     }
 
     /// One quadratic program within simple bounds, started from the present copies.
@@ -70,25 +66,24 @@ impl<'a> Minimizer<'a> {
         target: f64,
         stop: &mut dyn FnMut(&[f64], f64) -> bool,
         counts: &mut MethodCounts,
-    ) -> BoundSolution {
+    ) -> QpSolution {
         let (l, block) = (self.lagrangian, &self.blocks[number]);
         let repeated = |of: &[f64]| block.copies.clone().flat_map(|_| of[block.rows.clone()].to_vec()).collect();
         let bounds = Bounds { lower: repeated(&bounds.lower), upper: repeated(&bounds.upper) };
         let precondition = self.faces.get(number).map(|face| |r: &[f64], free: &[bool]| face.solve(r, free));
-        let problem = BoundProblem {
+        let problem = Program {
             operator: &mut |x| l.times(block, x),
             b,
-            bounds: &bounds,
             largest_eigenvalue: Some(l.largest()),
             preconditioner: precondition.as_ref().map(|p| p as &crate::qp::Preconditioner),
         };
         let most = self.settings.max_cg_steps.saturating_sub(counts.steps());
         let start = l.take(block, &copies.x);
         let products = l.q.products();
-        let found = minimize_in_bounds(problem, &start, &self.settings.bounds, target, most, stop);
+        let found = minimize_in_bounds(problem, &bounds, &start, &self.settings.bounds, target, most, stop);
         counts.cg_steps += found.counts.cg_steps;
         counts.expansions += found.counts.expansions;
-        counts.proportionings += found.counts.proportionings;
+        counts.proportionings += found.counts.gradient_steps;
         counts.products += l.q.products() - products;
         counts.flops += found.counts.flops + found.counts.products as f64 * l.flops_of_product(block);
         counts.short_problems += usize::from(found.status == QpStatus::Stalled);
@@ -97,12 +92,12 @@ impl<'a> Minimizer<'a> {
 }
 
 /// Whether the outer iteration may go on with what a quadratic program ended with.
-pub(super) fn verdict(status: QpStatus) -> Result<(), MethodEnd> {
+pub(super) fn verdict(status: QpStatus) -> Result<(), End> {
     match status {
         // Rounding may keep a program from its tolerance; the outer iteration tells whether that matters.
         QpStatus::Solved | QpStatus::Interrupted | QpStatus::Stalled => Ok(()),
-        QpStatus::Limit => Err(MethodEnd::Limit),
-        QpStatus::Indefinite | QpStatus::NotFinite | QpStatus::Empty => Err(MethodEnd::Stalled),
+        QpStatus::Limit => Err(End::Limit),
+        QpStatus::Indefinite | QpStatus::NotFinite | QpStatus::Empty => Err(End::Stalled),
     }
 }
 

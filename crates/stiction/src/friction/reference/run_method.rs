@@ -3,14 +3,15 @@ use super::fixed_point::{SlipBounds, fixed_point, inexact_fixed_point, uzawa_on}
 use super::given::Record;
 use super::lagrangian::{Copies, Lagrangian};
 use super::method::{
-    CopiesAtOnce, Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, Minimization, ObserveMethod,
-    Penalty, Splitting, Sweeps,
+    CopiesAtOnce, Given, Method, MethodCounts, MethodReport, MethodSettings, Minimization, ObserveMethod, Penalty,
+    Splitting, Sweeps,
 };
 use super::minimize::Minimizer;
 use super::quadratic::Quadratic;
 use super::squares::{Squares, boxes};
 use crate::Error;
 use crate::contact::Friction;
+use crate::friction::End;
 use crate::linalg::norm;
 
 /// Solves by one of the methods with squares, by the discs or by the fixed point, for laws `friction` of the points
@@ -29,7 +30,7 @@ pub fn run_method(
     let mut record = Record { counts: MethodCounts::default(), history: Vec::new(), observe };
     let mut bounds = SlipBounds::new(friction, settings.start.slip_bound.as_deref());
     if friction.is_empty() {
-        return Ok(report(MethodEnd::Converged, Vec::new(), &bounds, &mut record));
+        return Ok(report(End::Converged, Vec::new(), &bounds, &mut record));
     }
     let run = if settings.method.given() == Some(Given::Discs) { with_discs } else { with_squares };
     Ok(run(q, &mut bounds, settings, &mut record))
@@ -49,11 +50,11 @@ fn with_discs(
     } else {
         discs(q, &mut lambda, bounds, settings, record)
     };
-    report(end.err().unwrap_or(MethodEnd::Converged), lambda, bounds, record)
+    report(end.err().unwrap_or(End::Converged), lambda, bounds, record)
 }
 
 /// Of a method that has no copies.
-fn report(end: MethodEnd, lambda: Vec<f64>, bounds: &SlipBounds<'_>, record: &mut Record<'_, '_>) -> MethodReport {
+fn report(end: End, lambda: Vec<f64>, bounds: &SlipBounds<'_>, record: &mut Record<'_, '_>) -> MethodReport {
     MethodReport {
         end,
         copies: lambda.clone(),
@@ -102,7 +103,7 @@ fn with_squares(
     };
     let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.last);
     MethodReport {
-        end: end.err().unwrap_or(MethodEnd::Converged),
+        end: end.err().unwrap_or(End::Converged),
         lambda: lagrangian.squares.mean(&copies.x),
         slip_bound: slip_bounds.value.clone(),
         copies: lagrangian.squares.in_common_axes(&copies.x),
@@ -116,8 +117,7 @@ fn with_squares(
 }
 
 fn start_lambda(q: &Quadratic<'_>, settings: &MethodSettings) -> Vec<f64> {
-    let given = settings.start.lambda.as_ref().filter(|l| l.len() == q.h.len() && l.iter().all(|x| x.is_finite()));
-    let mut lambda = given.cloned().unwrap_or_else(|| vec![0.0; q.h.len()]);
+    let mut lambda = settings.start.lambda.clone().unwrap_or_else(|| vec![0.0; q.h.len()]);
     lambda.iter_mut().zip(&q.live).filter(|(_, live)| !**live).for_each(|(x, _)| *x = 0.0);
     lambda
 }
@@ -125,10 +125,8 @@ fn start_lambda(q: &Quadratic<'_>, settings: &MethodSettings) -> Vec<f64> {
 fn start_copies(lagrangian: &Lagrangian<'_>, settings: &MethodSettings) -> Copies {
     let lambda = start_lambda(lagrangian.q, settings);
     let count = lagrangian.squares.count;
-    let size = lambda.len() * (count - 1);
-    let w = settings.start.w.as_ref().filter(|w| w.len() == size && w.iter().all(|x| x.is_finite()));
-    let x = lagrangian.squares.in_own_axes(&lambda.repeat(count));
-    Copies { x, w: w.cloned().unwrap_or_else(|| vec![0.0; size]) }
+    let w = settings.start.w.clone().unwrap_or_else(|| vec![0.0; lambda.len() * (count - 1)]);
+    Copies { x: lagrangian.squares.in_own_axes(&lambda.repeat(count)), w }
 }
 
 /// `|Psi(g) - g| / |g|` with `Psi(g) = F lambda_n(g)` by one problem with given friction, solved by the method of
@@ -144,6 +142,10 @@ pub fn fixed_point_defect(
     slip_bound: &[f64],
     settings: &MethodSettings,
 ) -> Result<f64, Error> {
+    if slip_bound.len() != friction.len() {
+        let what = format!("{} slip bounds for {} points", slip_bound.len(), friction.len());
+        return Err(Error::new("method", what, "give one a point"));
+    }
     let mut bounds = SlipBounds::new(friction, Some(slip_bound));
     let freeze = |(law, &slip_bound): (&Friction, &f64)| match law {
         Friction::Coulomb { .. } | Friction::Limited { .. } => Friction::Given { slip_bound },
@@ -193,6 +195,15 @@ fn validate(friction: &[Friction], settings: &MethodSettings) -> Result<(), Erro
     ];
     if let Some((name, value)) = positive.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
         return fail(format!("the {name} is {value}"), "give a number greater than zero");
+    }
+    let (m, start) = (friction.len(), &settings.start);
+    let copies = if settings.method.given() == Some(Given::Discs) { 0 } else { settings.squares - 1 };
+    let starts =
+        [("slip_bound", &start.slip_bound, m), ("w", &start.w, 3 * m * copies), ("lambda", &start.lambda, 3 * m)];
+    for (name, list, length) in starts {
+        if list.as_ref().is_some_and(|list| list.len() != length || list.iter().any(|x| !x.is_finite())) {
+            return fail(format!("`start.{name}` is not {length} finite numbers"), "give as many, or None");
+        }
     }
     if !(settings.agreement.is_finite() && settings.agreement >= 0.0) {
         return fail(format!("the agreement is {}", settings.agreement), "give a number of at least zero");

@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use super::method::{Given, Method, MethodCounts, MethodEnd, MethodReport, MethodSettings, MethodStep, Start};
+use super::method::{Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep, Start};
 use super::quadratic::{MOST_STORED, Quadratic};
 use super::run_method::{is_exact, run_method};
 use crate::Error;
@@ -9,7 +9,7 @@ use crate::contact::ContactProblem;
 use crate::dual::Dual;
 use crate::friction::direct::{make_admissible, path_of, solve};
 use crate::friction::law::{augmented, parameters, state};
-use crate::friction::solution::{Counts, Phase, Progress, Settings, Solution, Status};
+use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, Status};
 use crate::friction::system::by_point;
 
 /// A solution and what the method has to tell about how it got there.
@@ -83,7 +83,7 @@ pub fn solve_with(
         next.inner_tolerance *= 0.1;
         next.max_iterations = method.max_iterations.saturating_sub(spent.iterations);
         let hopeless = !exact || next.tolerance < LOWEST_TARGET * settings.tolerance || next.max_iterations == 0;
-        if report.end != MethodEnd::Converged || solution.certificate.passed || hopeless {
+        if report.end != End::Converged || solution.certificate.passed || hopeless {
             return Ok(Answer { solution, method: Some(report) });
         }
         next.start = Start { slip_bound: Some(report.slip_bound), w: Some(report.w), lambda: Some(report.lambda) };
@@ -129,12 +129,9 @@ fn judge(
     let isotropic = by_point(&lambda);
     given.out_of_isotropic(&mut lambda);
     let certificate = certify(given, &u, &lambda, tolerance);
-    let status = match report.end {
-        MethodEnd::Interrupted => Status::Interrupted,
-        _ if certificate.passed => Status::Solved,
-        MethodEnd::Converged => Status::Uncertified,
-        MethodEnd::Limit => Status::MaxIterations,
-        MethodEnd::Stalled => Status::Stalled,
+    let status = match report.end.status(certificate.passed) {
+        Status::Stalled if report.end == End::Converged => Status::Uncertified,
+        status => status,
     };
     let states = if exact {
         let (r, v) = (parameters(problem, &Dual::local_stiffness(problem)), by_point(&problem.opening(&u)));

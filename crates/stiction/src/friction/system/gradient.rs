@@ -1,5 +1,5 @@
 use super::{V3, moved};
-use crate::linalg::dot;
+use crate::linalg::{Stop, dot};
 
 /// A convex problem over a product of sets, one a point: its gradient is `v`, an affine function of the multipliers.
 pub(crate) struct Descent<'a> {
@@ -10,6 +10,8 @@ pub(crate) struct Descent<'a> {
     pub weight: &'a [f64],
     /// Part of the first change below which the iteration ends.
     pub reduction: f64,
+    /// Ends the iteration as well.
+    pub stop: &'a Stop,
 }
 
 /// A step grows by this factor after each that was short enough.
@@ -59,7 +61,7 @@ pub(crate) fn accelerated_gradients(
         (*x, *v) = (next, v_next);
         *length = (*length * GROWTH).min(LONGEST);
         let start = *first.get_or_insert(change);
-        if change <= on.reduction * start && made > 1 || change == 0.0 {
+        if change <= on.reduction * start && made > 1 || change == 0.0 || on.stop.asked() {
             return made;
         }
     }
@@ -90,7 +92,7 @@ mod tests {
         };
         let laws = [Friction::Given { slip_bound: 1.0 }, Friction::Given { slip_bound: 5.0 }];
         let nearest = |j: usize, x: V3| projection(laws[j], x);
-        let on = Descent { v: &v, nearest: &nearest, weight: &[0.25, 0.25], reduction: 0.0 };
+        let on = Descent { v: &v, nearest: &nearest, weight: &[0.25, 0.25], reduction: 0.0, stop: &Stop::never() };
         let mut x = vec![[0.0; 3]; 2];
         let mut v_x = v(&x);
         accelerated_gradients(&on, &mut x, &mut v_x, &mut 1.0, 200);

@@ -37,26 +37,17 @@ pub(crate) struct Step {
     pub resisted: bool,
 }
 
-/// How a run of steps ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
-    /// The residual is at most its target.
-    Converged,
-    /// Nothing gains on the residual any more.
-    Stalled,
-    /// The budget of steps is used up.
-    Limit,
-    /// The observer asked to stop.
-    Interrupted,
-}
-
 /// What the methods need to know of a problem.
 pub(crate) trait System {
     /// False for a component of point `j` that has no row of `B`; its multiplier is zero.
-    fn live(&self, j: usize) -> [bool; 3];
+    fn live(&self, _j: usize) -> [bool; 3] {
+        [true; 3]
+    }
 
     /// What the forces on floating bodies lack of balance, newton, one number a rigid motion.
-    fn imbalance(&self, lambda: &[V3]) -> Vec<f64>;
+    fn imbalance(&self, _lambda: &[V3]) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// The change that solves the linearised laws of all points (to a relative accuracy, where that is iterative);
     /// `None` where they are singular to working precision.

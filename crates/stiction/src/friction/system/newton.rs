@@ -1,9 +1,9 @@
 use std::ops::ControlFlow;
 
-use super::{End, Iterate, System, length};
+use super::{Iterate, System, length};
 use crate::contact::Friction;
-use crate::friction::PointState;
 use crate::friction::law::{Linearisation, V3, augmented, residual, state};
+use crate::friction::{End, PointState};
 use crate::linalg::norm;
 
 /// Thresholds of [`newton`] in which its users differ.

@@ -6,11 +6,11 @@ use crate::linalg::pattern::{Pattern, ROWS_PER_TASK, piece, tasks, with_room};
 use crate::linalg::{NodeGraph, SymmetricCsr, in_huge_pages, vectorised};
 
 /// A dense block, by rows.
-pub type Block<const R: usize, const C: usize> = [[f64; C]; R];
+pub(crate) type Block<const R: usize, const C: usize> = [[f64; C]; R];
 
 /// A sparse matrix of dense blocks by compressed rows; columns ascend in each row and are unique.
 #[derive(Debug, Clone, Default)]
-pub struct Blocks<const R: usize, const C: usize> {
+pub(crate) struct Blocks<const R: usize, const C: usize> {
     /// Number of rows of blocks.
     pub rows: usize,
     /// Number of columns of blocks.
@@ -82,19 +82,19 @@ impl Pattern {
 
 impl<const R: usize, const C: usize> Blocks<R, C> {
     /// Columns and blocks of row `i`.
-    pub fn row(&self, i: usize) -> (&[u32], &[Block<R, C>]) {
+    pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<R, C>]) {
         let range = self.start[i]..self.start[i + 1];
         (&self.column[range.clone()], &self.value[range])
     }
 
     /// The place of block `(i, j)` among the values, if it is stored.
-    pub fn place(&self, i: usize, j: usize) -> Option<usize> {
+    pub(crate) fn place(&self, i: usize, j: usize) -> Option<usize> {
         let (columns, _) = self.row(i);
         columns.binary_search(&(j as u32)).ok().map(|k| self.start[i] + k)
     }
 
     /// `A x`.
-    pub fn times(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
+    pub(crate) fn times(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
         let mut y = vec![[0.0; R]; self.rows];
         y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
             for (k, y) in y.iter_mut().enumerate() {
@@ -170,7 +170,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
 
 impl<const R: usize> Blocks<R, R> {
     /// The diagonal block of row `i`; zero where none is stored.
-    pub fn diagonal(&self, i: usize) -> Block<R, R> {
+    pub(crate) fn diagonal(&self, i: usize) -> Block<R, R> {
         self.place(i, i).map_or([[0.0; R]; R], |place| self.value[place])
     }
 }
@@ -197,7 +197,7 @@ impl<const R: usize, const C: usize> Row<'_, R, C> {
 
 /// The position of each unknown in vectors of nodes with three components.
 #[derive(Debug, Clone)]
-pub struct Nodes {
+pub(crate) struct Nodes {
     /// Node and component of each unknown.
     pub of: Vec<(u32, u8)>,
     /// Number of nodes.
@@ -206,7 +206,7 @@ pub struct Nodes {
 
 impl Nodes {
     /// The nodes of the graph; `None` if one has more than three unknowns.
-    pub fn new(graph: &NodeGraph, unknowns: usize) -> Option<Nodes> {
+    pub(crate) fn new(graph: &NodeGraph, unknowns: usize) -> Option<Nodes> {
         let mut of = vec![(0, 0); unknowns];
         for v in 0..graph.len() {
             let own = graph.unknowns_of(v);
@@ -219,19 +219,19 @@ impl Nodes {
     }
 
     /// A vector of unknowns as one of nodes; components without unknown are zero.
-    pub fn gather(&self, x: &[f64]) -> Vec<[f64; 3]> {
+    pub(crate) fn gather(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let mut y = vec![[0.0; 3]; self.count];
         self.of.iter().zip(x).for_each(|(&(v, c), &x)| y[v as usize][c as usize] = x);
         y
     }
 
     /// The inverse of [`Self::gather`].
-    pub fn scatter(&self, y: &[[f64; 3]]) -> Vec<f64> {
+    pub(crate) fn scatter(&self, y: &[[f64; 3]]) -> Vec<f64> {
         self.of.iter().map(|&(v, c)| y[v as usize][c as usize]).collect()
     }
 
     /// The matrix by nodes; components without unknown get a diagonal entry, so that it stays positive definite.
-    pub fn blocks(&self, k: &SymmetricCsr, graph: &NodeGraph) -> Blocks<3, 3> {
+    pub(crate) fn blocks(&self, k: &SymmetricCsr, graph: &NodeGraph) -> Blocks<3, 3> {
         let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
             name(v as u32);
             graph.neighbours_of(v).iter().for_each(|&w| name(w));

@@ -9,7 +9,7 @@ use super::truncation::Columns;
 /// The problem in the space of the second coarse level, with springs at the contact nodes: the first problem of nested
 /// iteration where there is no coarser mesh. Its cycle costs a few hundredths of one of the whole hierarchy. It borrows the
 /// coarse levels of the hierarchy, which have to be constrained again afterwards.
-pub struct CoarseProblem<'a> {
+pub(crate) struct CoarseProblem<'a> {
     hierarchy: &'a mut Hierarchy,
     /// Without springs.
     matrix: Blocks<6, 6>,
@@ -40,7 +40,7 @@ impl Hierarchy {
     /// coarsest level: the diagonal of `sum of P D⁻¹ Pᵀ` over the levels between (Bramble, Pasciak & Xu 1990), for a
     /// hierarchy without constraints. In flat cells it is most of the compliance: their nodes move with their close
     /// neighbours.
-    pub fn coarse_compliances(&self) -> Vec<[f64; 3]> {
+    pub(crate) fn coarse_compliances(&self) -> Vec<[f64; 3]> {
         let mut sum = vec![[0.0; 3]; self.truncation.p.rows];
         let mut rows = self.truncation.p.clone();
         for (k, level) in self.coarse.iter().enumerate() {
@@ -62,7 +62,7 @@ impl Hierarchy {
 
 impl<'a> CoarseProblem<'a> {
     /// `None` if the hierarchy has no second coarse level, or one with too few nodes to resolve the contact surface.
-    pub fn new(hierarchy: &'a mut Hierarchy) -> Option<CoarseProblem<'a>> {
+    pub(crate) fn new(hierarchy: &'a mut Hierarchy) -> Option<CoarseProblem<'a>> {
         let further = hierarchy.further.first()?;
         let matrix = hierarchy.without_constraints(1);
         if matrix.rows < LEAST {
@@ -74,14 +74,14 @@ impl<'a> CoarseProblem<'a> {
     }
 
     /// A load on the finest level, newton by its nodes, in this space.
-    pub fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
+    pub(crate) fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let (scale, f) = unit(f);
         let coarse = self.hierarchy.first.transpose_times(&f, self.hierarchy.first_coarse());
         scaled(scale, &self.hierarchy.further[0].transpose_times(&coarse, self.matrix.rows))
     }
 
     /// Displacements of this space by the nodes of the finest level.
-    pub fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
+    pub(crate) fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         let (scale, x) = unit(x);
         let mut coarse = vec![[0.0; 6]; self.hierarchy.first_coarse()];
         self.hierarchy.further[0].add_times(&x, &mut coarse);
@@ -91,17 +91,17 @@ impl<'a> CoarseProblem<'a> {
     }
 
     /// `A x`, without springs.
-    pub fn times(&self, x: &[[f64; 6]]) -> Vec<[f64; 6]> {
+    pub(crate) fn times(&self, x: &[[f64; 6]]) -> Vec<[f64; 6]> {
         self.matrix.times(x)
     }
 
     /// Displacements of the nodes that may be constrained, in their order.
-    pub fn to_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
+    pub(crate) fn to_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
         self.rows.times(x)
     }
 
     /// Forces on those nodes, newton in the direction of their displacements, in this space.
-    pub fn from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
+    pub(crate) fn from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let mut sum = vec![[0.0; 6]; self.matrix.rows];
         for (i, force) in forces.iter().enumerate() {
             let (columns, blocks) = self.rows.row(i);
@@ -115,7 +115,7 @@ impl<'a> CoarseProblem<'a> {
 
     /// Springs for the cycles, one stiffness (force per length, positive semidefinite) for each of those nodes; they take the
     /// place of those before.
-    pub fn set_springs(&mut self, springs: &[Block<3, 3>]) {
+    pub(crate) fn set_springs(&mut self, springs: &[Block<3, 3>]) {
         let CoarseProblem { hierarchy, rows, columns: (start, entry), .. } = self;
         let touched = &hierarchy.truncation.touched[1];
         let of_column = |t: usize| {
@@ -138,7 +138,7 @@ impl<'a> CoarseProblem<'a> {
     }
 
     /// One cycle for `(A + springs) x = b` from zero.
-    pub fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
+    pub(crate) fn cycle(&self, b: &[[f64; 6]]) -> Vec<[f64; 6]> {
         let (scale, b) = unit(b);
         scaled(scale, &self.hierarchy.cycles_from(1, &b))
     }

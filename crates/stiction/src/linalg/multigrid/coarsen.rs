@@ -10,7 +10,7 @@ use crate::linalg::in_huge_pages;
 use crate::linalg::pattern::{Pattern, tasks};
 
 /// The near-kernel at one node: a row of six values for each of its components.
-pub type Kernel<const R: usize> = [[f64; 6]; R];
+pub(crate) type Kernel<const R: usize> = [[f64; 6]; R];
 
 /// A coarser level: its matrix, its near-kernel and the prolongation from it.
 #[derive(Debug, Clone)]

@@ -69,7 +69,7 @@ fn zero_pivots<const R: usize>(a: &Block<R, R>) -> [f64; R] {
 
 /// The inverse of a symmetric positive semidefinite block; directions with a zero pivot are left out (zero rows and
 /// columns).
-pub fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
+pub(crate) fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
     inverse_above(a, &zero_pivots(a))
 }
 

@@ -22,12 +22,12 @@ mod smoother;
 mod tests;
 mod truncation;
 
-pub use blocks::{Block, Blocks, Nodes};
-pub use coarse_problem::CoarseProblem;
-pub use coarsen::Kernel;
-pub use dense::inverse;
-pub use relative_coordinates::RelativeCoordinates;
-pub use truncation::NodeConstraint;
+pub(crate) use blocks::{Block, Blocks, Nodes};
+pub(crate) use coarse_problem::CoarseProblem;
+pub(crate) use coarsen::Kernel;
+pub(crate) use dense::inverse;
+pub(crate) use relative_coordinates::RelativeCoordinates;
+pub(crate) use truncation::NodeConstraint;
 
 use super::Stop;
 use coarsen::{coarsen, copied};
@@ -40,7 +40,7 @@ use truncation::Truncation;
 /// A hierarchy of matrices, used as a preconditioner: one V-cycle with a forward Gauss-Seidel sweep before and a
 /// backward one after the coarse correction, which is symmetric and positive definite.
 #[derive(Debug, Clone)]
-pub struct Hierarchy {
+pub(crate) struct Hierarchy {
     fine: Level<3, 4>,
     /// From the first coarse level to the fine one.
     first: Packed<3, 6>,
@@ -86,21 +86,11 @@ const VISIT_WORK: f64 = 0.25;
 impl Hierarchy {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
     /// rigid motions for elasticity). Only `contact_nodes` can be constrained later. `None` if aggregation does not make
-    /// the matrix coarser.
+    /// the matrix coarser, or if `stop` asks to end, which it is asked between the levels and their parts.
     ///
     /// With relative coordinates `a` is transformed to them ([`RelativeCoordinates::transform_matrix`]). The coarse
     /// spaces are those of `a` as it was given, so that bodies joined by contact alone keep separate aggregates.
-    pub fn new(
-        a: &mut Blocks<3, 3>,
-        kernel: &[Kernel<3>],
-        contact_nodes: &[u32],
-        relative: Option<&RelativeCoordinates>,
-    ) -> Option<Hierarchy> {
-        Self::until(a, kernel, contact_nodes, relative, &Stop::never())
-    }
-
-    /// The same; `None` also if `stop` asks to end, which is heard between the levels and their parts.
-    pub fn until(
+    pub(crate) fn new(
         a: &mut Blocks<3, 3>,
         kernel: &[Kernel<3>],
         contact_nodes: &[u32],
@@ -156,12 +146,12 @@ impl Hierarchy {
 
     /// Whether some motion costs no energy under the present constraints. The coarsest level decides: it represents the
     /// near-kernel exactly.
-    pub fn is_singular(&self) -> bool {
+    pub(crate) fn is_singular(&self) -> bool {
         self.coarsest.singular > 0
     }
 
     /// Nodes of each level, the finest first, and the entries stored in its matrix.
-    pub fn level_sizes(&self) -> Vec<(usize, usize)> {
+    pub(crate) fn level_sizes(&self) -> Vec<(usize, usize)> {
         let fine = (self.fine.matrix.rows, 9 * self.fine.matrix.value.len());
         let coarse = self.coarse.iter().map(|l| (l.matrix.rows, 36 * l.matrix.value.len()));
         let coarsest = self.coarsest.nodes();
@@ -170,7 +160,7 @@ impl Hierarchy {
 
     /// One cycle for `A x = b` from zero; `b` is zero on constrained components. With Coulomb coupling the sweeps of the
     /// finest level are those of the unsymmetric system, and the coarse levels see the coupling in their residuals alone.
-    pub fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    pub(crate) fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let (scale, b) = unit(b);
         if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];

@@ -9,7 +9,7 @@ use super::dense::{add_product, add_transpose_product};
 /// (Wohlmuth & Krause 2003, for dual Lagrange multipliers) contact between bodies is as local as contact with an
 /// obstacle.
 #[derive(Debug, Clone)]
-pub struct RelativeCoordinates {
+pub(crate) struct RelativeCoordinates {
     /// The nodes with relative displacements. A node with a nonempty row of `c` is no column of `c`.
     pub nodes: Vec<u32>,
     /// `C`: a row for each of `nodes`, a column for each node of the mesh.
@@ -18,7 +18,7 @@ pub struct RelativeCoordinates {
 
 impl RelativeCoordinates {
     /// `C` from its rows, each a list of columns and blocks.
-    pub fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> RelativeCoordinates {
+    pub(crate) fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> RelativeCoordinates {
         let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
         let c =
             Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
@@ -31,12 +31,12 @@ impl RelativeCoordinates {
     }
 
     /// `x' = x + C x`.
-    pub fn to_relative(&self, x: &mut [[f64; 3]]) {
+    pub(crate) fn to_relative(&self, x: &mut [[f64; 3]]) {
         self.displace(x, 1.0);
     }
 
     /// `x = x' - C x'`.
-    pub fn to_absolute(&self, x: &mut [[f64; 3]]) {
+    pub(crate) fn to_absolute(&self, x: &mut [[f64; 3]]) {
         self.displace(x, -1.0);
     }
 
@@ -50,7 +50,7 @@ impl RelativeCoordinates {
     }
 
     /// Forces that do the same work on the relative displacements, `f' = f - Cᵀ f`.
-    pub fn forces(&self, f: &mut [[f64; 3]]) {
+    pub(crate) fn forces(&self, f: &mut [[f64; 3]]) {
         for (i, &v) in self.nodes.iter().enumerate() {
             let own = f[v as usize];
             for (k, c) in self.terms(i) {
@@ -68,7 +68,7 @@ impl RelativeCoordinates {
 
     /// Transforms `A` to the relative displacements, `Tᵀ A T` with `x = T x'`. Only rows near the changed nodes and near
     /// the columns of their rows of `C` are recomputed.
-    pub fn transform_matrix(&self, a: &mut Blocks<3, 3>) {
+    pub(crate) fn transform_matrix(&self, a: &mut Blocks<3, 3>) {
         let place = self.places();
         let coupled = |j: u32| {
             let i = place[j as usize];
@@ -216,6 +216,7 @@ mod tests {
     use super::super::tests::{assert_local_changes, lattice};
     use super::super::{Hierarchy, NodeConstraint};
     use super::*;
+    use crate::linalg::Stop;
 
     /// Two lattices side by side without a spring between them, the nodes of one face of the first coupled to two nodes
     /// of the second.
@@ -308,7 +309,8 @@ mod tests {
         for constraints in [constraints_of(&|_| [true; 3]), constraints_of(&|i| [i % 3 == 0, i % 4 == 1, false])] {
             assert_local_changes(&relative, &relative, &coupled, &coordinates.nodes, &constraints);
         }
-        let mut multigrid = Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates)).unwrap();
+        let mut multigrid =
+            Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates), &Stop::never()).unwrap();
         multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.

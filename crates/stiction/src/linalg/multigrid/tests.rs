@@ -148,7 +148,7 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels = Hierarchy::new(&mut a.clone(), &kernel, &[], None).unwrap().level_sizes();
+        let levels = Hierarchy::new(&mut a.clone(), &kernel, &[], None, &Stop::never()).unwrap().level_sizes();
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
@@ -196,7 +196,7 @@ impl SlippingFace {
         let slips = NodeConstraint { constrained: [true, false, false], coulomb: COULOMB, ..Default::default() };
         let constraints: Vec<NodeConstraint> =
             (0..nodes.len()).map(|k| if k % 7 == 0 { NodeConstraint::default() } else { slips }).collect();
-        let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+        let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, &Stop::never()).unwrap();
         hierarchy.constrain(&constraints, true);
         SlippingFace { a, nodes, constraints, hierarchy }
     }
@@ -289,7 +289,7 @@ fn the_restricted_residual_is_that_on_truncated_functions_less_that_on_lifts() {
 fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
-    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None).unwrap();
+    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, &Stop::never()).unwrap();
     // Earlier constraints of the levels do not matter.
     hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
@@ -335,7 +335,7 @@ fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
     for step in [[1.0; 3], [20.0, 20.0, 1.0]] {
         let (a, kernel) = lattice([13, 13, 13], step);
         let node = (6 * 13 + 6) * 13;
-        let hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None).unwrap();
+        let hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None, &Stop::never()).unwrap();
         let (own, coarse) = (inverse(&a.diagonal(node)), hierarchy.coarse_compliances()[0]);
         for c in 0..3 {
             let mut u = vec![[0.0; 3]; a.rows];

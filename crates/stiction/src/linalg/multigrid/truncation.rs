@@ -10,7 +10,7 @@ use super::smoother::Level;
 /// The constraint at a node: constrained components, which keep their value, and a stiffness added to its diagonal block
 /// (positive semidefinite, on free components).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct NodeConstraint {
+pub(crate) struct NodeConstraint {
     /// Components that are constrained.
     pub constrained: [bool; 3],
     /// Stiffness added to the others, force per length.
@@ -117,7 +117,7 @@ fn column<'a>(columns: &'a Columns, of: &'a Blocks<3, 6>, k: u32) -> impl Iterat
 impl Hierarchy {
     /// Constrains the contact nodes, one constraint each in their order. The finest level changes at once, the coarse levels
     /// only if `coarse` is true.
-    pub fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
+    pub(crate) fn constrain(&mut self, constraints: &[NodeConstraint], coarse: bool) {
         let Truncation { nodes, diagonal, .. } = &self.truncation;
         for ((constraint, &v), block) in constraints.iter().zip(nodes).zip(diagonal) {
             let mut diagonal = *block;

@@ -5,7 +5,7 @@ mod penalty;
 mod sets;
 
 use super::minimize_in_bounds;
-use super::{BoundProblem, BoundSolution, Bounds, MprgpSettings};
+use super::{Bounds, MprgpSettings, Program, QpSolution};
 
 /// Numbers in `(-1, 1)` from a linear congruence: the same in every run.
 pub(super) struct Numbers(u64);
@@ -71,8 +71,8 @@ pub(super) fn variants() -> [MprgpSettings; 2] {
     [MprgpSettings::default(), MprgpSettings { proportion: 0.5, ..MprgpSettings::default() }]
 }
 
-pub(super) fn solve(a: &Dense, b: &[f64], bounds: &Bounds, settings: &MprgpSettings, tolerance: f64) -> BoundSolution {
+pub(super) fn solve(a: &Dense, b: &[f64], bounds: &Bounds, settings: &MprgpSettings, tolerance: f64) -> QpSolution {
     let mut operator = |x: &[f64]| a.times(x);
-    let problem = BoundProblem { operator: &mut operator, b, bounds, largest_eigenvalue: None, preconditioner: None };
-    minimize_in_bounds(problem, &vec![0.0; b.len()], settings, tolerance, 20_000, &mut |_, _| false)
+    let problem = Program { operator: &mut operator, b, largest_eigenvalue: None, preconditioner: None };
+    minimize_in_bounds(problem, bounds, &vec![0.0; b.len()], settings, tolerance, 20_000, &mut |_, _| false)
 }

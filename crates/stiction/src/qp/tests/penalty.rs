@@ -82,7 +82,7 @@ fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
 
 /// Solves with the penalised copies and the inverse of the blocks of single triples on the face. Returns also the
 /// projected gradient and the level at which products with the penalty round, both relative to the right-hand side.
-fn solved(points: usize, copies: usize, penalty: f64, method: &MprgpSettings) -> ([f64; 2], BoundSolution) {
+fn solved(points: usize, copies: usize, penalty: f64, method: &MprgpSettings) -> ([f64; 2], QpSolution) {
     let mut numbers = Numbers::new(5);
     let spectrum = spread(3 * points, 1e-3, 1.0);
     let mean = spectrum.iter().sum::<f64>() / spectrum.len() as f64;
@@ -107,18 +107,12 @@ fn solved(points: usize, copies: usize, penalty: f64, method: &MprgpSettings) ->
     };
     let mut operator = |x: &[f64]| p.times(x);
     let bounds = p.bounds(1.0);
-    let problem = BoundProblem {
-        operator: &mut operator,
-        b: &b,
-        bounds: &bounds,
-        largest_eigenvalue: None,
-        preconditioner: Some(&apply),
-    };
-    let s = minimize_in_bounds(problem, &vec![0.0; b.len()], method, 1e-8 * norm(&b), 5000, &mut |_, _| false);
+    let problem = Program { operator: &mut operator, b: &b, largest_eigenvalue: None, preconditioner: Some(&apply) };
+    let s = minimize_in_bounds(problem, &bounds, &vec![0.0; b.len()], method, 1e-8 * norm(&b), 5000, &mut |_, _| false);
     let apart = p.differences(&s.x).iter().map(|d| norm(d)).fold(0.0, f64::max);
     assert!(apart * penalty < 10.0 * norm(&b), "the copies are {apart} apart");
     let rounding = f64::EPSILON * 4.0 * penalty * norm(&s.x);
-    ([s.projected_gradient / norm(&b), rounding / norm(&b)], s)
+    ([s.measure / norm(&b), rounding / norm(&b)], s)
 }
 
 #[test]

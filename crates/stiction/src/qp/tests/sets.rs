@@ -53,9 +53,9 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn run(case: &Case, settings: &SetSettings, relative: f64) -> SetSolution {
+fn run(case: &Case, settings: &SetSettings, relative: f64) -> QpSolution {
     let mut operator = |x: &[f64]| case.a.times(x);
-    let problem = SetProblem { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
+    let problem = Program { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
     let start = vec![0.0; case.b.len()];
     minimize_in_sets(problem, &case.sets, &start, settings, relative * norm(&case.b), 50_000, &mut |_, _| false)
 }
@@ -97,7 +97,7 @@ fn no_step_raises_the_objective() {
             let mut values = Vec::new();
             let mut operator = |x: &[f64]| case.a.times(x);
             let problem =
-                SetProblem { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
+                Program { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
             let start: Vec<f64> = case.b.iter().map(|b| -5.0 * b).collect();
             let tolerance = 1e-6 * norm(&case.b);
             minimize_in_sets(problem, &case.sets, &start, &settings, tolerance, 5000, &mut |x, _| {
@@ -167,7 +167,7 @@ fn without_constraints_the_steps_are_those_of_conjugate_gradients() {
 fn what_cannot_be_solved_is_said_and_not_looped_over() {
     let case = &cases()[0];
     let solve = |operator: &mut dyn FnMut(&[f64]) -> Vec<f64>, sets: &[PointSet], tolerance: f64, limit: usize| {
-        let problem = SetProblem { operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
+        let problem = Program { operator, b: &case.b, largest_eigenvalue: None, preconditioner: None };
         let start = vec![0.0; case.b.len()];
         minimize_in_sets(problem, sets, &start, &SetSettings::default(), tolerance, limit, &mut |_, _| false)
     };
@@ -195,7 +195,7 @@ fn a_diagonal_on_the_face_cures_a_diagonal_scaling() {
     let apply = |r: &[f64], _: &[bool]| -> Vec<f64> { r.iter().enumerate().map(|(i, r)| r / case.a.0[i][i]).collect() };
     let mut operator = |x: &[f64]| case.a.times(x);
     let problem =
-        SetProblem { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: Some(&apply) };
+        Program { operator: &mut operator, b: &case.b, largest_eigenvalue: None, preconditioner: Some(&apply) };
     let tolerance = 1e-9 * norm(&case.b);
     let (settings, start) = (SetSettings::default(), vec![0.0; 3 * m]);
     let with = minimize_in_sets(problem, &case.sets, &start, &settings, tolerance, 9999, &mut |_, _| false);

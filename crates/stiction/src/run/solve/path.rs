@@ -171,6 +171,7 @@ pub(crate) fn solve_again(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     let problem = &prepared.problem;
+    settings.solver.validate(problem)?;
     let mut clock = Clock::new();
     let mut solver = settings.solver.clone();
     let newton = settings.method.method == Method::Newton;
@@ -202,6 +203,10 @@ fn by_method(
     kept: &mut Kept,
     observer: &mut Observer,
 ) -> Result<Answer, Error> {
+    if solver.start_displacement.is_some() {
+        let what = "`start_displacement` is for multigrid, and this method starts from multipliers";
+        return Err(Error::new("settings", what, "give `start` instead"));
+    }
     let dual = kept.factorised(problem, solver, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let solves = dual.solves();

@@ -9,8 +9,8 @@ use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, total
 use crate::certificate::{BodyBalance, Certificate};
 use crate::contact::equilibrium::in_words;
 use crate::friction::{
-    CopiesAtOnce, Coupling, Given, MethodEnd, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
-    Status, Sweeps,
+    CopiesAtOnce, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting, Status,
+    Sweeps,
 };
 use crate::run::pose::{Prepared, Seconds, Span};
 
@@ -432,10 +432,10 @@ impl MethodDetails {
             Given::AdaptiveUzawa | Given::Discs => (None, None),
         };
         let end = match report.end {
-            MethodEnd::Converged => "converged",
-            MethodEnd::Limit => "limit",
-            MethodEnd::Stalled => "stalled",
-            MethodEnd::Interrupted => "interrupted",
+            End::Converged => "converged",
+            End::Limit => "limit",
+            End::Stalled => "stalled",
+            End::Interrupted => "interrupted",
         };
         let inner = match given {
             Given::Uzawa(Minimization { copies: CopiesAtOnce::One, .. }) => "alg1",

@@ -14,7 +14,7 @@ use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::friction::{self, Counts, PointState, Solution, SolverPath, Status};
+use crate::friction::{self, Counts, Method, PointState, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::run::pose::axis::Position;
@@ -267,7 +267,12 @@ fn attempt(
     };
     march.attempts += 1;
     if from.0.iter().any(|&x| x != 0.0) {
-        let warm = solve_again(prepared, &with(Some(from.0.clone()), Some(from.1.clone())), kept, observer)?;
+        let path = settings.solver.path;
+        let factor = path != SolverPath::Multigrid;
+        let multigrid =
+            !matches!(path, SolverPath::Dense | SolverPath::Solves) && settings.method.method == Method::Newton;
+        let warm = with(factor.then(|| from.0.clone()), multigrid.then(|| from.1.clone()));
+        let warm = solve_again(prepared, &warm, kept, observer)?;
         if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
             return Ok(warm);
         }
