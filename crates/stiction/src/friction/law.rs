@@ -177,12 +177,12 @@ impl Linearisation {
         }
     }
 
-    /// Linearises the law at `lambda` and `v`. `live` is false for a component that has no row of `B`. Where the friction
+    /// Linearises the law at `lambda` and `v`. `has_row` is false for a component that has no row of `B`. Where the friction
     /// of a slipping point grows faster than `largest_slope` with the normal force, it keeps its present bound.
-    pub(crate) fn new(friction: Friction, r: f64, live: [bool; 3], largest_slope: f64, lambda: V3, v: V3) -> Self {
+    pub(crate) fn new(friction: Friction, r: f64, has_row: [bool; 3], largest_slope: f64, lambda: V3, v: V3) -> Self {
         let mut at = Linearisation::NOTHING;
         let component = |at: &mut Linearisation, i: usize| {
-            if live[i] {
+            if has_row[i] {
                 at.push(UNITS[i], UNITS[i], -v[i]);
             }
         };
@@ -191,7 +191,7 @@ impl Linearisation {
             return at;
         }
         let a = augmented(lambda, v, r);
-        let touches = a[0] > 0.0 && live[0];
+        let touches = a[0] > 0.0 && has_row[0];
         let (limit, length) = (friction.bound(a[0]), a[1].hypot(a[2]));
         if touches {
             component(&mut at, 0);
@@ -215,7 +215,7 @@ impl Linearisation {
             let (turn, q) = ([0.0, -e[1], e[0]], limit / length);
             if q <= NO_BOUND {
                 (at.known[1], at.known[2]) = (at.known[1] - across * turn[1], at.known[2] - across * turn[2]);
-            } else if live[1] && live[2] {
+            } else if has_row[1] && has_row[2] {
                 at.compliance[at.unknowns] = (1.0 - q) / (q * r);
                 at.weight[at.unknowns] = q;
                 // `a` has no component across `e`: lambda_x = r v_x.

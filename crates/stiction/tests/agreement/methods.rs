@@ -255,9 +255,9 @@ fn mixed(coulomb: bool) -> ContactProblem {
     }
     p.labels.pairs =
         [("left", 0..m / 2), ("right", m / 2..m)].map(|(name, points)| Pair { name: name.into(), points }).into();
-    let live: Vec<bool> = (m..3 * m).map(|i| !p.contact.B.row(i).0.is_empty()).collect();
-    assert!(live.iter().any(|l| !l), "some rows of B are to be empty");
-    for (i, s) in p.contact.slip_reference.iter_mut().enumerate().filter(|(i, _)| live[*i]) {
+    let has_row: Vec<bool> = (m..3 * m).map(|i| !p.contact.B.row(i).0.is_empty()).collect();
+    assert!(has_row.iter().any(|l| !l), "some rows of B are to be empty");
+    for (i, s) in p.contact.slip_reference.iter_mut().enumerate().filter(|(i, _)| has_row[*i]) {
         *s = 1e-7 * (i as f64).sin();
     }
     p

@@ -55,7 +55,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
     let r = parameters(problem, &by_component(&system.stiffness));
     let (lambda, v) = (by_point(lambda), by_point(&problem.opening(u)));
     let given = |j: usize| frozen(problem.contact.friction[j], lambda[j][0]);
-    let law = |j: usize| Linearisation::new(given(j), r[j], system.live(j), 0.0, lambda[j], v[j]);
+    let law = |j: usize| Linearisation::new(given(j), r[j], system.has_row(j), 0.0, lambda[j], v[j]);
     let mut points: Vec<Linearisation> = (0..problem.points()).map(law).collect();
     let slips: Vec<(usize, [f64; 2])> =
         points.iter().enumerate().filter_map(|(j, p)| p.slip.map(|(e, _)| (j, e))).collect();

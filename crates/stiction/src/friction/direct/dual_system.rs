@@ -28,8 +28,8 @@ impl<'a> DualSystem<'a> {
 
     /// A multiplier of point `j` without the components that have no row of `B`.
     pub(super) fn masked(&self, j: usize, lambda: V3) -> V3 {
-        let live = self.live(j);
-        std::array::from_fn(|i| if live[i] { lambda[i] } else { 0.0 })
+        let has_row = self.has_row(j);
+        std::array::from_fn(|i| if has_row[i] { lambda[i] } else { 0.0 })
     }
 
     /// Solves the linearised laws to the relative accuracy `accuracy` by preconditioned GMRES, at most `limit` products.
@@ -71,7 +71,7 @@ impl<'a> DualSystem<'a> {
 }
 
 impl System for DualSystem<'_> {
-    fn live(&self, j: usize) -> [bool; 3] {
+    fn has_row(&self, j: usize) -> [bool; 3] {
         self.stiffness[j].map(|k| k > 0.0)
     }
 

@@ -84,7 +84,7 @@ pub(super) fn uzawa_on(
     settings: &MethodSettings,
     record: &mut Record<'_, '_>,
 ) -> Result<(), End> {
-    let bounds = boxes(slip_bounds.friction, &step1.lagrangian.q.live, &slip_bounds.value);
+    let bounds = boxes(slip_bounds.friction, &step1.lagrangian.q.has_row, &slip_bounds.value);
     match given {
         Given::AdaptiveUzawa => adaptive_uzawa(step1, copies, &bounds, settings, record),
         Given::Uzawa(_) | Given::Discs => uzawa(step1, copies, &bounds, settings, record),
@@ -113,7 +113,7 @@ pub(super) fn inexact_fixed_point(
         if record.counts.iterations >= settings.max_iterations {
             return Err(End::Limit);
         }
-        let bounds = boxes(slip_bounds.friction, &lagrangian.q.live, &slip_bounds.value);
+        let bounds = boxes(slip_bounds.friction, &lagrangian.q.has_row, &slip_bounds.value);
         let settled = if given == Given::AdaptiveUzawa {
             // What a program leaves undone moves the bounds: it must be less than what the rule for them sees.
             let target = settings.inner_tolerance.min(settings.tolerance);

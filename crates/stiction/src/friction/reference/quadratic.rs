@@ -13,10 +13,10 @@ use crate::linalg::{Symmetric, largest_eigenvalue};
 #[allow(non_snake_case)]
 pub struct Quadratic<'a> {
     Q: Matrix<'a>,
-    /// Length, `3m`; zero where `live` is false.
+    /// Length, `3m`; zero where `has_row` is false.
     pub h: Vec<f64>,
     /// False for an empty row of `B`, whose multiplier is zero; `3m`.
-    pub live: Vec<bool>,
+    pub has_row: Vec<bool>,
     /// The largest eigenvalue of `Q`, length per newton, to 1e-4 from below.
     pub largest: f64,
     products: Cell<usize>,
@@ -44,13 +44,13 @@ impl<'a> Quadratic<'a> {
     /// The same with `Q` stored if it has at most `most` rows.
     pub fn stored_up_to(most: usize, problem: &ContactProblem, dual: &'a Dual) -> Self {
         let size = 3 * problem.points();
-        let live: Vec<bool> = (0..size).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
+        let has_row: Vec<bool> = (0..size).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
         let free = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
-        let h = free.iter().zip(&live).map(|(v, &live)| if live { -v } else { 0.0 }).collect();
+        let h = free.iter().zip(&has_row).map(|(v, &has_row)| if has_row { -v } else { 0.0 }).collect();
         let column = |j: usize| {
             let mut unit = vec![0.0; size];
             unit[j] = 1.0;
-            if live[j] { dual.times(&unit) } else { vec![0.0; size] }
+            if has_row[j] { dual.times(&unit) } else { vec![0.0; size] }
         };
         let matrix = if size <= most {
             Matrix::Stored(Symmetric::from_columns(size, column))
@@ -58,7 +58,7 @@ impl<'a> Quadratic<'a> {
             let stiffness = Dual::local_stiffness(problem);
             Matrix::Applied(dual, stiffness.iter().map(|&k| if k > 0.0 { 1.0 / k } else { 0.0 }).collect())
         };
-        let mut quadratic = Quadratic { Q: matrix, h, live, largest: 0.0, products: Cell::new(0) };
+        let mut quadratic = Quadratic { Q: matrix, h, has_row, largest: 0.0, products: Cell::new(0) };
         quadratic.largest = largest_eigenvalue(size, |x| quadratic.times(x), SHARP, LANCZOS_LIMIT).value;
         quadratic
     }
@@ -84,7 +84,7 @@ impl<'a> Quadratic<'a> {
     }
 
     fn applied(&self, dual: &Dual, x: &[f64]) -> Vec<f64> {
-        let masked: Vec<f64> = x.iter().zip(&self.live).map(|(x, &live)| if live { *x } else { 0.0 }).collect();
+        let masked: Vec<f64> = x.iter().zip(&self.has_row).map(|(x, &has_row)| if has_row { *x } else { 0.0 }).collect();
         dual.times(&masked)
     }
 

@@ -82,7 +82,7 @@ fn with_squares(
             Minimization { copies: CopiesAtOnce::All, splitting: Splitting::No, sweeps: Sweeps::One }
         }
     };
-    let squares = Squares::new(settings.squares, slip_bounds.friction, &q.live);
+    let squares = Squares::new(settings.squares, slip_bounds.friction, &q.has_row);
     let penalty = match settings.penalty {
         Penalty::Absolute(rho) => rho,
         Penalty::Scaled(factor) => factor * q.largest,
@@ -101,7 +101,7 @@ fn with_squares(
         }),
         Method::Given(_) | Method::Newton => uzawa_on(given, &step1, &mut copies, slip_bounds, settings, record),
     };
-    let boxes = boxes(slip_bounds.friction, &q.live, &slip_bounds.last);
+    let boxes = boxes(slip_bounds.friction, &q.has_row, &slip_bounds.last);
     MethodReport {
         end: end.err().unwrap_or(End::Converged),
         lambda: lagrangian.squares.mean(&copies.x),
@@ -118,7 +118,7 @@ fn with_squares(
 
 fn start_lambda(q: &Quadratic<'_>, settings: &MethodSettings) -> Vec<f64> {
     let mut lambda = settings.start.lambda.clone().unwrap_or_else(|| vec![0.0; q.h.len()]);
-    lambda.iter_mut().zip(&q.live).filter(|(_, live)| !**live).for_each(|(x, _)| *x = 0.0);
+    lambda.iter_mut().zip(&q.has_row).filter(|(_, has_row)| !**has_row).for_each(|(x, _)| *x = 0.0);
     lambda
 }
 
@@ -161,9 +161,9 @@ pub fn fixed_point_defect(
 }
 
 /// Whether the squares stand in for no disc: the answer of a converged method is that of the problem itself.
-pub(super) fn is_exact(friction: &[Friction], live: &[bool], settings: &MethodSettings) -> bool {
+pub(super) fn is_exact(friction: &[Friction], has_row: &[bool], settings: &MethodSettings) -> bool {
     settings.method.given().is_none_or(|given| given == Given::Discs)
-        || Squares::new(settings.squares, friction, live).cuts_no_disc()
+        || Squares::new(settings.squares, friction, has_row).cuts_no_disc()
 }
 
 fn validate(friction: &[Friction], settings: &MethodSettings) -> Result<(), Error> {

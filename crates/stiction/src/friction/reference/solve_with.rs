@@ -56,7 +56,7 @@ pub fn solve_with(
     let given = problem;
     let problem = &*given.isotropic();
     let q = Quadratic::stored_up_to(if frugal { MOST_STORED_FRUGAL } else { MOST_STORED }, problem, dual);
-    let exact = is_exact(&problem.contact.friction, &q.live, method);
+    let exact = is_exact(&problem.contact.friction, &q.has_row, method);
     let phase = phase(method.method);
     let mut next = method.clone();
     if settings.start.is_some() && next.start.lambda.is_none() {

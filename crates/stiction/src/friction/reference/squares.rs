@@ -25,8 +25,8 @@ pub enum Coupling {
 }
 
 impl Squares {
-    /// `live` is false for an empty row of `B`, `3m`; `count` is at least one.
-    pub(super) fn new(count: usize, friction: &[Friction], live: &[bool]) -> Self {
+    /// `has_row` is false for an empty row of `B`, `3m`; `count` is at least one.
+    pub(super) fn new(count: usize, friction: &[Friction], has_row: &[bool]) -> Self {
         let m = friction.len();
         let alpha = |i: usize| std::f64::consts::FRAC_PI_2 * i as f64 / count as f64;
         let rubs = |j: usize| !matches!(friction[j], Friction::None | Friction::Bonded);
@@ -34,7 +34,7 @@ impl Squares {
             count,
             turns: (0..count).map(|i| [alpha(i).cos(), alpha(i).sin()]).collect(),
             // A point that slips in one direction has a segment for a disc, which the first square bounds.
-            round: (0..m).map(|j| rubs(j) && live[m + j] && live[2 * m + j]).collect(),
+            round: (0..m).map(|j| rubs(j) && has_row[m + j] && has_row[2 * m + j]).collect(),
         }
     }
 
@@ -138,7 +138,7 @@ impl Coupling {
 }
 
 /// The box of one copy: what the multipliers may be where the friction at point `j` is at most `slip_bound[j]`.
-pub(super) fn boxes(friction: &[Friction], live: &[bool], slip_bound: &[f64]) -> Bounds {
+pub(super) fn boxes(friction: &[Friction], has_row: &[bool], slip_bound: &[f64]) -> Bounds {
     let m = friction.len();
     let (mut lower, mut upper) = (vec![0.0; 3 * m], vec![0.0; 3 * m]);
     for j in 0..m {
@@ -148,7 +148,7 @@ pub(super) fn boxes(friction: &[Friction], live: &[bool], slip_bound: &[f64]) ->
             Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => (0.0, slip_bound[j]),
         };
         let limits = [(normal, f64::INFINITY), (-tangential, tangential), (-tangential, tangential)];
-        for (i, (low, high)) in [j, m + j, 2 * m + j].into_iter().zip(limits).filter(|(i, _)| live[*i]) {
+        for (i, (low, high)) in [j, m + j, 2 * m + j].into_iter().zip(limits).filter(|(i, _)| has_row[*i]) {
             (lower[i], upper[i]) = (low, high);
         }
     }
@@ -205,9 +205,9 @@ mod tests {
     fn points_that_slip_in_one_direction_or_not_at_all_are_not_turned() {
         let given = Friction::Given { slip_bound: 1.0 };
         let laws = [given, given, Friction::Bonded, Friction::None, given];
-        let mut live = [true; 15];
-        (live[6], live[11]) = (false, false);
-        let squares = Squares::new(3, &laws, &live);
+        let mut has_row = [true; 15];
+        (has_row[6], has_row[11]) = (false, false);
+        let squares = Squares::new(3, &laws, &has_row);
         let mut x = numbers(15);
         let before = x.clone();
         squares.turn(1, &mut x);
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(moved, [5, 9, 10, 14]);
         squares.turn_back(1, &mut x);
         assert!(x.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-15));
-        let bounds = boxes(&laws, &live, &[1.0; 5]);
+        let bounds = boxes(&laws, &has_row, &[1.0; 5]);
         assert_eq!((bounds.lower[6], bounds.upper[6]), (0.0, 0.0));
         assert_eq!((bounds.lower[2], bounds.upper[12]), (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!((bounds.upper[8], bounds.upper[3], bounds.lower[5]), (0.0, f64::INFINITY, -1.0));

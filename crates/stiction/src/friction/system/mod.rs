@@ -40,7 +40,7 @@ pub(crate) struct Step {
 /// What the methods need to know of a problem.
 pub(crate) trait System {
     /// False for a component of point `j` that has no row of `B`; its multiplier is zero.
-    fn live(&self, _j: usize) -> [bool; 3] {
+    fn has_row(&self, _j: usize) -> [bool; 3] {
         [true; 3]
     }
 

@@ -82,8 +82,8 @@ impl Newton<'_> {
 
     pub(crate) fn linearised(&self, at: &Iterate, largest_slope: f64) -> Vec<Linearisation> {
         let point = |j: usize| {
-            let live = self.system.live(j);
-            let law = Linearisation::new(self.friction[j], self.r[j], live, largest_slope, at.lambda[j], self.v(at, j));
+            let has_row = self.system.has_row(j);
+            let law = Linearisation::new(self.friction[j], self.r[j], has_row, largest_slope, at.lambda[j], self.v(at, j));
             self.proximal.map_or(law, |term| law.with_compliance(term.compliance[j]))
         };
         (0..self.r.len()).map(point).collect()
