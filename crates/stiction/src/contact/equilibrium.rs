@@ -80,15 +80,15 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
     let mut hull = Hull { generators: vec![(None, slack)], weights: vec![0.0] };
     let mut before = f64::INFINITY;
     for _ in 0..GENERATORS {
-        let rest = hull.project(&target);
-        let distance = norm(&rest);
+        let residual = hull.project(&target);
+        let distance = norm(&residual);
         if distance <= BALANCED {
             return None;
         }
-        let (point, generator) = forces.against(&rest)?;
-        // The error of the rest is the root of the angle; an angle of rounding gains nothing any more.
-        if dot(&generator, &rest) <= 1e-14 * distance || distance >= before {
-            return Some(physical(&forces, &hull, rest, &load));
+        let (point, generator) = forces.against(&residual)?;
+        // The error of the residual is the root of the angle; an angle of rounding gains nothing any more.
+        if dot(&generator, &residual) <= 1e-14 * distance || distance >= before {
+            return Some(physical(&forces, &hull, residual, &load));
         }
         before = distance;
         hull.generators.push((point, generator));
@@ -99,11 +99,11 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
 
 /// The motion without the lift that the cone of friction pairs with sliding: points that carry force stay on their
 /// obstacle, if the loads still work on what remains.
-fn physical(forces: &Forces, hull: &Hull, mut rest: Vec<f64>, load: &[f64]) -> Slide {
-    rest.truncate(load.len());
+fn physical(forces: &Forces, hull: &Hull, mut residual: Vec<f64>, load: &[f64]) -> Slide {
+    residual.truncate(load.len());
     let carrying =
         hull.generators.iter().zip(&hull.weights).filter(|(_, w)| **w > 0.0).filter_map(|((point, _), _)| *point);
-    let mut along = rest.clone();
+    let mut along = residual.clone();
     let mut normals: Vec<Vec<f64>> = Vec::new();
     for j in carrying {
         let mut normal: Vec<f64> = forces.jumps.iter().map(|g| g[j]).collect();
@@ -117,8 +117,8 @@ fn physical(forces: &Forces, hull: &Hull, mut rest: Vec<f64>, load: &[f64]) -> S
         }
     }
     normals.iter().for_each(|n| axpy(-dot(&along, n), n, &mut along));
-    let works = dot(&along, load) > UNSEEN * norm(&along) * norm(load) && norm(&along) > UNSEEN * norm(&rest);
-    slide(if works { along } else { rest }, load)
+    let works = dot(&along, load) > UNSEEN * norm(&along) * norm(load) && norm(&along) > UNSEEN * norm(&residual);
+    slide(if works { along } else { residual }, load)
 }
 
 struct Forces<'a> {
@@ -129,23 +129,23 @@ struct Forces<'a> {
 }
 
 impl Forces<'_> {
-    /// The admissible force that takes up most of the work of the motion `rest`, by direction: a unit vector of the
+    /// The admissible force that takes up most of the work of the motion `residual`, by direction: a unit vector of the
     /// space of resultants, with its point if it is that of one point.
-    fn against(&self, rest: &[f64]) -> Option<(Option<usize>, Vec<f64>)> {
+    fn against(&self, residual: &[f64]) -> Option<(Option<usize>, Vec<f64>)> {
         let m = self.problem.points();
         let mut jump = vec![0.0; 3 * m];
-        self.jumps.iter().zip(rest).for_each(|(g, &d)| axpy(d, g, &mut jump));
+        self.jumps.iter().zip(residual).for_each(|(g, &d)| axpy(d, g, &mut jump));
         let mut best: Option<(f64, Option<usize>, Vec<f64>)> = None;
         let mut offer = |point: Option<usize>, vector: Vec<f64>| {
             let length = norm(&vector);
             if length > 0.0 {
-                let score = dot(&vector, rest) / length;
+                let score = dot(&vector, residual) / length;
                 if best.as_ref().is_none_or(|(least, ..)| score > *least) {
                     best = Some((score, point, vector.iter().map(|v| v / length).collect()));
                 }
             }
         };
-        let mut friction = vec![0.0; rest.len()];
+        let mut friction = vec![0.0; residual.len()];
         for j in 0..m {
             let rows = self.problem.rows(j);
             let [n, t1, t2] = rows.map(|i| jump[i]);
@@ -171,7 +171,7 @@ impl Forces<'_> {
                     [1.0, 0.0, 0.0]
                 }
             };
-            let mut vector = vec![0.0; rest.len()];
+            let mut vector = vec![0.0; residual.len()];
             self.add(rows, force, &mut vector);
             offer(Some(j), vector);
         }
@@ -218,9 +218,9 @@ impl Hull {
             self.weights[first] = 0.0;
             passive.retain(|&g| g != first);
         }
-        let mut rest = target.to_vec();
-        self.generators.iter().zip(&self.weights).for_each(|((_, g), &w)| axpy(-w, g, &mut rest));
-        rest
+        let mut residual = target.to_vec();
+        self.generators.iter().zip(&self.weights).for_each(|((_, g), &w)| axpy(-w, g, &mut residual));
+        residual
     }
 
     /// Weights of the generators that come nearest to `target`, by an orthogonal factorisation.
@@ -240,11 +240,11 @@ impl Hull {
             let reciprocal = if r[k][k] > 0.0 { 1.0 / r[k][k] } else { 0.0 };
             q.push(column.iter().map(|v| v * reciprocal).collect());
         }
-        let mut rest = target.to_vec();
+        let mut residual = target.to_vec();
         let mut image = Vec::with_capacity(count);
         for q in &q {
-            let share = dot(&rest, q);
-            axpy(-share, q, &mut rest);
+            let share = dot(&residual, q);
+            axpy(-share, q, &mut residual);
             image.push(share);
         }
         SmallLu::new(r).solve(&image)

@@ -129,9 +129,9 @@ impl Condensed {
                 let load = forces(global, r, &l);
                 let mut v = self.velocity(&load);
                 // One refinement: the factor's error is amplified by the condition of M.
-                let mut rest = load;
-                axpy(-1.0, &global.M.times(&v), &mut rest);
-                axpy(1.0, &self.velocity(&rest), &mut v);
+                let mut residual = load;
+                axpy(-1.0, &global.M.times(&v), &mut residual);
+                axpy(1.0, &self.velocity(&residual), &mut v);
                 let mut u = global.H.transpose_times(&v);
                 axpy(1.0, &global.w, &mut u);
                 Recovered { equilibrium: balance_of_bodies(global, r, &v, &l), u, v, l }
@@ -289,14 +289,14 @@ pub(super) fn balance_of_bodies(problem: &GlobalProblem, r: &[f64], v: &[f64], l
 #[allow(non_snake_case)]
 fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
     let Some(Equalities { G, b }) = &problem.equalities else { return 0.0 };
-    let mut rest = G.transpose_times(v);
-    axpy(1.0, b, &mut rest);
+    let mut residual = G.transpose_times(v);
+    axpy(1.0, b, &mut residual);
     // Where b vanishes, the sum's own terms are the scale.
     let mut magnitudes = G.clone();
     magnitudes.value.iter_mut().for_each(|g| *g = g.abs());
     let speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
     let scale = norm(&magnitudes.transpose_times(&speeds)).max(norm(b));
-    if scale > 0.0 { norm(&rest) / scale } else { 0.0 }
+    if scale > 0.0 { norm(&residual) / scale } else { 0.0 }
 }
 
 /// Residual of all bilateral constraints of a problem at a state, over their terms.

@@ -35,14 +35,14 @@ impl LinearSystem {
 
 /// Solves with one refinement, since pivots are sought within fronts only; `None` where the residual is not trusted.
 fn refined(lu: &Lu, matrix: &Csr, rhs: &[f64]) -> Option<Vec<f64>> {
-    let rest = |y: &[f64]| {
-        let mut rest = rhs.to_vec();
-        axpy(-1.0, &matrix.times(y), &mut rest);
-        rest
+    let residual = |y: &[f64]| {
+        let mut residual = rhs.to_vec();
+        axpy(-1.0, &matrix.times(y), &mut residual);
+        residual
     };
     let mut y = lu.solve(rhs);
-    axpy(1.0, &lu.solve(&rest(&y)), &mut y);
-    (norm(&rest(&y)) <= TRUSTED * norm(rhs)).then_some(y)
+    axpy(1.0, &lu.solve(&residual(&y)), &mut y);
+    (norm(&residual(&y)) <= TRUSTED * norm(rhs)).then_some(y)
 }
 
 /// The factor, if it solves a system with a known right-hand side.

@@ -67,9 +67,9 @@ impl Sparse {
         let mut load = self.H.times(r);
         axpy(1.0, &self.load, &mut load);
         let mut x = self.factor.solve(&load);
-        let mut rest = load;
-        axpy(-1.0, &self.A.times(&x), &mut rest);
-        axpy(1.0, &self.factor.solve(&rest), &mut x);
+        let mut residual = load;
+        axpy(-1.0, &self.A.times(&x), &mut residual);
+        axpy(1.0, &self.factor.solve(&residual), &mut x);
         let mut u = self.directions.times(&x);
         axpy(1.0, &self.w, &mut u);
         (x, u)

@@ -40,9 +40,9 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
     let law = Friction::Coulomb { coefficient: mu };
     let size = |g: &V3| dot(g, g).sqrt();
     let (mut x, mut u) = (start, velocity(&start));
-    let mut rest = size(&residual(law, x, u, 1.0));
+    let mut merit = size(&residual(law, x, u, 1.0));
     for _ in 0..LOCAL_STEPS {
-        if rest <= LOCAL * (size(&x) + size(others)) {
+        if merit <= LOCAL * (size(&x) + size(others)) {
             return x;
         }
         let Some(d) = local_step(w, &Linearisation::new(law, 1.0, [true; 3], f64::INFINITY, x, u)) else { break };
@@ -54,16 +54,16 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
         };
         let mut next = at(length);
         for _ in 0..HALVINGS {
-            if next.2 < rest {
+            if next.2 < merit {
                 break;
             }
             length *= 0.5;
             next = at(length);
         }
-        if next.2.is_nan() || next.2 >= rest {
+        if next.2.is_nan() || next.2 >= merit {
             break;
         }
-        (x, u, rest) = next;
+        (x, u, merit) = next;
     }
     projected(mu, w, others, x)
 }

@@ -13,7 +13,7 @@ pub mod reference;
 mod solution;
 pub(crate) mod system;
 
-pub use direct::{CoulombFacts, coulomb_facts, rigid_rest, solve};
+pub use direct::{CoulombFacts, coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
 pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{

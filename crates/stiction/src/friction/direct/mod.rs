@@ -8,6 +8,6 @@ mod solve;
 mod starts;
 
 pub use coulomb::{CoulombFacts, coulomb_facts};
-pub use rigid_start::rigid_rest;
+pub use rigid_start::rigid_equilibrium;
 pub use solve::solve;
 pub(super) use solve::{make_admissible, path_of};

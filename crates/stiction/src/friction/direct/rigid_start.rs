@@ -29,7 +29,7 @@ pub(in crate::friction) struct Equilibrium {
 ///
 /// # Panics
 /// If `u` or a slice has another length than the unknowns.
-pub fn rigid_rest(
+pub fn rigid_equilibrium(
     problem: &ContactProblem,
     motions: &RigidMotions,
     slices: &[Vec<f64>],

@@ -13,7 +13,7 @@ use crate::certificate::{Certificate, certify};
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
-use crate::friction::rigid_rest;
+use crate::friction::rigid_equilibrium;
 use crate::friction::{Counts, End, Phase, PointState, Progress, Settings, Solution, SolverPath};
 use crate::linalg::Stop;
 use crate::linalg::multigrid::Hierarchy;
@@ -95,7 +95,7 @@ pub fn solve_multigrid(
     let laws = point_laws(problem, transformed);
     let floats = transformed.points.iter().any(|p| p.floats);
     let traits = Traits { floats, convex: convex(&problem.contact.friction), max_iterations: settings.max_iterations };
-    let given = settings.start_displacement.clone().or_else(|| rigid_equilibrium(problem, transformed));
+    let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed));
     let start = match given {
         Some(u) => Some(transformed.to_frames(&u)),
         None if floats => None,
@@ -206,11 +206,11 @@ fn keep_best(best: &mut Option<(f64, Iterate)>, problem: &Subproblem<'_>, at: &I
 /// The equilibrium of floating bodies as rigid ones on an elastic foundation, which finds the points that support them. `None`
 /// where no body floats, or where the load would close all gaps: with all points closed a body at the limit of friction does
 /// not slide off.
-fn rigid_equilibrium(problem: &ContactProblem, transformed: &Transformed) -> Option<Vec<f64>> {
+fn start_of_floating_bodies(problem: &ContactProblem, transformed: &Transformed) -> Option<Vec<f64>> {
     let load = norm(&transformed.f);
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.compliance * load;
     let wide = transformed.points.iter().zip(&problem.contact.gap).any(wide);
-    wide.then(|| rigid_rest(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
+    wide.then(|| rigid_equilibrium(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 
 /// Whether the solution minimises an energy: no slip bound depends on a normal force.

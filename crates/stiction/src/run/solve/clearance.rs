@@ -4,7 +4,7 @@
 //! motion, the rigid mode of the bolt, is found here, and the equilibrium of all parts as rigid bodies on an elastic
 //! foundation, from which the shortening is searched and multigrid starts.
 
-use crate::friction::rigid_rest;
+use crate::friction::rigid_equilibrium;
 use crate::linalg::axpy;
 use crate::mesh::Mesh;
 use crate::run::pose::Prepared;
@@ -93,7 +93,7 @@ pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest
         }
     }
     if !columns.is_empty() {
-        let (_, way) = rigid_rest(&prepared.problem, &prepared.motions, &columns, &pull, u);
+        let (_, way) = rigid_equilibrium(&prepared.problem, &prepared.motions, &columns, &pull, u);
         bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way.max(0.0));
     }
 }
@@ -112,5 +112,5 @@ pub(crate) fn start(prepared: &Prepared) -> Option<Vec<f64>> {
             moved = true;
         }
     }
-    moved.then(|| rigid_rest(&prepared.problem, &prepared.motions, &[], &[], u).0)
+    moved.then(|| rigid_equilibrium(&prepared.problem, &prepared.motions, &[], &[], u).0)
 }
