@@ -5,9 +5,9 @@ use stiction::discrete::{DiscreteProblem, LocalProblem};
 use stiction::io::fclib_write::{State, write};
 use stiction::linalg::Csr;
 
-/// A point of unit flexibility that meets the obstacle with velocity 1 and slides with `push`, friction 0.3.
-fn point(flexibility: f64, push: f64) -> DiscreteProblem {
-    let w = [(0, 0, flexibility), (1, 1, 1.0), (2, 2, 1.0)];
+/// A point of unit compliance that meets the obstacle with velocity 1 and slides with `push`, friction 0.3.
+fn point(compliance: f64, push: f64) -> DiscreteProblem {
+    let w = [(0, 0, compliance), (1, 1, 1.0), (2, 2, 1.0)];
     DiscreteProblem::Local(LocalProblem {
         dimension: 3,
         W: Csr::from_triplets(3, 3, &w),

@@ -6,7 +6,7 @@ use super::system::{Discrete, Shifted};
 use crate::friction::law::nearest_in_cone;
 use crate::friction::system::length;
 
-/// Penalty over the local flexibility.
+/// Penalty over the local compliance.
 pub(super) const PENALTY: f64 = 1.0;
 const RELAXATION: f64 = 1.6;
 /// The penalty changes when one residual is this many times the other, by this factor, and at most every so many rounds:

@@ -21,7 +21,7 @@ const RULES: Rules = Rules {
 };
 /// Newton steps on one regularised problem.
 const MAX_STEPS: usize = 30;
-/// First proximal parameter over the local flexibility (the scaled diagonal blocks have the trace 3).
+/// First proximal parameter over the local compliance (the scaled diagonal blocks have the trace 3).
 const FIRST: f64 = 0.1;
 const LARGEST: f64 = 10.0;
 /// After a success the parameter falls by this factor, after a failure it grows by it.

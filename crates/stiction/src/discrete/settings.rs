@@ -84,7 +84,7 @@ pub struct Progress {
     pub iteration: usize,
     /// The largest of the three residuals.
     pub residual: f64,
-    /// The parameter of the method over the local flexibility: proximal, penalty or length of step.
+    /// The parameter of the method over the local compliance: proximal, penalty or length of step.
     pub parameter: f64,
     /// Newton steps so far.
     pub newton_steps: usize,

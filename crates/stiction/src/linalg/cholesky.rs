@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn the_trailing_block_is_the_inverse_of_the_flexibility() {
+    fn the_trailing_block_is_the_inverse_of_the_compliance() {
         let (k, factor) = factor(12, |v| v % 12 < 2 || v == 77);
         let trailing = factor.trailing();
         assert_eq!(trailing.unknowns.len(), 50);

@@ -89,13 +89,13 @@ impl Arcs {
     }
 
     /// Divides by the given power of `1 + a stiffness`.
-    fn soften(&self, v: &mut [f64], a: f64, power: f64) {
+    fn shorten(&self, v: &mut [f64], a: f64, power: f64) {
         let m = self.pair.len();
         for (j, pair) in self.pair.iter().enumerate() {
             if let Pair::Along { stiffness, .. } = pair {
-                let soft = (1.0 + a * stiffness).powf(-power);
-                v[m + j] *= soft;
-                v[2 * m + j] *= soft;
+                let shorter = (1.0 + a * stiffness).powf(-power);
+                v[m + j] *= shorter;
+                v[2 * m + j] *= shorter;
             }
         }
     }
@@ -157,11 +157,11 @@ fn pair_of(set: &PointSet, x: [f64; 2], g: [f64; 2]) -> Pair {
 pub(super) fn preconditioned(arcs: &Arcs, r: &[f64], a: f64, apply: Option<&super::Preconditioner>) -> Vec<f64> {
     let mut z = r.to_vec();
     if let Some(apply) = apply {
-        arcs.soften(&mut z, a, 0.5);
+        arcs.shorten(&mut z, a, 0.5);
         z = apply(&z, &arcs.is_free);
         if z.len() == r.len() {
             arcs.restrict(&mut z);
-            arcs.soften(&mut z, a, 0.5);
+            arcs.shorten(&mut z, a, 0.5);
             let ascent = dot(&z, r);
             if ascent > 0.0 && ascent.is_finite() {
                 return z;
@@ -169,7 +169,7 @@ pub(super) fn preconditioned(arcs: &Arcs, r: &[f64], a: f64, apply: Option<&supe
         }
         z = r.to_vec();
     }
-    arcs.soften(&mut z, a, 1.0);
+    arcs.shorten(&mut z, a, 1.0);
     z
 }
 

@@ -44,12 +44,12 @@ fn lawful(kind: u32, mu: f64, x: [f64; 4]) -> ([f64; 3], [f64; 3]) {
     }
 }
 
-/// `W = A A'` of the given rank with a solution chosen beforehand; `softness` is added to the diagonal.
-fn constructed(points: &[(u32, f64, [f64; 4])], a: &[f64], rank: usize, softness: f64) -> (LocalProblem, Vec<f64>) {
+/// `W = A A'` of the given rank with a solution chosen beforehand; `compliance` is added to the diagonal.
+fn constructed(points: &[(u32, f64, [f64; 4])], a: &[f64], rank: usize, compliance: f64) -> (LocalProblem, Vec<f64>) {
     let size = 3 * points.len();
     let w = dense(size, size, |i, j| {
         let product: f64 = (0..rank).map(|k| a[i * rank + k] * a[j * rank + k]).sum();
-        product / rank as f64 + if i == j { softness } else { 0.0 }
+        product / rank as f64 + if i == j { compliance } else { 0.0 }
     });
     let (mut r, mut u) = (Vec::new(), Vec::new());
     for &(kind, mu, x) in points {
