@@ -39,15 +39,15 @@ pub(super) fn law(friction: &SurfaceFriction, at: &At, frame: &mut [V3; 3]) -> R
 
 fn coulomb(law: &CoulombLaw, at: &At, frame: &mut [V3; 3]) -> Result<(Friction, f64), Error> {
     let along = coefficient(&law.coefficient, at)?;
-    let (coefficient, across, share) = match &law.across {
+    let (coefficient, orthotropy, part) = match &law.across {
         None => (along, 1.0, 1.0),
         Some(other) => by_direction(along, other, at, frame)?,
     };
     let friction = match law.limit {
-        Some(stress) => Friction::Limited { coefficient, limit: share * stress * at.area },
+        Some(stress) => Friction::Limited { coefficient, limit: part * stress * at.area },
         None => Friction::Coulomb { coefficient },
     };
-    Ok((friction, across))
+    Ok((friction, orthotropy))
 }
 
 /// The coefficient along the first tangent, that across over it, and the first over the largest of all directions.
@@ -123,12 +123,12 @@ mod tests {
     fn a_guided_point_feels_the_shadow_of_the_ellipse() {
         let t = [0.6, 0.8, 0.0];
         let mut frame = [[0.0, 0.0, -1.0], t, [0.0; 3]];
-        let (found, across) = law_at([0.4, 0.1], [1.0, 0.0, 0.0], &mut frame).unwrap();
+        let (found, orthotropy) = law_at([0.4, 0.1], [1.0, 0.0, 0.0], &mut frame).unwrap();
         let Friction::Limited { coefficient, limit } = found else { panic!("{found:?}") };
         // The largest component along t of a force on the ellipse, by a look at all of them.
         let angles = (0..100_000).map(|i| f64::from(i) * std::f64::consts::TAU / 1e5);
         let largest = angles.map(|a| 0.4 * a.cos() * t[0] + 0.1 * a.sin() * t[1]).fold(0.0, f64::max);
-        assert!((coefficient - largest).abs() < 1e-9 && across == 1.0 && frame[1] == t);
+        assert!((coefficient - largest).abs() < 1e-9 && orthotropy == 1.0 && frame[1] == t);
         assert!((limit - 10.0 * largest / 0.4).abs() < 1e-7);
     }
 

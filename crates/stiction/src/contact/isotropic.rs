@@ -21,7 +21,7 @@ fn solved(ratio: f64) -> f64 {
 
 impl ContactProblem {
     /// Friction along the second tangent of point `j` over that along its first, as solvers see it.
-    pub fn across(&self, j: usize) -> f64 {
+    pub fn orthotropy_ratio(&self, j: usize) -> f64 {
         self.contact.orthotropy.as_ref().map_or(1.0, |ratios| solved(ratios[j]))
     }
 
@@ -43,9 +43,9 @@ impl ContactProblem {
 
     /// `B` of the isotropic problem.
     pub fn isotropic_rows(&self) -> Cow<'_, Csr> {
-        let Some(across) = &self.contact.orthotropy else { return Cow::Borrowed(&self.contact.B) };
+        let Some(ratios) = &self.contact.orthotropy else { return Cow::Borrowed(&self.contact.B) };
         let mut rows = self.contact.B.clone();
-        for (j, a) in across.iter().enumerate() {
+        for (j, a) in ratios.iter().enumerate() {
             let row = self.rows(j)[2];
             rows.value[self.contact.B.start[row]..self.contact.B.start[row + 1]]
                 .iter_mut()
@@ -56,24 +56,24 @@ impl ContactProblem {
 
     /// `slip_reference` of the isotropic problem, length `2m`.
     pub fn isotropic_slip_reference(&self) -> Cow<'_, [f64]> {
-        let Some(across) = &self.contact.orthotropy else { return Cow::Borrowed(&self.contact.slip_reference) };
+        let Some(ratios) = &self.contact.orthotropy else { return Cow::Borrowed(&self.contact.slip_reference) };
         let mut reference = self.contact.slip_reference.clone();
-        reference[self.points()..].iter_mut().zip(across).for_each(|(s, a)| *s *= solved(*a));
+        reference[self.points()..].iter_mut().zip(ratios).for_each(|(s, a)| *s *= solved(*a));
         Cow::Owned(reference)
     }
 
     /// Turns multipliers of this problem, `3m`, into those of the isotropic one.
     pub fn to_isotropic(&self, lambda: &mut [f64]) {
-        let across = self.contact.orthotropy.iter().flatten();
+        let ratios = self.contact.orthotropy.iter().flatten();
         // Where there is no friction across, there is no force to be told.
-        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, &a)| {
+        lambda[2 * self.points()..].iter_mut().zip(ratios).for_each(|(l, &a)| {
             *l = if solved(a) > 0.0 { *l / a } else { 0.0 };
         });
     }
 
     /// Turns multipliers of the isotropic problem, `3m`, into those of this one.
     pub fn out_of_isotropic(&self, lambda: &mut [f64]) {
-        let across = self.contact.orthotropy.iter().flatten();
-        lambda[2 * self.points()..].iter_mut().zip(across).for_each(|(l, a)| *l *= solved(*a));
+        let ratios = self.contact.orthotropy.iter().flatten();
+        lambda[2 * self.points()..].iter_mut().zip(ratios).for_each(|(l, a)| *l *= solved(*a));
     }
 }

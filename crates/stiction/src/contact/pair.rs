@@ -105,8 +105,8 @@ pub(super) fn points_of_pair(
         // A tie keeps the distance it was meshed with.
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
         let Row { node, area, unity_sum, others } = row;
-        let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
-        points.push(Point { node, gap, area, friction, across, frame, normal, others, unity_sum });
+        let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
+        points.push(Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum });
         found.nodes.push(node);
     }
     found.points = found.nodes.len();

@@ -22,7 +22,7 @@ pub(super) struct Point {
     pub area: f64,
     pub friction: Friction,
     /// See `ContactProblem::orthotropy`.
-    pub across: f64,
+    pub orthotropy: f64,
     /// Normal and tangents in the free components of the node; a tangent may be zero.
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
@@ -119,10 +119,10 @@ pub(super) fn points_on_obstacle(
         }
         facts.points += 1;
         facts.nodes.push(node);
-        let (friction, across) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
+        let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { measured };
-        points.push(Point { node, gap, area, friction, across, frame, normal, others, unity_sum });
+        points.push(Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum });
     }
     if facts.points == 0 && facts.beyond > 0 {
         let what = format!(

@@ -70,7 +70,7 @@ pub fn pose(
         gap: points.iter().zip(offset).map(|(p, imposed)| p.gap - imposed).collect(),
         slip_reference,
         friction: points.iter().map(|p| p.friction).collect(),
-        orthotropy: (points.iter().any(|p| p.across != 1.0)).then(|| points.iter().map(|p| p.across).collect()),
+        orthotropy: (points.iter().any(|p| p.orthotropy != 1.0)).then(|| points.iter().map(|p| p.orthotropy).collect()),
     };
     let labels = Labels {
         area: points.iter().map(|p| p.area).collect(),

@@ -202,7 +202,7 @@ impl GlobalProblem {
                 Err(Error::new("", what, "this form of a problem knows Coulomb friction alone"))
             }
         };
-        if let Some(j) = (0..m).find(|&j| problem.across(j) != 1.0) {
+        if let Some(j) = (0..m).find(|&j| problem.orthotropy_ratio(j) != 1.0) {
             let what = format!("friction at point {j} differs by direction");
             return Err(Error::new("", what, "this form of a problem knows one coefficient a point"));
         }

@@ -47,7 +47,7 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Poi
         let (node, mut frame) = blocks.swap_remove(own);
         taken[node as usize] = true;
         complete(&mut frame, &in_frame);
-        let scale = [1.0, 1.0, if has_row[2] { problem.across(j) } else { 1.0 }];
+        let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
         points.push(Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false });
         others.push(blocks);
     }

@@ -74,7 +74,7 @@ fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
     let m = problem.points();
     let jump = problem.contact.B.times(u);
     let friction = problem.contact.friction.iter().enumerate().map(|(j, law)| match law {
-        Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(problem.across(j) * jump[2 * m + j]),
+        Friction::Given { slip_bound } => slip_bound * jump[m + j].hypot(problem.orthotropy_ratio(j) * jump[2 * m + j]),
         _ => 0.0,
     });
     0.5 * dot(u, &problem.elastic.K.times(u)) - dot(&problem.elastic.f, u) + friction.sum::<f64>()
@@ -109,13 +109,13 @@ fn by_factor(problem: &ContactProblem) -> Vec<f64> {
 
 #[test]
 fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_solution() {
-    for (friction, across) in [
+    for (friction, ratio) in [
         (Friction::None, None),
         (Friction::Given { slip_bound: 0.02 }, None),
         (Friction::Given { slip_bound: 0.02 }, Some(0.2)),
     ] {
         let mut problem = lattice(friction);
-        problem.contact.orthotropy = across.map(|ratio| vec![ratio; problem.points()]);
+        problem.contact.orthotropy = ratio.map(|ratio| vec![ratio; problem.points()]);
         let reference = by_factor(&problem);
         let least = energy(&problem, &reference);
         let mut before = f64::INFINITY;
@@ -125,9 +125,9 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
             before = now;
         }
         let (end, cycles, u) = descend_for(&problem, 300);
-        assert!(end == End::Converged && cycles <= 80, "{friction:?} {across:?}: {end:?} after {cycles}");
+        assert!(end == End::Converged && cycles <= 80, "{friction:?} {ratio:?}: {end:?} after {cycles}");
         let size = reference.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         let error = u.iter().zip(&reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
-        assert!(error < 1e-7 * size, "{friction:?} {across:?}: {error:e} of {size:e}");
+        assert!(error < 1e-7 * size, "{friction:?} {ratio:?}: {error:e} of {size:e}");
     }
 }
