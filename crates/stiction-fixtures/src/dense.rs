@@ -49,7 +49,7 @@ pub fn dual_data(problem: &ContactProblem, factor: &Factor) -> (Vec<Vec<f64>>, V
         unit[i] = 1.0;
         problem.contact.B.times(&factor.solve(&problem.contact.B.transpose_times(&unit)))
     };
-    let h = problem.opening(&factor.solve(&problem.elastic.f)).iter().map(|v| -v).collect();
+    let h = problem.gap_and_slip(&factor.solve(&problem.elastic.f)).iter().map(|v| -v).collect();
     ((0..size).map(column).collect(), h)
 }
 

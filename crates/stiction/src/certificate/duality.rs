@@ -19,7 +19,7 @@ pub(super) fn duality_gap(problem: &ContactProblem, u: &[f64], lambda: &[f64], l
     let m = problem.contact.friction.len();
     let moved: Vec<f64> = w.iter().zip(u).map(|(w, u)| w - u).collect();
     let mut gap = 0.5 * moved.iter().zip(problem.elastic.K.times(&moved)).map(|(x, f)| x * f).sum::<f64>();
-    let opening = problem.opening(&w);
+    let opening = problem.gap_and_slip(&w);
     let across = |j: usize| problem.contact.orthotropy.as_ref().map_or(1.0, |ratios| ratios[j]);
     for (j, law) in problem.contact.friction.iter().enumerate() {
         gap += [j, m + j, 2 * m + j].iter().map(|&i| lambda[i] * opening[i]).sum::<f64>();

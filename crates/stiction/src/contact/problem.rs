@@ -231,8 +231,8 @@ impl ContactProblem {
         [j, m + j, 2 * m + j]
     }
 
-    /// The law's quantities `[gap - N u; slip_reference - T u]`, length `3m`: the opening and minus the slip.
-    pub fn opening(&self, u: &[f64]) -> Vec<f64> {
+    /// The law's quantities `[gap - N u; slip_reference - T u]`, length `3m`: the gap and minus the slip.
+    pub fn gap_and_slip(&self, u: &[f64]) -> Vec<f64> {
         let m = self.points();
         let jump = self.contact.B.times(u);
         let offset = self.contact.gap.iter().chain(&self.contact.slip_reference);

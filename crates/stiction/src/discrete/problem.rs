@@ -187,7 +187,7 @@ impl GlobalProblem {
         Ok(())
     }
 
-    /// A posed contact problem in this form: `M = K`, `H = -B'`, `w` the opening of the undeformed body.
+    /// A posed contact problem in this form: `M = K`, `H = -B'`, `w` the gap of the undeformed body.
     ///
     /// # Errors
     /// If a point has given or limited friction, friction that differs by direction, or is bonded: the form knows

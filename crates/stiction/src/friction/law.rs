@@ -261,7 +261,7 @@ mod tests {
     fn the_residual_vanishes_exactly_where_the_law_holds() {
         let coulomb = Friction::Coulomb { coefficient: 0.5 };
         let holds = |friction, lambda: V3, v: V3| residual(friction, lambda, v, 3.0).iter().all(|g| g.abs() < 1e-14);
-        // v = [opening, -slip]: friction points along the slip, against v.
+        // v = [gap, -slip]: friction points along the slip, against v.
         assert!(holds(coulomb, [4.0, 2.0, 0.0], [0.0, -7.0, 0.0]), "slip");
         assert!(!holds(coulomb, [4.0, 2.0, 0.0], [0.0, 7.0, 0.0]), "friction that pushes along");
         assert!(holds(coulomb, [4.0, 1.0, -1.0], [0.0, 0.0, 0.0]), "stick");

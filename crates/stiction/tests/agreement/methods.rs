@@ -170,7 +170,7 @@ fn the_energy_of_a_polygon_is_as_far_from_that_of_the_disc_as_its_excess_allows(
         let image = q.times(lambda);
         (0..lambda.len()).map(|i| (0.5 * image[i] - q.h[i]) * lambda[i]).sum::<f64>()
     };
-    let (m, v) = (p.points(), p.opening(&newton.u));
+    let (m, v) = (p.points(), p.gap_and_slip(&newton.u));
     let dissipated: f64 = (0..m).map(|j| bound * v[m + j].hypot(v[2 * m + j])).sum();
     for squares in [1, 2, 4, 8, 16] {
         let report = converged(&p, &tight(Method::Given(Given::AdaptiveUzawa), squares));

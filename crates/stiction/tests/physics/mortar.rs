@@ -138,8 +138,8 @@ fn a_linear_field_is_no_jump_on_a_flat_interface() {
             let (problem, Posed { model, facts }) = posed(&mesh, &fixes, &[], &surfaces);
             let u: Vec<f64> =
                 model.dofs.free.iter().map(|&d| field.at(mesh.nodes[d as usize / 3])[d as usize % 3]).collect();
-            let opening = problem.opening(&u);
-            let worst = opening.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+            let gap = problem.gap_and_slip(&u);
+            let worst = gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
             // Functions of six and eight nodes over a part of their face are further from orthogonal.
             let quadratic = [TET10, HEX20].contains(&elements[usize::from(slave == "b.z-min")]);
             let bound = if quadratic { 1e-11 } else { 3e-13 };

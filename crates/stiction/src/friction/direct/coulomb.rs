@@ -53,7 +53,7 @@ pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution)
 fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64]) -> f64 {
     let system = DualSystem::new(problem, dual, Vec::new(), dual.stop());
     let r = parameters(problem, &by_component(&system.stiffness));
-    let (lambda, v) = (by_point(lambda), by_point(&problem.opening(u)));
+    let (lambda, v) = (by_point(lambda), by_point(&problem.gap_and_slip(u)));
     let given = |j: usize| frozen(problem.contact.friction[j], lambda[j][0]);
     let law = |j: usize| Linearisation::new(given(j), r[j], system.has_row(j), 0.0, lambda[j], v[j]);
     let mut points: Vec<Linearisation> = (0..problem.points()).map(law).collect();

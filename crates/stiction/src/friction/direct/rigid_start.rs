@@ -12,7 +12,7 @@ pub(in crate::friction) struct Foundation<'a> {
     /// `Rᵀ f`, newton.
     pub resultant: &'a [f64],
     /// `[gap - N u; slip_reference - T u]` where the rigid motions are zero, length, `3m`.
-    pub opening: &'a [f64],
+    pub gap: &'a [f64],
     /// Stiffness of each point, force per length, `m`.
     pub stiffness: &'a [f64],
 }
@@ -40,11 +40,11 @@ pub fn rigid_equilibrium(
     let mut jumps = motions.jumps(&isotropic.contact.B);
     jumps.extend(slices.iter().map(|slice| isotropic.contact.B.times(slice)));
     let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
-    let mut opening = isotropic.opening(&u);
+    let mut gap = isotropic.gap_and_slip(&u);
     let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
-    keep_apart(&mut opening);
+    keep_apart(&mut gap);
     let (friction, jumps) = (&isotropic.contact.friction[..], &jumps[..]);
-    let foundation = Foundation { friction, jumps, resultant: &resultant, opening: &opening, stiffness: &stiffness };
+    let foundation = Foundation { friction, jumps, resultant: &resultant, gap: &gap, stiffness: &stiffness };
     let alpha = foundation.equilibrium().alpha;
     let (rigid, way) = alpha.split_at(motions.len());
     motions.add(rigid, &mut u);
@@ -58,12 +58,12 @@ pub(in crate::friction) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f6
     motions.work(f).iter().map(|&e| if e.abs() <= rounding { 0.0 } else { e }).collect()
 }
 
-/// Narrows all gaps (of an opening, length `3m`) by the length it returns: what nothing presses then lies beside its
+/// Narrows all gaps (the first `m` numbers of `3m`) by the length it returns: what nothing presses then lies beside its
 /// neighbours and not on them, where rounding would be its only force.
-pub(in crate::friction) fn keep_apart(opening: &mut [f64]) -> f64 {
-    let margin = BESIDE * opening.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    let m = opening.len() / 3;
-    opening[..m].iter_mut().for_each(|v| *v -= margin);
+pub(in crate::friction) fn keep_apart(gap: &mut [f64]) -> f64 {
+    let margin = BESIDE * gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    let m = gap.len() / 3;
+    gap[..m].iter_mut().for_each(|v| *v -= margin);
     margin
 }
 
@@ -103,7 +103,7 @@ impl Foundation<'_> {
     /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
     fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut alpha = vec![0.0; self.jumps.len()];
-        let mut v = self.opening.to_vec();
+        let mut v = self.gap.to_vec();
         for _ in 0..STEPS {
             let springs = self.springs(&v, bounds);
             let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
@@ -121,7 +121,7 @@ impl Foundation<'_> {
         (alpha, v)
     }
 
-    /// Stiffness of each row at the opening `v`: the force over the displacement.
+    /// Stiffness of each row at the gap `v`: the force over the displacement.
     fn springs(&self, v: &[f64], bounds: &[f64]) -> Vec<f64> {
         let m = self.friction.len();
         let mut springs = vec![0.0; 3 * m];

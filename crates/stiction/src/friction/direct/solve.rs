@@ -141,7 +141,7 @@ impl<'a> Solver<'a> {
         let resultant = balanced(&dual.floating.motions, &problem.elastic.f);
         let system = DualSystem::new(problem, dual, resultant, &settings.stop);
         let size = 3 * problem.points();
-        let v0 = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
+        let v0 = problem.gap_and_slip(&dual.displacement(problem, &vec![0.0; size]));
         let alpha = vec![0.0; dual.floating.len()];
         let at = match &settings.start {
             Some(start) => {
@@ -302,9 +302,9 @@ impl<'a> Solver<'a> {
         };
         let nearest = |j: usize, lambda: V3| self.system.masked(j, projection(laws[j], lambda));
         let on = Descent { v: &v, nearest: &nearest, weight: &self.r, reduction: 0.0, stop: self.system.stop };
-        let Iterate { mut lambda, v: mut opening, alpha } = self.at.clone();
-        accelerated_gradients(&on, &mut lambda, &mut opening, &mut 1.0, GRADIENT_STEPS);
-        self.at = Iterate { lambda, v: opening, alpha };
+        let Iterate { mut lambda, v: mut gap, alpha } = self.at.clone();
+        accelerated_gradients(&on, &mut lambda, &mut gap, &mut 1.0, GRADIENT_STEPS);
+        self.at = Iterate { lambda, v: gap, alpha };
         self.settle();
     }
 
@@ -316,7 +316,7 @@ impl<'a> Solver<'a> {
         self.at.lambda = by_point(&lambda);
         let mut u = self.dual().displacement(self.problem, &lambda);
         self.dual().floating.motions.add(&self.at.alpha, &mut u);
-        self.at.v = by_point(&self.problem.opening(&u));
+        self.at.v = by_point(&self.problem.gap_and_slip(&u));
         self.given.out_of_isotropic(&mut lambda);
         let certificate = certify(self.given, &u, &lambda, tolerance);
         let status = end.status(certificate.passed);

@@ -28,10 +28,10 @@ impl Solver<'_> {
                 body.unknowns.iter().for_each(|&i| u[i as usize] = 0.0);
             }
         }
-        let mut opening = self.problem.opening(&u);
-        let margin = keep_apart(&mut opening);
+        let mut gap = self.problem.gap_and_slip(&u);
+        let margin = keep_apart(&mut gap);
         let least = margin * self.r.iter().fold(0.0, |a: f64, r| a.max(*r));
-        self.take_foundation(&opening);
+        self.take_foundation(&gap);
         if self.at.lambda.as_flattened().iter().all(|x| x.abs() <= least) {
             self.at.lambda.fill([0.0; 3]);
             self.refresh();
@@ -44,7 +44,7 @@ impl Solver<'_> {
     /// for the multipliers.
     pub(super) fn settle(&mut self) {
         if !self.dual().floating.is_empty() {
-            self.take_foundation(&self.augmented_opening());
+            self.take_foundation(&self.augmented_gap());
             self.align();
         }
     }
@@ -52,30 +52,30 @@ impl Solver<'_> {
     /// Moves floating bodies, with the multipliers as they are, to where the augmented ones balance their loads: the points
     /// that are then in contact hold the bodies, and the next step finds them there.
     fn align(&mut self) {
-        self.at.alpha = self.foundation(&self.augmented_opening()).alpha;
+        self.at.alpha = self.foundation(&self.augmented_gap()).alpha;
         self.refresh();
     }
 
-    /// The opening at which a foundation exerts `lambda - r v`, where floating bodies have not moved.
-    fn augmented_opening(&self) -> Vec<f64> {
+    /// The gap at which a foundation exerts `lambda - r v`, where floating bodies have not moved.
+    fn augmented_gap(&self) -> Vec<f64> {
         let still: Vec<f64> = self.at.alpha.iter().map(|a| -a).collect();
-        let mut opening = by_component(&self.at.v);
-        self.dual().floating.close(&still, &mut opening);
+        let mut gap = by_component(&self.at.v);
+        self.dual().floating.close(&still, &mut gap);
         let lambda = by_component(&self.at.lambda);
-        opening.iter_mut().enumerate().for_each(|(i, v)| *v -= lambda[i] / self.r[i % self.r.len()]);
-        opening
+        gap.iter_mut().enumerate().for_each(|(i, v)| *v -= lambda[i] / self.r[i % self.r.len()]);
+        gap
     }
 
-    /// The equilibrium of rigid bodies on a foundation with this opening at zero motions.
-    fn foundation(&self, opening: &[f64]) -> Equilibrium {
+    /// The equilibrium of rigid bodies on a foundation with this gap at zero motions.
+    fn foundation(&self, gap: &[f64]) -> Equilibrium {
         let (friction, jumps) = (self.friction(), &self.dual().floating.jumps[..]);
         let (resultant, stiffness) = (&self.system.resultant[..], &self.r[..]);
-        Foundation { friction, jumps, resultant, opening, stiffness }.equilibrium()
+        Foundation { friction, jumps, resultant, gap, stiffness }.equilibrium()
     }
 
     /// Rigid motions and multipliers from that equilibrium.
-    fn take_foundation(&mut self, opening: &[f64]) {
-        let Equilibrium { alpha, lambda } = self.foundation(opening);
+    fn take_foundation(&mut self, gap: &[f64]) {
+        let Equilibrium { alpha, lambda } = self.foundation(gap);
         let admitted = |(j, lambda): (usize, V3)| projection(self.friction()[j], self.system.masked(j, lambda));
         self.at.lambda = by_point(&lambda).into_iter().enumerate().map(admitted).collect();
         self.at.alpha = alpha;

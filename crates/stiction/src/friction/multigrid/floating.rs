@@ -36,18 +36,18 @@ impl<'a> FloatingBodies<'a> {
     /// That motion, in the frames.
     pub(super) fn motion(&self, problem: &Subproblem<'_>, at: &Iterate) -> Vector {
         let m = problem.laws.len();
-        let mut opening = vec![0.0; 3 * m];
+        let mut gap = vec![0.0; 3 * m];
         for (j, (p, law)) in problem.points().enumerate() {
             let lambda = at.force(problem.transformed, p.node);
             for c in (0..3).filter(|&c| p.has_row[c]) {
-                opening[c * m + j] = law.target[c] - at.u[p.node][c] - lambda[c] / law.parameter;
+                gap[c * m + j] = law.target[c] - at.u[p.node][c] - lambda[c] / law.parameter;
             }
         }
         let friction: Vec<_> = problem.laws.iter().map(|law| law.friction).collect();
         let stiffness: Vec<_> = problem.laws.iter().map(|law| law.parameter).collect();
         let (jumps, resultant) = (&self.jumps[..], &self.resultant[..]);
-        let (friction, opening, stiffness) = (&friction[..], &opening[..], &stiffness[..]);
-        let equilibrium = Foundation { friction, jumps, resultant, opening, stiffness }.equilibrium();
+        let (friction, gap, stiffness) = (&friction[..], &gap[..], &stiffness[..]);
+        let equilibrium = Foundation { friction, jumps, resultant, gap, stiffness }.equilibrium();
         let mut u = vec![0.0; problem.transformed.nodes.of.len()];
         self.motions.add(&equilibrium.alpha, &mut u);
         problem.transformed.to_frames(&u)

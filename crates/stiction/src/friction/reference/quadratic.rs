@@ -45,7 +45,7 @@ impl<'a> Quadratic<'a> {
     pub fn stored_up_to(most: usize, problem: &ContactProblem, dual: &'a Dual) -> Self {
         let size = 3 * problem.points();
         let has_row: Vec<bool> = (0..size).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0)).collect();
-        let free = problem.opening(&dual.displacement(problem, &vec![0.0; size]));
+        let free = problem.gap_and_slip(&dual.displacement(problem, &vec![0.0; size]));
         let h = free.iter().zip(&has_row).map(|(v, &has_row)| if has_row { -v } else { 0.0 }).collect();
         let column = |j: usize| {
             let mut unit = vec![0.0; size];

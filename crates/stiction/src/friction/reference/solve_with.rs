@@ -134,7 +134,7 @@ fn judge(
         status => status,
     };
     let states = if exact {
-        let (r, v) = (parameters(problem, &Dual::local_stiffness(problem)), by_point(&problem.opening(&u)));
+        let (r, v) = (parameters(problem, &Dual::local_stiffness(problem)), by_point(&problem.gap_and_slip(&u)));
         let state = |j: usize| state(problem.contact.friction[j], augmented(isotropic[j], v[j], r[j]));
         (0..problem.points()).map(state).collect()
     } else {

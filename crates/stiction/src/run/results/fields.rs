@@ -74,13 +74,13 @@ pub(crate) struct SurfaceFields {
 /// The fields of each contact surface.
 pub(crate) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
-    let opening = prepared.problem.opening(&outcome.solution.u);
+    let gap_and_slip = prepared.problem.gap_and_slip(&outcome.solution.u);
     let pairs = prepared.surfaces.iter().zip(&prepared.problem.labels.pairs).enumerate();
     pairs
         .map(|(number, (surface, pair))| {
             let mut fields = empty(prepared, &surface.name, &surface.faces);
             fields.pair = number;
-            pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &opening, j));
+            pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &gap_and_slip, j));
             fields
         })
         .collect()
@@ -115,7 +115,7 @@ fn fill(
     prepared: &Prepared,
     outcome: &Outcome,
     frame: &PointFrame,
-    opening: &[f64],
+    gap_and_slip: &[f64],
     j: usize,
 ) {
     let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
@@ -126,11 +126,11 @@ fn fill(
     let share = problem.labels.unity_sum[j];
     let scale = frame.sign / share;
     fields.shear[at] = friction.map(|force| frame.sign * force / problem.labels.area[j]);
-    fields.slip[at] = frame.tangential([-opening[m + j], -opening[2 * m + j]]).map(|slip| scale * slip);
-    fields.gap[at] = opening[j] / share;
+    fields.slip[at] = frame.tangential([-gap_and_slip[m + j], -gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
+    fields.gap[at] = gap_and_slip[j] / share;
     let before = &prepared.loading.slid;
     fields.slid[at] =
-        frame.tangential([before[j] - opening[m + j], before[m + j] - opening[2 * m + j]]).map(|slip| scale * slip);
+        frame.tangential([before[j] - gap_and_slip[m + j], before[m + j] - gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
     fields.status[at] = match outcome.solution.states[j] {
         PointState::Open => 0,
         PointState::Stick => 1,

@@ -57,7 +57,7 @@ pub(crate) fn balance(
     }
     work += initial_energy(&loads.initial, u, &loads.displacement)
         - initial_energy(&old.initial, &before.u, &old.displacement);
-    let slip = problem.opening(u);
+    let slip = problem.gap_and_slip(u);
     let taken: f64 = (m..3 * m).map(|i| -lambda[i] * slip[i]).sum();
     Balance {
         work,
