@@ -145,12 +145,12 @@ impl Triangles {
         }
     }
 
-    /// The unit normal of a sharp edge, close to its ends that of the corners; `share` of the way along it.
-    fn along_edge(&self, t: u32, k: usize, share: f64, fillet: f64) -> V3 {
+    /// The unit normal of a sharp edge, close to its ends that of the corners; `part` of the way along it.
+    fn along_edge(&self, t: u32, k: usize, part: f64, fillet: f64) -> V3 {
         let corners = self.corners(t);
         let length = norm(sub(corners[(k + 1) % 3], corners[k]));
         let own = unit(self.pseudonormal(t, Feature::Edge(k))).unwrap_or_else(|| self.normal(t));
-        let (end, from_end) = if share < 0.5 { (k, share * length) } else { ((k + 1) % 3, (1.0 - share) * length) };
+        let (end, from_end) = if part < 0.5 { (k, part * length) } else { ((k + 1) % 3, (1.0 - part) * length) };
         let part = (from_end / fillet).min(1.0);
         let corner = unit(self.pseudonormal(t, Feature::Corner(end))).unwrap_or(own);
         unit(add(scale(part, own), scale(1.0 - part, corner))).unwrap_or(own)

@@ -155,7 +155,7 @@ impl Forces<'_> {
                 Friction::None => [1.0, 0.0, 0.0],
                 Friction::Coulomb { coefficient } => [1.0, coefficient * along[0], coefficient * along[1]],
                 Friction::Limited { coefficient, limit } if limit < coefficient * self.size => {
-                    // All forces: those of the normal alone, and one at the rim, which a share of it joins to zero.
+                    // All forces: those of the normal alone, and one at the rim, which a part of it joins to zero.
                     let [press, rub] = [limit / coefficient / self.size, limit / self.size];
                     if press * n + rub * sliding > 0.0 {
                         self.add(rows, [press, rub * along[0], rub * along[1]], &mut friction);
@@ -231,9 +231,9 @@ impl Hull {
             let mut column = self.generators[g].1.clone();
             for _ in 0..2 {
                 for (i, q) in q.iter().enumerate() {
-                    let share = dot(&column, q);
-                    r[i][k] += share;
-                    axpy(-share, q, &mut column);
+                    let along = dot(&column, q);
+                    r[i][k] += along;
+                    axpy(-along, q, &mut column);
                 }
             }
             r[k][k] = norm(&column);
@@ -243,9 +243,9 @@ impl Hull {
         let mut residual = target.to_vec();
         let mut image = Vec::with_capacity(count);
         for q in &q {
-            let share = dot(&residual, q);
-            axpy(-share, q, &mut residual);
-            image.push(share);
+            let along = dot(&residual, q);
+            axpy(-along, q, &mut residual);
+            image.push(along);
         }
         SmallLu::new(r).solve(&image)
     }

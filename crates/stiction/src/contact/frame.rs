@@ -15,7 +15,7 @@ pub(super) fn tied_frame_at(dofs: &DofMap, node: u32, free: [bool; 3]) -> Option
     tied_frame(free).map(|axes| axes.map(|v| dofs.vector(node, v)))
 }
 
-/// Normal and tangents restricted to the free components, or `None` if no free component has a share of the normal.
+/// Normal and tangents restricted to the free components, or `None` if no free component has a part of the normal.
 fn frame(normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
     let keep = |v: [f64; 3]| [0, 1, 2].map(|c| if free[c] { v[c] } else { 0.0 });
     let within = keep(normal);

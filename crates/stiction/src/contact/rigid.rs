@@ -212,9 +212,9 @@ fn basis(near_kernel: &[[f64; 6]], unknowns: &[u32]) -> (Vec<Vec<f64>>, Vec<[f64
         // A small remainder has lost digits: it is made orthogonal once more.
         for _ in 0..2 {
             for (m, c) in motions.iter().zip(&coefficients) {
-                let share = dot(&motion, m);
-                axpy(-share, m, &mut motion);
-                axpy(-share, c, &mut coefficient);
+                let along = dot(&motion, m);
+                axpy(-along, m, &mut motion);
+                axpy(-along, c, &mut coefficient);
             }
         }
         let left = norm(&motion);

@@ -79,8 +79,8 @@ fn sparse_order(problem: &GlobalProblem, form: Form, method: Method) -> Option<O
     let condensed: f64 = bodies
         .iter()
         .map(|b| {
-            let (k, share) = (b.impulses as f64, b.unknowns as f64 / unknowns);
-            STEPS * k.powi(3) * 2.0 / 3.0 + SOLVES * k * 4.0 * entries * share
+            let (k, part) = (b.impulses as f64, b.unknowns as f64 / unknowns);
+            STEPS * k.powi(3) * 2.0 / 3.0 + SOLVES * k * 4.0 * entries * part
         })
         .sum();
     // The factor of A, its inverse on the pattern, and one factor a Newton step.

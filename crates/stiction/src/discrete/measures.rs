@@ -100,8 +100,8 @@ fn residual(mu: f64, r: &[f64], u: &[f64], rho: f64) -> f64 {
     let t: Vec<f64> = r[1..].iter().zip(&u[1..]).map(|(r, u)| r - rho * u).collect();
     // As rho û + (y - P(y)) with y = r - rho û: where r is so large that r - rho û rounds to r, the difference of r and
     // its projection would hide û.
-    let (p, share) = excess(mu, n, norm(&t));
-    let tangential = u[1..].iter().zip(&t).map(|(u, t)| (rho * u + share * t).powi(2)).sum::<f64>();
+    let (p, factor) = excess(mu, n, norm(&t));
+    let tangential = u[1..].iter().zip(&t).map(|(u, t)| (rho * u + factor * t).powi(2)).sum::<f64>();
     (step + p).powi(2) + tangential
 }
 
@@ -148,9 +148,9 @@ mod tests {
     fn the_projection_is_the_nearest_point_of_the_cone() {
         for (n, t) in [(1.0, 3.0), (-0.2, 1.0), (-3.0, 1.0), (2.0, 0.5)] {
             let (taken, part) = excess(0.7, n, t);
-            let (p, share) = (n - taken, 1.0 - part);
+            let (p, kept) = (n - taken, 1.0 - part);
             let square = |a: f64, b: f64| (a - n).powi(2) + (b - t).powi(2);
-            let found = square(p, share * t);
+            let found = square(p, kept * t);
             for k in 0..=2000 {
                 let a = f64::from(k) * 2e-3;
                 for b in [0.0, 0.3, 0.7, 0.999, 1.0] {

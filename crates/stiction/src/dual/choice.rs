@@ -82,10 +82,10 @@ fn too_large(problem: &ContactProblem, needed: u64, limit: u64) -> Error {
         gb(limit)
     );
     // The factor of a 3D mesh grows like n^(4/3).
-    let share = (limit as f64 / needed as f64).powf(0.75);
+    let factor = (limit as f64 / needed as f64).powf(0.75);
     let remedy = format!(
         "coarsen the mesh to about {:.0} unknowns, raise `settings.memory_limit`, or use a machine with more memory",
-        problem.unknowns() as f64 * share
+        problem.unknowns() as f64 * factor
     );
     Error::new("", what, remedy)
 }

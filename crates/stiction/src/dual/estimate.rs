@@ -19,7 +19,7 @@ const PASSES: usize = 3;
 /// tetrahedra and hexahedra (0.7 to 4.5 and 1.0 to 3.8).
 const FLOPS: f64 = 1.8;
 const BYTES: f64 = 2.0;
-/// Share of the factor a product touches, roughly: what lies above the contact unknowns.
+/// Part of the factor a product touches, roughly: what lies above the contact unknowns.
 const TOUCHED: f64 = 0.5;
 /// Seconds of ordering and symbolic factorisation a node.
 const ORDERING: f64 = 1.5e-5;

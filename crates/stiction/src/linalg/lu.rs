@@ -31,7 +31,7 @@ pub(super) struct Front {
     pub right: Vec<f64>,
 }
 
-/// A front may hold this share of entries that are zero but stored, since few large fronts are faster than many
+/// A front may hold this part of its entries that are zero but stored, since few large fronts are faster than many
 /// small ones.
 const PADDING: f64 = 0.2;
 /// Fronts narrower than this are merged whatever it stores.

@@ -68,8 +68,8 @@ impl Arcs {
         }
     }
 
-    /// Share of `|v|^2` that lies on the face, one for zero.
-    pub(super) fn share(&self, v: &[f64]) -> f64 {
+    /// Part of `|v|^2` that lies on the face, one for zero.
+    pub(super) fn part_on_face(&self, v: &[f64]) -> f64 {
         let mut on_face = v.to_vec();
         self.restrict(&mut on_face);
         let all = dot(v, v);

@@ -8,8 +8,8 @@ use super::mprgp::curvature;
 use super::{PointSet, QpCounts, SetSettings, project};
 use crate::linalg::{axpy, dot, norm};
 
-/// Share of `a |reduced gradient|^2` by which a step on a curved face must lower the objective.
-const SURE_SHARE: f64 = 1e-2;
+/// Part of `a |reduced gradient|^2` by which a step on a curved face must lower the objective.
+const SURE_PART: f64 = 1e-2;
 
 /// What the steps of [`kprgp`] share.
 pub(super) struct Kprgp<'a> {
@@ -42,7 +42,7 @@ pub(super) fn kprgp(it: &mut Iterate, run: &mut Kprgp, norm_of_a: Option<f64>) -
         }
         let arcs = Arcs::new(run.sets, &it.x, &it.g);
         it.count(6);
-        if arcs.share(&reduced) < run.settings.share {
+        if arcs.part_on_face(&reduced) < run.settings.least_part {
             last = None;
             gradient_step(it, run)?;
         } else if arcs.curved {
@@ -69,8 +69,8 @@ pub(super) fn kprgp(it: &mut Iterate, run: &mut Kprgp, norm_of_a: Option<f64>) -
 }
 
 /// Minimises the model on a face with curved boundaries and follows them by projection, which agrees with the
-/// boundary to second order; taken if it lowers the objective by a share of what the projected gradient step is sure
-/// of, so that the rate of that step holds for this one too, up to the share. Otherwise a projected gradient step.
+/// boundary to second order; taken if it lowers the objective by a part of what the projected gradient step is sure
+/// of, so that the rate of that step holds for this one too, up to that part. Otherwise a projected gradient step.
 ///
 /// The matrix of the model is that of the semismooth Newton step of Kučera, Motyčková, Markopoulos & Haslinger 2020,
 /// Optim. Methods Softw. 35: `A` on the tangents plus multiplier times curvature.
@@ -78,7 +78,7 @@ fn curved_step(it: &mut Iterate, run: &mut Kprgp, arcs: &Arcs) -> Step<()> {
     let precision = (run.settings.forcing * norm(&arcs.free)).max(0.5 * it.tolerance());
     let steps = face_steps(it, run.sets, arcs, run.a, precision, run.preconditioner)?;
     run.counts.cg_steps += steps.steps;
-    let least = SURE_SHARE * run.a * run.measure * run.measure;
+    let least = SURE_PART * run.a * run.measure * run.measure;
     if projected(it, run, &steps.way, least)? {
         return ControlFlow::Continue(());
     }

@@ -11,9 +11,9 @@ use crate::linalg::norm;
 pub struct SetSettings {
     /// Length of the projected gradient step times the largest eigenvalue, in `(0, 2)`.
     pub step: f64,
-    /// Least share of the squared reduced gradient that must lie on the face for the face to be kept. (The sources
+    /// Least part of the squared reduced gradient that must lie on the face for the face to be kept. (The sources
     /// compare scalar products with the gradient; those drown in rounding long before the reduced gradient does.)
-    pub share: f64,
+    pub least_part: f64,
     /// Where a pair moves along a curved boundary: the gradient of the model on the face is reduced by this factor before
     /// the face is left, in `(0, 1)`.
     pub forcing: f64,
@@ -21,7 +21,7 @@ pub struct SetSettings {
 
 impl Default for SetSettings {
     fn default() -> Self {
-        SetSettings { step: 1.9, share: 0.5, forcing: 0.01 }
+        SetSettings { step: 1.9, least_part: 0.5, forcing: 0.01 }
     }
 }
 

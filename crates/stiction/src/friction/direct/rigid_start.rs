@@ -132,8 +132,8 @@ impl Foundation<'_> {
                 Friction::Bonded => [1.0, 1.0],
                 Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
                 Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
-                    let share = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
-                    [f64::from(u8::from(v[j] < 0.0)), share.max(GUIDE)]
+                    let ratio = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
+                    [f64::from(u8::from(v[j] < 0.0)), ratio.max(GUIDE)]
                 }
             };
             springs[j] = r * normal;

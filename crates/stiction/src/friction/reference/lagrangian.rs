@@ -53,8 +53,8 @@ impl<'a> Lagrangian<'a> {
         penalty: f64,
         one_by_one: bool,
     ) -> Self {
-        let share = 1.0 / squares.count as f64;
-        let h: Vec<f64> = (0..squares.count).flat_map(|_| q.h.iter().map(|h| share * h)).collect();
+        let weight = 1.0 / squares.count as f64;
+        let h: Vec<f64> = (0..squares.count).flat_map(|_| q.h.iter().map(|h| weight * h)).collect();
         let b = squares.in_own_axes(&h);
         let matrix = |i| q.turned(&|x| squares.turn(i, x), &|x| squares.turn_back(i, x));
         let turned = if one_by_one { (0..squares.count).map_while(matrix).collect() } else { Vec::new() };
@@ -154,8 +154,8 @@ impl<'a> Lagrangian<'a> {
         if block.copies.len() == 1 && self.turned.len() > i {
             // The other copies rest, so that of the coupling only the diagonal remains.
             let mut y = self.q.block_times(&self.turned[i], block.rows.clone(), block.rows.clone(), x);
-            let (share, stiff) = (1.0 / self.count() as f64, self.penalty * self.coupling.entry(self.count(), i, i));
-            y.iter_mut().zip(x).for_each(|(y, x)| *y = share * *y + stiff * x);
+            let (weight, stiff) = (1.0 / self.count() as f64, self.penalty * self.coupling.entry(self.count(), i, i));
+            y.iter_mut().zip(x).for_each(|(y, x)| *y = weight * *y + stiff * x);
             return y;
         }
         let mut all = vec![0.0; self.count() * self.size()];
@@ -183,8 +183,8 @@ impl<'a> Lagrangian<'a> {
         let pulled = self.take(block, &self.pull(&self.differences(&rest)));
         axpy(-self.penalty, &pulled, &mut part);
         if !self.is_whole(block) {
-            let share = -1.0 / self.count() as f64;
-            axpy(share, &self.q_of_the_rest(block, &rest), &mut part);
+            let weight = -1.0 / self.count() as f64;
+            axpy(weight, &self.q_of_the_rest(block, &rest), &mut part);
         }
         part
     }

@@ -107,8 +107,8 @@ impl<'a> Quadratic<'a> {
             unit[j] = 1.0;
             turn_back(&mut unit);
             let mut column = vec![0.0; q.order];
-            for (i, &share) in unit.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                crate::linalg::axpy(share, q.row(i), &mut column);
+            for (i, &weight) in unit.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                crate::linalg::axpy(weight, q.row(i), &mut column);
             }
             turn(&mut column);
             column

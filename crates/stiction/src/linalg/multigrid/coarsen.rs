@@ -106,9 +106,9 @@ fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
         // Twice is enough (Giraud, Langou & Rozloznik 2005).
         for _ in 0..2 {
             for p in 0..q {
-                let share = product(basis, p, q);
-                coarse[p][q] += share;
-                basis.iter_mut().flatten().for_each(|row| row[q] -= share * row[p]);
+                let along = product(basis, p, q);
+                coarse[p][q] += along;
+                basis.iter_mut().flatten().for_each(|row| row[q] -= along * row[p]);
             }
         }
         let length = product(basis, q, q).sqrt();
@@ -219,12 +219,12 @@ fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Ro
         let motions = &kernel[k as usize];
         add_transpose_product(motions, &motions.map(|r| r.map(|v| weight * v)), &mut gram);
     }
-    let mut share = [[0.0; 6]; R];
-    add_product(lost, &inverse(&gram), &mut share);
+    let mut multiplier = [[0.0; 6]; R];
+    add_product(lost, &inverse(&gram), &mut multiplier);
     for ((&k, &weight), block) in row.columns.iter().zip(&weights).zip(row.values.iter_mut()) {
         let motions = &kernel[k as usize];
         let transposed = std::array::from_fn(|r| std::array::from_fn(|c| weight * motions[c][r]));
-        add_product(&share, &transposed, block);
+        add_product(&multiplier, &transposed, block);
     }
 }
 

@@ -106,10 +106,10 @@ pub(super) fn coupled_inverse(inverse: &Block<3, 3>, a: &Block<3, 3>, coulomb: [
     if coulomb == [0.0; 2] || taken > MOST_COUPLED {
         return *inverse;
     }
-    let share = 1.0 / (1.0 - taken);
+    let factor = 1.0 / (1.0 - taken);
     let mut result: Block<3, 3> =
-        std::array::from_fn(|r| std::array::from_fn(|c| inverse[r][c] + share * left[r] * right[c]));
-    (1..3).for_each(|r| result[r][0] = -share * left[r]);
+        std::array::from_fn(|r| std::array::from_fn(|c| inverse[r][c] + factor * left[r] * right[c]));
+    (1..3).for_each(|r| result[r][0] = -factor * left[r]);
     result
 }
 

@@ -257,8 +257,8 @@ fn the_coulomb_coupling_is_tested_by_lifts_and_lifts_fit_the_coupled_tangential_
     let along: Vec<[f32; 6]> = step.kernel.iter().map(|k| std::array::from_fn(|c| k[c][1] as f32)).collect();
     let up = face.lifted(&along);
     let mean = nodes.iter().map(|&v| up[v as usize][0]).sum::<f64>() / nodes.len() as f64;
-    let share = constraints.iter().filter(|c| c.constrained[0]).count() as f64 / nodes.len() as f64;
-    assert!((mean / (share * COULOMB[0]) - 1.0).abs() < 0.25, "{mean}");
+    let part = constraints.iter().filter(|c| c.constrained[0]).count() as f64 / nodes.len() as f64;
+    assert!((mean / (part * COULOMB[0]) - 1.0).abs() < 0.25, "{mean}");
 }
 
 /// The work of the residual on the functions of the first coarse level, truncated at constrained components, less that on their
