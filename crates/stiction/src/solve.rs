@@ -34,7 +34,7 @@ pub enum SolveEvent {
     Iteration(Progress),
 }
 
-/// Asked and told at every [`SolveEvent`].
+/// Called at every [`SolveEvent`].
 pub type Observer<'a> = dyn FnMut(&SolveEvent) -> ControlFlow<()> + 'a;
 
 /// A factor or a multigrid hierarchy, worth keeping from one solve to the next while `K` and `B` stand.
@@ -51,7 +51,7 @@ enum Operator {
     Multigrid(Box<Multigrid>),
 }
 
-/// Below so many unknowns either path takes about a tenth of a second, and the factor also tells about uniqueness.
+/// Below so many unknowns either path takes about a tenth of a second, and the factor also gives facts about uniqueness.
 const SMALL: usize = 10_000;
 /// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
 const LARGE: usize = 100_000;
@@ -168,7 +168,7 @@ impl Kept {
 /// bodies may float. Unless `settings.path` says otherwise the path is chosen by prediction, or as the one that can use the
 /// start; where multigrid does not end certified, the factor takes over.
 ///
-/// An iteration that ends short of its tolerance is no error: [`Solution::status`] tells, and the certificate how far.
+/// An iteration that ends short of its tolerance is no error: [`Solution::status`] says so, and the certificate how far.
 ///
 /// # Errors
 /// If the problem or the settings are not valid (lengths, indices, values; a start that the path cannot use), `K` is not
@@ -215,8 +215,8 @@ pub(crate) fn solve_validated(
     observer: &mut Observer,
 ) -> Result<Solution, Error> {
     let observer: &mut Observer = &mut |event| {
-        let told = observer(event);
-        if settings.stop.asked() { ControlFlow::Break(()) } else { told }
+        let flow = observer(event);
+        if settings.stop.asked() { ControlFlow::Break(()) } else { flow }
     };
     if !kept.begins_with_multigrid(problem, settings) {
         return by_factor(problem, settings, kept, observer);
@@ -238,7 +238,7 @@ pub(crate) fn solve_validated(
     }
 }
 
-/// Tells what begins, unless it shall not.
+/// Reports what begins, unless it shall not.
 fn begin(observer: &mut Observer, event: SolveEvent) -> Result<(), Error> {
     if observer(&event).is_break() { Err(Error::interrupted()) } else { Ok(()) }
 }
@@ -260,8 +260,8 @@ fn by_multigrid(
     let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
-    let mut told = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let solution = solve_multigrid(problem, multigrid, &settings, &mut told);
+    let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
+    let solution = solve_multigrid(problem, multigrid, &settings, &mut report);
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
 }

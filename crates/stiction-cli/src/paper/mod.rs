@@ -62,7 +62,7 @@ impl Request {
     }
 }
 
-/// What is going on; told to the observer, whose `Break` ends the study.
+/// What is going on; reported to the observer, whose `Break` ends the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StudyEvent<'a> {
     /// A run of table `table` begins.

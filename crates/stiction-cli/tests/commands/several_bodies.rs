@@ -106,7 +106,7 @@ fn the_bolted_joint_carries_what_friction_gives() {
         assert!((of("load") - pull).abs() < 1e-9 * pull && pull > 0.99 * limit, "{sliding} {pull}");
         let motion = sliding["motion"].as_str().unwrap();
         assert!(motion.contains("body \"high\"") && motion.contains("translation along x"), "{motion}");
-        // What is told of the step that failed is not where the plate went when nothing held it.
+        // What is reported of the step that failed is not where the plate went when nothing held it.
         let failed = 0.45 * steps[steps.len() - 1]["pairs"][1]["normal_force"].as_f64().unwrap();
         assert!(failed > 0.5 * limit && failed < 2.0 * limit, "{failed}");
     }

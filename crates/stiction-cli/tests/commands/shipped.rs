@@ -134,7 +134,7 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name)
 }
 
-/// Runs a case with every variant its list of expectations names; all failures are told together.
+/// Runs a case with every variant its list of expectations names; all failures are reported together.
 fn run_case(name: &str) {
     let text = std::fs::read_to_string(folder(name).join("expect.toml")).unwrap();
     let expected: toml::Table = text.parse().unwrap();

@@ -63,7 +63,7 @@ fn a_step_that_forgets_its_predecessor_fails_its_check() {
     let (n, m, p) = (problem.unknowns(), problem.points(), problem.labels.supports.as_ref().unwrap().load.len());
     let path = results.join("step-0003.npz");
     let right = stiction::io::step::read_step(&path, n, p, m).unwrap();
-    // Points in contact slide a little further than told: the law is still obeyed where the reference moves along.
+    // Points in contact slide a little further than reported: the law is still obeyed where the reference moves along.
     let mut wrong = right.clone();
     wrong.slip_reference.iter_mut().for_each(|s| *s += 1e-9);
     stiction::io::step::write_step(&path, &wrong).unwrap();

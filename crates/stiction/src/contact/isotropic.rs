@@ -65,7 +65,7 @@ impl ContactProblem {
     /// Turns multipliers of this problem, `3m`, into those of the isotropic one.
     pub fn to_isotropic(&self, lambda: &mut [f64]) {
         let ratios = self.contact.orthotropy.iter().flatten();
-        // Where there is no friction across, there is no force to be told.
+        // Where there is no friction across, there is no force.
         lambda[2 * self.points()..].iter_mut().zip(ratios).for_each(|(l, &a)| {
             *l = if solved(a) > 0.0 { *l / a } else { 0.0 };
         });

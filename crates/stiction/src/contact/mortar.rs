@@ -30,7 +30,7 @@ use crate::mesh::{Bounds, Mesh, Tree};
 const FACING: f64 = -0.25;
 /// Overlaps smaller than this part of the slave face are rounding.
 const SLIVER: f64 = 1e-13;
-/// A face covered to less than this part is not covered: the dual functions over it could not be told apart.
+/// A face covered to less than this part is not covered: the dual functions over it could not be distinguished.
 const LEAST_PART: f64 = 1e-6;
 /// Weights below this are rounding: matching nodes then hang on one node only.
 const ROUNDING: f64 = 1e-12;

@@ -228,7 +228,7 @@ fn basis(near_kernel: &[[f64; 6]], unknowns: &[u32]) -> (Vec<Vec<f64>>, Vec<[f64
 
 /// `R' K R` on the unknowns of one component, entries below `rounding` taken for zero; `place` is where an unknown
 /// stands among those of its component.
-#[allow(clippy::needless_range_loop)] // a symmetric matrix is told by its indices
+#[allow(clippy::needless_range_loop)] // a symmetric matrix is written by its indices
 fn energies(k: &SymmetricCsr, unknowns: &[u32], place: &[u32], motions: &[Vec<f64>], rounding: f64) -> Vec<Vec<f64>> {
     let count = motions.len();
     // All motions of an unknown side by side: the matrix is read once.

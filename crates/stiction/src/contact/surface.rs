@@ -210,6 +210,6 @@ pub struct PairFacts {
     pub taken: usize,
     /// Whether faces that look the same way lie over one another.
     pub averted: bool,
-    /// Smallest distance of a slave node from the other surface, told only if the surfaces nowhere meet; length.
+    /// Smallest distance of a slave node from the other surface, reported only if the surfaces nowhere meet; length.
     pub nearest: Option<f64>,
 }

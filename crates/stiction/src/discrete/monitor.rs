@@ -22,7 +22,7 @@ const PATIENCE_AT_ROUNDING: usize = 5;
 /// Rounds of the methods without Newton steps that count as one proximal step.
 const ROUNDS: usize = 10;
 
-/// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, tells the observer.
+/// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, reports to the observer.
 pub(super) struct Monitor<'a> {
     pub mu: &'a [f64],
     /// Judges scaled impulses within the cones.

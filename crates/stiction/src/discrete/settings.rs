@@ -77,7 +77,7 @@ pub enum Status {
     Interrupted,
 }
 
-/// Told to the observer at every proximal step or round.
+/// What the observer receives at every proximal step or round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Number of the iteration.

@@ -45,12 +45,12 @@ pub fn cell_stress(solid: &Solid, u_full: &[f64], initial: &[Voigt]) -> Vec<Voig
     cell_stress_as(solid, u_full, initial, |stress| stress).collect()
 }
 
-/// What `told` makes of the [`cell_stress`] of each cell, cell by cell and by all threads.
+/// What `report` makes of the [`cell_stress`] of each cell, cell by cell and by all threads.
 pub(crate) fn cell_stress_as<'a, T: Send>(
     solid: &Solid<'a>,
     u_full: &'a [f64],
     initial: &'a [Voigt],
-    told: impl Fn(Voigt) -> T + Send + Sync + 'a,
+    report: impl Fn(Voigt) -> T + Send + Sync + 'a,
 ) -> impl IndexedParallelIterator<Item = T> + 'a {
     let Solid { mesh, materials, material_of_cell } = *solid;
     assert_eq!(u_full.len(), 3 * mesh.nodes.len());
@@ -66,11 +66,11 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
         };
-        let Some(mut strain) = strain else { return told([f64::NAN; 6]) };
+        let Some(mut strain) = strain else { return report([f64::NAN; 6]) };
         if let Some(free) = initial.get(cell) {
             strain.iter_mut().zip(free).for_each(|(e, free)| *e -= free);
         }
-        told(law.stress(&strain))
+        report(law.stress(&strain))
     };
     material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell)
 }

@@ -9,10 +9,10 @@ use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 /// in body sizes. It lies well above the rounding of coordinates in mesh files and below one element's width.
 const UNSEEN: f64 = 1e-6;
 
-/// Parts of a motion below this are left out where it is told to a person.
+/// Parts of a motion below this are left out of the description.
 const READABLE: f64 = 1e-4;
 
-/// A motion that turns a body by less than this part of what it moves it by is told as a translation: an axis a hundred
+/// A motion that turns a body by less than this part of what it moves it by is described as a translation: an axis a hundred
 /// radii away says less than the direction.
 const TURNING: f64 = 1e-2;
 

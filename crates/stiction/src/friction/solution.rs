@@ -1,4 +1,4 @@
-//! What every solver of contact takes, tells on its way and returns.
+//! What every solver of contact takes, reports and returns.
 
 use super::PointState;
 use crate::Error;
@@ -105,7 +105,7 @@ pub enum Status {
     /// No method gains on the residual any more.
     Stalled,
     /// No contact forces balance the loads on a body that floats: it moves away
-    /// ([`no_equilibrium`](crate::contact::equilibrium::no_equilibrium) tells how). What is returned is no rest.
+    /// ([`no_equilibrium`](crate::contact::equilibrium::no_equilibrium) finds the motion). What is returned is no equilibrium.
     NoEquilibrium,
     /// The method has converged by its own rule, but the certificate does not pass.
     Uncertified,
@@ -156,7 +156,7 @@ pub enum Phase {
     Multigrid,
 }
 
-/// Told to the observer at every iteration.
+/// What the observer receives at every iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// What the solver is doing.

@@ -91,7 +91,7 @@ impl Csr {
             }
             Ok(())
         };
-        // Of several faults the one in the first row is told.
+        // Of several faults the one in the first row is reported.
         let rows = (0..self.rows).into_par_iter().with_min_len(ROWS_PER_TASK);
         rows.find_map_first(|i| row(i).err()).map_or(Ok(()), Err)
     }

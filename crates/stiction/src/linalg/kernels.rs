@@ -1,6 +1,6 @@
 //! The four loops in which a triangular solve spends its time, compiled for the vector unit found at run time.
 
-// Triangles are told by their indices, and two vectors share them.
+// Triangles are written by their indices, and two vectors share them.
 #![allow(clippy::needless_range_loop)]
 
 use super::vectorised;

@@ -35,9 +35,9 @@ impl NodeGraph {
     pub fn of_symmetric(k: &SymmetricCsr, node_of: Option<&[u32]>) -> Self {
         let (node, mut graph) = Self::nodes(k.rows, node_of);
         let coupled = |v: usize, name: &mut dyn FnMut(u32)| {
-            // Rows whose columns are among those of the next, which is of the same node, tell nothing new.
-            let told = |i: usize| k.shares(i) && node[i + 1] as usize == v;
-            let rows = graph.unknowns_of(v).iter().map(|&i| i as usize).filter(|&i| !told(i));
+            // Rows whose columns are among those of the next, which is of the same node, add nothing.
+            let known = |i: usize| k.shares(i) && node[i + 1] as usize == v;
+            let rows = graph.unknowns_of(v).iter().map(|&i| i as usize).filter(|&i| !known(i));
             rows.flat_map(|i| k.row(i).0).map(|&j| node[j as usize]).filter(|&w| w as usize != v).for_each(name);
         };
         let Pattern { start, column } = Pattern::new(graph.len(), graph.len(), coupled).mirrored();

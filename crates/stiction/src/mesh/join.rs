@@ -82,7 +82,7 @@ pub fn join(parts: Vec<(String, Mesh)>) -> Mesh {
 }
 
 /// Appends the arrays of a part before which there are so many nodes, cells and faces. Elsewhere they have no value; who
-/// asks for it there is told so.
+/// asks for it there is answered so.
 fn append(all: &mut MeshArrays, part: MeshArrays, name: &str, [nodes, cells, faces]: [u32; 3]) {
     let called = |array: &str| format!("{name}.{array}");
     let padded = |before: u32, values: Vec<f64>| {

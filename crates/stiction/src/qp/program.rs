@@ -51,7 +51,7 @@ pub struct QpSolution {
 }
 
 impl Program<'_> {
-    /// Runs `method` from the projection of `start`; it is told the norm of `A` and the preconditioner, and returns how it
+    /// Runs `method` from the projection of `start`; it receives the norm of `A` and the preconditioner, and returns how it
     /// ended, its measure there and its steps. The set is empty unless `possible`.
     pub(super) fn run(
         self,

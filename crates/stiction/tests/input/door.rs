@@ -177,7 +177,7 @@ fn a_stiffness_that_is_not_positive_definite_is_an_error() {
 }
 
 #[test]
-fn too_little_memory_is_told_with_the_argument_that_limits_it() {
+fn too_little_memory_is_reported_with_the_argument_that_limits_it() {
     for path in [SolverPath::Dense, SolverPath::Multigrid] {
         let settings = Settings { path, memory_limit: Some(1000), ..Settings::default() };
         let error = solve(&pressed(), &settings).unwrap_err().to_string();

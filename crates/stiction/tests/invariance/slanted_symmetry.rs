@@ -58,7 +58,7 @@ fn stacked(turn: &Turn, friction: &str) -> String {
     )
 }
 
-/// Displacements of the second run are those of the first, turned; and so are the forces, which are told in the axes of space.
+/// Displacements of the second run are those of the first, turned; and so are the forces, which are written in the axes of space.
 fn agree(straight: &(Outcome, Prepared), turned: &(Outcome, Prepared), turn: &Turn) {
     let (u, v) = (displacement(straight), displacement(turned));
     let size = u.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));

@@ -276,7 +276,7 @@ fn a_bar_between_walls_is_tightened_by_its_shortening() {
         let run = solved(&bar(mesh, 0.0, &by_plane.replace("shortening = 1e-3", "force = 200"), ""));
         assert!((bolt(&run)[1] / 1e-3 - 1.0).abs() < 1e-6 && (bolt(&run)[0] / 200.0 - 1.0).abs() < 1e-6);
     }
-    // Faces between cells, the sides told by their own normal.
+    // Faces between cells, the sides distinguished by their own normal.
     let meshes = [grid("bolt.msh", [4, 2, 2], 3, |[x, y, z]| [4.0 * x, 2.0 * y, 2.0 * z]), cut_hex20("bolt20.msh")];
     for (mesh, element) in meshes
         .iter()

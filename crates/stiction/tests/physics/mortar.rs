@@ -327,7 +327,7 @@ fn a_pair_turned_in_space_or_told_in_other_units_is_the_same_pair() {
     (0..3).for_each(|c| same(straight.tangential_force[c], other.tangential_force[c]));
 }
 
-/// Which side carries the points is a matter of discretisation, and forces are told for the body of `on` either way.
+/// Which side carries the points is a matter of discretisation, and forces are reported for the body of `on` either way.
 #[test]
 fn the_choice_of_the_slave_matters_less_and_less() {
     let law = |slave: &str| format!("friction = {{ coulomb = 0.2 }}\nslave = \"{slave}\"");
@@ -439,7 +439,7 @@ fn three_bodies_that_meet_along_an_edge_pass_the_patch_test() {
     }
 }
 
-/// A pile of three held blocks with two pairs, told in either order.
+/// A pile of three held blocks with two pairs, named in either order.
 #[test]
 fn the_order_of_the_pairs_does_not_matter() {
     let text = two_blocks("", [2e-5, 1e-5, -1e-4], "friction = { coulomb = 0.2 }", 1);
@@ -457,7 +457,7 @@ fn the_order_of_the_pairs_does_not_matter() {
     }
 }
 
-/// What a person is told before the solve.
+/// What is reported before the solve.
 #[test]
 fn pairs_that_cannot_be_meant_are_pointed_out() {
     let notes = |edit: &dyn Fn(String) -> String| {

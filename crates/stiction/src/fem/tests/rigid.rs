@@ -91,7 +91,7 @@ fn a_screw_is_named_with_its_advance() {
 }
 
 #[test]
-fn a_turn_about_an_axis_far_away_is_told_as_a_translation() {
+fn a_turn_about_an_axis_far_away_is_described_as_a_translation() {
     // A body of radius 2 at (10, 0, 0) that turns about an axis along y through (10, 0, -distance) moves along x there.
     let (omega, centre) = ([0.0, 1.0, 0.0], [10.0, 0.0, 0.0]);
     let told = |distance: f64| Motion::of([0.0; 3], omega, [10.0, 0.0, -distance], centre, 2.0).to_string();

@@ -66,7 +66,7 @@ fn sets(slip_bounds: &SlipBounds<'_>) -> Vec<PointSet> {
     slip_bounds.friction.iter().zip(&slip_bounds.value).map(set).collect()
 }
 
-/// Tells one iteration; whether the observer wants to stop.
+/// Reports one iteration; whether the observer wants to stop.
 fn note(lambda: &[f64], slip_bounds: &SlipBounds<'_>, change: f64, record: &mut Record<'_, '_>) -> bool {
     /// Friction this close to its bound counts as being there.
     const AT_BOUND: f64 = 1e-12;

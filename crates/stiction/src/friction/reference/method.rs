@@ -23,7 +23,7 @@ pub enum Method {
 /// How a problem with given friction is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Given {
-    /// Squares: Uzawa's method on the augmented Lagrangian, minimised as told.
+    /// Squares: Uzawa's method on the augmented Lagrangian, minimised as given here.
     #[doc(alias("ALG1", "ALG2"))]
     Uzawa(Minimization),
     /// Squares: the same with the accuracy of each minimisation following the disagreement of the copies.
@@ -302,5 +302,5 @@ pub struct MethodReport {
     pub history: Vec<MethodStep>,
 }
 
-/// Told every step; may stop the method.
+/// Receives every step; may stop the method.
 pub type ObserveMethod<'a> = dyn FnMut(&MethodStep) -> ControlFlow<()> + 'a;

@@ -29,7 +29,7 @@ enum Matrix<'a> {
     Applied(&'a Dual, Vec<f64>),
 }
 
-/// Most rows for which `Q` is stored unless told otherwise: 72 MB, formed in the time of as many products.
+/// Most rows for which `Q` is stored unless a number is given: 72 MB, formed in the time of as many products.
 pub(super) const MOST_STORED: usize = 3000;
 /// Relative accuracy of the largest eigenvalue: penalties are multiples of it.
 const SHARP: f64 = 1e-4;

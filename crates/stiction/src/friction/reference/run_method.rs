@@ -19,7 +19,7 @@ use crate::linalg::norm;
 ///
 /// # Errors
 /// If the settings make no sense, a method for given friction meets Coulomb friction, or the method is Newton's
-/// ([`crate::friction::solve`]). Ending short of the tolerance is no error but told by [`MethodReport::end`].
+/// ([`crate::friction::solve`]). Ending short of the tolerance is no error but reported by [`MethodReport::end`].
 pub fn run_method(
     q: &Quadratic<'_>,
     friction: &[Friction],

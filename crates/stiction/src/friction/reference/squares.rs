@@ -13,7 +13,7 @@ pub(super) struct Squares {
     round: Vec<bool>,
 }
 
-/// Which copies of the multipliers are told to be equal; both give `count - 1` times `3m` rows and the same for two
+/// Which copies of the multipliers are constrained to be equal; both give `count - 1` times `3m` rows and the same for two
 /// squares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coupling {
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_and_their_transpose_are_adjoint_and_as_large_as_told() {
+    fn differences_and_their_transpose_are_adjoint_and_as_large_as_their_bound_says() {
         for coupling in [Coupling::Chain, Coupling::Star] {
             for count in 1..7 {
                 let (x, w) = (numbers(6 * count), numbers(6 * (count - 1)));

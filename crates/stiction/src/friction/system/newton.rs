@@ -51,7 +51,7 @@ pub(crate) struct Newton<'a> {
     pub rules: Rules,
 }
 
-/// Told the iterate, the norms of its residual and multipliers and the states of its points at every step; may stop.
+/// Receives the iterate, the norms of its residual and multipliers and the states of its points at every step; may stop.
 pub(crate) type Observe<'a> = dyn FnMut(&Iterate, f64, f64, &[PointState]) -> ControlFlow<()> + 'a;
 
 impl Newton<'_> {

@@ -143,7 +143,7 @@ impl<'a> Iterator for Pieces<'a> {
     }
 }
 
-/// What a line is, told by its first letters.
+/// What a line is, recognised by its first letters.
 #[derive(PartialEq, Eq)]
 enum Line {
     Keyword,

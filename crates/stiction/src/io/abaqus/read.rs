@@ -308,7 +308,7 @@ impl Reader<'_> {
         set.internal |= keyword.get("INTERNAL").is_some();
         set.members.push(members);
         let number = self.sets(Kind::Surface).find(&name).unwrap_or(0);
-        // of a union the lines name surfaces: told by `generate`, which surfaces do not have otherwise
+        // of a union the lines name surfaces: recognised by `generate`, which surfaces do not have otherwise
         self.section = Section::Set { kind: Kind::Surface, number, generate: keyword.get("COMBINE").is_some() };
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Files that are no Gmsh mesh, told by how they begin.
+//! Files that are no Gmsh mesh, recognised by how they begin.
 
 use crate::Error;
 

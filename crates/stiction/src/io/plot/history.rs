@@ -20,7 +20,7 @@ pub struct HistoryPanel<'a> {
 
 const COLORS: [Rgb; 4] = [[0, 92, 158], [192, 57, 43], [39, 125, 67], [125, 82, 160]];
 
-/// Draws the panels over the times, which ascend. At most four curves a panel are told apart by colour.
+/// Draws the panels over the times, which ascend. At most four curves a panel are distinguished by colour.
 pub fn history(times: &[f64], panels: &[HistoryPanel], title: &str, subtitle: &str) -> Drawing {
     const HEIGHT: f64 = 380.0;
     const BETWEEN: f64 = 90.0;

@@ -46,7 +46,7 @@ impl Surface<'_> {
 }
 
 /// Draws the surface, in the light of a lamp behind the observer's left shoulder if `lit`, with its edges where
-/// these are far enough apart to be told from each other. Points without any face become discs.
+/// these are far enough apart to be distinguished. Points without any face become discs.
 pub(super) fn draw(raster: &mut Raster, camera: &Camera, surface: Surface, edges: &[Edge], paint: Paint, lit: bool) {
     let at: Vec<Vec3> = surface.points.iter().map(|&p| camera.project(p)).collect();
     let [right, up, toward] = camera.axes;

@@ -28,7 +28,7 @@ pub(super) fn ticks(low: f64, high: f64, count: usize) -> Ticks {
         // Adding zero turns -0 into 0.
         let value = k * step + 0.0;
         marks.push((value, minus(&format!("{:.decimals$}", value / unit))));
-        // Where the numbers are too large to be told apart by the step, there is no next mark.
+        // Where the numbers are too large to be distinguished by the step, there is no next mark.
         k = if k + 1.0 > k { k + 1.0 } else { f64::INFINITY };
     }
     Ticks { marks, exponent }

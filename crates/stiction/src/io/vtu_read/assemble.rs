@@ -257,7 +257,7 @@ fn arrays(document: &Document, cells: &Sorted) -> MeshArrays {
             arrays.others.push((name, what));
             continue;
         }
-        // One that cannot be read is no reason to refuse the mesh: who asks for it is told.
+        // One that cannot be read is no reason to refuse the mesh: who asks for it gets the reason.
         let count = if array.section == Section::PointData { document.points } else { document.cells };
         match document.floats(array, count) {
             Ok(values) if array.section == Section::PointData => arrays.nodes.push(NodeArray { name, values }),

@@ -181,8 +181,8 @@ pub(crate) fn solve_again(
     }
     let mut watch = |event: &SolveEvent| {
         clock.event(event);
-        let told = observer(&Event::Solver(*event));
-        if settings.solver.stop.asked() { ControlFlow::Break(()) } else { told }
+        let flow = observer(&Event::Solver(*event));
+        if settings.solver.stop.asked() { ControlFlow::Break(()) } else { flow }
     };
     let answer = if newton {
         let solution = solve_validated(problem, &solver, kept, &mut watch);
@@ -210,8 +210,8 @@ fn by_method(
     let dual = kept.factorised(problem, solver, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let solves = dual.solves();
-    let mut told = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
-    let mut answer = solve_with(problem, dual, solver, method, &mut told)?;
+    let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
+    let mut answer = solve_with(problem, dual, solver, method, &mut report)?;
     answer.solution.counts.solves -= solves;
     Ok(answer)
 }
@@ -223,7 +223,7 @@ fn placed(prepared: &Prepared, error: Error) -> Error {
     if memory { place::at(&prepared.mesh_spot, error) } else { error }
 }
 
-/// Seconds by phase, told apart by what the solver says it begins, and the times of its iterations.
+/// Seconds by phase, distinguished by what the solver says it begins, and the times of its iterations.
 struct Clock<L> {
     lap: L,
     phase: fn(&mut Seconds) -> &mut Span,
