@@ -51,23 +51,28 @@ enum Operator {
     Multigrid(Box<Multigrid>),
 }
 
-/// Below so many unknowns either path takes about a tenth of a second, and the factor also gives facts about uniqueness.
-const SMALL: usize = 10_000;
-/// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
-const LARGE: usize = 100_000;
-/// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
-const MULTIGRID_SECONDS: f64 = 1e-5;
-/// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
-const MULTIGRID_BYTES: u64 = 2000;
-/// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
-const CYCLES_PER_ITERATION: usize = 5;
+/// What the choice of a path is made by.
+struct Threshold;
+
+impl Threshold {
+    /// Below so many unknowns either path takes about a tenth of a second, and the factor also gives facts about uniqueness.
+    const SMALL: usize = 10_000;
+    /// Above so many unknowns multigrid is the faster path whatever the shape (bars, plates and cubes were measured).
+    const LARGE: usize = 100_000;
+    /// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
+    const MULTIGRID_SECONDS: f64 = 1e-5;
+    /// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
+    const MULTIGRID_BYTES: u64 = 2000;
+    /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
+    const CYCLES_PER_ITERATION: usize = 5;
+}
 
 /// Whether multigrid is predicted to be faster than a factor.
 pub fn multigrid_is_faster(problem: &ContactProblem) -> bool {
     match problem.unknowns() {
-        n if n < SMALL => false,
-        n if n > LARGE => true,
-        n => MULTIGRID_SECONDS * (n as f64) < estimate(problem).seconds,
+        n if n < Threshold::SMALL => false,
+        n if n > Threshold::LARGE => true,
+        n => Threshold::MULTIGRID_SECONDS * (n as f64) < estimate(problem).seconds,
     }
 }
 
@@ -109,7 +114,7 @@ impl Kept {
             Some(Operator::Multigrid(multigrid)) => multigrid,
             factor => {
                 drop(factor);
-                let needed = MULTIGRID_BYTES * problem.unknowns() as u64;
+                let needed = Threshold::MULTIGRID_BYTES * problem.unknowns() as u64;
                 if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
                     let gb = |bytes: u64| bytes as f64 / 1e9;
                     let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
@@ -257,7 +262,7 @@ fn by_multigrid(
     let multigrid = kept.set_up(problem, settings, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let departs = no_equilibrium(problem, multigrid.motions()).is_some();
-    let cycles = CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
+    let cycles = Threshold::CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));

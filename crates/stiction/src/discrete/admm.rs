@@ -8,12 +8,18 @@ use crate::friction::system::length;
 
 /// Penalty over the local compliance.
 pub(super) const PENALTY: f64 = 1.0;
-const RELAXATION: f64 = 1.6;
-/// The penalty changes when one residual is this many times the other, by this factor, and at most every so many rounds:
-/// each change costs a factor.
-const IMBALANCE: f64 = 10.0;
-const CHANGE: f64 = 5.0;
-const ROUNDS: usize = 2;
+/// Thresholds of [`alternating_directions`]: relaxation and imbalance of Boyd et al. (2011), held against the profile of the methods
+/// (docs/algebraic-profile.md).
+struct Threshold;
+
+impl Threshold {
+    const RELAXATION: f64 = 1.6;
+    /// The penalty changes when one residual is this many times the other, by this factor, and at most every so many rounds:
+    /// each change costs a factor.
+    const IMBALANCE: f64 = 10.0;
+    const CHANGE: f64 = 5.0;
+    const ROUNDS: usize = 2;
+}
 
 /// Alternating directions on `min 1/2 r' W r + (q + s)' r, z = r in the cones` (Boyd et al. 2011) with the term of De
 /// Saxcé `s = mu |u_t|` taken anew at each step (Carpentier, Le Lidec & Montaut 2024). `W + rho` is factorised once a
@@ -50,7 +56,8 @@ impl<'a> Alternating<'a> {
         let (mut apart, mut moved) = (0.0, 0.0);
         for (a, r) in r.iter().enumerate() {
             let (z, y) = (self.z[a], &mut self.y[a]);
-            let relaxed: V3 = std::array::from_fn(|i| RELAXATION * r[i] + (1.0 - RELAXATION) * z[i]);
+            let relaxed: V3 =
+                std::array::from_fn(|i| Threshold::RELAXATION * r[i] + (1.0 - Threshold::RELAXATION) * z[i]);
             let next = nearest_in_cone(mu[a], std::array::from_fn(|i| relaxed[i] + y[i] / rho));
             for i in 0..3 {
                 y[i] += rho * (relaxed[i] - next[i]);
@@ -67,10 +74,10 @@ impl<'a> Alternating<'a> {
         let [apart, moved] = self.residuals;
         let (apart, moved) =
             (apart / length(&self.z).max(f64::MIN_POSITIVE), moved / length(&self.y).max(f64::MIN_POSITIVE));
-        if apart > IMBALANCE * moved {
-            self.rho * CHANGE
-        } else if moved > IMBALANCE * apart {
-            self.rho / CHANGE
+        if apart > Threshold::IMBALANCE * moved {
+            self.rho * Threshold::CHANGE
+        } else if moved > Threshold::IMBALANCE * apart {
+            self.rho / Threshold::CHANGE
         } else {
             self.rho
         }
@@ -92,7 +99,7 @@ pub(super) fn alternating_directions(system: &Discrete<'_>, r: Vec<V3>, monitor:
         monitor.counts.alternations += ROUND;
         monitor.counts.iterations += 1;
         let rho = directions.better_penalty();
-        if rho != directions.rho && monitor.counts.iterations.is_multiple_of(ROUNDS) {
+        if rho != directions.rho && monitor.counts.iterations.is_multiple_of(Threshold::ROUNDS) {
             let Some(solve) = system.shifted(rho) else { return Status::Stalled };
             (directions.solve, directions.rho) = (solve, rho);
         }

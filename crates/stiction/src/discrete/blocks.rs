@@ -81,6 +81,9 @@ impl Operator for Blocks {
                 rhs.push(point.rhs[k] - dot(&point.rows[k], &w));
                 for e in self.start[a]..self.start[a + 1] {
                     let b = self.column[e] as usize;
+                    if points[b].unknowns == 0 {
+                        continue;
+                    }
                     let row = row_times(&point.rows[k], &self.block[e]);
                     for l in 0..points[b].unknowns {
                         let own = if a == b && k == l { point.compliance[k] } else { 0.0 };

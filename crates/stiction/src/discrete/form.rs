@@ -37,12 +37,17 @@ enum Body {
     Sparse(Box<Sparse>),
 }
 
-/// Below this order of the dense part of `W` condensing is never dear.
-const SMALL: usize = 600;
-/// Newton steps that a typical solve takes.
-const STEPS: f64 = 20.0;
-/// A multiplication in a triangular solve takes the time of so many in a factorisation by fronts.
-const SOLVES: f64 = 8.0;
+/// Thresholds of the choice of form, by bricks of 4 to 16 cells solved in both forms (docs/matrices.md).
+struct Threshold;
+
+impl Threshold {
+    /// Below this order of the dense part of `W` condensing is never dear.
+    const SMALL: usize = 600;
+    /// Newton steps that a typical solve takes.
+    const STEPS: f64 = 20.0;
+    /// A multiplication in a triangular solve takes the time of so many in a factorisation by fronts.
+    const SOLVES: f64 = 8.0;
+}
 
 /// Leaves out redundant bilateral constraints, and condenses or factorises.
 ///
@@ -67,7 +72,7 @@ fn sparse_order(problem: &GlobalProblem, form: Form, method: Method) -> Option<O
         return None;
     }
     let bodies = touched_components(problem);
-    if form == Form::Auto && bodies.iter().all(|b| b.impulses <= SMALL) {
+    if form == Form::Auto && bodies.iter().all(|b| b.impulses <= Threshold::SMALL) {
         return None;
     }
     let order = Order::new(problem);
@@ -80,11 +85,11 @@ fn sparse_order(problem: &GlobalProblem, form: Form, method: Method) -> Option<O
         .iter()
         .map(|b| {
             let (k, part) = (b.impulses as f64, b.unknowns as f64 / unknowns);
-            STEPS * k.powi(3) * 2.0 / 3.0 + SOLVES * k * 4.0 * entries * part
+            Threshold::STEPS * k.powi(3) * 2.0 / 3.0 + Threshold::SOLVES * k * 4.0 * entries * part
         })
         .sum();
     // The factor of A, its inverse on the pattern, and one factor a Newton step.
-    (factor * (STEPS + 3.0) < condensed).then_some(order)
+    (factor * (Threshold::STEPS + 3.0) < condensed).then_some(order)
 }
 
 struct TouchedComponent {

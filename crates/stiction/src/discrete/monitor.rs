@@ -14,13 +14,17 @@ pub(super) struct Judged {
     pub measures: Measures,
 }
 
-/// `r - P(r - û)` is not computed more accurately than to so many last digits of `r`.
-const LAST_DIGITS: f64 = 16.0;
-/// Steps that may still gain on rounding.
-const PATIENCE_AT_ROUNDING: usize = 5;
+/// Thresholds of the end of an iteration, by problems whose impulses exceed their velocities by 1e8 and more.
+struct Threshold;
 
-/// Rounds of the methods without Newton steps that count as one proximal step.
-const ROUNDS: usize = 10;
+impl Threshold {
+    /// `r - P(r - û)` is not computed more accurately than to so many last digits of `r`.
+    const LAST_DIGITS: f64 = 16.0;
+    /// Steps that may still gain on rounding.
+    const PATIENCE_AT_ROUNDING: usize = 5;
+    /// Rounds of the methods without Newton steps that count as one proximal step.
+    const ROUNDS: usize = 10;
+}
 
 /// Follows an iteration: judges its impulses on the problem as it was given, keeps the best, reports to the observer.
 pub(super) struct Monitor<'a> {
@@ -65,11 +69,11 @@ impl<'a> Monitor<'a> {
         }
         if self.best.as_ref().is_some_and(|b| self.is_rounding(b)) {
             self.at_rounding += 1;
-            if self.at_rounding > PATIENCE_AT_ROUNDING {
+            if self.at_rounding > Threshold::PATIENCE_AT_ROUNDING {
                 return Some(Status::Rounding);
             }
         }
-        let rounds = if self.settings.method.is_newton() { 1 } else { ROUNDS };
+        let rounds = if self.settings.method.is_newton() { 1 } else { Threshold::ROUNDS };
         if iterations >= self.settings.max_iterations.saturating_mul(rounds) {
             return Some(Status::MaxIterations);
         }
@@ -85,7 +89,7 @@ impl<'a> Monitor<'a> {
     fn is_rounding(&self, judged: &Judged) -> bool {
         let m = &judged.measures;
         m.by_largest.max(m.invariant) <= self.settings.tolerance
-            && m.by_velocity * self.size_of_q <= LAST_DIGITS * f64::EPSILON * norm(&judged.r)
+            && m.by_velocity * self.size_of_q <= Threshold::LAST_DIGITS * f64::EPSILON * norm(&judged.r)
     }
 
     /// The best that was seen.

@@ -4,13 +4,18 @@ use super::system::Discrete;
 use crate::contact::Friction;
 use crate::friction::law::{Linearisation, nearest_in_cone, residual};
 
-/// Newton steps at one point.
-const LOCAL_STEPS: usize = 20;
-/// A local residual of this part of its impulse and velocity is rounding.
-const LOCAL: f64 = 1e-14;
-/// Projections where Newton's method does not converge at a point.
-const PROJECTIONS: usize = 20;
-const HALVINGS: usize = 6;
+/// Thresholds of the law at one point, held against the profile of the methods (docs/algebraic-profile.md).
+struct Threshold;
+
+impl Threshold {
+    /// Newton steps at one point.
+    const LOCAL_STEPS: usize = 20;
+    /// A local residual of this part of its impulse and velocity is rounding.
+    const LOCAL: f64 = 1e-14;
+    /// Projections where Newton's method does not converge at a point.
+    const PROJECTIONS: usize = 20;
+    const HALVINGS: usize = 6;
+}
 
 /// Sweeps of nonlinear block Gauss-Seidel (Jourdan, Alart & Jean 1998): one point after the other solves its own law
 /// at fixed impulses of the others.
@@ -41,8 +46,8 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
     let size = |g: &V3| dot(g, g).sqrt();
     let (mut x, mut u) = (start, velocity(&start));
     let mut merit = size(&residual(law, x, u, 1.0));
-    for _ in 0..LOCAL_STEPS {
-        if merit <= LOCAL * (size(&x) + size(others)) {
+    for _ in 0..Threshold::LOCAL_STEPS {
+        if merit <= Threshold::LOCAL * (size(&x) + size(others)) {
             return x;
         }
         let Some(d) = local_step(w, &Linearisation::new(law, 1.0, [true; 3], f64::INFINITY, x, u)) else { break };
@@ -53,7 +58,7 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
             (next, u, size(&residual(law, next, u, 1.0)))
         };
         let mut next = at(length);
-        for _ in 0..HALVINGS {
+        for _ in 0..Threshold::HALVINGS {
             if next.2 < merit {
                 break;
             }
@@ -72,7 +77,7 @@ fn point(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
 fn projected(mu: f64, w: &[V3; 3], others: &V3, start: V3) -> V3 {
     let parameter = 1.0 / (w[0][0] + w[1][1] + w[2][2]).max(1.0);
     let mut x = start;
-    for _ in 0..PROJECTIONS {
+    for _ in 0..Threshold::PROJECTIONS {
         let own = times(w, &x);
         let u: V3 = std::array::from_fn(|i| own[i] + others[i]);
         let slip = u[1].hypot(u[2]);

@@ -13,16 +13,21 @@ pub struct Estimate {
     pub seconds: f64,
 }
 
-/// Passes that look for the ends of the graph; the first starts anywhere.
-const PASSES: usize = 3;
-/// Flops over `27 N w^(3/2)` and bytes over `72 N w^(1/2) ln(w)/2`, in the middle of cubes, bars and plates of
-/// tetrahedra and hexahedra (0.7 to 4.5 and 1.0 to 3.8).
-const FLOPS: f64 = 1.8;
-const BYTES: f64 = 2.0;
-/// Part of the factor a product touches, roughly: what lies above the contact unknowns.
-const TOUCHED: f64 = 0.5;
-/// Seconds of ordering and symbolic factorisation a node.
-const ORDERING: f64 = 1.5e-5;
+/// Factors of the prediction, by cubes, bars and plates of tetrahedra and hexahedra.
+struct Threshold;
+
+impl Threshold {
+    /// Passes that look for the ends of the graph; the first starts anywhere.
+    const PASSES: usize = 3;
+    /// Flops over `27 N w^(3/2)` and bytes over `72 N w^(1/2) ln(w)/2`, in the middle of cubes, bars and plates of
+    /// tetrahedra and hexahedra (0.7 to 4.5 and 1.0 to 3.8).
+    const FLOPS: f64 = 1.8;
+    const BYTES: f64 = 2.0;
+    /// Part of the factor a product touches, roughly: what lies above the contact unknowns.
+    const TOUCHED: f64 = 0.5;
+    /// Seconds of ordering and symbolic factorisation a node.
+    const ORDERING: f64 = 1.5e-5;
+}
 
 /// A guess, good to a factor of three to five, from the number of nodes `N` and the width `w` of the graph: the most
 /// nodes at one distance from an end of it. A body of width `w` is a row of cubes with `w^(3/2)` nodes, and nested
@@ -30,10 +35,12 @@ const ORDERING: f64 = 1.5e-5;
 pub fn estimate(problem: &ContactProblem) -> Estimate {
     let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
     let (nodes, width) = (graph.len() as f64, width(&graph).max(2) as f64);
-    let flops = FLOPS * 27.0 * nodes * width.powf(1.5);
-    let bytes = BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
+    let flops = Threshold::FLOPS * 27.0 * nodes * width.powf(1.5);
+    let bytes = Threshold::BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
     let products = if problem.points() > 0 { EXPECTED_PRODUCTS } else { 1.0 };
-    let seconds = ORDERING * nodes + flops / FLOPS_PER_SECOND + products * 2.0 * TOUCHED * bytes / BYTES_PER_SECOND;
+    let seconds = Threshold::ORDERING * nodes
+        + flops / FLOPS_PER_SECOND
+        + products * 2.0 * Threshold::TOUCHED * bytes / BYTES_PER_SECOND;
     Estimate { flops, bytes, seconds }
 }
 
@@ -47,7 +54,7 @@ fn width(graph: &NodeGraph) -> usize {
             continue;
         }
         let (mut start, mut width) = (seed, 0);
-        for _ in 0..PASSES {
+        for _ in 0..Threshold::PASSES {
             search += 1;
             (start, width) = widest_level(graph, start, search, &mut seen);
         }

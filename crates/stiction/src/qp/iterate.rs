@@ -9,18 +9,24 @@ pub(super) type Step<T> = ControlFlow<QpStatus, T>;
 /// The caller's test, asked at every iteration with the iterate and its measure of optimality.
 pub type Stop<'a> = dyn FnMut(&[f64], f64) -> bool + 'a;
 
-/// Iterations without halving the measure after which rounding is suspected.
-const PATIENCE: usize = 200;
-/// Multiple of the rounding level of the gradient below which no further progress is expected.
-const ROUNDING_MARGIN: f64 = 1.0;
-/// Fraction of the bound on its drift below which a recurrence is replaced: the bound exceeds the drift by orders.
-const RELIABLE: f64 = 1e-8;
-/// Relative accuracy of the Lanczos estimate of the largest eigenvalue: a step length needs no more.
-const EIGENVALUE_ACCURACY: f64 = 0.05;
-/// Products that estimate may cost; where it fails for want of them, step lengths are halved as needed.
-const EIGENVALUE_PRODUCTS: usize = 30;
-/// Claims of optimality that may be refuted without the measure being halved in between.
-const REFUTATIONS: usize = 3;
+/// Thresholds of the end of an iteration at what rounding allows, by the dense problems of this room's tests with tolerances of
+/// zero and penalties up to a million times the rest.
+struct Threshold;
+
+impl Threshold {
+    /// Iterations without halving the measure after which rounding is suspected.
+    const PATIENCE: usize = 200;
+    /// Multiple of the rounding level of the gradient below which no further progress is expected.
+    const ROUNDING_MARGIN: f64 = 1.0;
+    /// Fraction of the bound on its drift below which a recurrence is replaced: the bound exceeds the drift by orders.
+    const RELIABLE: f64 = 1e-8;
+    /// Relative accuracy of the Lanczos estimate of the largest eigenvalue: a step length needs no more.
+    const EIGENVALUE_ACCURACY: f64 = 0.05;
+    /// Products that estimate may cost; where it fails for want of them, step lengths are halved as needed.
+    const EIGENVALUE_PRODUCTS: usize = 30;
+    /// Claims of optimality that may be refuted without the measure being halved in between.
+    const REFUTATIONS: usize = 3;
+}
 
 /// An iterate with its gradient, and the account of what they cost and how far the gradient can be trusted.
 pub(super) struct Iterate<'a> {
@@ -109,7 +115,7 @@ impl<'a> Iterate<'a> {
             return ControlFlow::Continue((norm, 0));
         }
         let (n, mut failure) = (self.x.len(), None);
-        let limit = EIGENVALUE_PRODUCTS.min(self.max_products - self.products);
+        let limit = Threshold::EIGENVALUE_PRODUCTS.min(self.max_products - self.products);
         let operator = |v: &[f64]| match self.times(v) {
             ControlFlow::Continue(av) => av,
             ControlFlow::Break(status) => {
@@ -117,7 +123,7 @@ impl<'a> Iterate<'a> {
                 vec![f64::NAN; n]
             }
         };
-        let ritz = largest_eigenvalue(n, operator, EIGENVALUE_ACCURACY, limit);
+        let ritz = largest_eigenvalue(n, operator, Threshold::EIGENVALUE_ACCURACY, limit);
         match failure {
             Some(status) => ControlFlow::Break(status),
             None if ritz.value > 0.0 => ControlFlow::Continue((ritz.value + ritz.residual, ritz.products)),
@@ -180,7 +186,7 @@ impl<'a> Iterate<'a> {
             Some((QpStatus::Solved, measure + self.drift <= self.tolerance))
         } else if (self.stop)(&self.x, measure) {
             Some((QpStatus::Interrupted, self.drift <= 0.1 * measure))
-        } else if measure < RELIABLE * self.drift {
+        } else if measure < Threshold::RELIABLE * self.drift {
             Some((QpStatus::Stalled, false))
         } else {
             None
@@ -207,6 +213,7 @@ impl<'a> Iterate<'a> {
             self.best = (measure, 0);
         }
         self.best.1 += 1;
-        self.refuted.1 >= REFUTATIONS || (self.best.1 > PATIENCE && self.best.0 <= ROUNDING_MARGIN * self.rounding())
+        self.refuted.1 >= Threshold::REFUTATIONS
+            || (self.best.1 > Threshold::PATIENCE && self.best.0 <= Threshold::ROUNDING_MARGIN * self.rounding())
     }
 }

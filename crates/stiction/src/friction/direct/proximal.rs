@@ -5,21 +5,26 @@ use crate::friction::law::{V3, augmented, projection};
 use crate::friction::system::{Iterate, Newton, Observe, ProximalTerm, Step, length, moved};
 use crate::linalg::dot;
 
-/// The parameter over that of the residual. It grows by `FACTOR` with every change of the multipliers, and falls where
-/// `PATIENCE` steps did not arrive: the larger it is, the fewer changes, and the sharper the bends of the energy.
-const FIRST: f64 = 10.0;
-const FACTOR: f64 = 10.0;
-const PATIENCE: usize = 12;
-const SMALLEST: f64 = 1e-2;
-/// Beyond this the proximal term is lost in rounding.
-const LARGEST: f64 = 1e8;
-/// The energy of a set of multipliers is minimised until the multipliers it gives differ from their images by this part
-/// of what the step changed.
-const INNER: f64 = 0.1;
-/// Relative accuracies of a Newton step, the next one where a step is no descent. Less accurate ones are short: where
-/// compliances differ by 1e8 (a thin blade) those of 1e-2 do not arrive.
-const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
-const BISECTIONS: usize = 60;
+/// Thresholds of [`proximal`], held against the random cases, in which it is the stage that given friction ends with.
+struct Threshold;
+
+impl Threshold {
+    /// The parameter over that of the residual. It grows by `Self::FACTOR` with every change of the multipliers, and falls where
+    /// `Self::PATIENCE` steps did not arrive: the larger it is, the fewer changes, and the sharper the bends of the energy.
+    const FIRST: f64 = 10.0;
+    const FACTOR: f64 = 10.0;
+    const PATIENCE: usize = 12;
+    const SMALLEST: f64 = 1e-2;
+    /// Beyond this the proximal term is lost in rounding.
+    const LARGEST: f64 = 1e8;
+    /// The energy of a set of multipliers is minimised until the multipliers it gives differ from their images by this part
+    /// of what the step changed.
+    const INNER: f64 = 0.1;
+    /// Relative accuracies of a Newton step, the next one where a step is no descent. Less accurate ones are short: where
+    /// compliances differ by 1e8 (a thin blade) those of 1e-2 do not arrive.
+    const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
+    const BISECTIONS: usize = 60;
+}
 
 /// The proximal method of multipliers (Rockafellar 1976) for given friction, a convex problem: but for rounding it arrives from
 /// any start. Coulomb friction takes it with bounds that are frozen.
@@ -30,7 +35,7 @@ const BISECTIONS: usize = 60;
 /// projection of `c - r v`. `steps` counts down to the limit of the whole solve.
 pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, observe: &mut Observe<'_>) -> End {
     let mut centre = at.lambda.clone();
-    let (mut factor, mut inner) = (FIRST, 0);
+    let (mut factor, mut inner) = (Threshold::FIRST, 0);
     loop {
         let (theta, scale) = (on.merit(at), length(&at.lambda));
         if observe(at, theta, scale, &on.states(at)).is_break() {
@@ -48,16 +53,16 @@ pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obs
         let term = ProximalTerm { centre: &centre, compliance: &compliance };
         let regular = Newton { r: &r, proximal: Some(term), ..*on };
         let image = image(&regular, &centre, at);
-        if regular.merit(at) <= INNER * length(&moved(&centre, -1.0, &image)) {
+        if regular.merit(at) <= Threshold::INNER * length(&moved(&centre, -1.0, &image)) {
             centre = image;
-            (factor, inner) = (factor * FACTOR, 0);
-            if factor > LARGEST {
+            (factor, inner) = (factor * Threshold::FACTOR, 0);
+            if factor > Threshold::LARGEST {
                 return End::Stalled;
             }
             continue;
         }
-        if inner == PATIENCE {
-            (factor, inner) = ((factor / FACTOR).max(SMALLEST), 0);
+        if inner == Threshold::PATIENCE {
+            (factor, inner) = ((factor / Threshold::FACTOR).max(Threshold::SMALLEST), 0);
             continue;
         }
         (*steps, inner) = (*steps - 1, inner + 1);
@@ -66,7 +71,7 @@ pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obs
             let step = on.system.step(at, &laws, *accuracy)?;
             least_energy(&regular, &centre, at, &step)
         };
-        let Some(next) = ACCURACIES.iter().find_map(attempt) else { return End::Stalled };
+        let Some(next) = Threshold::ACCURACIES.iter().find_map(attempt) else { return End::Stalled };
         *at = next;
     }
 }
@@ -92,7 +97,7 @@ fn least_energy(on: &Newton<'_>, centre: &[V3], at: &Iterate, step: &Step) -> Op
         (low, high) = (high, 2.0 * high);
     }
     // The energy is quadratic up to where the next point changes its state: mostly the whole step is right.
-    for _ in 0..BISECTIONS {
+    for _ in 0..Threshold::BISECTIONS {
         let middle = 0.5 * (low + high);
         *(if slope(middle) < 0.0 { &mut low } else { &mut high }) = middle;
     }

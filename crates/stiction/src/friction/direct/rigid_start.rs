@@ -54,31 +54,37 @@ pub fn rigid_equilibrium(
 
 /// `Rᵀ f` without what rounding leaves of loads in balance: bodies that nothing drives are to stay where they are.
 pub(in crate::friction) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
-    let rounding = ROUNDING * motions.work_size(f);
+    let rounding = Threshold::ROUNDING * motions.work_size(f);
     motions.work(f).iter().map(|&e| if e.abs() <= rounding { 0.0 } else { e }).collect()
 }
 
 /// Narrows all gaps (the first `m` numbers of `3m`) by the length it returns: what nothing presses then lies beside its
 /// neighbours and not on them, where rounding would be its only force.
 pub(in crate::friction) fn keep_apart(gap: &mut [f64]) -> f64 {
-    let margin = BESIDE * gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    let margin = Threshold::BESIDE * gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     let m = gap.len() / 3;
     gap[..m].iter_mut().for_each(|v| *v -= margin);
     margin
 }
 
-/// How far a body is put beside others at the start, over the widest gap.
-const BESIDE: f64 = 1e-9;
-/// Of a sum of loads over the sum of their sizes.
-const ROUNDING: f64 = 1e-13;
-/// Steps of the fixed point on the bounds of friction; the first has none. A start needs no more.
-const ROUNDS: usize = 5;
-/// Steps of one energy; those that slip converge slowly, and need not arrive.
-const STEPS: usize = 30;
-const DOUBLINGS: usize = 200;
-const BISECTIONS: usize = 60;
-/// Tangential stiffness that is left to every point with friction: it keeps a body that slides from leaving.
-const GUIDE: f64 = 1e-6;
+/// Thresholds of a start, which need not be sharp: Newton's method corrects what they leave. Held against the floating bodies
+/// among the random cases.
+struct Threshold;
+
+impl Threshold {
+    /// How far a body is put beside others at the start, over the widest gap.
+    const BESIDE: f64 = 1e-9;
+    /// Of a sum of loads over the sum of their sizes.
+    const ROUNDING: f64 = 1e-13;
+    /// Steps of the fixed point on the bounds of friction; the first has none. A start needs no more.
+    const ROUNDS: usize = 5;
+    /// Steps of one energy; those that slip converge slowly, and need not arrive.
+    const STEPS: usize = 30;
+    const DOUBLINGS: usize = 200;
+    const BISECTIONS: usize = 60;
+    /// Tangential stiffness that is left to every point with friction: it keeps a body that slides from leaving.
+    const GUIDE: f64 = 1e-6;
+}
 
 impl Foundation<'_> {
     /// The rigid motions in equilibrium, by the fixed point on the bounds of friction.
@@ -90,7 +96,7 @@ impl Foundation<'_> {
         };
         let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
         let mut found = Equilibrium { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
-        for _ in 0..ROUNDS {
+        for _ in 0..Threshold::ROUNDS {
             let (alpha, v) = self.least_energy(&bounds);
             let springs = self.springs(&v, &bounds);
             found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
@@ -104,7 +110,7 @@ impl Foundation<'_> {
     fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut alpha = vec![0.0; self.jumps.len()];
         let mut v = self.gap.to_vec();
-        for _ in 0..STEPS {
+        for _ in 0..Threshold::STEPS {
             let springs = self.springs(&v, bounds);
             let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
             let lacking: Vec<f64> = self.jumps.iter().zip(self.resultant).map(|(g, e)| e - dot(g, &force)).collect();
@@ -133,7 +139,7 @@ impl Foundation<'_> {
                 Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
                 Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
                     let ratio = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
-                    [f64::from(u8::from(v[j] < 0.0)), ratio.max(GUIDE)]
+                    [f64::from(u8::from(v[j] < 0.0)), ratio.max(Threshold::GUIDE)]
                 }
             };
             springs[j] = r * normal;
@@ -161,14 +167,14 @@ impl Foundation<'_> {
             at.iter().zip(&springs).zip(dv).map(|((v, s), d)| s * v * d).sum::<f64>() - work
         };
         let mut high = 1.0;
-        for _ in 0..DOUBLINGS {
+        for _ in 0..Threshold::DOUBLINGS {
             if slope(high) >= 0.0 {
                 break;
             }
             high *= 2.0;
         }
         let mut low = 0.0;
-        for _ in 0..BISECTIONS {
+        for _ in 0..Threshold::BISECTIONS {
             let middle = 0.5 * (low + high);
             *(if slope(middle) < 0.0 { &mut low } else { &mut high }) = middle;
         }

@@ -5,15 +5,20 @@ use crate::friction::End;
 use crate::friction::law::frozen;
 use crate::linalg::multigrid::Hierarchy;
 
-/// Accuracy of the problems with given friction, over the violation of Coulomb's law, and its upper bound.
-const INNER: f64 = 0.1;
-const INNER_MOST: f64 = 0.02;
-/// Below this violation the active-set iteration is tried on Coulomb's law itself, and after a failure again below
-/// [`NEARER`] times the violation it began with.
-const NEAR: f64 = 0.05;
-const NEARER: f64 = 0.1;
-/// Relaxation of the bounds. A half contracts even where a bound that falls raises the next one by up to three times as much.
-const RELAXATION: f64 = 0.5;
+/// Thresholds of [`fixed_point`], by the random cases that the active-set iteration leaves.
+struct Threshold;
+
+impl Threshold {
+    /// Accuracy of the problems with given friction, over the violation of Coulomb's law, and its upper bound.
+    const INNER: f64 = 0.1;
+    const INNER_MOST: f64 = 0.02;
+    /// Below this violation the active-set iteration is tried on Coulomb's law itself, and after a failure again below
+    /// [`Self::NEARER`] times the violation it began with.
+    const NEAR: f64 = 0.05;
+    const NEARER: f64 = 0.1;
+    /// Relaxation of the bounds. A half contracts even where a bound that falls raises the next one by up to three times as much.
+    const RELAXATION: f64 = 0.5;
+}
 
 /// Coulomb friction by the fixed point on the slip bounds (Necas, Jarusek & Haslinger 1980), for active sets that cycle: each
 /// problem with given friction minimises an energy, which the descent does where the active-set iteration fails. Close to the
@@ -24,12 +29,13 @@ pub(super) fn fixed_point(
     state: &mut State,
     observe: &mut Observe<'_>,
 ) -> End {
-    if judge(problem, &mut state.iterate) > NEAR
+    if judge(problem, &mut state.iterate) > Threshold::NEAR
         && let Some(floating) = problem.floating
     {
         floating.balance(problem, &mut state.iterate);
     }
-    let (mut normals, mut accuracy, mut near) = (normal_forces(problem, &state.iterate), INNER_MOST, NEAR);
+    let (mut normals, mut accuracy, mut near) =
+        (normal_forces(problem, &state.iterate), Threshold::INNER_MOST, Threshold::NEAR);
     loop {
         let given: Vec<PointLaw> = (problem.laws.iter().zip(&normals))
             .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
@@ -48,11 +54,11 @@ pub(super) fn fixed_point(
             if let Some(end) = attempt(problem, hierarchy, state, observe) {
                 return end;
             }
-            near = NEARER * violated;
+            near = Threshold::NEARER * violated;
         }
         let new = normal_forces(problem, &state.iterate);
-        normals.iter_mut().zip(new).for_each(|(normal, new)| *normal = RELAXATION * (*normal + new));
-        accuracy = (INNER * violated).min(INNER_MOST).max(0.3 * problem.tolerance);
+        normals.iter_mut().zip(new).for_each(|(normal, new)| *normal = Threshold::RELAXATION * (*normal + new));
+        accuracy = (Threshold::INNER * violated).min(Threshold::INNER_MOST).max(0.3 * problem.tolerance);
     }
 }
 

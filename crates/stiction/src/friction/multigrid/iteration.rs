@@ -64,12 +64,17 @@ pub(super) struct State {
     guess: bool,
 }
 
-/// Cycles with frozen active sets after a reset; found with the prototype by which the monitor's thresholds were.
-const FROZEN_CYCLES: usize = 5;
-/// Directions kept while the Coulomb coupling is left out: older ones belong to other active sets.
-const KEPT_FAR: usize = 2;
-/// The last cycle's drift of `K u` that is accepted, over the tolerance.
-const DRIFT: f64 = 0.1;
+/// Further thresholds of the iteration.
+struct Threshold;
+
+impl Threshold {
+    /// Cycles with frozen active sets after a reset; found with the prototype by which the monitor's thresholds were.
+    const FROZEN_CYCLES: usize = 5;
+    /// Directions kept while the Coulomb coupling is left out: older ones belong to other active sets.
+    const KEPT_FAR: usize = 2;
+    /// The last cycle's drift of `K u` that is accepted, over the tolerance.
+    const DRIFT: f64 = 0.1;
+}
 
 /// Receives the cycle, the residual and the contact conditions; may stop the run.
 pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[ContactCondition]) -> ControlFlow<()> + 'a;
@@ -111,7 +116,7 @@ pub(super) fn run(
             Verdict::Progress => 1,
             Verdict::Cycling if state.monitor.resets < problem.max_resets => {
                 state.reset(problem);
-                FROZEN_CYCLES
+                Threshold::FROZEN_CYCLES
             }
             Verdict::Cycling | Verdict::Failed => return End::Stalled,
         };
@@ -127,7 +132,7 @@ pub(super) fn run(
             let kp = problem.transformed.k.times(&p);
             state.directions.insert(0, Direction { p, kp });
             minimise(&mut state.directions, &r, &problem.transformed.points, &mut state.iterate);
-            state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { KEPT_FAR });
+            state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { Threshold::KEPT_FAR });
             state.cycles += 1;
         }
     }
@@ -199,7 +204,7 @@ impl State {
         let fresh = problem.transformed.k.times(u);
         let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
         *ku = fresh;
-        norm(&drift) <= DRIFT * problem.tolerance * load(problem.transformed, ku)
+        norm(&drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
     }
 
     /// Resets cycling active sets: all points in contact stick, and the directions are dropped.

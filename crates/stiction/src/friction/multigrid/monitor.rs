@@ -1,23 +1,26 @@
 use super::iteration::Iterate;
 
-// Thresholds of the iteration. Residuals are violations of balance and law over the load.
+/// Thresholds of the iteration. Residuals are violations of balance and law over the load.
+struct Threshold;
 
-/// Above this residual the active sets are far from the final ones: the Coulomb coupling is left out, fewer directions are
-/// kept and floating bodies are balanced. A coupled step takes the present sets for the final ones and cycles more easily.
-const FAR: f64 = 0.05;
-/// Cycles over which a residual above [`FAR`] has to fall to [`GAIN`] times the best one before; otherwise the active sets
-/// are cycling. A prototype with a patience of four, on bricks of 42 000 unknowns with four loads from four starts each,
-/// converges in all 16 runs with the resets and in 12 without.
-const PATIENCE: usize = 15;
-const GAIN: f64 = 0.7;
-/// Below this residual slip reversals are the chattering of single points, a few per cent smaller each cycle, which costs
-/// ten to thirty cycles; above it the body oscillates as a whole. Measured on pressed bricks of hexahedra without a coarser
-/// block: 24, 29, 28 and 51 cycles at 38, 46, 54 and 58 cells across become 21, 19, 20 and 21.
-const CHATTERING: f64 = 0.3;
-/// Cycles without a halving of the best residual after which the Coulomb coupling is left out again.
-const SLOW: usize = 12;
-/// Cycles without a halving of the best residual that count as a failure.
-const HOPELESS: usize = 60;
+impl Threshold {
+    /// Above this residual the active sets are far from the final ones: the Coulomb coupling is left out, fewer directions are
+    /// kept and floating bodies are balanced. A coupled step takes the present sets for the final ones and cycles more easily.
+    const FAR: f64 = 0.05;
+    /// Cycles over which a residual above [`Self::FAR`] has to fall to [`Self::GAIN`] times the best one before; otherwise the active sets
+    /// are cycling. A prototype with a patience of four, on bricks of 42 000 unknowns with four loads from four starts each,
+    /// converges in all 16 runs with the resets and in 12 without.
+    const PATIENCE: usize = 15;
+    const GAIN: f64 = 0.7;
+    /// Below this residual slip reversals are the chattering of single points, a few per cent smaller each cycle, which costs
+    /// ten to thirty cycles; above it the body oscillates as a whole. Measured on pressed bricks of hexahedra without a coarser
+    /// block: 24, 29, 28 and 51 cycles at 38, 46, 54 and 58 cells across become 21, 19, 20 and 21.
+    const CHATTERING: f64 = 0.3;
+    /// Cycles without a halving of the best residual after which the Coulomb coupling is left out again.
+    const SLOW: usize = 12;
+    /// Cycles without a halving of the best residual that count as a failure.
+    const HOPELESS: usize = 60;
+}
 
 /// What the monitor says of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,17 +56,17 @@ impl Monitor {
 
     /// Whether the last residual says that the active sets are far from the final ones.
     pub(super) fn is_far(&self) -> bool {
-        self.residuals.last().is_some_and(|&last| last > FAR)
+        self.residuals.last().is_some_and(|&last| last > Threshold::FAR)
     }
 
     /// Whether slip reversals are those of single points.
     pub(super) fn is_chattering(&self) -> bool {
-        self.residuals.last().is_some_and(|&last| last <= CHATTERING)
+        self.residuals.last().is_some_and(|&last| last <= Threshold::CHATTERING)
     }
 
     /// Whether steps may use the Coulomb coupling.
     pub(super) fn is_coupled(&self) -> bool {
-        !self.is_far() && !self.without_halving(SLOW)
+        !self.is_far() && !self.without_halving(Threshold::SLOW)
     }
 
     /// Judges the last residual, which is that of `iterate` after `cycles`, and keeps the best iterate.
@@ -72,7 +75,7 @@ impl Monitor {
         if self.best.as_ref().is_none_or(|(least, _)| residual < *least) {
             self.best = Some((residual, iterate.clone()));
         }
-        if !residual.is_finite() || self.without_halving(HOPELESS) {
+        if !residual.is_finite() || self.without_halving(Threshold::HOPELESS) {
             Verdict::Failed
         } else if self.is_cycling(residual, cycles) {
             Verdict::Cycling
@@ -104,9 +107,9 @@ impl Monitor {
     }
 
     fn is_cycling(&self, residual: f64, cycles: usize) -> bool {
-        let Some(before) = self.residuals.len().checked_sub(PATIENCE) else { return false };
+        let Some(before) = self.residuals.len().checked_sub(Threshold::PATIENCE) else { return false };
         let best = least(&self.residuals[..before]);
-        cycles - self.last_reset > PATIENCE && residual > FAR && residual > GAIN * best
+        cycles - self.last_reset > Threshold::PATIENCE && residual > Threshold::FAR && residual > Threshold::GAIN * best
     }
 }
 
@@ -131,14 +134,14 @@ mod tests {
     fn residuals_that_alternate_are_cycling_after_the_patience_and_again_after_a_reset() {
         let alternating = |cycles: usize| (0..cycles).map(|i| 0.4 + 0.1 * (i % 2) as f64);
         let mut monitor = Monitor::default();
-        let found = verdicts(&mut monitor, alternating(PATIENCE + 2));
+        let found = verdicts(&mut monitor, alternating(Threshold::PATIENCE + 2));
         let (last, before) = found.split_last().unwrap();
         assert!(*last == Verdict::Cycling && before.iter().all(|v| *v == Verdict::Progress), "{found:?}");
-        monitor.reset(PATIENCE + 1);
-        assert_eq!(monitor.assess(&Iterate::default(), 2 * PATIENCE + 1), Verdict::Progress);
-        assert_eq!(monitor.assess(&Iterate::default(), 2 * PATIENCE + 2), Verdict::Cycling);
+        monitor.reset(Threshold::PATIENCE + 1);
+        assert_eq!(monitor.assess(&Iterate::default(), 2 * Threshold::PATIENCE + 1), Verdict::Progress);
+        assert_eq!(monitor.assess(&Iterate::default(), 2 * Threshold::PATIENCE + 2), Verdict::Cycling);
         // Close to the solution a residual that alternates is no reason for a reset, but it is one for failure in the end.
-        let near = verdicts(&mut Monitor::default(), alternating(HOPELESS + 2).map(|r| 0.05 * r));
+        let near = verdicts(&mut Monitor::default(), alternating(Threshold::HOPELESS + 2).map(|r| 0.05 * r));
         assert!(near.iter().rev().skip(2).all(|v| *v == Verdict::Progress), "{near:?}");
         assert_eq!(*near.last().unwrap(), Verdict::Failed);
     }

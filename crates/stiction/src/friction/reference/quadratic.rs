@@ -84,7 +84,8 @@ impl<'a> Quadratic<'a> {
     }
 
     fn applied(&self, dual: &Dual, x: &[f64]) -> Vec<f64> {
-        let masked: Vec<f64> = x.iter().zip(&self.has_row).map(|(x, &has_row)| if has_row { *x } else { 0.0 }).collect();
+        let masked: Vec<f64> =
+            x.iter().zip(&self.has_row).map(|(x, &has_row)| if has_row { *x } else { 0.0 }).collect();
         dual.times(&masked)
     }
 

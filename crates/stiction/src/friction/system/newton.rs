@@ -15,7 +15,7 @@ pub(crate) struct Rules {
     pub shortest: f64,
     /// Full steps taken although the line search found none: they leave cycles that no short step leaves.
     pub leaps: usize,
-    /// Slopes of the bound of friction by the normal force that are used while the residual is above `NEAR`. Far from the
+    /// Slopes of the bound of friction by the normal force that are used while the residual is above `Threshold::NEAR`. Far from the
     /// solution a large coefficient makes the step of a slipping point run away through its normal force (the reduced
     /// matrix loses its definiteness); near it the coupling is what makes the method fast.
     pub largest_slope: f64,
@@ -23,12 +23,17 @@ pub(crate) struct Rules {
     pub accuracy: f64,
 }
 
-/// A step may raise the residual as long as it stays below the largest of so many before it.
-const MEMORY: usize = 4;
-/// Part of the residual by which a full step has to lower it.
-const DECREASE: f64 = 1e-4;
-/// Relative residual below which friction follows the normal force whatever the coefficient.
-const NEAR: f64 = 0.1;
+/// Thresholds of [`newton`] that all its users share, held against the random cases and the files of FCLib.
+struct Threshold;
+
+impl Threshold {
+    /// A step may raise the residual as long as it stays below the largest of so many before it.
+    const MEMORY: usize = 4;
+    /// Part of the residual by which a full step has to lower it.
+    const DECREASE: f64 = 1e-4;
+    /// Relative residual below which friction follows the normal force whatever the coefficient.
+    const NEAR: f64 = 0.1;
+}
 
 /// `v` is to be `v + compliance (lambda - centre)`.
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +88,8 @@ impl Newton<'_> {
     pub(crate) fn linearised(&self, at: &Iterate, largest_slope: f64) -> Vec<Linearisation> {
         let point = |j: usize| {
             let has_row = self.system.has_row(j);
-            let law = Linearisation::new(self.friction[j], self.r[j], has_row, largest_slope, at.lambda[j], self.v(at, j));
+            let law =
+                Linearisation::new(self.friction[j], self.r[j], has_row, largest_slope, at.lambda[j], self.v(at, j));
             self.proximal.map_or(law, |term| law.with_compliance(term.compliance[j]))
         };
         (0..self.r.len()).map(point).collect()
@@ -121,19 +127,19 @@ pub(crate) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         let relative = theta / scale.max(f64::MIN_POSITIVE);
         let quadratic = (0.3 * target / theta).max(0.1 * relative).min(on.rules.accuracy);
         let accuracy = if now == previous { quadratic } else { on.rules.accuracy };
-        let largest_slope = if theta < NEAR * scale { f64::INFINITY } else { on.rules.largest_slope };
+        let largest_slope = if theta < Threshold::NEAR * scale { f64::INFINITY } else { on.rules.largest_slope };
         let step = on.system.step(at, &on.linearised(at, largest_slope), accuracy);
         // A motion that nothing resists would be as long as rounding makes it.
         let Some(step) = step.filter(|step| step.resisted) else { return End::Stalled };
         recent.push(theta);
-        let highest = recent.iter().rev().take(MEMORY).fold(0.0, |a: f64, &b| a.max(b));
+        let highest = recent.iter().rev().take(Threshold::MEMORY).fold(0.0, |a: f64, &b| a.max(b));
         let lengths = std::iter::successors(Some(1.0), |t| Some(0.5 * t)).take_while(|t| *t >= on.rules.shortest);
         let trial = |t: f64| {
             let next = on.system.advance(at, t, &step);
             let theta = on.merit(&next);
             (next, theta)
         };
-        let falls = |t: f64| Some(trial(t)).filter(|(_, theta)| *theta <= (1.0 - DECREASE * t) * highest);
+        let falls = |t: f64| Some(trial(t)).filter(|(_, theta)| *theta <= (1.0 - Threshold::DECREASE * t) * highest);
         let next = match { lengths }.find_map(falls) {
             Some(next) => next,
             None if leaps < on.rules.leaps => {

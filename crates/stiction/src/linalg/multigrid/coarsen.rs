@@ -66,9 +66,22 @@ pub(super) fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wan
     Some(Coarser { prolongation, a_times_p, matrix, kernel })
 }
 
-/// Most entries of a coarse matrix over those of the finer one. Flat cells, which coarsen along lines of three nodes only,
-/// reach 2.6.
-const MOST_FILL: usize = 4;
+/// Thresholds of the coarsening; the trials are in docs/notes/2026-11-23-multigrid-trials.md.
+struct Threshold;
+
+impl Threshold {
+    /// Most entries of a coarse matrix over those of the finer one. Flat cells, which coarsen along lines of three nodes only,
+    /// reach 2.6.
+    const MOST_FILL: usize = 4;
+    /// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
+    const DEPENDENT: f64 = 1e-8;
+    /// Steps of the power iteration; the damping is not sensitive to the estimate.
+    const POWER_STEPS: usize = 8;
+    /// Bytes of `A P` at a time: enough rows for the threads, few enough for the caches.
+    const SLAB: usize = 16 << 20;
+    /// Coarse nodes a thread takes at a time.
+    const COARSE_NODES: usize = 8;
+}
 
 /// An orthonormal basis of the near-kernel on each aggregate, as one block a node, and the near-kernel in it.
 /// Columns that depend on the earlier ones there are zero.
@@ -112,15 +125,12 @@ fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
             }
         }
         let length = product(basis, q, q).sqrt();
-        let scale = if length > DEPENDENT * before { 1.0 / length } else { 0.0 };
+        let scale = if length > Threshold::DEPENDENT * before { 1.0 / length } else { 0.0 };
         coarse[q][q] = if scale > 0.0 { length } else { 0.0 };
         basis.iter_mut().flatten().for_each(|row| row[q] *= scale);
     }
     coarse
 }
-
-/// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
-const DEPENDENT: f64 = 1e-8;
 
 /// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with blocks `out` of reach lumped on the
 /// diagonal: power iteration from a rough start.
@@ -128,7 +138,7 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: 
     let mut x: Vec<[f64; R]> =
         (0..a.rows).map(|i| std::array::from_fn(|c| ((i * R + c) as f64 * 1.618).fract() - 0.5)).collect();
     let mut value = 1.0;
-    for _ in 0..POWER_STEPS {
+    for _ in 0..Threshold::POWER_STEPS {
         let product = |i: usize| -> [f64; R] {
             let mut y = [0.0; R];
             for place in a.start[i]..a.start[i + 1] {
@@ -148,9 +158,6 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: 
     }
     value
 }
-
-/// Steps of the power iteration; the damping is not sensitive to the estimate.
-const POWER_STEPS: usize = 8;
 
 /// The data of the prolongation smoother.
 struct Smoother<'a, const R: usize> {
@@ -229,7 +236,7 @@ fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Ro
 }
 
 /// `Pᵀ A P` and the wanted rows of `A P`; an idle coarse unknown gets a positive diagonal entry. `None` if the fill exceeds
-/// [`MOST_FILL`].
+/// [`Threshold::MOST_FILL`].
 ///
 /// `A P` would be the largest matrix of the set-up. It is computed by slabs of rows, each consumed before the next.
 fn galerkin<const R: usize>(
@@ -246,11 +253,11 @@ fn galerkin<const R: usize>(
         name(k as u32);
         entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| middle.row(i as usize).iter().for_each(|&j| name(j)));
     });
-    if 36 * coarse.column.len() > MOST_FILL * R * R * a.value.len() {
+    if 36 * coarse.column.len() > Threshold::MOST_FILL * R * R * a.value.len() {
         return None;
     }
     let mut value: Vec<Block<6, 6>> = coarse.zeros();
-    let slabs = slabs(&middle.start, SLAB / size_of::<Block<R, 6>>());
+    let slabs = slabs(&middle.start, Threshold::SLAB / size_of::<Block<R, 6>>());
     let largest = slabs.iter().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
     let mut slab: Vec<Block<R, 6>> = in_huge_pages(vec![[[0.0; 6]; R]; largest]);
     for rows in slabs {
@@ -319,19 +326,13 @@ fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>, i: usize, row: &m
     }
 }
 
-/// Bytes of `A P` at a time: enough rows for the threads, few enough for the caches.
-const SLAB: usize = 16 << 20;
-
 /// The coarse nodes that a slab reaches, in small groups of neighbours, one task each.
 fn coarse_tasks(reached: &[u32]) -> Vec<Range<usize>> {
     let mut nodes = reached.to_vec();
     nodes.sort_unstable();
     nodes.dedup();
-    nodes.chunks(COARSE_NODES).map(|few| few[0] as usize..few[few.len() - 1] as usize + 1).collect()
+    nodes.chunks(Threshold::COARSE_NODES).map(|few| few[0] as usize..few[few.len() - 1] as usize + 1).collect()
 }
-
-/// Coarse nodes a thread takes at a time.
-const COARSE_NODES: usize = 8;
 
 /// Consecutive rows with about `most` entries each time, at least one row.
 fn slabs(start: &[usize], most: usize) -> Vec<Range<usize>> {

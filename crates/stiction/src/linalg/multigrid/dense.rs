@@ -43,8 +43,17 @@ pub(super) fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
     a.iter().flatten().map(|v| v * v).sum()
 }
 
-/// A pivot below this multiple of its diagonal entry counts as zero.
-const ZERO_PIVOT: f64 = 1e-12;
+/// What counts as zero in small matrices.
+struct Threshold;
+
+impl Threshold {
+    /// A pivot below this multiple of its diagonal entry counts as zero.
+    const ZERO_PIVOT: f64 = 1e-12;
+    /// A pivot that truncation has reduced to this multiple of its former value is rounding.
+    const ROUNDING: f64 = 1e-10;
+    /// A pivot below this multiple of its diagonal entry is not resolved in single precision.
+    const SINGLE: f64 = 1e-6;
+}
 
 /// The lower Cholesky factor of a symmetric block and the pivots; columns whose pivot is not above `least` are zero and
 /// count as pivot zero.
@@ -64,7 +73,7 @@ fn cholesky<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> (Block<R, R>, 
 }
 
 fn zero_pivots<const R: usize>(a: &Block<R, R>) -> [f64; R] {
-    std::array::from_fn(|k| ZERO_PIVOT * a[k][k])
+    std::array::from_fn(|k| Threshold::ZERO_PIVOT * a[k][k])
 }
 
 /// The inverse of a symmetric positive semidefinite block; directions with a zero pivot are left out (zero rows and
@@ -73,16 +82,11 @@ pub(crate) fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
     inverse_above(a, &zero_pivots(a))
 }
 
-/// A pivot that truncation has reduced to this multiple of its former value is rounding.
-const ROUNDING: f64 = 1e-10;
-/// A pivot below this multiple of its diagonal entry is not resolved in single precision.
-const SINGLE: f64 = 1e-6;
-
 /// [`inverse`] of a block after truncation, `before` it untruncated, for sweeps in single precision: directions whose pivot
 /// is rounding are left out too, because steps along them would be a million times too long.
 pub(super) fn inverse_of_truncated<const R: usize>(a: &Block<R, R>, before: &Block<R, R>) -> Block<R, R> {
     let (_, pivots) = cholesky(before, &zero_pivots(before));
-    inverse_above(a, &std::array::from_fn(|k| (ROUNDING * pivots[k]).max(SINGLE * a[k][k])))
+    inverse_above(a, &std::array::from_fn(|k| (Threshold::ROUNDING * pivots[k]).max(Threshold::SINGLE * a[k][k])))
 }
 
 fn inverse_above<const R: usize>(a: &Block<R, R>, least: &[f64; R]) -> Block<R, R> {

@@ -61,27 +61,31 @@ pub(crate) struct Hierarchy {
 
 // Parameters of the hierarchy. The counts they were chosen by: docs/notes/2026-11-23-multigrid-trials.md.
 
-/// Couplings weaker than this do not join nodes into aggregates on the finest level.
-const STRONG: f64 = 0.05;
-/// The same on coarse levels, where couplings within a body are weaker; those of materials with a contrast of ten
-/// thousand are 0.01 at most.
-const STRONG_COARSE: f64 = 0.025;
-/// Coarsening goes on as long as a level has more nodes than this.
-const COARSEST_NODES: usize = 50;
-/// Most nodes of the coarsest level. Its dense factor is renewed with every change of the constraints; beyond this size the
-/// hierarchy is refused.
-const COARSEST_LIMIT: usize = 300;
-/// Most coarse levels.
-const LEVELS: usize = 12;
+/// Thresholds of the hierarchy; the trials are in docs/notes/2026-11-23-multigrid-trials.md.
+struct Threshold;
 
-/// The cycle index from the second coarse level on, where [`VISIT_WORK`] allows it. The coarser spaces are made without
-/// constraints and represent functions of the first coarse level badly once these are truncated. With a V-cycle the rate on a
-/// brick of tetrahedra, 28 cells across, rises from 0.19 to 0.28 with a face in contact, and from 0.30 to 0.41 with Coulomb
-/// coupling.
-const CYCLE_INDEX: usize = 3;
-/// Bound on the matrix entries read in all visits of a coarse level together, over the entries of the finest matrix. Cells
-/// flat along one side coarsen along lines only, and a constant cycle index would cost more on every coarser level.
-const VISIT_WORK: f64 = 0.25;
+impl Threshold {
+    /// Couplings weaker than this do not join nodes into aggregates on the finest level.
+    const STRONG: f64 = 0.05;
+    /// The same on coarse levels, where couplings within a body are weaker; those of materials with a contrast of ten
+    /// thousand are 0.01 at most.
+    const STRONG_COARSE: f64 = 0.025;
+    /// Coarsening goes on as long as a level has more nodes than this.
+    const COARSEST_NODES: usize = 50;
+    /// Most nodes of the coarsest level. Its dense factor is renewed with every change of the constraints; beyond this size the
+    /// hierarchy is refused.
+    const COARSEST_LIMIT: usize = 300;
+    /// Most coarse levels.
+    const LEVELS: usize = 12;
+    /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
+    /// constraints and represent functions of the first coarse level badly once these are truncated. With a V-cycle the rate on a
+    /// brick of tetrahedra, 28 cells across, rises from 0.19 to 0.28 with a face in contact, and from 0.30 to 0.41 with Coulomb
+    /// coupling.
+    const CYCLE_INDEX: usize = 3;
+    /// Bound on the matrix entries read in all visits of a coarse level together, over the entries of the finest matrix. Cells
+    /// flat along one side coarsen along lines only, and a constant cycle index would cost more on every coarser level.
+    const VISIT_WORK: f64 = 0.25;
+}
 
 impl Hierarchy {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
@@ -98,8 +102,8 @@ impl Hierarchy {
         stop: &Stop,
     ) -> Option<Hierarchy> {
         let unless_stopped = || (!stop.asked()).then_some(());
-        let small = || (a.rows <= COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
-        let mut step = coarsen(a, kernel, STRONG, contact_nodes).or_else(small)?;
+        let small = || (a.rows <= Threshold::COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
+        let mut step = coarsen(a, kernel, Threshold::STRONG, contact_nodes).or_else(small)?;
         if let Some(relative) = relative {
             relative.transform_matrix(a);
             step = relative.transform_step(step, a);
@@ -114,16 +118,16 @@ impl Hierarchy {
         let fine = Level::new(a);
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
-        while matrix.rows > COARSEST_NODES && coarse.len() < LEVELS {
+        while matrix.rows > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
             unless_stopped()?;
-            let Some(step) = coarsen(&matrix, &kernel, STRONG_COARSE, &[]) else { break };
+            let Some(step) = coarsen(&matrix, &kernel, Threshold::STRONG_COARSE, &[]) else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             truncation.add_level(&matrix, &prolongation);
             coarse.push(level);
             further.push(prolongation);
             (matrix, kernel) = (step.matrix, step.kernel);
         }
-        if matrix.rows > COARSEST_LIMIT {
+        if matrix.rows > Threshold::COARSEST_LIMIT {
             return None;
         }
         let coarsest = CoarsestFactor::new(&matrix);
@@ -211,15 +215,15 @@ impl Hierarchy {
     }
 }
 
-/// The cycle index of each coarse level: [`CYCLE_INDEX`] where all visits of the level stay within [`VISIT_WORK`];
+/// The cycle index of each coarse level: [`Threshold::CYCLE_INDEX`] where all visits of the level stay within [`Threshold::VISIT_WORK`];
 /// `sizes` is [`Hierarchy::level_sizes`].
 fn affordable_cycle_index(sizes: &[(usize, usize)]) -> Vec<usize> {
-    let budget = VISIT_WORK * sizes[0].1 as f64;
+    let budget = Threshold::VISIT_WORK * sizes[0].1 as f64;
     let mut visits = 1;
     let coarse = sizes.windows(2).enumerate().skip(1).map(|(level, pair)| {
         let coarsest = if level + 2 == sizes.len() { pair[1].1 } else { 0 };
         let affordable = budget / (visits * (pair[0].1 + coarsest).max(1)) as f64;
-        let index = (affordable as usize).clamp(1, CYCLE_INDEX);
+        let index = (affordable as usize).clamp(1, Threshold::CYCLE_INDEX);
         visits *= index;
         index
     });

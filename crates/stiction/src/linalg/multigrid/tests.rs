@@ -99,7 +99,7 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
     assert!(near(place(&kernel[21]), [20.0, 1.0, 1.0]) && near(place(&kernel[42]), [40.0, 2.0, 2.0]));
     // Without turns there are no places, and nothing is far.
     let flat: Vec<Kernel<3>> = kernel.iter().map(|k| k.map(|r| [r[0], r[1], r[2], 0.0, 0.0, 0.0])).collect();
-    let strong = aggregate::strong(&a, STRONG);
+    let strong = aggregate::strong(&a, Threshold::STRONG);
     assert_eq!(distance::near(&a, &flat, &strong), strong);
     // With them only couplings within a plane across x stay.
     let kept = distance::near(&a, &kernel, &strong);
@@ -110,7 +110,7 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
         }
     }
     // No aggregate reaches across x.
-    let step = coarsen(&a, &lattice([4, 4, 4], [20.0, 1.0, 1.0]).1, STRONG, &[]).unwrap();
+    let step = coarsen(&a, &lattice([4, 4, 4], [20.0, 1.0, 1.0]).1, Threshold::STRONG, &[]).unwrap();
     let x: Vec<f64> = step.kernel.iter().map(|k| place(k)[0]).collect();
     assert!(x.iter().all(|x| (x / 20.0 - (x / 20.0).round()).abs() < 1e-12), "{x:?}");
 }
@@ -119,7 +119,7 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
 fn what_is_out_of_reach_leaves_the_near_kernel_as_it_would_be() {
     // P B_c = (I - omega D⁻¹ A) B, whatever the prolongation leaves out: only omega is unknown here.
     let (a, kernel) = lattice([6, 7, 5], [1.0, 20.0, 1.0]);
-    let step = coarsen(&a, &kernel, STRONG, &[]).unwrap();
+    let step = coarsen(&a, &kernel, Threshold::STRONG, &[]).unwrap();
     let mut omega = 0.0;
     for i in 0..a.rows {
         let mut smooth = [[0.0; 6]; 3];
@@ -152,7 +152,7 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
-        assert!(levels.last().unwrap().0 <= COARSEST_NODES, "{levels:?}");
+        assert!(levels.last().unwrap().0 <= Threshold::COARSEST_NODES, "{levels:?}");
     }
 }
 
@@ -174,7 +174,7 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
             _ => NodeConstraint { constrained: [true, false, false], ..Default::default() },
         })
         .collect();
-    let step = coarsen(&a, &kernel, STRONG, &nodes).unwrap();
+    let step = coarsen(&a, &kernel, Threshold::STRONG, &nodes).unwrap();
     assert_local_changes(&a, &a, &step, &nodes, &constraints);
 }
 
@@ -253,7 +253,7 @@ fn the_coulomb_coupling_is_tested_by_lifts_and_lifts_fit_the_coupled_tangential_
     assert!((given - expected).abs() < 1e-4 * expected.abs(), "{given} {expected}");
     // The motion along the face of the first coarse level: lifts move the face by about the coupled part, each by its own fit.
     let (_, kernel) = lattice([25, 21, 23], [1.0; 3]);
-    let step = coarsen(a, &kernel, STRONG, nodes).unwrap();
+    let step = coarsen(a, &kernel, Threshold::STRONG, nodes).unwrap();
     let along: Vec<[f32; 6]> = step.kernel.iter().map(|k| std::array::from_fn(|c| k[c][1] as f32)).collect();
     let up = face.lifted(&along);
     let mean = nodes.iter().map(|&v| up[v as usize][0]).sum::<f64>() / nodes.len() as f64;

@@ -129,8 +129,9 @@ fn fill(
     fields.slip[at] = frame.tangential([-gap_and_slip[m + j], -gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
     fields.gap[at] = gap_and_slip[j] / share;
     let before = &prepared.loading.slid;
-    fields.slid[at] =
-        frame.tangential([before[j] - gap_and_slip[m + j], before[m + j] - gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
+    fields.slid[at] = frame
+        .tangential([before[j] - gap_and_slip[m + j], before[m + j] - gap_and_slip[2 * m + j]])
+        .map(|slip| scale * slip);
     fields.status[at] = match outcome.solution.states[j] {
         PointState::Open => 0,
         PointState::Stick => 1,
