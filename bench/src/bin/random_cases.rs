@@ -24,7 +24,8 @@ fn main() {
     let share = |part: f64| steps.get((part * steps.len() as f64) as usize).copied().unwrap_or(0);
     println!("{} certified, {left} leave, {refused} not for this path, {unsolved} not solved", steps.len());
     println!(
-        "Newton steps or cycles: half of the cases take {}, 95 % at most {}, 99 % {}",
+        "Newton steps or cycles: {} in all; half of the cases take {}, 95 % at most {}, 99 % {}",
+        steps.iter().sum::<usize>(),
         share(0.5),
         share(0.95),
         share(0.99)

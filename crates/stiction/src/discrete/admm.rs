@@ -7,7 +7,7 @@ use crate::friction::law::nearest_in_cone;
 use crate::friction::system::length;
 
 /// Penalty over the local compliance.
-pub(super) const PENALTY: f64 = 1.0;
+const PENALTY: f64 = 1.0;
 /// Thresholds of [`alternating_directions`]: relaxation and imbalance of Boyd et al. (2011), held against the profile of the methods
 /// (docs/algebraic-profile.md).
 struct Threshold;
@@ -24,11 +24,11 @@ impl Threshold {
 /// Alternating directions on `min 1/2 r' W r + (q + s)' r, z = r in the cones` (Boyd et al. 2011) with the term of De
 /// Saxcé `s = mu |u_t|` taken anew at each step (Carpentier, Le Lidec & Montaut 2024). `W + rho` is factorised once a
 /// penalty `rho`.
-pub(super) struct Alternating<'a> {
+struct Alternating<'a> {
     system: &'a Discrete<'a>,
     solve: Shifted<'a>,
     rho: f64,
-    pub z: Vec<V3>,
+    z: Vec<V3>,
     /// Multiplier of `r = z`: minus the velocity of De Saxcé.
     y: Vec<V3>,
     /// `|r - z|` and `rho |z - z before|`.
@@ -37,13 +37,13 @@ pub(super) struct Alternating<'a> {
 
 impl<'a> Alternating<'a> {
     /// From impulses `r`; `None` if `W + rho` is singular.
-    pub(super) fn new(system: &'a Discrete<'a>, r: &[V3], rho: f64) -> Option<Self> {
+    fn new(system: &'a Discrete<'a>, r: &[V3], rho: f64) -> Option<Self> {
         let solve = system.shifted(rho)?;
         let y = system.velocity(r).iter().zip(system.mu).map(|(u, mu)| de_saxce(*mu, u).map(|u| -u)).collect();
         Some(Alternating { system, solve, rho, z: r.to_vec(), y, residuals: [0.0; 2] })
     }
 
-    pub(super) fn step(&mut self) {
+    fn step(&mut self) {
         let (mu, q, rho) = (self.system.mu, &self.system.q, self.rho);
         let rhs: Vec<V3> = (0..mu.len())
             .map(|a| {

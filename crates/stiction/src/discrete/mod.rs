@@ -4,7 +4,7 @@
 //! keeps its velocities, whichever is cheaper; every point is scaled by the trace of its block of `W`; gradients choose a
 //! start; proximal terms make the problem regular ([`solve`]); each regularised problem is solved by a semismooth Newton
 //! method on the law of Alart and Curnier, with sparse unsymmetric factors; where Newton's method fails the proximal term
-//! grows, and at last sweeps, gradients or alternating directions start it from elsewhere.
+//! grows, and at last sweeps or gradients start it from elsewhere.
 
 mod admm;
 mod blocks;

@@ -41,18 +41,7 @@ pub(super) struct Monitor<'a> {
     pub at_rounding: usize,
 }
 
-impl<'a> Monitor<'a> {
-    pub(super) fn new(
-        mu: &'a [f64],
-        size_of_q: f64,
-        judge: &'a dyn Fn(&[V3]) -> Judged,
-        settings: &'a Settings,
-        observer: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Self {
-        let (counts, history) = (Counts::default(), Vec::new());
-        Monitor { mu, judge, size_of_q, settings, observer, counts, history, best: None, at_rounding: 0 }
-    }
-
+impl Monitor<'_> {
     /// Judges `r`; how the iteration ends, if it does here. `parameter` is for the record.
     pub(super) fn ends(&mut self, r: &[V3], parameter: f64) -> Option<Status> {
         let admissible: Vec<V3> = r.iter().zip(self.mu).map(|(r, &mu)| nearest_in_cone(mu, *r)).collect();

@@ -92,7 +92,10 @@ impl<'a> Discrete<'a> {
             Some(start) if start.iter().all(|x| x.is_finite()) => self.scaled(start),
             _ => vec![[0.0; 3]; self.mu.len()],
         };
-        let mut monitor = Monitor::new(self.mu, norm(q), &judge, settings, observer);
+        let (counts, history) = Default::default();
+        let (mu, size_of_q, best, at_rounding) = (self.mu, norm(q), None, 0);
+        let mut monitor =
+            Monitor { mu, judge: &judge, size_of_q, settings, observer, counts, history, best, at_rounding };
         let status = iterate(self, start, settings.method, &mut monitor);
         monitor.solution(status)
     }

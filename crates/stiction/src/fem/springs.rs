@@ -64,8 +64,7 @@ pub fn add_springs(mesh: &Mesh, springs: &[Spring], model: &mut FeModel) -> Resu
     let own = Csr::from_triplets(size, size, &entries);
     let n = model.dofs.free.len();
     for row in 0..size {
-        let (columns, values) = own.row(row);
-        for (&column, &value) in columns.iter().zip(values) {
+        for (column, value) in own.entries_of(row) {
             let column = column as usize;
             match (row < n, column < n) {
                 (true, true) => add_lower(&mut model.stiffness, row, column, value),

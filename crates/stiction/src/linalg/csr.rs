@@ -102,10 +102,15 @@ impl Csr {
         (&self.column[range.clone()], &self.value[range])
     }
 
+    /// Column and value of every entry stored in row `i`.
+    pub fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let (columns, values) = self.row(i);
+        columns.iter().copied().zip(values.iter().copied())
+    }
+
     /// Row, column and value of every stored entry, row by row.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        let row = |i: usize| self.row(i).0.iter().zip(self.row(i).1).map(move |(&j, &v)| (i, j as usize, v));
-        (0..self.rows).flat_map(row)
+        (0..self.rows).flat_map(|i| self.entries_of(i).map(move |(j, v)| (i, j as usize, v)))
     }
 
     fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
@@ -133,8 +138,7 @@ impl Csr {
         let mut y = vec![0.0; self.cols];
         for (i, &xi) in x.iter().enumerate() {
             if xi != 0.0 {
-                let (columns, values) = self.row(i);
-                columns.iter().zip(values).for_each(|(&j, v)| y[j as usize] += v * xi);
+                self.entries_of(i).for_each(|(j, v)| y[j as usize] += v * xi);
             }
         }
         y

@@ -124,8 +124,7 @@ impl Lu {
                     dense[local[p] as usize * size + k] = v;
                 }
             }
-            let (rows, values) = by_column.row(i);
-            for (&j, &v) in rows.iter().zip(values) {
+            for (j, v) in by_column.entries_of(i) {
                 let p = self.position[j as usize] as usize;
                 if p >= end {
                     dense[k * size + local[p] as usize] = v;

@@ -123,8 +123,7 @@ impl SymmetricCsr {
         let (mut column, mut value) = (vec![0; start[self.rows]], vec![0.0; start[self.rows]]);
         // The left part of every row is complete before the rows below add to its right part in ascending order.
         for i in 0..self.rows {
-            let (columns, values) = self.row(i);
-            for (&j, &v) in columns.iter().zip(values) {
+            for (j, v) in self.entries_of(i) {
                 let j = j as usize;
                 (column[next[i]], value[next[i]]) = (j as u32, v);
                 next[i] += 1;
@@ -174,6 +173,12 @@ impl SymmetricCsr {
     pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
         let values = self.start[i]..self.start[i + 1];
         (&self.column[self.first[i]..self.first[i] + values.len()], &self.value[values])
+    }
+
+    /// Column and value of every entry stored in row `i`.
+    pub fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let (columns, values) = self.row(i);
+        columns.iter().copied().zip(values.iter().copied())
     }
 
     /// Whether the columns of row `i` are the first of those of the next.

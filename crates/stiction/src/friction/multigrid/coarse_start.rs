@@ -32,7 +32,7 @@ pub(super) fn start(transformed: &Transformed, laws: &[PointLaw], hierarchy: &mu
                 )
             })
             .collect();
-        let contact = coarse.from_nodes(&forces.iter().map(|p| p.force).collect::<Vec<_>>());
+        let contact = coarse.restrict_from_nodes(&forces.iter().map(|p| p.force).collect::<Vec<_>>());
         let mut r = coarse.times(&x);
         let loads = f.iter().flatten().zip(contact.iter().flatten());
         r.iter_mut().flatten().zip(loads).for_each(|(r, (f, contact))| *r = f - contact - *r);

@@ -85,8 +85,7 @@ fn sweep(problem: &Subproblem<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u
     let transformed = problem.transformed;
     for i in 0..u.len() {
         let mut r = transformed.f[i];
-        let (columns, blocks) = transformed.k.row(i);
-        for (&j, a) in columns.iter().zip(blocks) {
+        for (j, a) in transformed.k.entries_of(i) {
             let x = u[j as usize];
             (0..3).for_each(|c| r[c] -= a[c][0] * x[0] + a[c][1] * x[1] + a[c][2] * x[2]);
         }

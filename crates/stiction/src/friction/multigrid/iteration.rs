@@ -267,8 +267,7 @@ fn add_column(k: &Blocks<3, 3>, node: usize, component: usize, change: f64, y: &
     if change == 0.0 {
         return;
     }
-    let (columns, blocks) = k.row(node);
-    for (&j, block) in columns.iter().zip(blocks) {
+    for (j, block) in k.entries_of(node) {
         (0..3).for_each(|c| y[j as usize][c] += change * block[component][c]);
     }
 }

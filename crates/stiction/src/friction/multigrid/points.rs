@@ -18,6 +18,18 @@ pub(super) struct Point {
     pub floats: bool,
 }
 
+impl Point {
+    /// Turns displacements of the node into scaled ones in the frame.
+    pub(super) fn displacements(&self) -> Block<3, 3> {
+        std::array::from_fn(|r| self.frame[r].map(|x| x * self.scale[r]))
+    }
+
+    /// Turns forces on the node into those that do the same work there; its transpose turns displacements back.
+    pub(super) fn forces(&self) -> Block<3, 3> {
+        std::array::from_fn(|r| self.frame[r].map(|x| x / self.scale[r]))
+    }
+}
+
 /// Rows of a point are orthonormal to this accuracy.
 const ORTHONORMAL: f64 = 1e-9;
 

@@ -91,28 +91,27 @@ impl Transformed {
         if on_stiff_bodies(&k, &points, &others) {
             return Err(on_stiff_body());
         }
-        rotate_matrix(&mut k, &frame_of, &points);
-        let mut others: Vec<OtherNodes> = others.into_iter().map(|o| rotated(o, &frame_of, &points)).collect();
-        let kernel = kernel(problem, &nodes, &points);
-        let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        for (p, others) in points.iter_mut().zip(&others) {
+        let point_of = |v: usize| points.get(frame_of[v] as usize);
+        let soft = |others: &OtherNodes| -> f64 {
             // The other nodes add their compliance, without the scale, which belongs to friction and not to the body.
             let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            p.compliance = others.iter().map(|(v, b)| compliance(&k, *v as usize, [1.0; 3], square(b))).sum();
-        }
-        if points.iter().any(|p| p.scale != [1.0; 3]) {
-            scale_matrix(&mut k, &frame_of, &points);
-            scale_others(&mut others, &frame_of, &points);
-        }
+            others.iter().map(|(v, b)| compliance(&k, *v as usize, [1.0; 3], square(b))).sum()
+        };
+        let of_others: Vec<f64> = others.iter().map(soft).collect();
+        let others: Vec<OtherNodes> =
+            points.iter().zip(others).map(|(p, others)| in_frames(p, others, point_of)).collect();
+        matrix_in_frames(&mut k, point_of);
+        let kernel = kernel(problem, &nodes, &points);
+        let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let between_bodies = others.iter().any(|o| !o.is_empty());
         let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
         let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), stop);
         stop.check()?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
-        for (p, coarse) in points.iter_mut().zip(hierarchy.coarse_compliances()) {
+        for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {
             let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();
-            p.compliance += compliance(&k, p.node, p.scale, 3.0) + coarse;
+            p.compliance = of_others + compliance(&k, p.node, p.scale, 3.0) + coarse;
         }
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
         if !motions.is_empty() {
@@ -132,8 +131,7 @@ impl Transformed {
     pub(super) fn set_load(&mut self, f: &[f64]) {
         self.f = self.nodes.gather(f);
         for p in &self.points {
-            let rotated = times(&p.frame, &self.f[p.node]);
-            self.f[p.node] = std::array::from_fn(|r| rotated[r] / p.scale[r]);
+            self.f[p.node] = times(&p.forces(), &self.f[p.node]);
         }
         if let Some(relative) = &self.relative {
             relative.forces(&mut self.f);
@@ -144,8 +142,7 @@ impl Transformed {
     pub(super) fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
         for p in &self.points {
-            let rotated = times(&p.frame, &x[p.node]);
-            x[p.node] = std::array::from_fn(|r| rotated[r] * p.scale[r]);
+            x[p.node] = times(&p.displacements(), &x[p.node]);
         }
         if let Some(relative) = &self.relative {
             relative.to_relative(&mut x);
@@ -160,8 +157,8 @@ impl Transformed {
             relative.to_absolute(&mut x);
         }
         for p in &self.points {
-            let y: [f64; 3] = std::array::from_fn(|r| x[p.node][r] / p.scale[r]);
-            x[p.node] = std::array::from_fn(|c| (0..3).map(|r| p.frame[r][c] * y[r]).sum());
+            let (y, back) = (x[p.node], p.forces());
+            x[p.node] = std::array::from_fn(|c| (0..3).map(|r| back[r][c] * y[r]).sum());
         }
         self.nodes.scatter(&x)
     }
@@ -188,10 +185,8 @@ fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kern
         };
     }
     for p in points {
-        let old = kernel[p.node];
-        kernel[p.node] = std::array::from_fn(|r| {
-            std::array::from_fn(|q| (0..3).map(|c| p.scale[r] * p.frame[r][c] * old[c][q]).sum())
-        });
+        let (old, own) = (kernel[p.node], p.displacements());
+        kernel[p.node] = std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| own[r][c] * old[c][q]).sum()));
     }
     kernel
 }
@@ -200,56 +195,33 @@ fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|r| (0..3).map(|c| a[r][c] * x[c]).sum())
 }
 
-/// The blocks for displacements in the frames of the nodes that have one.
-fn rotated(others: OtherNodes, frame_of: &[u32], points: &[Point]) -> OtherNodes {
-    let rotate = |(v, block): (u32, Block<3, 3>)| match points.get(frame_of[v as usize] as usize) {
-        Some(Point { frame, .. }) => {
-            let entry = |r: usize, c: usize| (0..3).map(|s| block[r][s] * frame[c][s]).sum();
-            (v, std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c))))
-        }
-        None => (v, block),
+/// The blocks of the other nodes of a point for displacements in its frame and in those of the nodes that have one.
+fn in_frames<'a>(p: &Point, others: OtherNodes, point_of: impl Fn(usize) -> Option<&'a Point>) -> OtherNodes {
+    let convert = |(v, mut block): (u32, Block<3, 3>)| {
+        (0..3).for_each(|r| block[r] = block[r].map(|x| p.scale[r] * x));
+        (v, point_of(v as usize).map_or(block, |other| times_transposed(&block, &other.forces())))
     };
-    others.into_iter().map(rotate).collect()
+    others.into_iter().map(convert).collect()
 }
 
-/// `R K Rᵀ` with the frames at the nodes that have one.
-fn rotate_matrix(k: &mut Blocks<3, 3>, frame_of: &[u32], points: &[Point]) {
-    let frame = |v: usize| points.get(frame_of[v] as usize).map(|p| &p.frame);
+/// `F K Fᵀ` with the [forces](Point::forces) in the frames `F` at the nodes that have one.
+fn matrix_in_frames<'a>(k: &mut Blocks<3, 3>, point_of: impl Fn(usize) -> Option<&'a Point>) {
     for i in 0..k.rows {
         for place in k.start[i]..k.start[i + 1] {
-            let (left, right) = (frame(i), frame(k.column[place] as usize));
+            let (left, right) = (point_of(i), point_of(k.column[place] as usize));
             let block = &mut k.value[place];
             if let Some(left) = left {
-                let old = *block;
-                *block = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| left[r][s] * old[s][c]).sum()));
+                let (old, own) = (*block, left.forces());
+                *block = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| own[r][s] * old[s][c]).sum()));
             }
             if let Some(right) = right {
-                let old = *block;
-                *block =
-                    std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| old[r][s] * right[c][s]).sum()));
+                *block = times_transposed(block, &right.forces());
             }
         }
     }
 }
 
-/// `S⁻¹ K S⁻¹` with the scales at the nodes that have them.
-fn scale_matrix(k: &mut Blocks<3, 3>, frame_of: &[u32], points: &[Point]) {
-    let scale = |v: usize| points.get(frame_of[v] as usize).map_or([1.0; 3], |p| p.scale);
-    for i in 0..k.rows {
-        for place in k.start[i]..k.start[i + 1] {
-            let (left, right) = (scale(i), scale(k.column[place] as usize));
-            let block = &mut k.value[place];
-            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] /= left[r] * right[c]));
-        }
-    }
-}
-
-/// The blocks for displacements scaled at their own points and at the nodes they reach.
-fn scale_others(others: &mut [OtherNodes], frame_of: &[u32], points: &[Point]) {
-    for (p, others) in points.iter().zip(others) {
-        for (v, block) in others {
-            let reached = points.get(frame_of[*v as usize] as usize).map_or([1.0; 3], |p| p.scale);
-            (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] *= p.scale[r] / reached[c]));
-        }
-    }
+/// `A Bᵀ`.
+fn times_transposed(a: &Block<3, 3>, b: &Block<3, 3>) -> Block<3, 3> {
+    std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| a[r][s] * b[c][s]).sum()))
 }

@@ -1,6 +1,7 @@
 use std::cell::RefCell;
 
 use super::lagrangian::{Block, Lagrangian};
+use crate::linalg::SmallLu;
 
 /// Preconditioner of the faces of a block: the matrix `A + rho CᵀC` among the multipliers of each point, all copies
 /// together, with the fixed entries taken out. The coupling acts within points only, so that a large `rho` costs no
@@ -17,8 +18,8 @@ struct PointBlock {
     entries: Vec<usize>,
     /// Among them, row by row.
     matrix: Vec<f64>,
-    /// The last set of free entries with the Cholesky factor of its part of the matrix.
-    factor: RefCell<(Vec<usize>, Vec<f64>)>,
+    /// The last set of free entries with the factor of its part of the matrix.
+    factor: RefCell<(Vec<usize>, SmallLu)>,
 }
 
 impl PointBlocks {
@@ -54,48 +55,20 @@ impl PointBlock {
             between + if a == b { (0..3).map(own).sum::<f64>() / count as f64 } else { 0.0 }
         };
         let matrix = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| entry(a, b))).collect();
-        PointBlock { entries: unknowns.iter().map(|u| u.2).collect(), matrix, factor: RefCell::default() }
+        let factor = RefCell::new((Vec::new(), SmallLu::new(Vec::new())));
+        PointBlock { entries: unknowns.iter().map(|u| u.2).collect(), matrix, factor }
     }
 
     fn solve(&self, r: &[f64], free: &[bool], z: &mut [f64]) {
         let chosen: Vec<usize> = (0..self.entries.len()).filter(|&k| free[self.entries[k]]).collect();
         let mut factor = self.factor.borrow_mut();
         if factor.0 != chosen {
-            factor.1 = cholesky(&self.matrix, self.entries.len(), &chosen);
+            let row = |&i: &usize| chosen.iter().map(|&j| self.matrix[i * self.entries.len() + j]).collect();
+            factor.1 = SmallLu::new(chosen.iter().map(row).collect());
             factor.0 = chosen;
         }
-        let (chosen, l) = (&factor.0, &factor.1);
-        let n = chosen.len();
-        let mut x: Vec<f64> = chosen.iter().map(|&k| r[self.entries[k]]).collect();
-        for i in 0..n {
-            let sum: f64 = (0..i).map(|k| l[i * n + k] * x[k]).sum();
-            x[i] = (x[i] - sum) / l[i * n + i];
-        }
-        for i in (0..n).rev() {
-            let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * x[k]).sum();
-            x[i] = (x[i] - sum) / l[i * n + i];
-        }
+        let (chosen, lu) = &*factor;
+        let x = lu.solve(&chosen.iter().map(|&k| r[self.entries[k]]).collect::<Vec<f64>>());
         chosen.iter().zip(x).for_each(|(&k, x)| z[self.entries[k]] = x);
     }
-}
-
-/// Lower factor of the chosen rows and columns, row by row. A pivot lost to rounding takes the diagonal itself: the
-/// result is a preconditioner, which must be positive definite and need not be exact.
-fn cholesky(matrix: &[f64], order: usize, chosen: &[usize]) -> Vec<f64> {
-    let n = chosen.len();
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let entry = matrix[chosen[i] * order + chosen[j]];
-            let rest = entry - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
-            l[i * n + j] = if i > j {
-                rest / l[j * n + j]
-            } else if rest > f64::EPSILON * entry {
-                rest.sqrt()
-            } else {
-                entry.abs().max(f64::MIN_POSITIVE).sqrt()
-            };
-        }
-    }
-    l
 }

@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use super::lagrangian::{Copies, Lagrangian};
 use super::method::{MethodCounts, MethodSettings, MethodStep, ObserveMethod};
 use super::minimize::{Minimizer, verdict};
-use crate::friction::End;
+use crate::friction::{End, PointState};
 use crate::linalg::{dot, norm};
 use crate::qp::Bounds;
 
@@ -23,7 +23,7 @@ impl Record<'_, '_> {
         bounds: &Bounds,
         change: f64,
     ) -> Result<(), End> {
-        let [open, stick, slip] = lagrangian.states(&copies.x, bounds);
+        let [open, stick, slip] = PointState::count(&lagrangian.state_of_points(&copies.x, bounds));
         let disagreement = lagrangian.disagreement(&copies.x);
         let MethodCounts { iterations, fixed_point_steps, products, .. } = self.counts;
         let (steps, fixed_point_step) = (self.counts.steps(), fixed_point_steps);

@@ -99,15 +99,8 @@ impl<'a> Lagrangian<'a> {
         if size == 0.0 { 0.0 } else { norm(&self.differences(x)) / size }
     }
 
-    /// Points that are open (no normal force in any copy), that stick (friction below its bounds in all) and that slip;
+    /// The state of each point: open (no normal force in any copy), sticking (friction below its bounds in all) or slipping;
     /// `bounds` are those of one copy.
-    pub(super) fn states(&self, x: &[f64], bounds: &Bounds) -> [usize; 3] {
-        let mut count = [0; 3];
-        self.state_of_points(x, bounds).into_iter().for_each(|state| count[state as usize] += 1);
-        count
-    }
-
-    /// The state of each point, as in [`Lagrangian::states`].
     pub(super) fn state_of_points(&self, x: &[f64], bounds: &Bounds) -> Vec<PointState> {
         let m = self.q.points();
         let tied = |j: usize| bounds.upper[m + j].is_infinite() || bounds.upper[2 * m + j].is_infinite();

@@ -87,6 +87,12 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         (&self.column[range.clone()], &self.value[range])
     }
 
+    /// Column and block of every place in row `i`.
+    pub(crate) fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, &Block<R, C>)> {
+        let (columns, blocks) = self.row(i);
+        columns.iter().copied().zip(blocks)
+    }
+
     /// The place of block `(i, j)` among the values, if it is stored.
     pub(crate) fn place(&self, i: usize, j: usize) -> Option<usize> {
         let (columns, _) = self.row(i);
@@ -98,8 +104,7 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         let mut y = vec![[0.0; R]; self.rows];
         y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
             for (k, y) in y.iter_mut().enumerate() {
-                let (columns, blocks) = self.row(task * ROWS_PER_TASK + k);
-                for (&j, a) in columns.iter().zip(blocks) {
+                for (j, a) in self.entries_of(task * ROWS_PER_TASK + k) {
                     let x = &x[j as usize];
                     for r in 0..R {
                         for c in 0..C {
@@ -244,8 +249,7 @@ impl Nodes {
             |v, row| {
                 let own = graph.unknowns_of(v);
                 for (r, &i) in own.iter().enumerate() {
-                    let (columns, values) = k.row(i as usize);
-                    for (&j, &a) in columns.iter().zip(values) {
+                    for (j, a) in k.entries_of(i as usize) {
                         let (w, c) = self.of[j as usize];
                         row.at(w)[r][c as usize] += a;
                     }

@@ -27,10 +27,8 @@ fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Bloc
         rows.row(i).0.iter().for_each(|&j| prolongation.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
     Blocks::from_rows(rows.rows, nodes, reached, |i, row| {
-        let (columns, blocks) = rows.row(i);
-        for (&j, block) in columns.iter().zip(blocks) {
-            let (coarse, values) = prolongation.row(j as usize);
-            coarse.iter().zip(values).for_each(|(&k, value)| add_product(block, &double(value), row.at(k)));
+        for (j, block) in rows.entries_of(i) {
+            prolongation.entries_of(j as usize).for_each(|(k, value)| add_product(block, &double(value), row.at(k)));
         }
     })
 }
@@ -45,8 +43,7 @@ impl Hierarchy {
         let mut rows = self.truncation.p.clone();
         for (k, level) in self.coarse.iter().enumerate() {
             sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
-                let (columns, blocks) = rows.row(i);
-                for (&j, block) in columns.iter().zip(blocks) {
+                for (j, block) in rows.entries_of(i) {
                     let mut moved = [[0.0; 6]; 3];
                     add_product(block, &double(&level.inverse[j as usize]), &mut moved);
                     (0..3).for_each(|r| sum[r] += (0..6).map(|c| moved[r][c] * block[r][c]).sum::<f64>());
@@ -101,11 +98,10 @@ impl<'a> CoarseProblem<'a> {
     }
 
     /// Forces on those nodes, newton in the direction of their displacements, in this space.
-    pub(crate) fn from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
+    pub(crate) fn restrict_from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let mut sum = vec![[0.0; 6]; self.matrix.rows];
         for (i, force) in forces.iter().enumerate() {
-            let (columns, blocks) = self.rows.row(i);
-            for (&k, block) in columns.iter().zip(blocks) {
+            for (k, block) in self.rows.entries_of(i) {
                 let sum = &mut sum[k as usize];
                 (0..6).for_each(|c| sum[c] += (0..3).map(|r| block[r][c] * force[r]).sum::<f64>());
             }
@@ -130,8 +126,7 @@ impl<'a> CoarseProblem<'a> {
             for &(i, place) in of_column(t) {
                 let mut pulled = [[0.0; 6]; 3];
                 add_product(&springs[i as usize], &rows.value[place as usize], &mut pulled);
-                let (columns, blocks) = rows.row(i as usize);
-                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&pulled, block, row.at(j)));
+                rows.entries_of(i as usize).for_each(|(j, block)| add_transpose_product(&pulled, block, row.at(j)));
             }
         });
         hierarchy.change_coarse(1, change);

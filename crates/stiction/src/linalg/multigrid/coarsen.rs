@@ -317,10 +317,8 @@ fn galerkin<const R: usize>(
 #[inline(always)]
 fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>, i: usize, row: &mut Row<'_, R, 6>) {
     row.values.fill([[0.0; 6]; R]);
-    let (columns, blocks) = a.row(i);
-    for (&j, block) in columns.iter().zip(blocks) {
-        let (coarse, values) = p.row(j as usize);
-        for (&k, value) in coarse.iter().zip(values) {
+    for (j, block) in a.entries_of(i) {
+        for (k, value) in p.entries_of(j as usize) {
             add_product(block, value, row.at(k));
         }
     }

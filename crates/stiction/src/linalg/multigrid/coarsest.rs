@@ -20,8 +20,7 @@ impl CoarsestFactor {
         let n = 6 * a.rows;
         let mut lower = vec![0.0; n * n];
         for i in 0..a.rows {
-            let (columns, blocks) = a.row(i);
-            for (&j, block) in columns.iter().zip(blocks) {
+            for (j, block) in a.entries_of(i) {
                 for (r, row) in block.iter().enumerate() {
                     for (c, &v) in row.iter().enumerate() {
                         lower[(6 * j as usize + c) * n + 6 * i + r] = v;

@@ -63,8 +63,7 @@ impl Hierarchy {
         let mut normal = vec![[0.0; 6]; coarse.len()];
         for &(v, _) in self.constrained.iter().filter(|(_, constrained)| constrained[0]) {
             let force = [self.normal_residual(v, x), 0.0, 0.0];
-            let (columns, blocks) = self.first.row(v as usize);
-            columns.iter().zip(blocks).for_each(|(&j, p)| add_transposed(p, &force, &mut normal[j as usize]));
+            self.first.entries_of(v as usize).for_each(|(j, p)| add_transposed(p, &force, &mut normal[j as usize]));
         }
         for (k, lift) in lifts {
             let here = &mut coarse[*k as usize];
@@ -86,8 +85,7 @@ impl Hierarchy {
     pub(super) fn subtract_coulomb(&self, level: usize, x: &[[f32; 6]], residual: &mut [[f32; 6]]) {
         let Some(rows) = level.checked_sub(1).and_then(|k| self.coulomb_coupling.rows.get(k)) else { return };
         for (t, &i) in self.truncation.touched[level].iter().enumerate() {
-            let (columns, blocks) = rows.row(t);
-            columns.iter().zip(blocks).for_each(|(&j, a)| subtract(a, &x[j as usize], &mut residual[i as usize]));
+            rows.entries_of(t).for_each(|(j, a)| subtract(a, &x[j as usize], &mut residual[i as usize]));
         }
     }
 }

@@ -125,12 +125,16 @@ impl<const R: usize, const C: usize> Packed<R, C> {
         (&self.column[range.clone()], &self.value[range])
     }
 
+    pub(super) fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, &Single<R, C>)> {
+        let (columns, values) = self.row(i);
+        columns.iter().copied().zip(values)
+    }
+
     /// `y += A x`.
     pub(super) fn add_times(&self, x: &[[f32; C]], y: &mut [[f32; R]]) {
         y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, y)| {
             for (k, y) in y.iter_mut().enumerate() {
-                let (columns, blocks) = self.row(task * ROWS_PER_TASK + k);
-                columns.iter().zip(blocks).for_each(|(&j, a)| add(a, &x[j as usize], y));
+                self.entries_of(task * ROWS_PER_TASK + k).for_each(|(j, a)| add(a, &x[j as usize], y));
             }
         });
     }
@@ -139,8 +143,7 @@ impl<const R: usize, const C: usize> Packed<R, C> {
     pub(super) fn transpose_times(&self, x: &[[f32; R]], cols: usize) -> Vec<[f32; C]> {
         let mut y = vec![[0.0; C]; cols];
         for (i, x) in x.iter().enumerate() {
-            let (columns, blocks) = self.row(i);
-            columns.iter().zip(blocks).for_each(|(&j, a)| add_transposed(a, x, &mut y[j as usize]));
+            self.entries_of(i).for_each(|(j, a)| add_transposed(a, x, &mut y[j as usize]));
         }
         y
     }

@@ -84,8 +84,7 @@ impl RelativeCoordinates {
             }
         };
         let right: Blocks<3, 3> = Blocks::from_rows(changed.len(), a.cols, reached, |t, row| {
-            let (columns, blocks) = a.row(changed[t] as usize);
-            for (&j, block) in columns.iter().zip(blocks) {
+            for (j, block) in a.entries_of(changed[t] as usize) {
                 let own = row.at(j);
                 own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(x, v)| *x += v);
                 if let Some(i) = coupled(j) {
@@ -143,12 +142,10 @@ impl RelativeCoordinates {
             rows.for_each(|i| x.row(i).0.iter().for_each(|&j| name(j)));
         };
         Blocks::from_rows(x.rows, x.cols, reached, |t, row| {
-            let (columns, blocks) = x.row(t);
-            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            x.entries_of(t).for_each(|(j, block)| *row.at(j) = *block);
             for &(i, c) in &taken[t] {
                 let minus = c.map(|r| r.map(|v| -v));
-                let (columns, blocks) = x.row(i);
-                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&minus, block, row.at(j)));
+                x.entries_of(i).for_each(|(j, block)| add_transpose_product(&minus, block, row.at(j)));
             }
         })
     }
@@ -163,11 +160,9 @@ impl RelativeCoordinates {
             self.terms(coupled[t]).for_each(|(k, _)| p.row(k).0.iter().for_each(|&j| name(j)));
         };
         let rows = Blocks::from_rows(nodes.len(), p.cols, reached, |t, row| {
-            let (columns, blocks) = p.row(nodes[t] as usize);
-            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            p.entries_of(nodes[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
             for (k, c) in self.terms(coupled[t]) {
-                let (columns, blocks) = p.row(k);
-                columns.iter().zip(blocks).for_each(|(&j, block)| add_product(c, block, row.at(j)));
+                p.entries_of(k).for_each(|(j, block)| add_product(c, block, row.at(j)));
             }
         });
         p.replace_rows(&nodes, &rows);
@@ -203,8 +198,7 @@ impl RelativeCoordinates {
             m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
         };
         let rows = Blocks::from_rows(wider.len(), m.cols, named, |t, row| {
-            let (columns, blocks) = m.row(wider[t] as usize);
-            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            m.entries_of(wider[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
         });
         m.replace_rows(&wider, &rows);
     }
@@ -227,8 +221,7 @@ mod tests {
             a.row(i % n).0.iter().for_each(|&j| name(j + (i / n * n) as u32));
         };
         let both = Blocks::from_rows(2 * n, 2 * n, named, |i, row| {
-            let (columns, blocks) = a.row(i % n);
-            columns.iter().zip(blocks).for_each(|(&j, b)| *row.at(j + (i / n * n) as u32) = *b);
+            a.entries_of(i % n).for_each(|(j, b)| *row.at(j + (i / n * n) as u32) = *b);
         });
         let weight = |w: f64| [[-w, 0.1 * w, 0.0], [0.0, -w, 0.2 * w], [0.3 * w, 0.0, -w]];
         let rows = (0..16u32).map(|i| vec![(n as u32 + i, weight(0.7)), (n as u32 + (i + 1) % 16, weight(0.3))]);

@@ -68,8 +68,7 @@ fn truncated_galerkin(
     let coarse = step.matrix.rows;
     let mut result = vec![vec![[[0.0; 6]; 6]; coarse]; coarse];
     for i in 0..a.rows {
-        let (columns, blocks) = a.row(i);
-        for (&j, block) in columns.iter().zip(blocks) {
+        for (j, block) in a.entries_of(i) {
             let mut block = *block;
             if j as usize == i {
                 let spring = constraint(i).spring;
@@ -123,8 +122,7 @@ fn what_is_out_of_reach_leaves_the_near_kernel_as_it_would_be() {
     let mut omega = 0.0;
     for i in 0..a.rows {
         let mut smooth = [[0.0; 6]; 3];
-        let (columns, blocks) = a.row(i);
-        columns.iter().zip(blocks).for_each(|(&j, block)| add_product(block, &kernel[j as usize], &mut smooth));
+        a.entries_of(i).for_each(|(j, block)| add_product(block, &kernel[j as usize], &mut smooth));
         let mut change = kernel[i].map(|r| r.map(|v| -v));
         let (coarse, values) = step.prolongation.row(i);
         // Nothing reaches along y, where A does.
@@ -303,7 +301,7 @@ fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let mut x = vec![[0.0; 6]; f_coarse.len()];
     let size = |r: &[[f64; 6]]| r.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
     let residual = |coarse: &CoarseProblem, x: &[[f64; 6]]| -> Vec<[f64; 6]> {
-        let (inner, springs) = (coarse.times(x), coarse.from_nodes(&pulls(&coarse.to_nodes(x))));
+        let (inner, springs) = (coarse.times(x), coarse.restrict_from_nodes(&pulls(&coarse.to_nodes(x))));
         let all = f_coarse.iter().zip(inner).zip(springs);
         all.map(|((f, inner), springs)| std::array::from_fn(|c| f[c] - inner[c] - springs[c])).collect()
     };

@@ -56,8 +56,7 @@ impl Truncation {
             own.filter(|&p| p != u32::MAX).for_each(name);
         };
         let among = Blocks::from_rows(nodes.len(), nodes.len(), others, |k, row| {
-            let (columns, blocks) = a.row(nodes[k] as usize);
-            for (&j, block) in columns.iter().zip(blocks) {
+            for (j, block) in a.entries_of(nodes[k] as usize) {
                 if place[j as usize] != u32::MAX {
                     *row.at(place[j as usize]) = *block;
                 }
@@ -67,8 +66,7 @@ impl Truncation {
             step.prolongation.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
         };
         let p = Blocks::from_rows(nodes.len(), step.prolongation.cols, all, |k, row| {
-            let (columns, blocks) = step.prolongation.row(nodes[k] as usize);
-            columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
+            step.prolongation.entries_of(nodes[k] as usize).for_each(|(j, block)| *row.at(j) = *block);
         });
         let a_times_p = step.a_times_p.clone();
         let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
@@ -191,8 +189,7 @@ impl Hierarchy {
         }
         let mut coarsest = truncation.coarsest.clone();
         for (t, &i) in truncation.touched[self.coarse.len()].iter().enumerate() {
-            let (columns, blocks) = change.row(t);
-            for (&j, block) in columns.iter().zip(blocks) {
+            for (j, block) in change.entries_of(t) {
                 if let Some(place) = coarsest.place(i as usize, j as usize) {
                     let target = coarsest.value[place].iter_mut().flatten();
                     target.zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
@@ -224,8 +221,7 @@ impl Truncation {
             if constraint.constrained == [false; 3] {
                 return;
             }
-            let (columns, blocks) = self.among.row(i);
-            for (&k, a) in columns.iter().zip(blocks) {
+            for (k, a) in self.among.entries_of(i) {
                 let other = constraints[k as usize].constrained;
                 if other == [false; 3] {
                     continue;
@@ -233,11 +229,9 @@ impl Truncation {
                 let constrained =
                     |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
                 let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
-                let (columns, blocks) = self.p.row(k as usize);
-                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&part, p, row.at(j)));
+                self.p.entries_of(k as usize).for_each(|(j, p)| add_product(&part, p, row.at(j)));
             }
-            let (columns, blocks) = self.a_times_p.row(i);
-            for (&j, block) in columns.iter().zip(blocks) {
+            for (j, block) in self.a_times_p.entries_of(i) {
                 let target = row.at(j);
                 for r in (0..3).filter(|&r| constraint.constrained[r]) {
                     (0..6).for_each(|c| target[r][c] -= block[r][c]);
@@ -255,8 +249,7 @@ impl Truncation {
         Blocks::from_rows(touched.len(), cols, reached, |t, row| {
             let k = touched[t];
             for (i, p) in self.p_column(k) {
-                let (columns, blocks) = inner.row(i);
-                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(p, block, row.at(j)));
+                inner.entries_of(i).for_each(|(j, block)| add_transpose_product(p, block, row.at(j)));
             }
             for (i, part) in self.a_times_p_column(k) {
                 let constrained = constraints[i].constrained;
@@ -265,8 +258,7 @@ impl Truncation {
                 }
                 let mut part = *part;
                 (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; 6] });
-                let (columns, blocks) = self.p.row(i);
-                columns.iter().zip(blocks).for_each(|(&j, p)| add_transpose_product(&part, p, row.at(j)));
+                self.p.entries_of(i).for_each(|(j, p)| add_transpose_product(&part, p, row.at(j)));
             }
         })
     }
@@ -279,16 +271,13 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
     let right: Blocks<6, 6> = Blocks::from_rows(rows.len(), cols, reached, |t, row| {
-        let (columns, blocks) = change.row(t);
-        for (&j, d) in columns.iter().zip(blocks) {
-            let (coarse, values) = p.row(j as usize);
-            coarse.iter().zip(values).for_each(|(&k, value)| add_product(d, &double(value), row.at(k)));
+        for (j, d) in change.entries_of(t) {
+            p.entries_of(j as usize).for_each(|(k, value)| add_product(d, &double(value), row.at(k)));
         }
     });
     let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
     for (t, &i) in rows.iter().enumerate() {
-        let (coarse, values) = p.row(i as usize);
-        coarse.iter().zip(values).for_each(|(&k, value)| by_column[k as usize].push((t as u32, double(value))));
+        p.entries_of(i as usize).for_each(|(k, value)| by_column[k as usize].push((t as u32, double(value))));
     }
     let reached = |k: usize, name: &mut dyn FnMut(u32)| {
         let above = by_column[touched[k] as usize].iter();
@@ -296,8 +285,7 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
     };
     Blocks::from_rows(touched.len(), cols, reached, |k, row| {
         for (t, value) in &by_column[touched[k] as usize] {
-            let (columns, blocks) = right.row(*t as usize);
-            columns.iter().zip(blocks).for_each(|(&j, b)| add_transpose_product(value, b, row.at(j)));
+            right.entries_of(*t as usize).for_each(|(j, b)| add_transpose_product(value, b, row.at(j)));
         }
     })
 }
