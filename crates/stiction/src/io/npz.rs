@@ -2,14 +2,16 @@
 //!
 //! Reading trusts nothing: a damaged file is an error, and no number in it makes us reserve more than its size.
 
-mod zip;
-
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::ops::Range;
 use std::path::Path;
+
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::replace::Pending;
 use crate::Error;
@@ -45,11 +47,6 @@ impl<'a> Array<'a> {
     /// A list of numbers.
     pub fn f64(values: &'a [f64]) -> Self {
         Array { shape: vec![values.len()], data: Data::F64(values.into()) }
-    }
-
-    /// A list of vectors, shape `[n, 3]`.
-    pub fn vectors(values: &'a [[f64; 3]]) -> Self {
-        Array { shape: vec![values.len(), 3], data: Data::F64(values.as_flattened().into()) }
     }
 
     /// A list of node numbers or the like.
@@ -123,7 +120,7 @@ pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Er
         }
     }
     Pending::write(path, |file| {
-        let mut archive = zip::Writer::new(file);
+        let mut archive = ZipWriter::new(file);
         for (name, array) in arrays {
             let (shape, to) = (&array.shape[..], (&mut archive, &format!("{name}.npy")[..]));
             match &array.data {
@@ -134,7 +131,8 @@ pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Er
                 Data::U32Parts(v, parts) => put(to, shape, parts.iter().map(|part| &v[part.clone()]))?,
             }
         }
-        archive.finish()
+        archive.finish()?;
+        Ok(())
     })
 }
 
@@ -166,29 +164,33 @@ const PIECE: usize = 1 << 18;
 
 /// One array in the format of numpy as an entry of an archive, its numbers given in parts that fill the shape.
 fn put<'a, T: Number + 'a, W: Write + Seek>(
-    (archive, name): (&mut zip::Writer<W>, &str),
+    (archive, name): (&mut ZipWriter<W>, &str),
     shape: &[usize],
     parts: impl Iterator<Item = &'a [T]>,
 ) -> io::Result<()> {
     let header = header(T::KIND, shape);
     let size = header.len() + shape.iter().product::<usize>() * size_of::<T>();
-    archive.entry(name, size as u64, |file| {
-        file.write_all(&header)?;
-        let (mut piece, mut filled) = (vec![0; PIECE], 0);
-        for mut part in parts {
-            while !part.is_empty() {
-                let (now, later) = part.split_at(part.len().min((PIECE - filled) / size_of::<T>()));
-                let bytes = size_of_val(now);
-                T::store(now, &mut piece[filled..filled + bytes]);
-                (part, filled) = (later, filled + bytes);
-                if filled == PIECE {
-                    file.write_all(&piece)?;
-                    filled = 0;
-                }
+    let stored = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(u32::try_from(size).is_err())
+        // The same whenever it is written: equal arrays make equal files.
+        .last_modified_time(DateTime::default());
+    archive.start_file(name, stored)?;
+    archive.write_all(&header)?;
+    let (mut piece, mut filled) = (vec![0; PIECE], 0);
+    for mut part in parts {
+        while !part.is_empty() {
+            let (now, later) = part.split_at(part.len().min((PIECE - filled) / size_of::<T>()));
+            let bytes = size_of_val(now);
+            T::store(now, &mut piece[filled..filled + bytes]);
+            (part, filled) = (later, filled + bytes);
+            if filled == PIECE {
+                archive.write_all(&piece)?;
+                filled = 0;
             }
         }
-        file.write_all(&piece[..filled])
-    })
+    }
+    archive.write_all(&piece[..filled])
 }
 
 /// What comes before the numbers: its length is a multiple of 64.
@@ -226,18 +228,26 @@ pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn archive(mut file: impl Read + Seek, size: u64) -> Result<Arrays, Error> {
+fn archive(file: impl Read + Seek, size: u64) -> Result<Arrays, Error> {
     let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
-    let entries = zip::directory(&mut file, size).map_err(|e| damaged(format!("not an npz file ({e})")))?;
-    let mut arrays = BTreeMap::new();
-    for entry in entries {
-        let Some(name) = entry.name.strip_suffix(".npy").map(str::to_string) else { continue };
-        if !entry.is_plain {
-            let what = format!("array \"{name}\" is compressed or encrypted");
-            return Err(Error::new("", what, "write it without compression (numpy.savez)"));
-        }
-        let bytes =
-            entry.read(&mut file, size).map_err(|e| damaged(format!("array \"{name}\" cannot be read ({e})")))?;
+    let mut archive = ZipArchive::new(file).map_err(|e| damaged(format!("not an npz file ({e})")))?;
+    let (mut arrays, mut left) = (BTreeMap::new(), size);
+    for number in 0..archive.len() {
+        let name = archive.name_for_index(number).and_then(|name| name.strip_suffix(".npy")).map(str::to_string);
+        let Some(name) = name else { continue };
+        let unreadable = |e: &dyn std::fmt::Display| damaged(format!("array \"{name}\" cannot be read ({e})"));
+        let mut entry = archive.by_index(number).map_err(|e| match e {
+            ZipError::UnsupportedArchive(_) => {
+                let what = format!("array \"{name}\" is compressed or encrypted");
+                Error::new("", what, "write it without compression (numpy.savez)")
+            }
+            e => unreadable(&e),
+        })?;
+        // Entries that share their bytes would take memory out of proportion.
+        let shared = || damaged("its arrays are larger than it is".to_string());
+        left = left.checked_sub(entry.size()).ok_or_else(shared)?;
+        let mut bytes = Vec::with_capacity(usize::try_from(entry.size()).map_err(|e| unreadable(&e))?);
+        entry.read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
         let array = npy(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
         arrays.insert(name, array);
     }
@@ -320,18 +330,6 @@ pub fn f64s<'a>(arrays: &'a Arrays, name: &str, len: Option<usize>) -> Result<&'
     match &array.data {
         Data::F64(v) if array.shape.len() == 1 && len.is_none_or(|n| n == v.len()) => Ok(v),
         _ => Err(wrong(name, array, &list("float64", len))),
-    }
-}
-
-/// A list of vectors: `float64` of shape `[n, 3]`.
-///
-/// # Errors
-/// If there is no such array, or it has another type or shape.
-pub fn vectors<'a>(arrays: &'a Arrays, name: &str) -> Result<&'a [[f64; 3]], Error> {
-    let array = get(arrays, name)?;
-    match &array.data {
-        Data::F64(v) if matches!(array.shape[..], [_, 3]) => Ok(v.as_chunks().0),
-        _ => Err(wrong(name, array, "float64 of shape [n, 3]")),
     }
 }
 

@@ -1,11 +1,5 @@
 //! Numbers in the bytes of a text file.
 
-/// Powers of ten that are exact in double precision.
-const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
-];
-
 /// A whole number of at most 18 digits, which fit into 63 bits.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     let (negative, digits) = match word {
@@ -27,56 +21,7 @@ pub(super) fn integer(word: &[u8]) -> Option<i64> {
 }
 
 /// A floating point number, correctly rounded; may be infinite or NaN. Fortran's exponent `1.5D-3` is read too.
-///
-/// Up to 15 significant digits with a small power of ten need one exact product or quotient (Clinger 1990); all other
-/// words go to the standard library.
 pub(super) fn float(word: &[u8]) -> Option<f64> {
-    match short(word) {
-        Some(value) => Some(value),
-        None => long(word),
-    }
-}
-
-/// The number, if its digits and its power of ten are both exact in double precision.
-fn short(word: &[u8]) -> Option<f64> {
-    let (negative, rest) = match word {
-        [b'-', rest @ ..] => (true, rest),
-        [b'+', rest @ ..] => (false, rest),
-        rest => (false, rest),
-    };
-    let (mut mantissa, mut digits, mut power) = (0u64, 0, 0i32);
-    let mut point = false;
-    let mut at = 0;
-    while let Some(&b) = rest.get(at) {
-        match b {
-            b'0'..=b'9' => {
-                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(b - b'0'));
-                digits += usize::from(mantissa != 0 || point);
-                power -= i32::from(point);
-            }
-            b'.' if !point => point = true,
-            _ => break,
-        }
-        at += 1;
-    }
-    // 19 digits do not overflow 64 bits; leading zeros after the point count as digits, which only costs speed
-    if digits > 19 || mantissa > 1 << 53 || at == usize::from(point) {
-        return None;
-    }
-    if at < rest.len() {
-        let [b'e' | b'E' | b'd' | b'D', exponent @ ..] = &rest[at..] else { return None };
-        power = power.checked_add(i32::try_from(integer(exponent)?).ok()?)?;
-    }
-    let value = match power {
-        0..=22 => mantissa as f64 * POWERS[power as usize],
-        -22..0 => mantissa as f64 / POWERS[-power as usize],
-        _ => return None,
-    };
-    Some(if negative { -value } else { value })
-}
-
-/// Whatever the standard library reads.
-fn long(word: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(word).ok()?;
     match text.parse() {
         Ok(value) => Some(value),
