@@ -68,6 +68,11 @@ pub(super) const fn key(name: &'static str, kind: Kind, example: &'static str, d
     Key { name, kind, doc, example, required: false, default: "", unit: "", beside: "" }
 }
 
+/// One of some texts, none of which is refused.
+pub(super) const fn choice(names: &'static [(&'static str, &'static str)]) -> Kind {
+    Kind::Choice { names, absent: &[] }
+}
+
 impl Key {
     pub(super) const fn required(self) -> Self {
         Key { required: true, ..self }

@@ -41,13 +41,8 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
 
 /// A plane of symmetry; which component it holds, the faces will say.
 fn symmetry(table: &View) -> Result<FixSpec, Error> {
-    for key in ["components", "value"] {
-        if table.given(key).is_some() {
-            let what =
-                format!("`{key}` stands beside condition = \"symmetry\", which holds the normal of the faces at zero");
-            return Err(table.error(key, what, format!("take `{key}` out, or `condition`")));
-        }
-    }
+    let why = "stands beside condition = \"symmetry\", which holds the normal of the faces at zero";
+    table.refuse(&["components", "value"], why, ", or `condition`")?;
     let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
     Ok(FixSpec { on, value: [None, None, None], symmetry: true, spot: table.spot() })
 }
@@ -85,9 +80,8 @@ fn components(table: &View) -> Result<Vec<usize>, Error> {
 /// One `[[load]]`.
 pub(super) fn load(table: &View) -> Result<LoadSpec, Error> {
     let (key, kind) = load_kind(table)?;
-    if table.given("about").is_some() && !["force", "moment"].contains(&key) {
-        let what = format!("`about` is for a force or a moment, but the load is a {key}");
-        return Err(table.error("about", what, "take `about` out"));
+    if !["force", "moment"].contains(&key) {
+        table.refuse(&["about"], &format!("is for a force or a moment, but the load is a {key}"), "")?;
     }
     let on = extended_region(table, key)?;
     if on.is_none() && !kind.on_cells() {

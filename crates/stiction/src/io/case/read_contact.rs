@@ -45,11 +45,8 @@ fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
         _ => Vec::new(),
     };
     if names.is_empty() {
-        let only = |key: &&&str| table.given(key).is_some();
-        if let Some(key) = ["gap", "slave", "search"].iter().find(only) {
-            let what = format!("`{key}` is for contact between two surfaces, but `against` is a rigid obstacle");
-            return Err(table.error(key, what, format!("take `{key}` out, or name a group in `against`")));
-        }
+        let why = "is for contact between two surfaces, but `against` is a rigid obstacle";
+        table.refuse(&["gap", "slave", "search"], why, ", or name a group in `against`")?;
         return match surface_file(table, folder)? {
             Some(file) => Ok(AgainstSpec::File(file)),
             None => Ok(AgainstSpec::Obstacle(obstacle(table)?)),
@@ -71,13 +68,8 @@ const OF_SURFACE: [&str; 5] = ["scale", "turn", "move", "side", "feature_angle"]
 fn surface_file(table: &View, folder: &Path) -> Result<Option<SurfaceFile>, Error> {
     let Some(against) = table.table("against") else { return Ok(None) };
     if against.given("surface").is_none() {
-        return match OF_SURFACE.iter().find(|key| against.given(key).is_some()) {
-            Some(key) => {
-                let what = format!("`{key}` is for an obstacle from a file, but `against` has no `surface`");
-                Err(against.error(key, what, format!("take `{key}` out, or give surface = \"die.stl\"")))
-            }
-            None => Ok(None),
-        };
+        let why = "is for an obstacle from a file, but `against` has no `surface`";
+        return against.refuse(&OF_SURFACE, why, ", or give surface = \"die.stl\"").map(|()| None);
     }
     Ok(Some(SurfaceFile {
         path: folder.join(against.text("surface")),
@@ -142,19 +134,14 @@ fn friction(table: &View) -> Result<SurfaceFriction, Error> {
     if let Some(node) = law.given("coulomb") {
         return coulomb(&law, node);
     }
-    if let Some(key) = ["direction", "limit"].into_iter().find(|key| law.given(key).is_some()) {
-        let what = format!("`{key}` is for coulomb, but the friction is tresca");
-        return Err(law.error(key, what, format!("take `{key}` out, or give friction = {{ coulomb = ... }}")));
-    }
+    let why = "is for coulomb, but the friction is tresca";
+    law.refuse(&["direction", "limit"], why, ", or give friction = { coulomb = ... }")?;
     let bound = law.number("tresca");
     Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
 }
 
 fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
-    if law.given("nodal").is_some() {
-        let what = "`nodal` is for tresca, but the friction is coulomb, whose coefficient has no unit";
-        return Err(law.error("nodal", what, "take `nodal` out"));
-    }
+    law.refuse(&["nodal"], "is for tresca, but the friction is coulomb, whose coefficient has no unit", "")?;
     let limit = law.given("limit").map(|_| law.number("limit"));
     let coefficient = |node| coefficient(law, node);
     let (along, across) = match (node.items(), law.given("direction")) {

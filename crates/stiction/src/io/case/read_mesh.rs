@@ -19,42 +19,34 @@ pub(super) fn mesh(case: &View, folder: &Path) -> Result<MeshSpec, Error> {
     if parts.is_empty() {
         return part(&table, folder);
     }
-    if table.given("scale").is_some() {
-        let what = "`scale` is for a mesh file, but the mesh has parts";
-        return Err(table.error("scale", what, "take `scale` out, or give it to a part"));
-    }
+    table.refuse(&["scale"], "is for a mesh file, but the mesh has parts", ", or give it to a part")?;
     let read = |(name, view): &(&str, View)| Ok((name.to_string(), part(view, folder)?));
     let parts = parts.iter().map(read).collect::<Result<_, Error>>()?;
     Ok(MeshSpec { source: MeshSource::Parts(parts), placing: placing(&table)?, spot: table.spot() })
 }
 
 fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
-    let source = match table.table("block") {
-        Some(_) if table.given("scale").is_some() => {
-            let what = "`scale` is for a mesh file, but the mesh is a block";
-            return Err(table.error("scale", what, "take `scale` out and change `size` of the block"));
-        }
-        Some(block) => MeshSource::Block(self::block(&block)?),
-        None if table.given("ring").is_some() && table.given("scale").is_some() => {
-            let what = "`scale` is for a mesh file, but the mesh is a ring";
-            return Err(table.error("scale", what, "take `scale` out and change `radii` and `height` of the ring"));
-        }
-        None => match table.table("ring") {
-            Some(ring) => MeshSource::Ring(self::ring(&ring)?),
-            None => MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") },
-        },
+    let made = |what: &str, sizes: &str| {
+        let why = format!("is for a mesh file, but the mesh is a {what}");
+        table.refuse(&["scale"], &why, &format!(" and change {sizes} of the {what}"))
+    };
+    let source = if let Some(block) = table.table("block") {
+        made("block", "`size`")?;
+        MeshSource::Block(self::block(&block)?)
+    } else if let Some(ring) = table.table("ring") {
+        made("ring", "`radii` and `height`")?;
+        MeshSource::Ring(self::ring(&ring)?)
+    } else {
+        MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") }
     };
     Ok(MeshSpec { source, placing: placing(table)?, spot: table.spot() })
 }
 
 pub(super) fn placing(table: &View) -> Result<Placing, Error> {
-    let turn = match table.table("turn") {
-        Some(turn) => {
-            Some(Turn { point: turn.vector("point"), axis: direction(&turn, "axis")?, degrees: turn.number("degrees") })
-        }
-        None => None,
+    let turn = |turn: View| {
+        Ok(Turn { point: turn.vector("point"), axis: direction(&turn, "axis")?, degrees: turn.number("degrees") })
     };
-    Ok(Placing { turn, by: table.vector("move") })
+    Ok(Placing { turn: table.table("turn").map(turn).transpose()?, by: table.vector("move") })
 }
 
 fn ring(table: &View) -> Result<Ring, Error> {
@@ -100,21 +92,14 @@ fn cells(table: &View, element: BlockElement) -> Result<[usize; 3], Error> {
 fn element(table: &View) -> Result<BlockElement, Error> {
     let name = table.text("element");
     if name.starts_with("hex") {
-        for key in ["split", "parity"] {
-            if table.given(key).is_some() {
-                let what = format!("`{key}` is for tet4 and tet10, but the element is {name}, which is not cut");
-                return Err(table.error(key, what, format!("take `{key}` out")));
-            }
-        }
+        let why = format!("is for tet4 and tet10, but the element is {name}, which is not cut");
+        table.refuse(&["split", "parity"], &why, "")?;
         return Ok(if name == "hex20" { BlockElement::Hex20 } else { BlockElement::Hex8 });
     }
     let quadratic = name == "tet10";
     let split = table.given("split").and_then(|node| node.text()).unwrap_or("five");
     if split == "six" {
-        if table.given("parity").is_some() {
-            let what = "`parity` is for split = \"five\", but the split is \"six\", the same in every cell";
-            return Err(table.error("parity", what, "take `parity` out"));
-        }
+        table.refuse(&["parity"], "is for split = \"five\", but the split is \"six\", the same in every cell", "")?;
         return Ok(if quadratic { BlockElement::Tet10Six } else { BlockElement::Tet4Six });
     }
     let parity = u8::from(table.given("parity").map_or(0, |_| table.count("parity")) == 1);
@@ -167,14 +152,11 @@ fn material(name: &str, table: &View) -> Result<MaterialSpec, Error> {
 fn orthotropic(table: &View) -> Result<Option<Orthotropic>, Error> {
     let three = |key: &str| table.given(key).is_some_and(|node| node.number().is_none());
     if !["young", "poisson", "shear"].into_iter().any(three) {
-        return match table.given("axes") {
-            Some(_) if !three("expansion") => {
-                let what =
-                    "`axes` is for a material that depends on the direction, but all constants are single numbers";
-                Err(table.error("axes", what, "take `axes` out, or give young, poisson and shear three values each"))
-            }
-            _ => Ok(None),
-        };
+        if !three("expansion") {
+            let why = "is for a material that depends on the direction, but all constants are single numbers";
+            table.refuse(&["axes"], why, ", or give young, poisson and shear three values each")?;
+        }
+        return Ok(None);
     }
     for (key, example) in
         [("young", "[11e9, 0.9e9, 0.5e9]"), ("poisson", "[0.4, 0.4, 0.3]"), ("shear", "[0.7e9, 0.6e9, 0.06e9]")]

@@ -86,6 +86,15 @@ impl<'a> View<'a> {
         self.source.spot(&self.node.at)
     }
 
+    /// An error at the first of `keys` that the file gives: "`key` " and why it must not be there. The remedy is to take it
+    /// out, or else what `or` says.
+    pub(super) fn refuse(&self, keys: &[&str], why: &str, or: &str) -> Result<(), Error> {
+        match keys.iter().find(|key| self.given(key).is_some()) {
+            Some(key) => Err(self.error(key, format!("`{key}` {why}"), format!("take `{key}` out{or}"))),
+            None => Ok(()),
+        }
+    }
+
     /// An error at the value of `key` if the file gives it, else at the table.
     pub(super) fn error(&self, key: &str, what: impl Into<String>, remedy: impl Into<String>) -> Error {
         self.source.spot(self.at(key)).error(what, remedy)

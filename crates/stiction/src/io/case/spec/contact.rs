@@ -1,6 +1,6 @@
 //! Keys of `[[contact]]` and of the laws of friction.
 
-use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, choice, key};
 use super::obstacle::OBSTACLE;
 use super::{NAMES, POINT, REGION};
 
@@ -23,17 +23,12 @@ pub(super) static CONTACT: Rules = Rules {
     ],
 };
 
-const GAP_NAME: Kind = Kind::Choice {
-    names: &[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")],
-    absent: &[],
-};
-const SLAVE: Kind =
-    Kind::Choice { names: &[("on", "the surface of `on`"), ("against", "the surface of `against`")], absent: &[] };
+const GAP_NAME: Kind =
+    choice(&[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")]);
+const SLAVE: Kind = choice(&[("on", "the surface of `on`"), ("against", "the surface of `against`")]);
 
-const FRICTION_NAME: Kind = Kind::Choice {
-    names: &[("none", "no friction"), ("bonded", "the surface sticks wherever it is: no slip, whatever the force")],
-    absent: &[],
-};
+const FRICTION_NAME: Kind =
+    choice(&[("none", "no friction"), ("bonded", "the surface sticks wherever it is: no slip, whatever the force")]);
 
 static FRICTION: Rules = Rules {
     doc: "A law of friction.",

@@ -1,6 +1,6 @@
 //! Keys of `[[fix]]`, `[[spring]]` and `[[load]]`.
 
-use super::super::kind::{Kind, NOT_NEGATIVE, POSITIVE, Rules, key};
+use super::super::kind::{Kind, NOT_NEGATIVE, POSITIVE, Rules, choice, key};
 use super::{FIELDS, ON, ON_DOC, POINT, REGION};
 
 pub(super) static FIX: Rules = Rules {
@@ -15,13 +15,10 @@ pub(super) static FIX: Rules = Rules {
     ],
 };
 
-const CONDITION: Kind = Kind::Choice {
-    names: &[(
-        "symmetry",
-        "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
-    )],
-    absent: &[],
-};
+const CONDITION: Kind = choice(&[(
+    "symmetry",
+    "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
+)]);
 
 pub(super) static SPRING: Rules = Rules {
     doc: "An elastic foundation: springs from boundary faces to the ground, in pressure and tension alike.",

@@ -1,6 +1,6 @@
 //! Keys of `[materials.NAME]`.
 
-use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Kind, Limits, NOT_NEGATIVE, POSITIVE, Rules, choice, key};
 use super::{GROUPS, POINT, VALUES};
 
 pub(super) static MATERIAL: Rules = Rules {
@@ -45,12 +45,9 @@ const POISSON: Limits = Limits {
     )),
     ..ANY
 };
-const FORMULATION: Kind = Kind::Choice {
-    names: &[
-        ("auto", "b-bar where poisson exceeds 0.45, full elsewhere"),
-        ("full", "2 x 2 x 2 Gauss points"),
-        ("b-bar", "the volumetric strain is averaged over the cell, which avoids locking"),
-    ],
-    absent: &[],
-};
+const FORMULATION: Kind = choice(&[
+    ("auto", "b-bar where poisson exceeds 0.45, full elsewhere"),
+    ("full", "2 x 2 x 2 Gauss points"),
+    ("b-bar", "the volumetric strain is averaged over the cell, which avoids locking"),
+]);
 const AXES: Kind = Kind::List { of: &POINT, from: 2, to: 2 };

@@ -1,6 +1,6 @@
 //! Keys of `[mesh]` and its parts.
 
-use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, choice, key};
 use super::POINT;
 use crate::mesh::MOST_DEGREES;
 
@@ -143,10 +143,7 @@ const ELEMENT: Kind = Kind::Choice {
     ],
     absent: &[("hex27", "use \"hex20\"")],
 };
-const SPLIT: Kind = Kind::Choice {
-    names: &[
-        ("five", "five tetrahedra, mirrored from box to box"),
-        ("six", "six tetrahedra around the diagonal from the lowest to the highest corner"),
-    ],
-    absent: &[],
-};
+const SPLIT: Kind = choice(&[
+    ("five", "five tetrahedra, mirrored from box to box"),
+    ("six", "six tetrahedra around the diagonal from the lowest to the highest corner"),
+]);

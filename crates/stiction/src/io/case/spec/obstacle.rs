@@ -1,6 +1,6 @@
 //! Keys of the rigid obstacles of `[[contact]]`.
 
-use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, choice, key};
 use super::mesh::TURN;
 use super::{FIELDS, POINT};
 
@@ -55,13 +55,10 @@ const ANGLE: Limits = Limits { low: 0.0, low_included: true, high: 180.0, high_i
 
 const SURFACE_SIDE: Key = key(
     "side",
-    Kind::Choice {
-        names: &[
-            ("outside", "the normals of the triangles point towards the body"),
-            ("inside", "they point away from it"),
-        ],
-        absent: &[],
-    },
+    choice(&[
+        ("outside", "the normals of the triangles point towards the body"),
+        ("inside", "they point away from it"),
+    ]),
     "side = \"outside\"",
     "Of a surface: on which of its sides the body lies.",
 )
@@ -85,10 +82,7 @@ static PLANE: Rules = Rules {
 const RADIUS: Key = key("radius", Kind::Number(POSITIVE), "radius = 1", "The radius.").required().unit("length");
 const SIDE: Key = key(
     "side",
-    Kind::Choice {
-        names: &[("outside", "the body lies outside"), ("inside", "the body lies inside, as in a bore")],
-        absent: &[],
-    },
+    choice(&[("outside", "the body lies outside"), ("inside", "the body lies inside, as in a bore")]),
     "side = \"outside\"",
     "On which side of the surface the body lies.",
 )

@@ -1,6 +1,6 @@
 //! Keys of `[solver]`.
 
-use super::super::kind::{ANY, Kind, Limits, POSITIVE, Rules, key};
+use super::super::kind::{ANY, Kind, Limits, POSITIVE, Rules, choice, key};
 
 pub(super) static SOLVER: Rules = Rules {
     doc: "Settings of the solver.",
@@ -85,47 +85,33 @@ pub(super) static SOLVER: Rules = Rules {
 };
 
 const TOLERANCE: Limits = Limits { low: 1e-14, low_included: true, high: 0.1, high_included: true, ..ANY };
-const METHOD: Kind = Kind::Choice {
-    names: &[
-        ("newton", "Newton's method on the law itself"),
-        ("alg1", "given friction: squares one by one"),
-        ("alg2", "given friction: all squares in one quadratic program"),
-        ("smalbe", "given friction: the same with adaptive accuracy"),
-        ("discs", "given friction: the discs themselves"),
-        ("msa1", "Coulomb: successive approximations"),
-        ("msa2", "Coulomb: the same with inexact inner problems"),
-        ("cfs1", "msa2 with alg1"),
-        ("cfs2", "msa2 with alg2"),
-    ],
-    absent: &[],
-};
-const INNER: Kind = Kind::Choice {
-    names: &[
-        ("alg1", "squares one by one"),
-        ("alg2", "all squares in one quadratic program"),
-        ("smalbe", "the same with adaptive accuracy"),
-        ("discs", "the discs themselves"),
-    ],
-    absent: &[],
-};
-const SPLITTING: Kind = Kind::Choice {
-    names: &[
-        ("no", "all at once"),
-        ("partial", "normal, then tangential"),
-        ("complete", "normal, first tangential, second tangential"),
-    ],
-    absent: &[],
-};
-const COUPLING: Kind = Kind::Choice {
-    names: &[("star", "each with the first"), ("chain", "each with the next, as printed in the source paper")],
-    absent: &[],
-};
-const PATH: Kind = Kind::Choice {
-    names: &[
-        ("auto", "the cheaper one that fits the memory"),
-        ("dense", "B K⁻¹ Bᵀ as a dense factor"),
-        ("solves", "B K⁻¹ Bᵀ by triangular solves"),
-        ("multigrid", "the displacements themselves, without a factor"),
-    ],
-    absent: &[],
-};
+const METHOD: Kind = choice(&[
+    ("newton", "Newton's method on the law itself"),
+    ("alg1", "given friction: squares one by one"),
+    ("alg2", "given friction: all squares in one quadratic program"),
+    ("smalbe", "given friction: the same with adaptive accuracy"),
+    ("discs", "given friction: the discs themselves"),
+    ("msa1", "Coulomb: successive approximations"),
+    ("msa2", "Coulomb: the same with inexact inner problems"),
+    ("cfs1", "msa2 with alg1"),
+    ("cfs2", "msa2 with alg2"),
+]);
+const INNER: Kind = choice(&[
+    ("alg1", "squares one by one"),
+    ("alg2", "all squares in one quadratic program"),
+    ("smalbe", "the same with adaptive accuracy"),
+    ("discs", "the discs themselves"),
+]);
+const SPLITTING: Kind = choice(&[
+    ("no", "all at once"),
+    ("partial", "normal, then tangential"),
+    ("complete", "normal, first tangential, second tangential"),
+]);
+const COUPLING: Kind =
+    choice(&[("star", "each with the first"), ("chain", "each with the next, as printed in the source paper")]);
+const PATH: Kind = choice(&[
+    ("auto", "the cheaper one that fits the memory"),
+    ("dense", "B K⁻¹ Bᵀ as a dense factor"),
+    ("solves", "B K⁻¹ Bᵀ by triangular solves"),
+    ("multigrid", "the displacements themselves, without a factor"),
+]);
