@@ -9,7 +9,9 @@ use stiction::contact::{
     pose,
 };
 use stiction::dual::{Dual, DualSettings, Form, choose};
-use stiction::fem::{FeModel, Field, Fix, Formulation, Load, Material, Solid, assemble, full_displacement};
+use stiction::fem::{
+    FeModel, Field, Fix, Formulation, Load, Material, Solid, assemble, face_coordinates, face_points, full_displacement,
+};
 use stiction::friction::{Settings, Solution, Status, solve};
 use stiction::mesh::{Block, BlockElement, Mesh, block};
 
@@ -203,4 +205,19 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     let size = a.iter().chain(b).fold(0.0, |s: f64, x| s.max(x.abs()));
     let apart = a.iter().zip(b).fold(0.0, |s: f64, (x, y)| s.max((x - y).abs()));
     if apart.is_nan() { f64::INFINITY } else { apart / size.max(f64::MIN_POSITIVE) }
+}
+
+/// For each node of the boundary faces `faces` the area it stands for, the integral of its shape function over them. Nodes
+/// ascend. Those of corners of quadratic faces vanish or are negative.
+pub fn nodal_areas(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, f64)> {
+    let mut areas = std::collections::BTreeMap::new();
+    for &face in faces {
+        for point in face_points(&face_coordinates(mesh, face)) {
+            let area = point.area.iter().map(|c| c * c).sum::<f64>().sqrt();
+            for (&node, shape) in mesh.faces[face as usize].nodes().iter().zip(point.shape) {
+                *areas.entry(node).or_insert(0.0) += shape * area;
+            }
+        }
+    }
+    areas.into_iter().collect()
 }

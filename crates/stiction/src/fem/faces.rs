@@ -35,17 +35,6 @@ pub fn face_coordinates(mesh: &Mesh, face: u32) -> Vec<V3> {
     mesh.faces[face as usize].nodes().iter().map(|&i| mesh.nodes[i as usize]).collect()
 }
 
-/// For each node of the boundary faces `faces` (indices into `mesh.faces`) the area it stands for, the integral
-/// of its shape function over them. Nodes ascend; the areas sum to the area of the faces. Those of corners of quadratic
-/// faces vanish or are negative.
-///
-/// # Panics
-/// If a face does not exist.
-pub fn nodal_areas(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, f64)> {
-    let sums = nodal_sums(mesh, faces, |point| [norm(point.area), 0.0, 0.0]);
-    sums.into_iter().map(|(node, sum)| (node, sum[0])).collect()
-}
-
 /// For each node of the boundary faces `faces` the unit outward normal, averaged over the faces by the area the
 /// node stands for; zero where the normals cancel. Nodes ascend. On quadratic faces the normals of the curved faces at
 /// the node are averaged.
@@ -86,24 +75,6 @@ fn normals_around_nodes(x: &[V3]) -> Vec<V3> {
     let mut sums = vec![[0.0; 3]; x.len()];
     for point in face_points(x) {
         sums.iter_mut().zip(point.shape).for_each(|(sum, s)| *sum = add(*sum, scale(s, point.area)));
-    }
-    sums
-}
-
-/// For each node of the faces the integral of its shape function times `density`; nodes ascend.
-fn nodal_sums(mesh: &Mesh, faces: &[u32], density: impl Fn(&FacePoint) -> V3) -> Vec<(u32, V3)> {
-    let mut nodes: Vec<u32> = faces.iter().flat_map(|&f| mesh.faces[f as usize].nodes()).copied().collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    let mut sums: Vec<(u32, V3)> = nodes.iter().map(|&node| (node, [0.0; 3])).collect();
-    for &face in faces {
-        for point in face_points(&face_coordinates(mesh, face)) {
-            let value = density(&point);
-            for (&node, &shape) in mesh.faces[face as usize].nodes().iter().zip(&point.shape) {
-                let sum = &mut sums[nodes.partition_point(|&other| other < node)].1;
-                *sum = add(*sum, scale(shape, value));
-            }
-        }
     }
     sums
 }

@@ -19,17 +19,6 @@ const TURNING: f64 = 1e-2;
 /// What rounding leaves of a zero, with lengths measured in body sizes.
 const ROUNDING: f64 = 1e-12;
 
-/// The six rigid motions of `nodes` as displacements `3 i + c`: unit translations along x, y, z, then rotations by one
-/// radian about the x, y, z axis through the mean of the nodes (linearised, so their entries are lengths).
-pub fn rigid_motions(nodes: &[V3]) -> [Vec<f64>; 6] {
-    let centre = mean(nodes.iter().copied());
-    std::array::from_fn(|k| {
-        let axis = AXES[k % 3];
-        let motion = |x: &V3| if k < 3 { axis } else { cross(axis, sub(*x, centre)) };
-        nodes.iter().flat_map(motion).collect()
-    })
-}
-
 /// The unit vector along `v` with components nobody would read set to zero.
 fn direction_of(v: V3) -> V3 {
     let v = v.map(|c| if c.abs() < READABLE * norm(v) { 0.0 } else { c });
@@ -73,14 +62,6 @@ impl Motion {
         let through = add(centre, scale(1.0 / turn, cross(along, t))).map(snap);
         Motion::Rotation { along: direction_of(omega), through, advance }
     }
-
-    /// Displacement of the point `x` under the unit motion.
-    pub fn at(&self, x: V3) -> V3 {
-        match *self {
-            Motion::Translation { along } => along,
-            Motion::Rotation { along, through, advance } => add(cross(along, sub(x, through)), scale(advance, along)),
-        }
-    }
 }
 
 impl fmt::Display for Motion {
@@ -113,16 +94,6 @@ pub struct Unconstrained {
     pub body: u32,
     /// One to six independent motions: translations first, along the coordinate axes where possible.
     pub motions: Vec<Motion>,
-}
-
-impl fmt::Display for Unconstrained {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.motions.len() == 6 {
-            return write!(f, "body {} is not constrained at all", self.body);
-        }
-        let motions: Vec<String> = self.motions.iter().map(Motion::to_string).collect();
-        write!(f, "body {} is free in {}", self.body, motions.join("; "))
-    }
 }
 
 /// For each connected body the rigid motions that the prescribed displacements leave free; bodies that are constrained do

@@ -39,12 +39,22 @@ pub(crate) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
     std::array::from_fn(|c| (f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])) + 0.5) as u8)
 }
 
-/// Labels of length, force and stress in a text such as `m, N, Pa`; empty where it does not name them.
-pub(crate) fn units(text: Option<&str>) -> [&str; 3] {
-    let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
-    match parts[..] {
-        [length, force, stress, ..] => [length, force, stress],
-        _ => [""; 3],
+/// Labels of the units, empty where the case names none.
+#[derive(Clone, Copy)]
+pub(crate) struct Units<'a> {
+    pub length: &'a str,
+    pub force: &'a str,
+    pub stress: &'a str,
+}
+
+impl<'a> Units<'a> {
+    /// From a text such as `m, N, Pa`.
+    pub(crate) fn of(text: Option<&'a str>) -> Self {
+        let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
+        match parts[..] {
+            [length, force, stress, ..] => Units { length, force, stress },
+            _ => Units { length: "", force: "", stress: "" },
+        }
     }
 }
 

@@ -90,21 +90,6 @@ impl<'a> Grid<'a> {
         }
         grid
     }
-
-    /// Triangles and quadrilaterals, given by their three or four nodes, of quadratic ones followed by the middles of
-    /// their edges.
-    pub fn from_surface<'f>(points: &'a [[f64; 3]], faces: impl IntoIterator<Item = &'f [u32]>) -> Self {
-        let mut grid = Grid::new(points);
-        faces.into_iter().for_each(|f| grid.push(face_code(f.len()), f));
-        grid
-    }
-
-    /// Bare points, a vertex cell each, so that every viewer shows them.
-    pub fn from_points(points: &'a [[f64; 3]]) -> Self {
-        let mut grid = Grid::new(points);
-        (0..points.len()).for_each(|i| grid.push(VERTEX, &[i as u32]));
-        grid
-    }
 }
 
 /// Numbers of an array, `components` a point or cell.

@@ -113,7 +113,7 @@ fn arrays_of_several_blocks_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn an_empty_surface_is_a_valid_file() {
     let path = scratch("empty.vtu");
-    write(&path, &Grid::from_points(&[]), &[Array::scalar("pressure", &[])], &[], &[]).unwrap();
+    write(&path, &Grid::new(&[]), &[Array::scalar("pressure", &[])], &[], &[]).unwrap();
     assert!(decode(&std::fs::read(&path).unwrap())["pressure"].is_empty());
     std::fs::remove_file(path).unwrap();
 }
@@ -121,7 +121,8 @@ fn an_empty_surface_is_a_valid_file() {
 #[test]
 fn arrays_that_do_not_fit_are_refused_before_anything_is_written() {
     let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let grid = Grid::from_surface(&points, [&[0u32, 1, 2][..]]);
+    let mut grid = Grid::new(&points);
+    grid.push(TRIANGLE, &[0, 1, 2]);
     let path = scratch("refused.vtu");
     let error =
         |grid: &Grid, point: &[Array], cell: &[Array]| write(&path, grid, point, cell, &[]).unwrap_err().to_string();

@@ -6,8 +6,7 @@ use rayon::prelude::*;
 
 use super::face_table::FaceTable;
 use super::notes::SHOWN;
-use super::v3::norm;
-use super::{CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, arrays, check, groups};
+use super::{Bounds, CellKind, Cells, Face, Mesh, MeshNote, MeshNotes, RawMesh, arrays, ascending, check, groups};
 use crate::Error;
 
 /// Node numbers that a thread looks through at a time.
@@ -111,12 +110,8 @@ fn drop_orphans(raw: &mut RawMesh, notes: &mut Vec<MeshNote>) -> Former {
 
 /// Notes nodes of the boundary that lie at the same place without being joined.
 fn note_coincident(raw: &RawMesh, faces: &[Face], notes: &mut Vec<MeshNote>) {
-    let mut on_boundary: Vec<u32> = faces.iter().flat_map(Face::nodes).copied().collect();
-    on_boundary.sort_unstable();
-    on_boundary.dedup();
-    let at = |c: usize| on_boundary.iter().map(move |&n| raw.nodes[n as usize][c]);
-    let extent = [0, 1, 2].map(|c| at(c).fold(f64::NEG_INFINITY, f64::max) - at(c).fold(f64::INFINITY, f64::min));
-    let distance = COINCIDENT * norm(extent);
+    let on_boundary = ascending(faces.iter().flat_map(Face::nodes).copied());
+    let distance = COINCIDENT * Bounds::around(on_boundary.iter().map(|&n| raw.nodes[n as usize])).diagonal();
     if let (pairs, Some(first)) = check::coincident(&raw.nodes, &on_boundary, distance) {
         let first = first.map(|n| raw.node_id(n as usize));
         notes.push(MeshNote::CoincidentNodes { pairs, distance, first });

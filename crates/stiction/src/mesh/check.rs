@@ -6,7 +6,7 @@ use super::face_table::{Encounters, MAX_CELLS};
 use super::notes::{SHOWN, list, many};
 use super::quality::validity;
 use super::v3::V3;
-use super::{CellArray, CellKind, RawMesh};
+use super::{CellArray, CellKind, RawMesh, ascending};
 use crate::Error;
 
 /// A cell is flat if its quality, a ratio of volumes, is not above this: the round-off of coordinates
@@ -138,14 +138,10 @@ pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> 
     cells_error(raw, &cells(&seen.twins), "given more than once", remedy)?;
     let remedy = "a face belongs to one cell or to two; remove overlapping volumes";
     cells_error(raw, &cells(&seen.crowded), "at a face that more than two cells share", remedy)?;
-    let mut folded = cells(seen.folded.as_flattened());
-    folded.sort_unstable();
-    folded.dedup();
+    let folded = ascending(cells(seen.folded.as_flattened()));
     let remedy = "neighbours overlap or the mesh is folded there; mesh it again";
     cells_error(raw, &folded, "on the same side of a face they share with a neighbour", remedy)?;
-    let mut unlike = cells(seen.unlike.as_flattened());
-    unlike.sort_unstable();
-    unlike.dedup();
+    let unlike = ascending(cells(seen.unlike.as_flattened()));
     let remedy =
         "cells that touch are of one order and share the nodes of their edges; mesh all of a body with one order";
     cells_error(raw, &unlike, "at a face whose mid-side nodes the neighbour does not share", remedy)

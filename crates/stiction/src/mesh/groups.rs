@@ -3,7 +3,7 @@
 use super::build::Former;
 use super::face_table::{FaceTable, sorted};
 use super::notes::SHOWN;
-use super::{Face, Group, MeshNote, RawGroup};
+use super::{Face, Group, MeshNote, RawGroup, ascending};
 
 /// The group in the numbers of the mesh; `boundary` are the numbers in `table` of the mesh's `faces`, ascending.
 pub(super) fn group(
@@ -80,8 +80,6 @@ fn skin(mut cells: Vec<u32>, faces: &[Face]) -> Vec<u32> {
 fn spanned(nodes: &[u32], faces: &[Face]) -> Vec<u32> {
     let within = |face: &Face| face.nodes().iter().all(|node| nodes.binary_search(node).is_ok());
     let spanned: Vec<u32> = (0..faces.len() as u32).filter(|&f| within(&faces[f as usize])).collect();
-    let mut covered: Vec<u32> = spanned.iter().flat_map(|&f| faces[f as usize].nodes()).copied().collect();
-    covered.sort_unstable();
-    covered.dedup();
+    let covered = ascending(spanned.iter().flat_map(|&f| faces[f as usize].nodes()));
     if covered.len() == nodes.len() { spanned } else { Vec::new() }
 }

@@ -34,6 +34,7 @@ pub(crate) use info::{CellShape, info_with};
 pub use join::{Turn, join, place};
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
+pub(crate) use query::ascending;
 pub use raw::{RawCells, RawGroup, RawMesh};
 pub use ring::{MOST_DEGREES, Ring, ring};
 pub use tree::{Bounds, Tree, nearest_on_triangle, weights_on_triangle};

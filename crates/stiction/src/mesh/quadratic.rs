@@ -1,7 +1,7 @@
 //! Linear cells made quadratic.
 
 use super::v3::{add, scale};
-use super::{CellKind, RawCells};
+use super::{CellKind, RawCells, ascending};
 
 /// The quadratic cells with the same corners and straight edges. The nodes in the middles of the edges are appended to
 /// `nodes`, sorted by the lower and then the higher corner of their edge.
@@ -13,9 +13,7 @@ pub(super) fn quadratic(nodes: &mut Vec<[f64; 3]>, cells: RawCells) -> RawCells 
     let ends = |cell: &[u32], [a, b]: [usize; 2]| [cell[a].min(cell[b]), cell[a].max(cell[b])];
     let corners = cells.kind.nodes();
     let each = || cells.nodes.chunks_exact(corners);
-    let mut edges: Vec<[u32; 2]> = each().flat_map(|cell| kind.edges().iter().map(|&e| ends(cell, e))).collect();
-    edges.sort_unstable();
-    edges.dedup();
+    let edges = ascending(each().flat_map(|cell| kind.edges().iter().map(|&e| ends(cell, e))));
     let first = nodes.len() as u32;
     let mut all = Vec::with_capacity(cells.nodes.len() / corners * kind.nodes());
     for cell in each() {

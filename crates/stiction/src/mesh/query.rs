@@ -8,7 +8,7 @@ use super::geometry::{cell_volume, curved_area, vector_area};
 use super::info::CellShape;
 use super::quality::quality;
 use super::v3::{V3, norm};
-use super::{CellKind, Cells, Group, Mesh};
+use super::{Bounds, CellKind, Cells, Group, Mesh};
 
 impl Mesh {
     /// Kind and nodes of cell number `i < cell_count()`.
@@ -85,14 +85,8 @@ impl Mesh {
 
     /// Lowest and highest coordinates; infinite and reversed for a mesh without nodes.
     pub fn bounding_box(&self) -> [[f64; 3]; 2] {
-        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for x in &self.nodes {
-            for c in 0..3 {
-                bounds[0][c] = bounds[0][c].min(x[c]);
-                bounds[1][c] = bounds[1][c].max(x[c]);
-            }
-        }
-        bounds
+        let Bounds { low, high } = Bounds::around(self.nodes.iter().copied());
+        [low, high]
     }
 
     /// Nodes of the boundary faces numbered `faces`, ascending, each once.
@@ -118,8 +112,8 @@ impl Mesh {
 }
 
 /// The numbers in ascending order, each once.
-fn ascending(numbers: impl IntoIterator<Item = u32>) -> Vec<u32> {
-    let mut numbers: Vec<u32> = numbers.into_iter().collect();
+pub(crate) fn ascending<T: Ord>(numbers: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut numbers: Vec<T> = numbers.into_iter().collect();
     numbers.sort_unstable();
     numbers.dedup();
     numbers

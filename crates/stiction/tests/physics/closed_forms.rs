@@ -2,7 +2,7 @@
 
 use stiction::contact::{Friction, SurfaceFriction};
 use stiction::dual::Form;
-use stiction::fem::{Field, Fix, nodal_areas};
+use stiction::fem::{Field, Fix};
 use stiction::friction::PointState;
 use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
@@ -232,7 +232,7 @@ fn the_form_of_the_dual_operator_does_not_change_the_answer() {
 fn areas_of_contact_points_add_up_to_the_surface() {
     for element in ELEMENTS {
         let case = brick(4, element, BrickLoad::Lift, SurfaceFriction::None);
-        let all: f64 = nodal_areas(&case.mesh, &case.faces("z-min")).iter().map(|a| a.1).sum();
+        let all: f64 = stiction_fixtures::nodal_areas(&case.mesh, &case.faces("z-min")).iter().map(|a| a.1).sum();
         let posed = case.pose();
         let kept: f64 = posed
             .problem

@@ -183,7 +183,7 @@ fn a_constant_pressure_is_carried_past_dropped_nodes() {
         free.chain(held).for_each(|(f, &dof)| force[dof as usize / 3][dof as usize % 3] = f);
         for group in ["a.z-max", "b.z-min"] {
             let normal = mesh.face_normal(faces(&mesh, group)[0] as usize);
-            for (node, area) in stiction::fem::nodal_areas(&mesh, &faces(&mesh, group)) {
+            for (node, area) in stiction_fixtures::nodal_areas(&mesh, &faces(&mesh, group)) {
                 // On the master the normal is the opposite one, and so is the force.
                 let n = normal.map(|c| c * area);
                 let f = force[node as usize];
@@ -204,7 +204,7 @@ fn matching_meshes_are_tied_node_by_node() {
     let (problem, Posed { model, facts }) =
         posed(&mesh, &fixes, &[], &[pair(&mesh, "a.z-max", "b.z-min", SurfaceFriction::None)]);
     assert_eq!(problem.points(), 16);
-    let spread = stiction::fem::nodal_areas(&mesh, &faces(&mesh, "a.z-max"));
+    let spread = stiction_fixtures::nodal_areas(&mesh, &faces(&mesh, "a.z-max"));
     for (j, (_, area)) in spread.into_iter().enumerate() {
         let (columns, values) = problem.contact.B.row(j);
         assert_eq!(columns.len(), 6);

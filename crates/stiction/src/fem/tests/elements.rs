@@ -20,6 +20,14 @@ fn distorted(kind: CellKind) -> Mesh {
 
 const FORMULATIONS: [Formulation; 2] = [Formulation::Full, Formulation::BBar];
 
+/// Unit translations along x, y, z and rotations by one radian about these axes (linearised) as displacements `3 i + c`.
+fn rigid_motions(nodes: &[[f64; 3]]) -> [Vec<f64>; 6] {
+    std::array::from_fn(|k| {
+        let axis = std::array::from_fn(|c| f64::from(u8::from(c == k % 3)));
+        nodes.iter().flat_map(|x| if k < 3 { axis } else { v3::cross(axis, *x) }).collect()
+    })
+}
+
 #[test]
 fn rigid_motions_cost_no_energy() {
     for kind in KINDS {

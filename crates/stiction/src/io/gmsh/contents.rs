@@ -10,6 +10,7 @@ use super::tags::Tags;
 use super::types::{ElementType, Role};
 use crate::Error;
 use crate::io::labels::Labels;
+use crate::mesh::ascending;
 
 /// A physical group: dimension and number.
 pub(super) type Physical = (u8, i64);
@@ -121,14 +122,9 @@ impl Contents {
     pub(super) fn physicals(&self, run: &Run) -> Vec<Physical> {
         let dimension = run.kind.dimension;
         // a minus sign means that the group sees the entity from its other side
-        let mut tags: Vec<i64> = match self.entities.get(&(dimension, run.entity)) {
-            Some(tags) => tags.iter().map(|t| t.abs()).collect(),
-            None => vec![run.physical.abs()],
-        };
-        tags.retain(|&t| t != 0);
-        tags.sort_unstable();
-        tags.dedup();
-        tags.into_iter().map(|t| (dimension, t)).collect()
+        let tags =
+            self.entities.get(&(dimension, run.entity)).map_or(std::slice::from_ref(&run.physical), Vec::as_slice);
+        ascending(tags.iter().filter(|&&t| t != 0).map(|t| (dimension, t.abs())))
     }
 }
 

@@ -1,22 +1,10 @@
 //! Where the observer stands, and small vector arithmetic.
 
-pub(super) type Vec3 = [f64; 3];
-
-pub(super) fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
+pub(super) use crate::mesh::v3::{V3 as Vec3, cross, dot, norm};
 
 /// `a + s b`.
 pub(super) fn add(a: Vec3, s: f64, b: Vec3) -> Vec3 {
     std::array::from_fn(|k| a[k] + s * b[k])
-}
-
-pub(super) fn norm(a: Vec3) -> f64 {
-    dot(a, a).sqrt()
 }
 
 /// The unit vector along `a`; zero where `a` has no direction.

@@ -147,7 +147,7 @@ fn cut_and_changed_grids_do_not_panic() {
 #[test]
 fn single_arrays_of_a_large_result_come_back_in_any_order() {
     use super::fields::{Over, read_fields};
-    use crate::io::vtu::{Array, Grid, write};
+    use crate::io::vtu::{Array, Grid, VERTEX, write};
     let digits = |seed: f64| move |i: usize| (seed * i as f64).sin();
     let points: Vec<[f64; 3]> = (0..20_000).map(digits(1.1)).map(|x| [x, 2.0 * x, 3.0 * x]).collect();
     let first: Vec<f64> = (0..points.len()).map(digits(1.3)).collect();
@@ -155,7 +155,9 @@ fn single_arrays_of_a_large_result_come_back_in_any_order() {
     let last: Vec<f64> = (0..points.len()).map(digits(1.9)).collect();
     let path = std::env::temp_dir().join(format!("stiction-fields-{}.vtu", std::process::id()));
     let on_points = [Array::scalar("first", &first), Array::vector("unasked", &unasked)];
-    write(&path, &Grid::from_points(&points), &on_points, &[Array::scalar("last", &last)], &[]).unwrap();
+    let mut grid = Grid::new(&points);
+    (0..points.len() as u32).for_each(|point| grid.push(VERTEX, &[point]));
+    write(&path, &grid, &on_points, &[Array::scalar("last", &last)], &[]).unwrap();
     let read = read_fields(&path, &[(Over::Cells, "last"), (Over::Cells, "first"), (Over::Points, "first")]).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!((read.points, read.cells), (points.len(), points.len()));

@@ -8,8 +8,8 @@ use super::{Prepared, place, regions};
 use crate::Error;
 use crate::fem::{Cut, DofMap, Field, Load, Solid, cut, initial_strain};
 use crate::io::case::{BoltSpec, Case, Region, Spot, Tightening};
-use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
+use crate::mesh::{Mesh, ascending};
 
 /// A bolt on the mesh.
 #[derive(Debug, Clone)]
@@ -155,9 +155,7 @@ fn by_faces(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
         .flat_map(|group| &group.interior_faces)
         .map(|face| face.iter().copied().filter(|&node| node != u32::MAX).collect())
         .collect();
-    let mut corners: Vec<u32> = faces.concat();
-    corners.sort_unstable();
-    corners.dedup();
+    let corners = ascending(faces.concat());
     let x = |node: u32| mesh.nodes[node as usize];
     let middle = scale(1.0 / corners.len() as f64, corners.iter().fold([0.0; 3], |sum, &node| add(sum, x(node))));
     let mut normal = [0.0; 3];

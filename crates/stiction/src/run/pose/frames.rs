@@ -27,8 +27,7 @@ impl PointFrame {
 
 /// The frames of all contact points, read from the rows of `B` at their own nodes.
 pub(crate) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
-    let (problem, dofs) = (&prepared.problem, &prepared.model.dofs);
-    let m = problem.points();
+    let m = prepared.problem.points();
     let mut frames = Vec::with_capacity(m);
     for (contact, surface) in prepared.facts.contacts.iter().zip(&prepared.surfaces) {
         let sign = match &surface.against {
@@ -39,15 +38,20 @@ pub(crate) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
     }
     for (j, frame) in frames.iter_mut().enumerate() {
         for (i, row) in [j, m + j, 2 * m + j].into_iter().enumerate() {
-            let (columns, values) = problem.contact.B.row(row);
-            let free = columns.iter().map(|&k| dofs.free[k as usize]).zip(values);
-            let (columns, values) = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
-            let held = columns.iter().map(|&k| dofs.prescribed[k as usize]).zip(values);
-            for (dof, &value) in free.chain(held).filter(|(dof, _)| dof / 3 == frame.node) {
+            for (dof, value) in entries(prepared, row).filter(|(dof, _)| dof / 3 == frame.node) {
                 let vector = if i == 0 { &mut frame.normal } else { &mut frame.tangents[i - 1] };
-                *vector = add(*vector, scale(value, dofs.direction(dof)));
+                *vector = add(*vector, scale(value, prepared.model.dofs.direction(dof)));
             }
         }
     }
     frames
+}
+
+/// The entries of a row of `B` by degrees of freedom of the mesh, free ones and prescribed ones.
+pub(crate) fn entries(prepared: &Prepared, row: usize) -> impl Iterator<Item = (u32, f64)> {
+    let dofs = &prepared.model.dofs;
+    let (columns, values) = prepared.problem.contact.B.row(row);
+    let free = columns.iter().zip(values).map(|(&k, &value)| (dofs.free[k as usize], value));
+    let (columns, values) = prepared.problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
+    free.chain(columns.iter().zip(values).map(|(&k, &value)| (dofs.prescribed[k as usize], value)))
 }

@@ -111,10 +111,9 @@ pub(crate) struct LoadState {
 }
 
 impl LoadState {
-    /// Before the first step: nothing acts, and the obstacles touch the undeformed body at most.
-    pub(crate) fn start(prepared: &Prepared) -> Self {
-        let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
-        let p = prepared.model.dofs.prescribed.len();
+    /// Before the first step: nothing acts, and the obstacles touch the undeformed body at most. `n` unknowns, `p`
+    /// prescribed displacements, `m` contact points.
+    pub(crate) fn start(n: usize, p: usize, m: usize) -> Self {
         LoadState {
             load: vec![0.0; n],
             support_load: vec![0.0; p],

@@ -12,8 +12,8 @@ use crate::fem::{
 };
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::io::text::triple;
-use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
+use crate::mesh::{Bounds, Mesh};
 
 /// The time at which expressions are read without load steps: everything acts in full.
 const TIME: f64 = 1.0;
@@ -158,10 +158,8 @@ fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<E
     let who = if count == 1 {
         "the body".to_string()
     } else {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for (x, _) in mesh.nodes.iter().zip(&body_of_node).filter(|(_, body)| **body == first.body) {
-            (0..3).for_each(|c| (low[c], high[c]) = (low[c].min(x[c]), high[c].max(x[c])));
-        }
+        let own = mesh.nodes.iter().zip(&body_of_node).filter(|(_, body)| **body == first.body);
+        let Bounds { low, high } = Bounds::around(own.map(|(x, _)| *x));
         format!("body {} of {count} (from {low:?} to {high:?})", first.body + 1)
     };
     let what = if first.motions.len() == 6 {

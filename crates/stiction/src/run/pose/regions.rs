@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::io::case::{Region, Spot, nearest};
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, Mesh, ascending};
 
 /// What lies this part of the mesh's diagonal outside a box still counts as inside.
 const ROUNDING: f64 = 1e-9;
@@ -47,7 +47,7 @@ pub(crate) fn nodes(mesh: &Mesh, region: &Region, spot: &Spot) -> Result<Vec<u32
     match region {
         Region::Groups(names) => {
             let lists = names.iter().map(|(name, spot)| Ok(mesh.group_nodes(group(mesh, name, spot, Kind::Nodes)?)));
-            Ok(union(lists.collect::<Result<Vec<_>, Error>>()?.into_iter().flatten()))
+            Ok(ascending(lists.collect::<Result<Vec<_>, Error>>()?.into_iter().flatten()))
         }
         Region::Point(point) => Ok(nearest_node(mesh, *point).into_iter().collect()),
         _ => inside(mesh, region, spot, "node", (0..mesh.nodes.len() as u32).map(|node| vec![node])),
@@ -75,14 +75,7 @@ fn collect<'a>(
     list: impl Fn(&'a (String, Spot)) -> Result<&'a Vec<u32>, Error>,
 ) -> Result<Vec<u32>, Error> {
     let lists = names.iter().map(list).collect::<Result<Vec<_>, Error>>()?;
-    Ok(union(lists.into_iter().flatten().copied()))
-}
-
-fn union(numbers: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut numbers: Vec<u32> = numbers.collect();
-    numbers.sort_unstable();
-    numbers.dedup();
-    numbers
+    Ok(ascending(lists.into_iter().flatten().copied()))
 }
 
 /// The numbers of the things whose nodes all lie in a box.

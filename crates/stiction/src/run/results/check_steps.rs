@@ -50,13 +50,7 @@ pub(crate) fn check_steps(
         (problem.elastic.f.clone(), problem.contact.gap.clone(), problem.contact.slip_reference.clone())
     };
     let as_it_was = vectors(problem);
-    let nothing = LoadState {
-        load: vec![0.0; n],
-        support_load: vec![0.0; p],
-        displacement: vec![0.0; p],
-        motion: vec![0.0; 3 * m],
-        initial: Initial::default(),
-    };
+    let nothing = LoadState::start(n, p, m);
     let mut body = BodyState { loads: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let mut slid = vec![0.0; 2 * m];
     let mut first: Option<Vec<f64>> = None;

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use crate::fem::{Solid, cell_stress_as, full_displacement, von_mises};
-use crate::friction::PointState;
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 use crate::run::solve::Outcome;
@@ -132,10 +131,6 @@ fn fill(
     fields.slid[at] = frame
         .tangential([before[j] - gap_and_slip[m + j], before[m + j] - gap_and_slip[2 * m + j]])
         .map(|slip| scale * slip);
-    fields.status[at] = match outcome.solution.states[j] {
-        PointState::Open => 0,
-        PointState::Stick => 1,
-        PointState::Slip => 2,
-    };
+    fields.status[at] = outcome.solution.states[j].code().into();
     fields.lambda[at] = [0, 1, 2].map(|c| frame.sign * share * (normal * frame.normal[c] + friction[c]));
 }

@@ -4,7 +4,7 @@ use super::fields::{Side, SurfaceFields, empty, surfaces};
 use crate::contact::{Counterpart, Master, TributaryArea, tributary_areas};
 use crate::mesh::v3::{dot, scale, sub};
 use crate::run::pose::Prepared;
-use crate::run::pose::frames::{PointFrame, frames};
+use crate::run::pose::frames::{PointFrame, entries, frames};
 use crate::run::solve::Outcome;
 
 /// The fields of each contact surface, a pair's master after its slave. Obstacles have none.
@@ -113,13 +113,4 @@ fn on_master(
         let at = nodes.binary_search(&((dof / 3) as i32)).ok()?;
         Some((at, scale(value, prepared.model.dofs.direction(dof))))
     })
-}
-
-/// The entries of a row of `B` by degrees of freedom of the mesh, free ones and prescribed ones.
-fn entries(prepared: &Prepared, row: usize) -> impl Iterator<Item = (u32, f64)> {
-    let dofs = &prepared.model.dofs;
-    let (columns, values) = prepared.problem.contact.B.row(row);
-    let free = columns.iter().zip(values).map(|(&k, &value)| (dofs.free[k as usize], value));
-    let (columns, values) = prepared.problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
-    free.chain(columns.iter().zip(values).map(|(&k, &value)| (dofs.prescribed[k as usize], value)))
 }

@@ -7,7 +7,8 @@ use super::html::{Page, Picture, html};
 use super::summary;
 use super::view::view;
 use crate::Error;
-use crate::io::{folder, look};
+use crate::io::folder;
+use crate::io::look::Units;
 use crate::mesh::Mesh;
 
 /// Writes the report of a result folder anew from its other files and returns its size in bytes.
@@ -38,7 +39,7 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let mut pictures = names
         .map(|name| Ok(Picture { name: name.clone(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
-    let units = look::units(summary.units.as_deref());
+    let units = Units::of(summary.units.as_deref());
     let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || smaller(&mut pictures));
     let view = view?;
     let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });

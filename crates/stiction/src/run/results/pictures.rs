@@ -5,7 +5,7 @@ use std::thread;
 
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
-use crate::io::look::units;
+use crate::io::look::Units;
 use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
     surface_map,
@@ -154,18 +154,4 @@ fn file_name(surfaces: &[&SurfaceFields], number: usize) -> String {
     // File systems may not tell upper from lower case.
     let same = |s: &&SurfaceFields| plain(s).to_lowercase() == own.to_lowercase();
     if surfaces.iter().copied().filter(same).count() > 1 { format!("{own}-{}", number + 1) } else { own }
-}
-
-/// Labels of the units, empty where the case names none.
-struct Units<'a> {
-    length: &'a str,
-    force: &'a str,
-    stress: &'a str,
-}
-
-impl<'a> Units<'a> {
-    fn of(text: Option<&'a str>) -> Self {
-        let [length, force, stress] = units(text);
-        Units { length, force, stress }
-    }
 }

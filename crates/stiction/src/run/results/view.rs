@@ -6,6 +6,7 @@ use std::path::Path;
 use super::html::{Field, FieldKind, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
+use crate::io::look::Units;
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
 use crate::mesh::{CellKind, Mesh};
 
@@ -34,7 +35,7 @@ struct Vertices {
 }
 
 /// Reads the surface of the bodies, the contact surfaces and the fields of all steps of the folder.
-pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units: [&str; 3]) -> Result<View, Error> {
+pub(crate) fn view(folder: &Path, mesh: Option<&Mesh>, summary: &Summary, units: Units) -> Result<View, Error> {
     let steps = &summary.steps;
     let has_contact = summary.answer.contact.points > 0;
     let name = |front: &str, number: usize| match number {
@@ -108,7 +109,7 @@ fn frames_shown(steps: usize, bytes: usize) -> Vec<usize> {
     }
 }
 
-fn fields([length, _, stress]: [&str; 3], has_contact: bool, stepped: bool) -> Vec<Field> {
+fn fields(Units { length, stress, .. }: Units, has_contact: bool, stepped: bool) -> Vec<Field> {
     let scalar = |label, unit: &str| Field { label, unit: unit.to_string(), kind: FieldKind::Scalar };
     let mut fields = vec![scalar("Von Mises stress", stress)];
     if has_contact {

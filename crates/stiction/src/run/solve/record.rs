@@ -1,8 +1,9 @@
 //! What is kept of an answer and of each load step: plain numbers and words, in `summary.json` and `steps.json` under the
 //! names they have here.
 
-use serde::de::{MapAccess, Visitor};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value, value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
 use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
@@ -103,15 +104,8 @@ enum StatusName {
 
 /// The status as files call it.
 #[cfg(feature = "report")]
-pub(crate) fn status_name(status: Status) -> &'static str {
-    match status {
-        Status::Solved => "solved",
-        Status::MaxIterations => "max_iterations",
-        Status::Stalled => "stalled",
-        Status::NoEquilibrium => "no_equilibrium",
-        Status::Uncertified => "uncertified",
-        Status::Interrupted => "interrupted",
-    }
+pub(crate) fn status_name(status: Status) -> String {
+    word(StatusName::serialize(&status, value::Serializer))
 }
 
 #[derive(Serialize, Deserialize)]
@@ -124,13 +118,13 @@ enum PathName {
 }
 
 /// The path as a case names it.
-pub(crate) fn path_name(path: SolverPath) -> &'static str {
-    match path {
-        SolverPath::Dense => "dense",
-        SolverPath::Solves => "solves",
-        SolverPath::Multigrid => "multigrid",
-        SolverPath::Auto => "auto",
-    }
+pub(crate) fn path_name(path: SolverPath) -> String {
+    word(PathName::serialize(&path, value::Serializer))
+}
+
+/// What a variant without data becomes in a file.
+fn word(name: Result<Value, serde_json::Error>) -> String {
+    name.ok().as_ref().and_then(Value::as_str).unwrap_or_default().into()
 }
 
 /// The limit load of friction: forces per unit of the displacement of what moves farthest.
@@ -305,23 +299,11 @@ impl Serialize for Named {
 
 impl<'de> Deserialize<'de> for Named {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Map;
-        impl<'de> Visitor<'de> for Map {
-            type Value = Named;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("numbers by name")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named, A::Error> {
-                let mut list = Vec::new();
-                while let Some((name, value)) = map.next_entry::<String, Option<f64>>()? {
-                    list.push((name, value.unwrap_or(f64::INFINITY)));
-                }
-                Ok(Named(list))
-            }
-        }
-        deserializer.deserialize_map(Map)
+        let number = |(name, value): (String, Value)| {
+            let value = Option::deserialize(value).map_err(D::Error::custom)?;
+            Ok((name, value.unwrap_or(f64::INFINITY)))
+        };
+        Map::deserialize(deserializer)?.into_iter().map(number).collect::<Result<_, _>>().map(Named)
     }
 }
 
@@ -488,25 +470,6 @@ impl CountsRecord {
                 ..all
             },
         }
-    }
-
-    /// All counts of whole things with their names, in order.
-    pub fn by_name(&self) -> [(&'static str, usize); 12] {
-        let counted = |count: Option<usize>| count.unwrap_or(0);
-        [
-            ("iterations", self.iterations),
-            ("restarts", counted(self.restarts)),
-            ("fixed_point_steps", self.fixed_point_steps),
-            ("qp_problems", counted(self.qp_problems)),
-            ("short_problems", counted(self.short_problems)),
-            ("cg_steps", counted(self.cg_steps)),
-            ("expansions", counted(self.expansions)),
-            ("proportionings", counted(self.proportionings)),
-            ("products", self.products),
-            ("solves", self.solves),
-            ("cycles", self.cycles),
-            ("coulomb_products", self.coulomb_products),
-        ]
     }
 
     /// Iterations of the method, or cycles of multigrid.

@@ -160,7 +160,7 @@ fn limit_load(prepared: &Prepared, march: &March, outcome: &Outcome) -> Option<S
 
 fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>) -> Result<March, Error> {
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
-    let nothing = LoadState::start(prepared);
+    let nothing = LoadState::start(n, prepared.model.dofs.prescribed.len(), m);
     let body = BodyState { loads: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let begin = March {
         at: Position::start(),
@@ -198,13 +198,12 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
 fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Option<SolverPath>) -> Outcome {
     let certificate = certify(&prepared.problem, &last.u, &last.lambda, settings.solver.tolerance);
     let status = if certificate.passed { Status::Solved } else { Status::Uncertified };
-    let state = |&code: &usize| [PointState::Open, PointState::Stick, PointState::Slip][code.min(2)];
     let solution = Solution {
         status,
         path: path.unwrap_or(SolverPath::Solves),
         u: last.u.clone(),
         lambda: last.lambda.clone(),
-        states: last.states.iter().map(state).collect(),
+        states: last.states.iter().filter_map(|&code| PointState::of_code(code)).collect(),
         certificate,
         counts: Counts::default(),
         history: Vec::new(),
@@ -345,11 +344,6 @@ fn finish(
 
 fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFile {
     let (problem, body) = (&prepared.problem, &march.body);
-    let code = |state: &PointState| match state {
-        PointState::Open => 0,
-        PointState::Stick => 1,
-        PointState::Slip => 2,
-    };
     StepFile {
         t,
         f: problem.elastic.f.clone(),
@@ -364,7 +358,7 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         shortening: body.loads.initial.shortening.clone(),
         u: body.u.clone(),
         lambda: body.lambda.clone(),
-        states: outcome.solution.states.iter().map(code).collect(),
+        states: outcome.solution.states.iter().map(|state| state.code().into()).collect(),
         energy: [body.balance.work, body.balance.elastic, body.balance.dissipation],
         position: march.at.write(),
     }

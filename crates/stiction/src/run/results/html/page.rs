@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::tables::{self, Units};
+use super::tables;
 use super::text::{base64, escaped, script_json};
 use super::view::{View, encoded};
 use crate::friction::Status;
-use crate::io::look;
+use crate::io::look::{self, Units};
 use crate::io::text::{number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::Summary;
@@ -37,7 +37,7 @@ const NO_VIEW: &str = "The interactive view needs JavaScript; the pictures below
 /// The text of `report.html`.
 pub(crate) fn html(page: &Page) -> String {
     let s = page.summary;
-    let units = Units::of(s);
+    let units = Units::of(s.units.as_deref());
     let title = escaped(&s.title);
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \

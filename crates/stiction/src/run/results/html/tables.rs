@@ -1,25 +1,15 @@
 //! The tables of the page.
 
+use serde_json::json;
+
 use super::text::escaped;
-use crate::io::look;
+use crate::io::look::Units;
 use crate::io::text::{number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
 use crate::run::solve::{CertificateRecord, StepRecord, Totals, path_name, status_name};
 
-/// Labels of the units, empty where the case names none.
-pub(super) struct Units<'a> {
-    pub length: &'a str,
-    pub force: &'a str,
-    pub stress: &'a str,
-}
-
-impl<'a> Units<'a> {
-    pub(super) fn of(summary: &'a Summary) -> Self {
-        let [length, force, stress] = look::units(summary.units.as_deref());
-        Units { length, force, stress }
-    }
-
+impl Units<'_> {
     fn area(&self) -> String {
         if self.length.is_empty() { String::new() } else { format!("{}²", self.length) }
     }
@@ -263,12 +253,13 @@ fn run(s: &Summary) -> String {
     let list = |entries: &mut dyn Iterator<Item = (&str, String)>| -> String {
         entries.map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect::<Vec<_>>().join(", ")
     };
-    let counts = answer.counts.by_name();
+    let counts = json!(answer.counts);
+    let counts = counts.as_object().into_iter().flatten().filter_map(|(name, n)| Some((name.as_str(), n.as_u64()?)));
     let seconds = answer.seconds.0.iter().filter(|(_, time)| *time >= SHORTEST);
     let Versions { stiction, summary } = &s.versions;
     add("method", answer.method.clone());
-    add("path", path_name(answer.path).into());
-    add("counts", list(&mut counts.into_iter().filter(|(_, n)| *n > 0).map(|(name, n)| (name, n.to_string()))));
+    add("path", path_name(answer.path));
+    add("counts", list(&mut counts.filter(|(_, n)| *n > 0).map(|(name, n)| (name, n.to_string()))));
     add("seconds", list(&mut seconds.map(|(name, time)| (name.as_str(), format!("{time:.2}")))));
     add("memory", answer.peak_memory_bytes.map_or(String::new(), |b| format!("{:.2} GB at most", b as f64 / 1e9)));
     add("command", s.command.clone().unwrap_or_default());

@@ -3,6 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::View;
+use crate::mesh::Bounds;
+use crate::mesh::v3::sub;
 
 /// Merges the vertices within the cubes of a grid (J. Rossignac, P. Borrel 1993, vertex clustering) until at most
 /// `most` faces are left, and returns which vertex stands for each that is left; `None` if there are no more from the
@@ -11,11 +13,8 @@ pub(crate) fn thin(view: &mut View, most: usize) -> Option<Vec<u32>> {
     if view.faces.len() <= most {
         return None;
     }
-    let span = |c: usize| {
-        let of = view.points.iter().map(|x| x[c]);
-        of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min)
-    };
-    let size = (0..3).map(span).fold(0.0, f64::max);
+    let Bounds { low, high } = Bounds::around(view.points.iter().copied());
+    let size = sub(high, low).into_iter().fold(0.0, f64::max);
     // A cube has six sides of n x n faces.
     let mut cells = (most as f64 / 6.0).sqrt();
     loop {
