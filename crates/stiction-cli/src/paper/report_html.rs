@@ -5,6 +5,7 @@ use super::compare::Verdict;
 use super::grid::{Cell, Grid, grid};
 use super::published::SOURCE;
 use super::study::{Study, TableReport, Tally};
+use stiction::io::text::escaped;
 
 const STYLE: &str = "
 :root { color-scheme: light; }
@@ -121,8 +122,4 @@ fn data(cell: &Cell) -> String {
     };
     let title = if cell.note.is_empty() { String::new() } else { format!(" title=\"{}\"", escaped(&cell.note)) };
     format!("<td class=\"{class}\"{title}>{}</td>", escaped(&cell.text))
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -26,11 +26,7 @@ const EXPANSION: u64 = 1032;
 /// # Errors
 /// If it cannot be read, is damaged, or holds a problem with rolling friction; the group or array is named.
 pub fn read(path: &Path) -> Result<Contents, Error> {
-    let place = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| {
-        Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
-    })?;
-    parse(bytes).map_err(|error| error.at(&place))
+    parse(super::file_bytes(path)?).map_err(|error| error.at(&path.display().to_string()))
 }
 
 /// The same from the bytes of a file.
@@ -115,26 +111,31 @@ impl Node {
         Ok(dataset)
     }
 
-    fn integers(&self, name: &str) -> Result<Vec<i32>, Error> {
+    /// The numbers of an array of these kinds, which are `wanted`.
+    fn numbers<T>(
+        &self,
+        name: &str,
+        kinds: &[DType],
+        wanted: &str,
+        read: fn(&hdf5_pure::Dataset) -> Result<Vec<T>, hdf5_pure::Error>,
+    ) -> Result<Vec<T>, Error> {
         let dataset = self.dataset(name)?;
         match dataset.dtype() {
-            Ok(DType::I32 | DType::I16 | DType::I8 | DType::U16 | DType::U8) => {
-                dataset.read_i32().map_err(|e| self.damaged(name, &format!("it cannot be read ({e})")))
+            Ok(kind) if kinds.contains(&kind) => {
+                read(&dataset).map_err(|e| self.damaged(name, &format!("it cannot be read ({e})")))
             }
-            Ok(kind) => Err(self.damaged(name, &format!("it holds {kind} where integers of 32 bits are needed"))),
+            Ok(kind) => Err(self.damaged(name, &format!("it holds {kind} where {wanted} are needed"))),
             Err(e) => Err(self.damaged(name, &format!("its type cannot be read ({e})"))),
         }
     }
 
+    fn integers(&self, name: &str) -> Result<Vec<i32>, Error> {
+        let kinds = [DType::I32, DType::I16, DType::I8, DType::U16, DType::U8];
+        self.numbers(name, &kinds, "integers of 32 bits", hdf5_pure::Dataset::read_i32)
+    }
+
     fn reals(&self, name: &str) -> Result<Vec<f64>, Error> {
-        let dataset = self.dataset(name)?;
-        match dataset.dtype() {
-            Ok(DType::F64 | DType::F32) => {
-                dataset.read_f64().map_err(|e| self.damaged(name, &format!("it cannot be read ({e})")))
-            }
-            Ok(kind) => Err(self.damaged(name, &format!("it holds {kind} where reals are needed"))),
-            Err(e) => Err(self.damaged(name, &format!("its type cannot be read ({e})"))),
-        }
+        self.numbers(name, &[DType::F64, DType::F32], "reals", hdf5_pure::Dataset::read_f64)
     }
 
     fn integer(&self, name: &str) -> Result<i32, Error> {

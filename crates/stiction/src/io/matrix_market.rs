@@ -11,11 +11,7 @@ use crate::linalg::Csr;
 /// # Errors
 /// If it cannot be read or breaks the format; the line is named.
 pub fn read(path: &Path) -> Result<Csr, Error> {
-    let place = path.display().to_string();
-    let text = std::fs::read(path).map_err(|e| {
-        Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
-    })?;
-    named(&text, &place)
+    named(&super::file_bytes(path)?, &path.display().to_string())
 }
 
 /// The same from the bytes of a file called `name`.

@@ -69,6 +69,16 @@ fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     })
 }
 
+/// The bytes of a file of matrices or arrays.
+fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    std::fs::read(path).map_err(|error| unreadable(path, &error))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    let what = format!("cannot read this file ({error})");
+    Error::new(path.display().to_string(), what, "check its name and permissions")
+}
+
 /// An error instead of an abort where so many bytes cannot be had.
 fn fits(bytes: usize) -> Result<(), TryReserveError> {
     let mut room = Vec::<u8>::new();

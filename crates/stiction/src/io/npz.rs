@@ -211,13 +211,9 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
 /// # Errors
 /// If the file cannot be read or is no archive of arrays.
 pub fn read(path: &Path) -> Result<Arrays, Error> {
-    let place = path.display().to_string();
-    let unreadable = |e: io::Error| {
-        Error::new(place.clone(), format!("cannot read this file ({e})"), "check its name and permissions")
-    };
-    let size = fs::metadata(path).map_err(unreadable)?.len();
-    let file = File::open(path).map_err(unreadable)?;
-    archive(BufReader::new(file), size).map_err(|error| error.at(&place))
+    let open = || -> io::Result<_> { Ok((fs::metadata(path)?.len(), File::open(path)?)) };
+    let (size, file) = open().map_err(|error| super::unreadable(path, &error))?;
+    archive(BufReader::new(file), size).map_err(|error| error.at(&path.display().to_string()))
 }
 
 /// The same from the bytes of a file.

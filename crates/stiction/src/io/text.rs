@@ -8,6 +8,11 @@ pub fn number(x: f64) -> String {
     if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
+/// `text` with what means something in XML replaced.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 /// Three numbers of five digits.
 pub fn triple(x: [f64; 3]) -> String {
     // What rounding left of a zero component is not worth reading.

@@ -14,6 +14,7 @@ use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
 use super::replace::replace;
+use super::text::escaped;
 use crate::Error;
 use crate::mesh::{CellKind, Mesh};
 
@@ -303,7 +304,7 @@ pub fn write_collection(path: &Path, files: &[(f64, String)]) -> Result<(), Erro
         String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
     for (t, name) in files {
         // Writing to a string cannot fail.
-        let _ = writeln!(xml, "<DataSet timestep=\"{t:?}\" file=\"{}\"/>", escape(name));
+        let _ = writeln!(xml, "<DataSet timestep=\"{t:?}\" file=\"{}\"/>", escaped(name));
     }
     xml += "</Collection>\n</VTKFile>\n";
     replace(path, |file| file.write_all(xml.as_bytes()))
@@ -341,7 +342,7 @@ struct Encoded {
 fn encoded(array: &Array, of_file: bool) -> Encoded {
     let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
     for (i, name) in array.component_names.iter().enumerate() {
-        let _ = write!(attributes, " ComponentName{i}=\"{}\"", escape(name));
+        let _ = write!(attributes, " ComponentName{i}=\"{}\"", escaped(name));
     }
     if of_file {
         // Nothing else in the file tells how long it is.
@@ -356,7 +357,7 @@ fn encoded(array: &Array, of_file: bool) -> Encoded {
 
 impl Encoded {
     fn new<T: Number>(kind: &str, attributes: &str, name: &str, values: &[T], by_threads: bool) -> Encoded {
-        let described = format!("type=\"{kind}\" Name=\"{}\" {attributes}", escape(name));
+        let described = format!("type=\"{kind}\" Name=\"{}\" {attributes}", escaped(name));
         let level = level(values);
         let length = BLOCK / T::BYTES;
         let blocks: Vec<Vec<u8>> = if by_threads {
@@ -433,10 +434,6 @@ number!(i32, i32);
 number!(u32, i64);
 number!(u64, i64);
 number!(u8, u8);
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
 
 #[cfg(test)]
 #[path = "vtu_tests.rs"]

@@ -116,9 +116,8 @@ fn found(deck: &Deck, model: &Model, notes: &mut Vec<MeshNote>) -> Result<Vec<Na
     let several = model.scopes.len() > 2;
     for (scope, place) in model.scopes.iter().enumerate() {
         let part = &deck.parts[place.part];
-        let lists = [(Kind::Surface, &part.surfaces), (Kind::Elements, &part.elsets), (Kind::Nodes, &part.nsets)];
-        for (kind, sets) in lists {
-            for (number, set) in sets.list.iter().enumerate().filter(|(_, set)| !set.internal) {
+        for kind in [Kind::Surface, Kind::Elements, Kind::Nodes] {
+            for (number, set) in part.sets[kind as usize].list.iter().enumerate().filter(|(_, set)| !set.internal) {
                 let found = resolver.members((scope, kind, number))?;
                 // a set of the assembly goes before one of the only part
                 let free = taken.insert((kind, set.name.to_uppercase()));

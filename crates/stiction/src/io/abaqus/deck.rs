@@ -23,9 +23,8 @@ pub(super) struct Part {
     /// Coordinates, not yet scaled.
     pub nodes: Vec<[f64; 3]>,
     pub blocks: Vec<Block>,
-    pub nsets: Sets,
-    pub elsets: Sets,
-    pub surfaces: Sets,
+    /// Of each [`Kind`].
+    pub sets: [Sets; 3],
 }
 
 /// Elements of one `*ELEMENT` line.

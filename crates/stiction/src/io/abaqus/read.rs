@@ -262,12 +262,7 @@ impl Reader<'_> {
     }
 
     fn sets(&mut self, kind: Kind) -> &mut Sets {
-        let part = self.part();
-        match kind {
-            Kind::Nodes => &mut part.nsets,
-            Kind::Elements => &mut part.elsets,
-            Kind::Surface => &mut part.surfaces,
-        }
+        &mut self.part().sets[kind as usize]
     }
 
     fn set_begin(&mut self, keyword: &Keyword, kind: Kind, parameter: &str) -> Result<(), Error> {
@@ -276,14 +271,18 @@ impl Reader<'_> {
         if let Some(elset) = keyword.get("ELSET").filter(|_| kind == Kind::Nodes) {
             members.names.push(Name { name: elset.into(), kind: Kind::Elements, face: FaceLabel::Boundary });
         }
+        self.begin(keyword, kind, name, members, keyword.get("GENERATE").is_some());
+        Ok(())
+    }
+
+    /// From now on lines belong to `members` of the set called `name`.
+    fn begin(&mut self, keyword: &Keyword, kind: Kind, name: &str, members: Members, generate: bool) {
         let place = self.place(keyword);
-        let generate = keyword.get("GENERATE").is_some();
         let set = self.sets(kind).at(name, || place.clone());
         set.internal |= keyword.get("INTERNAL").is_some();
         set.members.push(members);
         let number = self.sets(kind).find(name).unwrap_or(0);
         self.section = Section::Set { kind, number, generate };
-        Ok(())
     }
 
     fn members(&self, keyword: &Keyword) -> Members {
@@ -292,7 +291,7 @@ impl Reader<'_> {
     }
 
     fn surface_begin(&mut self, keyword: &Keyword) -> Result<(), Error> {
-        let name = keyword.needed("NAME")?.to_string();
+        let name = keyword.needed("NAME")?;
         let kind = keyword.get("TYPE").unwrap_or("ELEMENT").to_uppercase();
         if kind != "ELEMENT" && kind != "NODE" {
             self.skip(&format!("SURFACE, TYPE={kind}"));
@@ -303,13 +302,8 @@ impl Reader<'_> {
             return Err(Error::new(keyword.place(), what, "list its faces"));
         }
         let members = Members { nodal: kind == "NODE", ..self.members(keyword) };
-        let place = self.place(keyword);
-        let set = self.sets(Kind::Surface).at(&name, || place.clone());
-        set.internal |= keyword.get("INTERNAL").is_some();
-        set.members.push(members);
-        let number = self.sets(Kind::Surface).find(&name).unwrap_or(0);
         // of a union the lines name surfaces: recognised by `generate`, which surfaces do not have otherwise
-        self.section = Section::Set { kind: Kind::Surface, number, generate: keyword.get("COMBINE").is_some() };
+        self.begin(keyword, Kind::Surface, name, members, keyword.get("COMBINE").is_some());
         Ok(())
     }
 
@@ -379,8 +373,8 @@ impl Reader<'_> {
             fields.next_line();
         }
         if let Some(name) = into {
-            let Part { nsets, node_labels, .. } = part;
-            if let Some(members) = nsets.at(&name, String::new).members.last_mut() {
+            let Part { sets, node_labels, .. } = part;
+            if let Some(members) = sets[Kind::Nodes as usize].at(&name, String::new).members.last_mut() {
                 members.labels.extend_from_slice(&node_labels[before..]);
             }
         }
@@ -390,7 +384,8 @@ impl Reader<'_> {
     /// Numbers of an element and of its nodes, which may go on over the next lines.
     fn elements(&mut self, mut fields: Fields, bytes: &[u8]) -> Result<(), Error> {
         let into = self.into.clone();
-        let Part { blocks, elsets, .. } = self.part();
+        let Part { blocks, sets, .. } = self.part();
+        let elsets = &mut sets[Kind::Elements as usize];
         let Some(block) = blocks.last_mut() else { return Ok(()) };
         let (before, k) = (block.labels.len(), block.role.nodes());
         // the shortest element: one digit and one comma a number

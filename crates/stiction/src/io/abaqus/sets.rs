@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::deck::{Deck, FaceLabel, Kind, Members, Set};
+use super::deck::{Deck, FaceLabel, Kind, Members, Set, Sets};
 use super::place::{BESIDES, Model, TIMES_INPUT};
 use crate::Error;
 
@@ -47,13 +47,11 @@ impl<'a> Resolver<'a> {
     }
 
     fn set(&self, (scope, kind, number): Key) -> &'a Set {
-        let part = &self.deck.parts[self.model.scopes[scope].part];
-        let sets = match kind {
-            Kind::Nodes => &part.nsets,
-            Kind::Elements => &part.elsets,
-            Kind::Surface => &part.surfaces,
-        };
-        &sets.list[number]
+        &self.sets(scope, kind).list[number]
+    }
+
+    fn sets(&self, scope: usize, kind: Kind) -> &'a Sets {
+        &self.deck.parts[self.model.scopes[scope].part].sets[kind as usize]
     }
 
     /// The members of a set.
@@ -215,15 +213,7 @@ impl<'a> Resolver<'a> {
 
     /// The set called `name` as seen from a scope: its own, one of the assembly, `INSTANCE.NAME`, or of the only part.
     fn named(&self, scope: usize, kind: Kind, name: &str) -> Option<Key> {
-        let within = |scope: usize, name: &str| {
-            let part = &self.deck.parts[self.model.scopes[scope].part];
-            let sets = match kind {
-                Kind::Nodes => &part.nsets,
-                Kind::Elements => &part.elsets,
-                Kind::Surface => &part.surfaces,
-            };
-            sets.find(name).map(|number| (scope, kind, number))
-        };
+        let within = |scope: usize, name: &str| self.sets(scope, kind).find(name).map(|number| (scope, kind, number));
         let qualified = || {
             let (instance, rest) = name.split_once('.')?;
             within(self.scope(instance)?, rest)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::color::Rgb;
 use super::raster::Image;
-use super::{pixels, svg};
+use super::{encode, pixels, svg};
 use crate::Error;
 use crate::io::replace::replace;
 
@@ -162,16 +162,9 @@ impl Drawing {
             return Err(Error::new(path.display().to_string(), what, "choose another size"));
         };
         replace(path, |file| {
-            let mut encoder = png::Encoder::new(file, picture.width(), picture.height());
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_compression(png::Compression::Fast);
             // Trying all filters on each row costs more than the compression.
-            encoder.set_filter(png::Filter::Up);
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&pixels::rgb(&picture))?;
-            writer.finish()?;
-            Ok(())
+            let how = (png::Compression::Fast, png::Filter::Up);
+            Ok(encode(file, [picture.width(), picture.height()], &pixels::rgb(&picture), how)?)
         })
     }
 }

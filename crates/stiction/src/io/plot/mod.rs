@@ -19,6 +19,8 @@ mod surface;
 mod svg;
 mod ticks;
 
+use std::io::Write;
+
 pub use convergence::{ConvergencePoint, convergence};
 pub use deformed::{DeformedPlot, deformed};
 pub use drawing::{Align, Drawing};
@@ -32,16 +34,29 @@ pub fn compressed(png: &[u8]) -> Option<Vec<u8>> {
     let mut pixels = vec![0; reader.output_buffer_size()?];
     let info = reader.next_frame(&mut pixels).ok()?;
     let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, info.width, info.height);
-    encoder.set_color(info.color_type);
-    encoder.set_depth(info.bit_depth);
-    encoder.set_compression(png::Compression::Balanced);
+    let ours = (info.color_type, info.bit_depth) == (png::ColorType::Rgb, png::BitDepth::Eight);
+    let pixels = ours.then(|| &pixels[..info.buffer_size()])?;
     // Large even areas: rows as they are compress best.
-    encoder.set_filter(png::Filter::NoFilter);
-    let mut writer = encoder.write_header().ok()?;
-    writer.write_image_data(&pixels[..info.buffer_size()]).ok()?;
-    writer.finish().ok()?;
+    let how = (png::Compression::Balanced, png::Filter::NoFilter);
+    encode(&mut out, [info.width, info.height], pixels, how).ok()?;
     Some(out)
+}
+
+/// Writes rows of red, green and blue as a PNG file.
+fn encode(
+    file: impl Write,
+    [width, height]: [u32; 2],
+    rgb: &[u8],
+    (compression, filter): (png::Compression, png::Filter),
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(compression);
+    encoder.set_filter(filter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgb)?;
+    writer.finish()
 }
 
 #[cfg(test)]

@@ -24,10 +24,8 @@ impl Image {
     /// The sub-pixels as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
         let (mut bytes, height) = (Vec::new(), self.rgb.len() / (3 * self.width).max(1));
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&self.rgb));
+        let how = (png::Compression::default(), png::Filter::default());
+        let written = super::encode(&mut bytes, [self.width as u32, height as u32], &self.rgb, how);
         debug_assert!(written.is_ok(), "memory takes every byte");
         bytes
     }

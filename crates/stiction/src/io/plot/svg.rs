@@ -6,6 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::color::Rgb;
 use super::drawing::{Align, Drawing, Shape, Stroke};
 use super::font::{EM, MIDDLE};
+use crate::io::text::escaped;
 
 /// The text of the file.
 pub(super) fn text(drawing: &Drawing) -> String {
@@ -70,42 +71,4 @@ fn stroked(stroke: Stroke) -> String {
 
 fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::raster::Raster;
-    use super::*;
-
-    #[test]
-    fn shapes_become_elements_and_texts_cannot_break_out() {
-        let mut drawing = Drawing::new(200, 100);
-        drawing.image(Raster::new(&drawing).image());
-        drawing.polygon(vec![[0.0, 0.0], [10.0, 0.0], [0.0, 10.5]], [255, 0, 16], None);
-        drawing.line(vec![[1.0, 2.0], [f64::NAN, 0.0], [3.0, 4.0]], 2.0, [0, 0, 0]);
-        drawing.arrow([0.0, 0.0], [50.0, 0.0], 1.0, 10.0, [0, 0, 0]);
-        drawing.arrow([5.0, 5.0], [5.0, 5.0], 1.0, 10.0, [0, 0, 0]);
-        drawing.disc([7.0, 8.5], 2.0, [0, 0, 255]);
-        drawing.text("a < b & \"c\"", [20.0, 50.0], 20.0, [0, 0, 0], Align::Center);
-        let svg = text(&drawing);
-        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-        assert!(svg.contains("<polygon points=\"0,0 10,0 0,10.5\" fill=\"#ff0010\""), "{svg}");
-        assert!(svg.contains("points=\"1,2 3,4\"") && svg.contains("a &lt; b &amp; \"c\"</text>"), "{svg}");
-        // The line ends where the head begins, whose corners are 0.42 of its length off the line.
-        assert!(svg.contains("points=\"0,0 40,0\"") && svg.contains("points=\"50,0 40,4.2 40,-4.2\""), "{svg}");
-        assert!(svg.contains("<circle cx=\"7\" cy=\"8.5\" r=\"2\" fill=\"#0000ff\"/>"), "{svg}");
-        // What a PNG file begins with.
-        assert!(svg.contains("base64,iVBORw0KGgo"), "{svg}");
-        assert_eq!(svg.matches("<polygon").count(), 2);
-        assert!(!svg.contains("NaN"));
-    }
-
-    #[test]
-    fn numbers_are_short() {
-        assert_eq!([number(3.0), number(0.126), number(-2.5), number(100.0)], ["3", "0.13", "-2.5", "100"]);
-    }
 }
