@@ -6,8 +6,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use stiction::SolveEvent;
-use stiction::friction::Phase;
-use stiction::run::Event;
+use stiction::run::{Event, phase_name};
 
 use crate::output;
 
@@ -90,17 +89,15 @@ fn words(event: &Event) -> String {
         }
         Event::Solver(SolveEvent::Solving) => "solving".into(),
         Event::Solver(SolveEvent::Iteration(p)) => {
-            let phase = match p.phase {
-                Phase::Newton => "newton",
-                Phase::Gradient => "gradient",
-                Phase::FixedPoint => "fixed point",
-                Phase::Proximal => "proximal",
-                Phase::Uzawa => "uzawa",
-                Phase::Multigrid => "multigrid",
-            };
             format!(
-                "{phase} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",
-                p.iteration, p.residual, p.products, p.open, p.stick, p.slip
+                "{} {:>3}  residual {:.2e}  products {:>5}  open {} stick {} slip {}",
+                phase_name(p.phase),
+                p.iteration,
+                p.residual,
+                p.products,
+                p.open,
+                p.stick,
+                p.slip
             )
         }
         Event::Step { number, t, .. } => format!("step {number} to t = {}", short(*t)),

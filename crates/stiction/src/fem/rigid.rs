@@ -3,7 +3,7 @@ use std::fmt;
 use super::DofMap;
 use super::field::{point, short};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, add, cross, dot, mean, norm, scale, sub};
 
 /// A rigid motion counts as free if the prescribed components see less than this part of it, with lengths measured
 /// in body sizes. It lies well above the rounding of coordinates in mesh files and below one element's width.
@@ -224,11 +224,6 @@ impl Subspace<6> {
         }
         pairs.iter().fold([0.0; 3], |t, (t_done, w_done)| add(t, scale(dot(omega, *w_done), *t_done)))
     }
-}
-
-fn mean(points: impl Iterator<Item = V3>) -> V3 {
-    let (sum, count) = points.fold(([0.0; 3], 0usize), |(sum, count), x| (add(sum, x), count + 1));
-    scale(1.0 / count.max(1) as f64, sum)
 }
 
 fn join(t: V3, omega: V3) -> [f64; 6] {

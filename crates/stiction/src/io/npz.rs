@@ -4,6 +4,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::ops::Range;
@@ -108,7 +109,7 @@ pub fn write(path: &Path, arrays: &[(&str, Array)]) -> Result<(), Error> {
 }
 
 /// The same up to giving the file its name.
-pub(crate) fn begin(path: &Path, arrays: &[(&str, Array)]) -> Result<Pending, Error> {
+pub(crate) fn begin<S: AsRef<str> + PartialEq + Display>(path: &Path, arrays: &[(S, Array)]) -> Result<Pending, Error> {
     for (i, (name, array)) in arrays.iter().enumerate() {
         let place = || path.display().to_string();
         if array.shape.iter().try_fold(1usize, |n, &k| n.checked_mul(k)) != Some(array.len()) {

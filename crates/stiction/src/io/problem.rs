@@ -20,9 +20,9 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
 
 /// The same up to giving the file its name.
 pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<Pending, Error> {
-    let laws: Vec<(usize, f64)> = problem.contact.friction.iter().map(|&law| code(law)).collect();
+    let laws: Vec<(usize, f64, f64)> = problem.contact.friction.iter().map(|&law| code(law)).collect();
     let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
-    let law_limits: Vec<f64> = problem.contact.friction.iter().map(limit).collect();
+    let law_limits: Vec<f64> = laws.iter().map(|law| law.2).collect();
     let names: Vec<&str> = problem.labels.pairs.iter().map(|pair| pair.name.as_str()).collect();
     let ends: Vec<usize> = problem.labels.pairs.iter().map(|pair| pair.points.end).collect();
     let mut arrays = vec![
@@ -77,8 +77,6 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
         arrays.push(("body_of_support".into(), Array::u32(&bodies.of_support)));
         arrays.push(("body_origin".into(), Array::f64(&bodies.origin)));
     }
-    let (names, arrays): (Vec<String>, Vec<Array>) = arrays.into_iter().unzip();
-    let arrays: Vec<(&str, Array)> = names.iter().map(String::as_str).zip(arrays).collect();
     npz::begin(path, &arrays)
 }
 
@@ -199,20 +197,14 @@ fn pairs(arrays: &Arrays, m: usize) -> Result<Vec<Pair>, Error> {
     Ok(names.into_iter().zip(starts).zip(&ends).map(pair).collect())
 }
 
-fn code(law: Friction) -> (usize, f64) {
+/// Number of a law, its value and its limit.
+fn code(law: Friction) -> (usize, f64, f64) {
     match law {
-        Friction::None => (0, 0.0),
-        Friction::Given { slip_bound } => (1, slip_bound),
-        Friction::Coulomb { coefficient } => (2, coefficient),
-        Friction::Bonded => (3, 0.0),
-        Friction::Limited { coefficient, .. } => (4, coefficient),
-    }
-}
-
-fn limit(law: &Friction) -> f64 {
-    match *law {
-        Friction::Limited { limit, .. } => limit,
-        _ => 0.0,
+        Friction::None => (0, 0.0, 0.0),
+        Friction::Given { slip_bound } => (1, slip_bound, 0.0),
+        Friction::Coulomb { coefficient } => (2, coefficient, 0.0),
+        Friction::Bonded => (3, 0.0, 0.0),
+        Friction::Limited { coefficient, limit } => (4, coefficient, limit),
     }
 }
 

@@ -8,9 +8,22 @@ pub fn number(x: f64) -> String {
     if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
-/// `text` with what means something in XML replaced.
+/// `text` with what means something in XML and HTML replaced.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&#39;",
+            // Control characters may not stand there at all.
+            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
 }
 
 /// Three numbers of five digits.
@@ -24,6 +37,11 @@ pub fn triple(x: [f64; 3]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_of_a_text_can_become_markup() {
+        assert_eq!(escaped("<a href='x'>&\"\u{1b}ü"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;\u{fffd}ü");
+    }
 
     #[test]
     fn numbers_are_short_and_keep_their_size() {

@@ -26,6 +26,12 @@ pub(crate) fn norm(a: V3) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// The mean of some points; zero of none.
+pub(crate) fn mean(points: impl Iterator<Item = V3>) -> V3 {
+    let (sum, count) = points.fold(([0.0; 3], 0usize), |(sum, count), x| (add(sum, x), count + 1));
+    scale(1.0 / count.max(1) as f64, sum)
+}
+
 /// `a . (b x c)`.
 pub(crate) fn det([a, b, c]: [V3; 3]) -> f64 {
     dot(a, cross(b, c))

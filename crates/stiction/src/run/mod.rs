@@ -14,7 +14,7 @@ pub use pose::{
 };
 pub use results::{
     Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, StepFiles, Summary, Versions, begin_steps, check,
-    keep_step, limit_load, report, solve_writing, summary, uniqueness, writable, write, write_with,
+    keep_step, limit_load, phase_name, report, solve_writing, summary, uniqueness, writable, write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};

@@ -21,21 +21,9 @@ const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
 
 /// Names of faces begin with one of these, and the number of nodes follows.
 const FACES: [&str; 11] = ["SFM3D", "STRI", "CPEG", "CPS", "CPE", "CAX", "M3D", "R3D", "DS", "MGAX", "S"];
-/// Beginnings of names of lines with two and with three nodes.
-const LINES: [(&str, usize); 12] = [
-    ("T3D2", 2),
-    ("T2D2", 2),
-    ("B31", 2),
-    ("B21", 2),
-    ("B33", 2),
-    ("R2D2", 2),
-    ("RB3D2", 2),
-    ("RB2D2", 2),
-    ("T3D3", 3),
-    ("T2D3", 3),
-    ("B32", 3),
-    ("B22", 3),
-];
+/// Beginnings of names of lines with two nodes, and with three.
+const LINES: [&[&str]; 2] =
+    [&["T3D2", "T2D2", "B31", "B21", "B33", "R2D2", "RB3D2", "RB2D2"], &["T3D3", "T2D3", "B32", "B22"]];
 
 impl Role {
     /// The role of the element type called `name`, in capitals. Letters behind the number of nodes tell how it is
@@ -55,8 +43,8 @@ impl Role {
                 _ => Role::Refused("an unknown solid", SHAPE),
             };
         }
-        if let Some((_, nodes)) = LINES.iter().find(|(begin, _)| name.starts_with(begin)) {
-            return Role::Nodes(*nodes);
+        if let Some(longer) = LINES.iter().position(|list| list.iter().any(|begin| name.starts_with(begin))) {
+            return Role::Nodes(2 + longer);
         }
         let face = FACES.iter().find_map(|family| name.strip_prefix(family));
         match face.map(leading_number) {

@@ -8,7 +8,7 @@ use super::{Prepared, place, regions};
 use crate::Error;
 use crate::fem::{Cut, DofMap, Field, Load, Solid, cut, initial_strain};
 use crate::io::case::{BoltSpec, Case, Region, Spot, Tightening};
-use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, add, cross, dot, mean, norm, scale, sub};
 use crate::mesh::{Mesh, ascending};
 
 /// A bolt on the mesh.
@@ -157,7 +157,7 @@ fn by_faces(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
         .collect();
     let corners = ascending(faces.concat());
     let x = |node: u32| mesh.nodes[node as usize];
-    let middle = scale(1.0 / corners.len() as f64, corners.iter().fold([0.0; 3], |sum, &node| add(sum, x(node))));
+    let middle = mean(corners.iter().map(|&node| x(node)));
     let mut normal = [0.0; 3];
     for face in &faces {
         let n = cross(sub(x(face[1]), x(face[0])), sub(x(face[face.len() - 1]), x(face[0])));
@@ -194,8 +194,7 @@ fn by_faces(mesh: &Mesh, spec: &BoltSpec) -> Result<(Vec<u32>, Vec<u32>, V3), Er
 }
 
 fn centre(mesh: &Mesh, cell: u32) -> V3 {
-    let nodes = mesh.cell(cell as usize).1;
-    scale(1.0 / nodes.len() as f64, nodes.iter().fold([0.0; 3], |sum, &node| add(sum, mesh.nodes[node as usize])))
+    mean(mesh.cell(cell as usize).1.iter().map(|&node| mesh.nodes[node as usize]))
 }
 
 /// `axis . ∫ Bᵀ C e0` over the cells beyond each cut and at its nodes, `e0` the thermal strain of `load` at time `t`.

@@ -13,7 +13,7 @@ use crate::fem::{
 use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
-use crate::mesh::{Bounds, Mesh};
+use crate::mesh::{Bounds, Mesh, v3};
 
 /// The time at which expressions are read without load steps: everything acts in full.
 const TIME: f64 = 1.0;
@@ -68,10 +68,7 @@ fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> 
     if let Some((angle, face, n)) = angles.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|worst| worst.0 > FLAT) {
         let name = regions::name(&spec.on);
         let corners = mesh.faces[face as usize].corners();
-        let place = scale(
-            1.0 / corners.len() as f64,
-            corners.iter().fold([0.0; 3], |sum, &c| add(sum, mesh.nodes[c as usize])),
-        );
+        let place = v3::mean(corners.iter().map(|&c| mesh.nodes[c as usize]));
         let what = format!(
             "{name} is not flat: its face at {} with the normal {} leans by {angle:.1} degrees from the mean normal {}",
             triple(place),

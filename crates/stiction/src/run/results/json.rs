@@ -14,11 +14,6 @@ pub(crate) fn text(record: &impl Serialize) -> String {
     format!("{:#}\n", json!(record))
 }
 
-/// A line of a file of JSON lines.
-pub(crate) fn line(record: &impl Serialize) -> String {
-    format!("{}\n", json!(record))
-}
-
 /// Reads what [`text`] has written; `thing` is what the file should hold.
 ///
 /// # Errors

@@ -33,7 +33,7 @@ pub use report::{Report, limit_load, report, uniqueness};
 pub use rows::Row;
 pub use step_file::{StepFiles, begin_steps, keep_step};
 pub use summary::{FORMAT, Summary, Versions, summary};
-pub use write::{Origin, writable, write, write_with};
+pub use write::{Origin, phase_name, writable, write, write_with};
 
 /// The name of the report in a result folder.
 pub const REPORT: &str = "report.html";

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::REPORT;
-use super::html::{Page, Picture, html};
+use super::html::{Picture, html};
 use super::summary;
 use super::view::view;
 use crate::Error;
@@ -42,7 +42,7 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let units = Units::of(summary.units.as_deref());
     let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || smaller(&mut pictures));
     let view = view?;
-    let text = html(&Page { summary: &summary, case_text: &case_text, pictures: &pictures, view: &view });
+    let text = html(&summary, &case_text, &pictures, &view);
     folder::write_text(&folder.join(REPORT), &text)?;
     Ok(text.len())
 }

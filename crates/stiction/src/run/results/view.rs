@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use super::html::{Field, FieldKind, Frame, View, thin};
+use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
 use crate::io::look::Units;
@@ -110,7 +110,7 @@ fn frames_shown(steps: usize, bytes: usize) -> Vec<usize> {
 }
 
 fn fields(Units { length, stress, .. }: Units, has_contact: bool, stepped: bool) -> Vec<Field> {
-    let scalar = |label, unit: &str| Field { label, unit: unit.to_string(), kind: FieldKind::Scalar };
+    let scalar = |label, unit: &str| Field { label, unit: unit.to_string(), status: false };
     let mut fields = vec![scalar("Von Mises stress", stress)];
     if has_contact {
         fields.extend([
@@ -118,7 +118,7 @@ fn fields(Units { length, stress, .. }: Units, has_contact: bool, stepped: bool)
             scalar("Shear traction", stress),
             scalar("Slip", length),
             scalar("Gap", length),
-            Field { label: "State of contact", unit: String::new(), kind: FieldKind::Status },
+            Field { label: "State of contact", unit: String::new(), status: true },
         ]);
         if stepped {
             fields.push(scalar("Slid since the start", length));
@@ -254,14 +254,10 @@ fn frame(mesh: &Mesh, vertices: &Vertices, body: &Fields, contact: &Fields, step
 /// The mean over the cells at each node.
 fn at_nodes(mesh: &Mesh, of_cells: &[f64]) -> Vec<f64> {
     let (mut sum, mut count) = (vec![0.0; mesh.nodes.len()], vec![0.0; mesh.nodes.len()]);
-    let mut number = 0;
-    for cells in &mesh.cells {
-        for i in 0..cells.len() {
-            for &node in cells.cell(i) {
-                sum[node as usize] += of_cells[number];
-                count[node as usize] += 1.0;
-            }
-            number += 1;
+    for ((_, nodes), value) in mesh.cell_iter().zip(of_cells) {
+        for &node in nodes {
+            sum[node as usize] += value;
+            count[node as usize] += 1.0;
         }
     }
     sum.iter().zip(&count).map(|(sum, count)| sum / count).collect()

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::thread;
 
-use serde::Serialize;
+use serde_json::json;
 
 use super::fields::{BodyFields, Side, SurfaceFields, body};
 use super::masters::pair_fields;
@@ -211,39 +211,33 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
     vtu::write(path, &grid, &arrays, &[], &[])
 }
 
-/// A line of `log.jsonl`.
-#[derive(Serialize)]
-struct LogLine {
-    iteration: usize,
-    phase: &'static str,
-    residual: f64,
-    products: usize,
-    open: usize,
-    stick: usize,
-    slip: usize,
-    /// Since the start of the iteration.
-    seconds: f64,
-    /// Number of the load step, if there are any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    step: Option<usize>,
-}
-
-/// One line an iteration, with the number of its load step if there are any.
+/// One line an iteration, with the number of its load step if there are any; `seconds` run since its start.
 pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
     let line = |(progress, &seconds): (&Progress, &f64)| {
         let Progress { iteration, residual, products, open, stick, slip, .. } = *progress;
-        let phase = match progress.phase {
-            Phase::Newton => "newton",
-            Phase::Gradient => "gradient",
-            Phase::FixedPoint => "fixed_point",
-            Phase::Proximal => "proximal",
-            Phase::Uzawa => "uzawa",
-            Phase::Multigrid => "multigrid",
-        };
-        let line = LogLine { iteration, phase, residual, products, open, stick, slip, seconds, step: number };
-        json::line(&line)
+        let phase = phase_name(progress.phase).replace(' ', "_");
+        let mut line = json!({
+            "iteration": iteration, "phase": phase, "residual": residual, "products": products,
+            "open": open, "stick": stick, "slip": slip, "seconds": seconds,
+        });
+        if let Some(number) = number {
+            line["step"] = number.into();
+        }
+        format!("{line}\n")
     };
     outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
+}
+
+/// What logs call a kind of iteration.
+pub fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Newton => "newton",
+        Phase::Gradient => "gradient",
+        Phase::FixedPoint => "fixed point",
+        Phase::Proximal => "proximal",
+        Phase::Uzawa => "uzawa",
+        Phase::Multigrid => "multigrid",
+    }
 }
 
 /// The case file, with the options that changed it as comments.

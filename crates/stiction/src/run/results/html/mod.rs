@@ -9,6 +9,6 @@ mod view;
 
 #[cfg(feature = "plots")]
 pub(super) use page::pictures_smaller;
-pub(super) use page::{Page, Picture, html};
+pub(super) use page::{Picture, html};
 pub(super) use thin::thin;
-pub(super) use view::{Field, FieldKind, Frame, View};
+pub(super) use view::{Field, Frame, View};

@@ -3,24 +3,14 @@
 use serde_json::{Value, json};
 
 use super::tables;
-use super::text::{base64, escaped, script_json};
+use super::text::{base64, script_json};
 use super::view::{View, encoded};
 use crate::friction::Status;
 use crate::io::look::{self, Units};
-use crate::io::text::{number, triple};
+use crate::io::text::{escaped, number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::Summary;
 use crate::run::solve::CertificateRecord;
-
-/// What goes into a report.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Page<'a> {
-    pub summary: &'a Summary,
-    /// The case file as it was.
-    pub case_text: &'a str,
-    pub pictures: &'a [Picture],
-    pub view: &'a View,
-}
 
 /// A picture of the result folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,9 +24,8 @@ const STYLE: &str = include_str!("style.css");
 const VIEWER: &str = include_str!("viewer.js");
 const NO_VIEW: &str = "The interactive view needs JavaScript; the pictures below show the result.";
 
-/// The text of `report.html`.
-pub(crate) fn html(page: &Page) -> String {
-    let s = page.summary;
+/// The text of `report.html`; `case_text` is the case file as it was.
+pub(crate) fn html(s: &Summary, case_text: &str, pictures: &[Picture], view: &View) -> String {
     let units = Units::of(s.units.as_deref());
     let title = escaped(&s.title);
     let mut out = format!(
@@ -46,11 +35,11 @@ pub(crate) fn html(page: &Page) -> String {
     );
     out += &format!("<p class=\"soft\">{}</p>\n</header>\n", escaped(&subtitle(s)));
     out += &verdict(s);
-    out += &warnings(s, page.view);
+    out += &warnings(s, view);
     out += &cards(s, &units);
-    out += &viewer(page.view, &units);
+    out += &viewer(view, &units);
     out += "<h2 id=\"pictures\">Pictures</h2>\n<div class=\"pictures\">\n";
-    for picture in page.pictures {
+    for picture in pictures {
         let name = escaped(&picture.name);
         out += &format!(
             "<figure><img alt=\"{name}\" src=\"data:image/png;base64,{}\"><figcaption>{name}</figcaption></figure>\n",
@@ -60,11 +49,11 @@ pub(crate) fn html(page: &Page) -> String {
     out += "</div>\n";
     out += &tables::all(s, &units);
     out += "<h2 id=\"case\">Case file</h2>\n";
-    out += &format!("<pre>{}</pre>\n", escaped(page.case_text));
+    out += &format!("<pre>{}</pre>\n", escaped(case_text));
     let version = escaped(&s.versions.stiction);
     out += &format!("<footer class=\"soft\">Written by stiction {version} from the files beside it.</footer>\n");
     out += "<script type=\"application/json\" id=\"view-data\">";
-    out += &script_json(&view_data(page.view, &units));
+    out += &script_json(&view_data(view, &units));
     out += &format!("</script>\n<script>\n{VIEWER}</script>\n</body>\n</html>\n");
     out
 }

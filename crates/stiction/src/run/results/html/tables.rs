@@ -2,9 +2,8 @@
 
 use serde_json::json;
 
-use super::text::escaped;
 use crate::io::look::Units;
-use crate::io::text::{number, triple};
+use crate::io::text::{escaped, number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
 use crate::run::solve::{CertificateRecord, StepRecord, Totals, path_name, status_name};

@@ -26,14 +26,8 @@ pub(crate) struct View {
 pub(crate) struct Field {
     pub label: &'static str,
     pub unit: String,
-    pub kind: FieldKind,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum FieldKind {
-    Scalar,
-    /// 0 open, 1 stick, 2 slip, -1 held.
-    Status,
+    /// Whether it is the state of contact: 0 open, 1 stick, 2 slip, -1 held.
+    pub status: bool,
 }
 
 /// One moment: a load step, or the only one.
@@ -80,7 +74,7 @@ pub(super) fn encoded(view: &View) -> Value {
         "fields": view.fields.iter().map(|f| json!({
             "label": f.label,
             "unit": f.unit,
-            "status": f.kind == FieldKind::Status,
+            "status": f.status,
         })).collect::<Vec<_>>(),
         "frames": view.frames.iter().map(frame).collect::<Vec<_>>(),
     })
