@@ -96,14 +96,14 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, Error> {
                     if points > 0 || cells > 0 {
                         (document.points, document.cells) = (points, cells);
                     } else {
-                        skip(&mut xml, &tag)?;
+                        passed(&mut xml, &tag, "an element")?;
                     }
                 }
                 b"Points" => section = Some(Section::Points),
                 b"Cells" => section = Some(Section::Cells),
                 b"PointData" => section = Some(Section::PointData),
                 b"CellData" => section = Some(Section::CellData),
-                b"FieldData" => skip(&mut xml, &tag)?,
+                b"FieldData" => drop(passed(&mut xml, &tag, "an element")?),
                 b"DataArray" if section.is_some() => {
                     if let Some(section) = section {
                         let array = array(&mut xml, &tag, section)?;
@@ -161,34 +161,25 @@ fn count(xml: &Xml, tag: &Tag, key: &str) -> Result<usize, Error> {
     count.ok_or_else(|| xml.fail_at(tag.pos, format!("{key} is \"{value}\", which is no number of them"), DAMAGED))
 }
 
-/// Moves behind the end of an element.
-fn skip(xml: &mut Xml, tag: &Tag) -> Result<(), Error> {
-    let mut depth = usize::from(!tag.closed);
-    while depth > 0 {
-        match xml.next()? {
-            Some(Event::Start(inner)) => depth += usize::from(!inner.closed),
-            Some(Event::End(_)) => depth -= 1,
-            Some(Event::Text(_)) => {}
-            None => return Err(xml.fail_at(tag.pos, "an element does not end", DAMAGED)),
-        }
-    }
-    Ok(())
-}
-
-/// An array; `None` if it holds words.
-fn array<'a>(xml: &mut Xml<'a>, tag: &Tag<'a>, section: Section) -> Result<Option<Array<'a>>, Error> {
+/// Moves behind the end of an element and returns its text, not that of elements within it; `thing` names it.
+fn passed<'a>(xml: &mut Xml<'a>, tag: &Tag, thing: &str) -> Result<&'a [u8], Error> {
     let mut text: &[u8] = b"";
     let mut depth = usize::from(!tag.closed);
     while depth > 0 {
         match xml.next()? {
             Some(Event::Start(inner)) => depth += usize::from(!inner.closed),
             Some(Event::End(_)) => depth -= 1,
-            // the text of the array itself, not of keys within it
             Some(Event::Text(piece)) if depth == 1 && text.trim_ascii().is_empty() => text = piece,
             Some(Event::Text(_)) => {}
-            None => return Err(xml.fail_at(tag.pos, "the array does not end", DAMAGED)),
+            None => return Err(xml.fail_at(tag.pos, format!("{thing} does not end"), DAMAGED)),
         }
     }
+    Ok(text)
+}
+
+/// An array; `None` if it holds words.
+fn array<'a>(xml: &mut Xml<'a>, tag: &Tag<'a>, section: Section) -> Result<Option<Array<'a>>, Error> {
+    let text = passed(xml, tag, "the array")?;
     let name = tag.get("Name").unwrap_or_default();
     let fail = |what: String| Err(xml.fail_at(tag.pos, format!("array \"{name}\": {what}"), DAMAGED));
     let kind = tag.get("type").unwrap_or_default();

@@ -47,8 +47,8 @@ impl Settings {
     }
 }
 
-/// What a run is about to do; given to the observer, whose `Break` ends the run as that of [`SolveEvent`] ends a solve, and load
-/// steps with the last finished one.
+/// What a run is about to do; given to the observer, whose `Break` ends the run as that of [`SolveEvent`] ends a solve,
+/// and load steps with the last finished one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// What the solver does.
@@ -109,8 +109,9 @@ pub struct Outcome {
     pub settings: MethodSettings,
     /// The method's own report; `None` for Newton's method.
     pub method: Option<MethodReport>,
-    /// Where nothing was found and friction, at the normal forces of the last step that was solved (without one, at those
-    /// the iteration came to), takes up no more than nearly all of the loads: along which motion of floating bodies.
+    /// Where nothing was found and friction, at the normal forces of the last step that was solved (without one, at
+    /// those the iteration came to), takes up no more than nearly all of the loads: along which motion of floating
+    /// bodies.
     pub sliding: Option<Sliding>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
@@ -141,8 +142,8 @@ impl Outcome {
 ///
 /// # Errors
 /// If the matrices do not fit the memory, the stiffness matrix is not positive definite, or the method or the path is
-/// not for the case. An iteration that ends short of its tolerance is no error but a status of the solution; what is stopped
-/// before its first iteration ends with [`Error::interrupted`].
+/// not for the case. An iteration that ends short of its tolerance is no error but a status of the solution; what is
+/// stopped before its first iteration ends with [`Error::interrupted`].
 pub fn solve(
     prepared: &Prepared,
     settings: &Settings,
@@ -224,8 +225,8 @@ fn placed(prepared: &Prepared, error: Error) -> Error {
 }
 
 /// Seconds by phase, distinguished by what the solver says it begins, and the times of its iterations.
-struct Clock<L> {
-    lap: L,
+struct Clock {
+    lap: Box<dyn FnMut() -> Span>,
     phase: fn(&mut Seconds) -> &mut Span,
     seconds: Seconds,
     /// Seconds from the start of the iteration.
@@ -233,19 +234,17 @@ struct Clock<L> {
     begin: Instant,
 }
 
-impl Clock<()> {
-    fn new() -> Clock<impl FnMut() -> Span> {
+impl Clock {
+    fn new() -> Self {
         Clock {
-            lap: stopwatch(),
+            lap: Box::new(stopwatch()),
             phase: |seconds| &mut seconds.setup,
             seconds: Seconds::default(),
             times: Vec::new(),
             begin: Instant::now(),
         }
     }
-}
 
-impl<L: FnMut() -> Span> Clock<L> {
     fn event(&mut self, event: &SolveEvent) {
         let next: fn(&mut Seconds) -> &mut Span = match event {
             SolveEvent::Iteration(_) => {

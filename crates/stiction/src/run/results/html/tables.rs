@@ -165,7 +165,7 @@ fn contact(s: &Summary, units: &Units) -> String {
 fn bodies(s: &Summary, units: &Units) -> String {
     let [load, support, contact] =
         ["Load (x, y, z)", "Supports (x, y, z)", "Contact (x, y, z)"].map(|name| unit(name, units.force));
-    let mut table = Table::new(&["Body", &load, &support, &contact, "Force balance", "LoadState balance"]);
+    let mut table = Table::new(&["Body", &load, &support, &contact, "Force balance", "Moment balance"]);
     for body in &s.answer.bodies {
         let mut row = vec![body.name.clone()];
         row.extend([body.load, body.support, body.contact].map(triple));
