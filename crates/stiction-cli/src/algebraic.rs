@@ -21,7 +21,7 @@ pub struct Arguments {
     /// Folder for the solutions, NAME.solution.hdf5 and NAME.summary.json; without it nothing is written
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// What each of the three residuals is to be at most
+    /// What each measure of the answer is to be at most
     #[arg(long, default_value = "1e-8", value_parser = tolerance)]
     tolerance: f64,
     /// How: auto (Newton's method, the others choose its starts), newton, gauss-seidel, gradient or admm

@@ -1,5 +1,6 @@
 use super::balance::{Balance, BodyBalance, balances, worst};
 use super::duality::duality_gap;
+use super::parts::{NodalForces, PartMeasure, bodies, pairs};
 use super::point::Point;
 use super::scales::{ROUNDING, Scales, measure, norm};
 use super::stiffness::LocalStiffness;
@@ -37,16 +38,26 @@ pub struct Certificate {
     /// a row. Where friction differs by direction both are taken in coordinates in which the cone is round: forces
     /// across over `a`, slips times `a`. The multiplier of an empty row of `B` counts as a whole.
     pub natural_residual: f64,
+    /// What the rounding of the data leaves open in gaps and slips over `L`: no answer is known better; `None` where the
+    /// problem holds no such rounding.
+    pub data_rounding: Option<f64>,
     /// For given friction (no Coulomb point): primal energy of a displacement near `u` that does not penetrate less
     /// the dual energy of `lambda`, a bound of `1/2 |u - u*|²_K` for admissible `lambda` in equilibrium; energy.
     pub duality_gap: Option<f64>,
-    /// The largest of the measures.
+    /// Equilibrium of each body and the natural residual of each pair, over their own forces.
+    pub parts: Vec<PartMeasure>,
+    /// The largest of the measures of the whole.
     pub worst: f64,
-    /// What every measure is held against.
+    /// What every measure of the whole is held against.
     pub tolerance: f64,
-    /// Whether `worst <= tolerance`.
+    /// Whether `worst <= tolerance`, and no body and no pair is farther off by its own forces than [`PART_TOLERANCE`]
+    /// or `tolerance`, whichever is larger.
     pub passed: bool,
 }
+
+/// What each body and each pair is held against by its own forces, unless the tolerance of the whole is larger. Looser
+/// than that of the whole: a part that carries a thousandth has a thousandth of its digits.
+pub const PART_TOLERANCE: f64 = 1e-6;
 
 /// Judges `u` (length `n`) and `lambda` (length `3m`) against `tolerance`. Finite data and answers have finite measures,
 /// a zero load and its zero answer have none but zeros.
@@ -60,17 +71,19 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
     let scales = Scales::new(problem, &stiffness, &points, u, lambda, &contact_force);
     // The sizes of the terms that `elastic` adds up.
     let internal = problem.elastic.K.magnitude_times(u);
-    let imbalance = (0..u.len()).map(|i| problem.elastic.f[i] - elastic[i] - contact_force[i]);
+    let imbalance: Vec<f64> = (0..u.len()).map(|i| problem.elastic.f[i] - elastic[i] - contact_force[i]).collect();
+    let forces =
+        NodalForces { imbalance: &imbalance, contact: &contact_force, internal: &internal, whole: scales.load };
     let over_points = |error: &dyn Fn(&Point) -> f64, rounding: &dyn Fn(&Point) -> f64, scale: f64| {
         points.iter().fold(0.0, |worst: f64, p| worst.max(measure(error(p), rounding(p), scale)))
     };
     let (gap, gap_rounding) = points.iter().map(Point::bipotential).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     let residual = points.iter().map(Point::residual_squared).sum::<f64>().sqrt();
-    let bodies = balances(problem, u, lambda, &internal).unwrap_or_default();
+    let balances = balances(problem, u, lambda, &internal).unwrap_or_default();
     let mut certificate = Certificate {
-        equilibrium: measure(norm(imbalance), ROUNDING * norm(internal.iter().copied()), scales.load),
-        balance: worst(&bodies),
-        bodies,
+        equilibrium: measure(norm(imbalance.iter().copied()), ROUNDING * norm(internal.iter().copied()), scales.load),
+        balance: worst(&balances),
+        bodies: balances,
         penetration: over_points(&Point::violation, &|_| 0.0, scales.length),
         tension: over_points(&Point::tension, &|p| p.rounding, scales.force),
         cone: over_points(&Point::excess, &|p| p.rounding, scales.friction),
@@ -81,17 +94,36 @@ pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f
         ),
         bipotential_gap: measure(gap.abs(), gap_rounding, scales.work),
         natural_residual: measure(residual, norm(points.iter().map(|p| p.rounding)), scales.contact),
+        data_rounding: (problem.contact.rounding > 0.0).then(|| measure(problem.contact.rounding, 0.0, scales.length)),
         duality_gap: duality_gap(problem, u, lambda, scales.length),
+        parts: [bodies(problem, &forces), pairs(problem, &stiffness.body, &points, lambda, &forces)].concat(),
         worst: 0.0,
         tolerance,
         passed: false,
     };
     certificate.worst = certificate.measures().iter().fold(0.0, |a: f64, (_, v)| a.max(*v));
-    certificate.passed = certificate.worst <= tolerance && u.iter().chain(lambda).all(|x| x.is_finite());
+    certificate.passed = certificate.missed() <= 1.0 && u.iter().chain(lambda).all(|x| x.is_finite());
     certificate
 }
 
 impl Certificate {
+    /// What each body and each pair is held against.
+    pub fn part_tolerance(&self) -> f64 {
+        PART_TOLERANCE.max(self.tolerance)
+    }
+
+    /// The body or the pair that is farthest off by its own forces.
+    pub fn worst_part(&self) -> Option<&PartMeasure> {
+        self.parts.iter().max_by(|a, b| a.residual.total_cmp(&b.residual))
+    }
+
+    /// How many times too large the worst of all measures is, those of bodies and pairs included; at most 1 if the
+    /// certificate passes.
+    pub fn missed(&self) -> f64 {
+        let part = self.worst_part().map_or(0.0, |part| part.residual / self.part_tolerance());
+        part.max(self.worst / self.tolerance)
+    }
+
     /// The measures by name, in the order of reports.
     pub fn measures(&self) -> Vec<(&'static str, f64)> {
         let mut list = vec![
@@ -107,6 +139,7 @@ impl Certificate {
             list.insert(1, ("force_balance", balance.force));
             list.insert(2, ("moment_balance", balance.moment));
         }
+        list.extend(self.data_rounding.map(|rounding| ("data_rounding", rounding)));
         list
     }
 }

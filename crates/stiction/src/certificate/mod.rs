@@ -6,9 +6,11 @@
 mod balance;
 mod duality;
 mod measures;
+mod parts;
 mod point;
 mod scales;
 mod stiffness;
 
 pub use balance::{Balance, BodyBalance};
-pub use measures::{Certificate, certify};
+pub use measures::{Certificate, PART_TOLERANCE, certify};
+pub use parts::{Part, PartMeasure};

@@ -9,6 +9,8 @@ pub(super) struct LocalStiffness {
     pub of_row: Vec<Option<f64>>,
     /// The mean over the rows of the point's pair, `m`: turns a displacement into a force. Not a number for a point of no pair.
     pub of_point: Vec<f64>,
+    /// The body of each unknown, `n`.
+    pub body: Vec<u32>,
 }
 
 impl LocalStiffness {
@@ -32,7 +34,7 @@ impl LocalStiffness {
             let mean = if forces.is_empty() { 0.0 } else { forces.iter().sum::<f64>() / forces.len() as f64 };
             of_point[pair.points.clone()].fill(mean);
         }
-        LocalStiffness { of_row, of_point }
+        LocalStiffness { of_row, of_point, body }
     }
 }
 

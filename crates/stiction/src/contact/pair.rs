@@ -3,7 +3,7 @@
 //! Rows of `B` are an orthonormal frame at the slave node and minus `M_jk / D_jj` times the same frame at the master
 //! nodes, so that forces are self-equilibrated to rounding and moments up to force times gap. A node that cannot carry a
 //! multiplier (prescribed, used by another contact, a node of both surfaces, hardly covered) leaves its function to its
-//! neighbours, in whose rows it then appears; their unity_sum says how much more than their own force they stand for.
+//! neighbours, in whose rows it then appears; their partition-of-unity sum says how much more than their own force they stand for.
 
 use std::collections::{HashMap, HashSet};
 

@@ -71,6 +71,7 @@ pub fn pose(
         slip_reference,
         friction: points.iter().map(|p| p.friction).collect(),
         orthotropy: (points.iter().any(|p| p.orthotropy != 1.0)).then(|| points.iter().map(|p| p.orthotropy).collect()),
+        rounding: 0.0,
     };
     let labels = Labels {
         area: points.iter().map(|p| p.area).collect(),
@@ -94,8 +95,8 @@ pub fn pose(
 /// The points of all surfaces, in their order.
 ///
 /// A node carries the points of one surface only where pairs are concerned: bonded surfaces come first, then those that
-/// may touch an obstacle, then pairs, each in the order given; a pair drops nodes that are used before. What obstacles
-/// unity_sum among themselves stays with both.
+/// may touch an obstacle, then pairs, each in the order given; a pair drops nodes that are used before. Nodes that
+/// several obstacles have in common stay with each.
 fn all_points(
     mesh: &Mesh,
     model: &FeModel,

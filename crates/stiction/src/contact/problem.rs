@@ -100,7 +100,7 @@ pub struct Supports {
     pub free_load: Vec<f64>,
     /// Prescribed displacements, length `p`.
     pub displacement: Vec<f64>,
-    /// The jump's unity_sum of the prescribed degrees of freedom, `3m x p`.
+    /// The part of the jump operator at the prescribed degrees of freedom, `3m x p`.
     pub B: Csr,
     /// The six rigid motions at the prescribed degrees of freedom.
     pub rigid: Vec<[f64; 6]>,
@@ -140,7 +140,7 @@ pub struct ContactProblem {
     pub elastic: Elastic,
     /// Where and how they touch.
     pub contact: Contact,
-    /// What reports and the balance of forces need; no solver reads it.
+    /// What reports and the certificate need; solvers read the ranges of the pairs alone.
     pub labels: Labels,
 }
 
@@ -174,6 +174,9 @@ pub struct Contact {
     /// The orthotropy ratio: friction along the second tangent over that along the first, `m`, in [0, 1], whatever the
     /// law; `None` is one everywhere. Along the first tangent friction is the larger.
     pub orthotropy: Option<Vec<f64>>,
+    /// What the rounding of the data leaves open in gaps and slips, length: larger than the rounding of the numbers here
+    /// where they are differences of far larger ones.
+    pub rounding: f64,
 }
 
 /// Names, areas and supports, for reports, moving obstacles and the balance of forces.
@@ -200,7 +203,7 @@ impl ContactProblem {
         let m = gap.len();
         ContactProblem {
             elastic: Elastic { K, f, node_of: None, near_kernel: None },
-            contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None },
+            contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None, rounding: 0.0 },
             labels: Labels {
                 area: vec![1.0; m],
                 unity_sum: vec![1.0; m],
@@ -349,6 +352,9 @@ impl Contact {
         self.B.validate("contact.B")?;
         finite("contact.gap", &self.gap)?;
         finite("contact.slip_reference", &self.slip_reference)?;
+        if !(self.rounding >= 0.0 && self.rounding.is_finite()) {
+            return Err(wrong(format!("contact.rounding is {}", self.rounding), "give a length, zero if unsure"));
+        }
         for (j, law) in self.friction.iter().enumerate() {
             let values = match *law {
                 Friction::Given { slip_bound } => vec![("slip bound", slip_bound)],

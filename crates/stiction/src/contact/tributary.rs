@@ -33,7 +33,7 @@ pub struct TributaryArea {
 }
 
 impl TributaryArea {
-    /// Its jump under a unit translation. `unity_sum area` of all nodes add up to the area of the faces.
+    /// Its jump under a unit translation. `unity_sum * area` of all nodes adds up to the area of the faces.
     pub fn unity_sum(&self) -> f64 {
         unity_sum(&self.others)
     }

@@ -12,11 +12,11 @@ pub struct Measures {
     pub by_largest: f64,
     /// `|F(rho)| / max(|r|, |(rho_a q_a)_a|)` with `rho_a = 3 / trace(W_aa)`: does not change with the units.
     pub invariant: f64,
-    /// `max(-u_n)+ / max |u|`.
+    /// `max(-u_n)+` over the largest of all `|u_a|` and `|q_a|`.
     pub penetration: f64,
-    /// `max(-r_n)+ / max |r|`.
+    /// `max(-r_n)+` over the largest of all `|r_a|` and `rho_a |q_a|`.
     pub tension: f64,
-    /// `max(|r_t| - mu r_n)+ / max |r|`.
+    /// `max(|r_t| - mu r_n)+` over the same.
     pub cone: f64,
     /// Sum of `r_n u_n + mu r_n |u_t| + r_t . u_t` over `|r| max(|q|, |u|)`: complementarity and the direction
     /// of slip in one number (De Saxcé & Feng 1998). Not over its own terms, which are rounding where all points stick.
@@ -24,18 +24,18 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// The largest of the three residuals, which decide.
+    /// The largest of all.
     pub fn worst(&self) -> f64 {
         let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
-        larger(larger(self.by_velocity, self.by_largest), self.invariant)
+        self.all().into_iter().fold(0.0, |worst, (_, value)| larger(worst, value))
     }
 
-    /// Whether the three residuals are at most `tolerance`.
+    /// Whether all are at most `tolerance`.
     pub fn passed(&self, tolerance: f64) -> bool {
         self.worst() <= tolerance
     }
 
-    /// Names and values, the three that decide first.
+    /// Names and values.
     pub fn all(&self) -> [(&'static str, f64); 7] {
         [
             ("by_velocity", self.by_velocity),
@@ -67,14 +67,16 @@ pub fn measure(dimension: usize, mu: &[f64], trace: &[f64], q: &[f64], r: &[f64]
         let (ra, ua, rho) = (&r[d * j..d * (j + 1)], &u[d * j..d * (j + 1)], parameter(j));
         plain += residual(mu, ra, ua, 1.0);
         scaled += residual(mu, ra, ua, rho);
-        offset += (rho * norm(&q[d * j..d * (j + 1)])).powi(2);
+        let at_rest = norm(&q[d * j..d * (j + 1)]);
+        offset += (rho * at_rest).powi(2);
         let (friction, slip) = (norm(&ra[1..]), norm(&ua[1..]));
         penetration = penetration.max(-ua[0]);
         tension = tension.max(-ra[0]);
         outside = outside.max(friction - mu * ra[0]);
         gap += ra[0] * ua[0] + mu * ra[0] * slip + ra[1..].iter().zip(&ua[1..]).map(|(r, u)| r * u).sum::<f64>();
-        size_u = size_u.max(norm(ua));
-        size_r = size_r.max(norm(ra));
+        // Where all points stick velocities are rounding, and where none touches impulses are.
+        size_u = size_u.max(norm(ua)).max(at_rest);
+        size_r = size_r.max(norm(ra)).max(rho * at_rest);
     }
     let (plain, scaled) = (plain.sqrt(), scaled.sqrt());
     Measures {
@@ -107,7 +109,8 @@ fn residual(mu: f64, r: &[f64], u: &[f64], rho: f64) -> f64 {
 
 /// What the projection on the cone `|t| <= mu n` takes from `(n, t)`: of its normal component, and as a factor of `t`.
 fn excess(mu: f64, n: f64, t: f64) -> (f64, f64) {
-    if t <= mu * n {
+    // For tension `mu * n` is -0 where there is no friction, and 0 is not above it.
+    if n >= 0.0 && t <= mu * n {
         (0.0, 0.0)
     } else if mu * t <= -n {
         (n, 1.0)
@@ -135,6 +138,25 @@ mod tests {
         }
         assert!(judge([2.0, 1.0, 0.0], [0.0, 4.0, 0.0]).bipotential_gap > 0.1);
         assert!(judge([2.0, -3.0, 0.0], [0.0, 0.0, 0.0]).cone > 0.1);
+    }
+
+    #[test]
+    fn a_pull_is_refused_however_small_friction_is() {
+        for mu in [0.0, 1e-300, 1e-12] {
+            for d in [2, 3] {
+                let mut q = vec![0.0; d];
+                q[0] = 1.0;
+                let judge = |pull: f64| {
+                    let r: Vec<f64> = q.iter().map(|q| -pull * q).collect();
+                    let u: Vec<f64> = q.iter().zip(&r).map(|(q, r)| q + r).collect();
+                    measure(d, &[mu], &[d as f64], &q, &r, &u)
+                };
+                assert_eq!(judge(0.0).worst(), 0.0);
+                // The whole pull, at which nothing moves, and a small one.
+                assert!(judge(1.0).by_velocity > 0.5 && judge(1.0).invariant > 0.5 && judge(1.0).tension > 0.3);
+                assert!(judge(1e-6).worst() > 1e-7, "{:?}", judge(1e-6));
+            }
+        }
     }
 
     #[test]

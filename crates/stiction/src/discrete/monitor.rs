@@ -69,7 +69,7 @@ impl Monitor<'_> {
         (self.observer)(&progress).is_break().then_some(Status::Interrupted)
     }
 
-    /// The largest of the three residuals where the iteration is.
+    /// The largest of the measures where the iteration is.
     pub(super) fn residual(&self) -> f64 {
         self.history.last().map_or(f64::INFINITY, |p| p.residual)
     }

@@ -61,8 +61,16 @@ impl Threshold {
 pub(super) fn proximal(system: &Discrete<'_>, mut r: Vec<V3>, fallbacks: bool, monitor: &mut Monitor) -> Status {
     let laws: Vec<Friction> = system.mu.iter().map(|&coefficient| Friction::Coulomb { coefficient }).collect();
     let ones = vec![1.0; laws.len()];
-    let plain =
-        Newton { system, friction: &laws, r: &ones, proximal: None, tolerance: 0.0, absolute: 0.0, rules: RULES };
+    let plain = Newton {
+        system,
+        friction: &laws,
+        r: &ones,
+        weight: &ones,
+        proximal: None,
+        tolerance: 0.0,
+        absolute: 0.0,
+        rules: RULES,
+    };
     if fallbacks && monitor.settings.start.is_none() {
         monitor.counts.gradients += gradients(system, &mut r, &mut 1.0, Threshold::FIRST_STEPS);
     }

@@ -45,7 +45,7 @@ impl Method {
 /// Settings of a solve; the defaults need no tuning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Each of the three residuals of [`Measures`] is to be at most this; useful from 1e-3 to about 1e-12.
+    /// Each of the [`Measures`] is to be at most this; useful from 1e-3 to about 1e-12.
     pub tolerance: f64,
     /// Proximal steps; the methods without them take up to ten rounds of ten steps for each.
     pub max_iterations: usize,
@@ -64,7 +64,7 @@ impl Default for Settings {
 /// How the iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// All three residuals are at most the tolerance.
+    /// All measures are at most the tolerance.
     Solved,
     /// The limit of iterations was reached.
     MaxIterations,
@@ -82,7 +82,7 @@ pub enum Status {
 pub struct Progress {
     /// Number of the iteration.
     pub iteration: usize,
-    /// The largest of the three residuals.
+    /// The largest of the measures.
     pub residual: f64,
     /// The parameter of the method over the local compliance: proximal, penalty or length of step.
     pub parameter: f64,

@@ -14,7 +14,7 @@ use crate::linalg::axpy;
 
 /// Solves a local problem without bilateral part by the method of the settings.
 ///
-/// The answer is judged on the problem as it was given; `Solved` is only reported if all three residuals pass.
+/// The answer is judged on the problem as it was given; `Solved` is only reported if all measures pass.
 pub fn solve(
     problem: &LocalProblem,
     settings: &Settings,

@@ -122,7 +122,8 @@ pub(crate) fn residual(friction: Friction, lambda: V3, v: V3, r: f64) -> V3 {
 /// The point of the cone `|x_t| <= mu x_n` that is nearest to `x`.
 pub(crate) fn nearest_in_cone(mu: f64, x: V3) -> V3 {
     let t = x[1].hypot(x[2]);
-    if t <= mu * x[0] {
+    // The sign is asked for itself: without friction `mu * x[0]` is -0 for tension, which is not below 0.
+    if x[0] >= 0.0 && t <= mu * x[0] {
         x
     } else if mu * t <= -x[0] {
         [0.0; 3]

@@ -49,6 +49,7 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
     if let Some(across) = &problem.contact.orthotropy {
         arrays.push(("friction_across".into(), Array::f64(across)));
     }
+    arrays.push(("data_rounding".into(), Array::scalar(problem.contact.rounding)));
     if let Some(node_of) = &problem.elastic.node_of {
         arrays.push(("node_of".into(), Array::u32(node_of)));
     }
@@ -142,6 +143,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         slip_reference: f64s(arrays, "slip_reference", Some(2 * m))?.to_vec(),
         friction,
         orthotropy: optional(arrays, "friction_across", m)?,
+        rounding: scalar(arrays, "data_rounding")?,
     };
     let labels = Labels {
         area: f64s(arrays, "area", Some(m))?.to_vec(),

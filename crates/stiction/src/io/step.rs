@@ -25,6 +25,8 @@ pub struct StepFile {
     pub support_free_load: Vec<f64>,
     /// Prescribed displacements, length, `p`.
     pub support_displacement: Vec<f64>,
+    /// What the rounding of the data leaves open in gaps and slips, length.
+    pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
     /// zero where there is none.
     pub initial_load: Vec<f64>,
@@ -50,6 +52,7 @@ impl StepFile {
         problem.elastic.f.clone_from(&self.f);
         problem.contact.gap.clone_from(&self.gap);
         problem.contact.slip_reference.clone_from(&self.slip_reference);
+        problem.contact.rounding = self.rounding;
         if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
             supports.free_load.clone_from(&self.support_free_load);
@@ -66,7 +69,7 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
     npz::write(
         path,
         &[
-            ("format", Array::count(1)),
+            ("format", Array::count(2)),
             ("t", Array::scalar(step.t)),
             ("f", Array::f64(&step.f)),
             ("gap", Array::f64(&step.gap)),
@@ -75,6 +78,7 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
             ("support_displacement", Array::f64(&step.support_displacement)),
+            ("data_rounding", Array::scalar(step.rounding)),
             ("initial_load", Array::f64(&step.initial_load)),
             ("initial_energy", Array::scalar(step.initial_energy)),
             ("shortening", Array::f64(&step.shortening)),
@@ -95,7 +99,7 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
     let arrays = npz::read(path)?;
     let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);
     let read = || -> Result<StepFile, Error> {
-        if count(&arrays, "format")? != 1 {
+        if count(&arrays, "format")? != 2 {
             return Err(damaged("the file has another format than this version reads"));
         }
         let states = usizes(&arrays, "states", Some(m))?;
@@ -113,6 +117,7 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             support_load: list("support_load", p)?,
             support_free_load: list("support_free_load", n)?,
             support_displacement: list("support_displacement", p)?,
+            rounding: scalar(&arrays, "data_rounding")?,
             initial_load: match f64s(&arrays, "initial_load", None)? {
                 [] => Vec::new(),
                 _ => list("initial_load", n + p)?,

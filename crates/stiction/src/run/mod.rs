@@ -20,8 +20,8 @@ pub use results::{
 pub use results::{write_report, write_report_on};
 pub use solve::{
     AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
-    MethodDetails, Named, Outcome, PairRecord, Restart, Settings, SlidingRecord, Step, StepLine, StepRecord, Totals,
-    UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
+    MethodDetails, Named, Outcome, PairRecord, PartRecord, Restart, Settings, SlidingRecord, Step, StepLine,
+    StepRecord, Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
 };
 
 /// Discrete problems given as matrices.

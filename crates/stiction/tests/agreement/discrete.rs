@@ -65,6 +65,74 @@ fn points(kinds: u32) -> impl Strategy<Value = Vec<(u32, f64, [f64; 4])>> {
     prop::collection::vec((0..kinds, 0.0..1.0f64, prop::array::uniform4(0.0..1.0f64)), 1..12)
 }
 
+/// How far impulses and velocities are from the law as it is written: no cone, no projection. Each number is counted in
+/// the largest of its kind.
+fn off_the_law(problem: &LocalProblem, r: &[f64]) -> f64 {
+    let d = problem.dimension;
+    let mut u = problem.W.times(r);
+    u.iter_mut().zip(&problem.q).for_each(|(u, q)| *u += q);
+    let largest = |x: &[f64]| x.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let stiffest = (0..r.len()).map(|i| problem.W.entry(i, i)).fold(0.0, f64::max);
+    let velocity = largest(&u).max(largest(&problem.q));
+    let impulse = largest(r).max(velocity / stiffest);
+    let at = |(j, mu): (usize, &f64)| {
+        let (r, u) = (&r[d * j..d * (j + 1)], &u[d * j..d * (j + 1)]);
+        let (friction, slip) = (norm(&r[1..]), norm(&u[1..]));
+        let work: f64 = r[1..].iter().zip(&u[1..]).map(|(r, u)| r * u).sum();
+        let forces = (-r[0]).max(friction - mu * r[0]) / impulse;
+        let works = (r[0] * u[0]).abs().max((work + mu * r[0].max(0.0) * slip).abs()) / (impulse * velocity);
+        forces.max(-u[0] / velocity).max(works)
+    };
+    problem.mu.iter().enumerate().map(at).fold(0.0, f64::max)
+}
+
+/// The answer without impulse, which the cone test of a coefficient that vanishes once took the pull for.
+#[test]
+fn without_friction_nothing_pulls() {
+    for mu in [0.0, 1e-300, 1e-12, 0.5] {
+        for d in [2, 3] {
+            let mut q = vec![0.0; d];
+            q[0] = 1.0;
+            let problem = LocalProblem {
+                dimension: d,
+                W: dense(d, d, |i, j| f64::from(i == j)),
+                q,
+                mu: vec![mu],
+                bilateral: None,
+            };
+            for method in [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm] {
+                let settings = Settings { method, ..Settings::default() };
+                let found = solve(&problem, &settings, &mut |_| ControlFlow::Continue(()));
+                assert_eq!(found.status, Status::Solved, "{method:?} {mu} {d}");
+                assert!(found.r.iter().all(|r| *r == 0.0), "{method:?} {mu} {d}: {:?}", found.r);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    /// Coefficients from zero on, in two and three dimensions: what is called solved obeys the law as it is written.
+    #[test]
+    fn what_is_solved_obeys_the_law_however_small_friction_is(
+        d in 2..4usize,
+        mu in prop::collection::vec(prop::sample::select(vec![0.0, 0.0, 1e-300, 1e-12, 1e-6, 0.1, 0.7, 3.0]), 1..8),
+        q in prop::collection::vec(-1.0..1.0f64, 24),
+        a in prop::collection::vec(-1.0..1.0f64, 24 * 24),
+    ) {
+        let size = d * mu.len();
+        let w = dense(size, size, |i, j| {
+            let product: f64 = (0..size).map(|k| a[i * size + k] * a[j * size + k]).sum();
+            product / size as f64 + if i == j { 0.1 } else { 0.0 }
+        });
+        let problem = LocalProblem { dimension: d, W: w, q: q[..size].to_vec(), mu, bilateral: None };
+        let found = run(&problem);
+        prop_assert_eq!(found.status, Status::Solved);
+        prop_assert!(off_the_law(&problem, &found.r) <= 1e-7, "{:?} {}", found.measures, off_the_law(&problem, &found.r));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(150))]
 

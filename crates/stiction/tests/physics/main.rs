@@ -11,6 +11,7 @@ mod geometry;
 mod loads;
 mod materials;
 mod mortar;
+mod parts;
 mod published;
 mod quadratic;
 mod steps;

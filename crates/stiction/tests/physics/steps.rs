@@ -113,6 +113,39 @@ fn steps_in_proportion_are_met_at_once() {
     }
 }
 
+/// A block that nothing else holds is pressed and released again. Without load there is no force and no displacement,
+/// which is an answer like any other: each step takes one attempt, and each measure is a number.
+#[test]
+fn unloading_to_nothing_ends_at_zero() {
+    let body = r#"
+[mesh]
+block = { size = [20, 20, 10], cells = [2, 2, 1], element = "hex8" }
+[materials.steel]
+young = 210e3
+poisson = 0.3
+[[load]]
+on = "z-max"
+force = [0, 0, "-1000*min(t, 2 - t)"]
+"#
+    .to_string()
+        + &contact("{ coulomb = 0.3 }", "")
+        + &steps(&[(1.0, 2), (2.0, 2)]);
+    for path in ["dense", "solves", "multigrid"] {
+        let run = run(&format!("{body}[solver]\npath = \"{path}\"\n"));
+        for (step, wanted) in run.outcome.steps.iter().zip([500.0, 1000.0, 500.0, 0.0]) {
+            assert_eq!(step.attempts, 1, "{path} t = {}", step.t);
+            assert!(step.answer.certificate.measures.0.iter().all(|(_, value)| value.is_finite()), "{path}");
+            assert!((step.answer.contact.normal_force - wanted).abs() <= 1e-6 * 1000.0, "{path} t = {}", step.t);
+        }
+        let end = &run.outcome.solution;
+        let largest = |x: &[f64]| x.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        assert!(largest(&end.lambda) <= 1e-12 * 1000.0, "{path} {:?}", end.lambda);
+        // Nothing holds the block: it may have moved, but not bent.
+        let [before, after] = [1, 3].map(|step| run.balance(step).elastic);
+        assert!(after.abs() <= 1e-12 * before, "{path} {after} {before}");
+    }
+}
+
 /// Fully slipping, the elastic state does not depend on how far the block has slid: between two cycles whose amplitudes
 /// differ by 0.1 the dissipated energies differ by 4 F N 0.1 exactly, and one more way along costs F N times the way.
 /// With Poisson's ratio zero N = E A d / h = 8400.
@@ -352,4 +385,36 @@ fn steps_that_cannot_be_posed_are_refused_at_once() {
     fails(&symmetry, &plane(", motion = [0, \"t*(t - 3)\", 0]"), &["slides over the obstacle", "held in a direction"]);
     let clamped = top.to_string() + "[[fix]]\non = \"x-min\"\n";
     fails(&clamped, &plane(", motion = [0, 0, \"1e-3*t*(3 - t)\"]"), &["which is held, gets 2.000e-3 into", "t = 1"]);
+}
+
+/// A body and its obstacle at the end of a long way are what they are at its beginning: what cancels is only known to the
+/// rounding of the numbers given, which the certificate states, and no better.
+#[test]
+fn a_common_travel_changes_nothing_but_what_is_known() {
+    let of = |way: f64, tolerance: f64| {
+        BLOCK.replace("poisson = 0", "poisson = 0.3")
+            + &format!("[[fix]]\non = \"z-max\"\nvalue = [\"1e-3*t\", 0, \"{way:?} - 2e-3*t\"]\n")
+            + &contact("{ coulomb = 0.3 }", "").replace("[0, 0, 0]", &format!("[0, 0, {way:?}]"))
+            + &format!("[solver]\npath = \"dense\"\ntolerance = {tolerance:e}\n")
+            + &steps(&[(1.0, 2)])
+    };
+    let here = run(&of(0.0, 1e-8));
+    let known = |run: &Run| run.outcome.solution.certificate.data_rounding;
+    assert_eq!(known(&here), None);
+    // 2^27 is a number of its own; what is added to it is rounded to 2^-26 of a millimetre.
+    let way = -134_217_728.0;
+    let far = run_with(&of(way, 1e-8), |_| {});
+    let rounding = known(&far).unwrap();
+    assert!(rounding > 1e-6 && rounding < 1e-4, "{rounding}");
+    assert!(!far.outcome.solution.certificate.passed && far.outcome.solution.status != Status::Solved);
+    // Who asks for no more than can be known gets it.
+    let far = run(&of(way, 1e-4));
+    let (of_far, of_here) = (&far.outcome.solution, &here.outcome.solution);
+    let apart = apart(&of_far.lambda, &of_here.lambda);
+    assert!(apart < 10.0 * rounding, "{apart} {rounding}");
+    let largest = far.outcome.steps.last().unwrap().answer.displacement_max;
+    assert!((largest + way).abs() < 0.01, "{largest}");
+    for (a, b) in energies(&far.balance(1)).into_iter().zip(energies(&here.balance(1))).skip(1) {
+        assert!((a - b).abs() < 1e-3 * b.abs(), "{a} {b}");
+    }
 }

@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use crate::friction::End;
 use crate::friction::law::{V3, augmented, projection};
-use crate::friction::system::{Iterate, Newton, Observe, ProximalTerm, Step, length, moved};
+use crate::friction::system::{Iterate, Newton, Observe, ProximalTerm, Step, moved};
 use crate::linalg::dot;
 
 /// Thresholds of [`proximal`], held against the random cases, in which it is the stage that given friction ends with.
@@ -37,7 +37,7 @@ pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obs
     let mut centre = at.lambda.clone();
     let (mut factor, mut inner) = (Threshold::FIRST, 0);
     loop {
-        let (theta, scale) = (on.merit(at), length(&at.lambda));
+        let (theta, scale) = (on.merit(at), on.weighed(&at.lambda));
         if observe(at, theta, scale, &on.states(at)).is_break() {
             return End::Interrupted;
         }
@@ -53,7 +53,7 @@ pub(super) fn proximal(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obs
         let term = ProximalTerm { centre: &centre, compliance: &compliance };
         let regular = Newton { r: &r, proximal: Some(term), ..*on };
         let image = image(&regular, &centre, at);
-        if regular.merit(at) <= Threshold::INNER * length(&moved(&centre, -1.0, &image)) {
+        if regular.merit(at) <= Threshold::INNER * on.weighed(&moved(&centre, -1.0, &image)) {
             centre = image;
             (factor, inner) = (factor * Threshold::FACTOR, 0);
             if factor > Threshold::LARGEST {

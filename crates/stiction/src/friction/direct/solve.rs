@@ -11,7 +11,7 @@ use crate::friction::PointState;
 use crate::friction::law::{V3, frozen, parameters, projection};
 use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
 use crate::friction::system::{
-    Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, newton,
+    Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, length, newton,
 };
 use crate::linalg::{axpy, norm};
 
@@ -40,6 +40,8 @@ impl Threshold {
     const FIRST_TARGET: f64 = 0.03;
     const FALL: f64 = 0.1;
     const LOWEST: f64 = 1e-4;
+    /// Forces of a pair below this part of those of the largest are rounding, which no weight makes known.
+    const LEAST_PAIR: f64 = 1e-12;
     /// Gradient steps after a stall, and what the parameter of the residual is divided by then.
     const GRADIENT_STEPS: usize = 20;
     const SMALLER_PARAMETER: f64 = 3.0;
@@ -102,14 +104,26 @@ pub fn solve(
         return Solution { status: Status::NoEquilibrium, ..solver.finish(End::Stalled, settings.tolerance) };
     }
     let mut tolerance = Threshold::FIRST_TARGET * settings.tolerance;
+    let mut by_pairs = false;
     loop {
         let end = solver.run_strategy(tolerance, observer);
         if matches!(end, End::Limit | End::Stalled) {
             solver.return_to_best();
         }
         let solution = solver.finish(end, settings.tolerance);
-        tolerance *= Threshold::FALL;
-        if end != End::Converged || solution.certificate.passed || tolerance < Threshold::LOWEST * settings.tolerance {
+        let certificate = &solution.certificate;
+        if end != End::Converged || certificate.passed {
+            return solution;
+        }
+        if !by_pairs && certificate.worst <= settings.tolerance {
+            // The whole is solved, a pair or a body that carries little is not.
+            by_pairs = true;
+            solver.weigh_pairs();
+            tolerance = Threshold::FIRST_TARGET * certificate.part_tolerance();
+        } else {
+            tolerance *= Threshold::FALL;
+        }
+        if tolerance < Threshold::LOWEST * settings.tolerance {
             return solution;
         }
     }
@@ -131,6 +145,8 @@ pub(super) struct Solver<'a> {
     pub system: DualSystem<'a>,
     /// The parameter of the residual at each point, force per length.
     pub r: Vec<f64>,
+    /// What norms weigh the forces of each point with.
+    pub weight: Vec<f64>,
     /// `v` at zero multipliers and zero rigid motions, `[all v_n; all v_t1; all v_t2]`.
     pub v0: Vec<f64>,
     pub at: Iterate,
@@ -162,7 +178,19 @@ impl<'a> Solver<'a> {
         let r = parameters(problem, &by_component(&system.stiffness));
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
-        Solver { given, problem, system, r, v0, at, best: None, steps_left, max_steps, counts, history }
+        let weight = vec![1.0; problem.points()];
+        Solver { given, problem, system, r, weight, v0, at, best: None, steps_left, max_steps, counts, history }
+    }
+
+    /// From here on each pair counts by its own forces: they are weighed to the size of the largest.
+    fn weigh_pairs(&mut self) {
+        let pairs = &self.given.labels.pairs;
+        let forces = pairs.iter().map(|pair| length(&self.at.lambda[pair.points.clone()])).collect::<Vec<f64>>();
+        let largest = forces.iter().fold(0.0, |a: f64, b| a.max(*b));
+        for (pair, force) in pairs.iter().zip(forces) {
+            self.weight[pair.points.clone()].fill(largest / force.max(Threshold::LEAST_PAIR * largest));
+        }
+        self.best = None;
     }
 
     pub(super) fn dual(&self) -> &'a Dual {
@@ -239,7 +267,8 @@ impl<'a> Solver<'a> {
             rules.accuracy = Threshold::ACCURACY_FLOATING;
         }
         let absolute = tolerance * Threshold::FLOOR * norm(&self.problem.elastic.f);
-        Newton { system: &self.system, friction: laws, r, proximal: None, tolerance, absolute, rules }
+        let weight = &self.weight;
+        Newton { system: &self.system, friction: laws, r, weight, proximal: None, tolerance, absolute, rules }
     }
 
     /// A run of Newton steps by `method` for the `laws`, with `factor` times the usual parameter.

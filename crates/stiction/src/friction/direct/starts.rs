@@ -106,6 +106,7 @@ impl Solver<'_> {
             system: &self.system,
             friction,
             r: &self.r,
+            weight: &self.weight,
             proximal: None,
             tolerance: 0.0,
             absolute: 0.0,

@@ -137,7 +137,7 @@ pub fn solve_multigrid(
                 break;
             }
             let converged = solution(problem, transformed, &state, end, settings.tolerance);
-            target *= reduction(settings.tolerance, &converged.certificate);
+            target *= reduction(&converged.certificate);
             if converged.certificate.passed || target < LEAST_TARGET * settings.tolerance {
                 certified = Some(converged);
                 break;
@@ -163,9 +163,9 @@ pub fn solve_multigrid(
 }
 
 /// The factor for the target after a certificate that does not pass.
-fn reduction(tolerance: f64, certificate: &Certificate) -> f64 {
-    let missed = 0.5 * tolerance / certificate.worst;
-    if missed.is_nan() { REDUCTION[0] } else { missed.clamp(REDUCTION[0], REDUCTION[1]) }
+fn reduction(certificate: &Certificate) -> f64 {
+    let wanted = 0.5 / certificate.missed();
+    if wanted.is_nan() { REDUCTION[0] } else { wanted.clamp(REDUCTION[0], REDUCTION[1]) }
 }
 
 fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Progress {

@@ -49,6 +49,8 @@ pub(crate) struct Newton<'a> {
     pub friction: &'a [Friction],
     /// The parameter of the law, one a point, force per length.
     pub r: &'a [f64],
+    /// What forces at each point are multiplied with before norms are taken; one unless small forces are to count.
+    pub weight: &'a [f64],
     pub proximal: Option<ProximalTerm<'a>>,
     /// Stop when the residual's norm is at most `tolerance` times that of the multipliers, or at most `absolute`.
     pub tolerance: f64,
@@ -72,7 +74,13 @@ impl Newton<'_> {
     pub(crate) fn merit(&self, at: &Iterate) -> f64 {
         let residual = |j: usize| residual(self.friction[j], at.lambda[j], self.v(at, j), self.r[j]);
         let residual: Vec<V3> = (0..self.r.len()).map(residual).collect();
-        length(&residual).hypot(norm(&self.system.imbalance(&at.lambda)))
+        self.weighed(&residual).hypot(norm(&self.system.imbalance(&at.lambda)))
+    }
+
+    /// Weighted norm of a force at each point.
+    pub(crate) fn weighed(&self, forces: &[V3]) -> f64 {
+        let weighed: Vec<V3> = forces.iter().zip(self.weight).map(|(x, w)| x.map(|x| w * x)).collect();
+        length(&weighed)
     }
 
     pub(crate) fn states(&self, at: &Iterate) -> Vec<PointState> {
@@ -105,7 +113,7 @@ pub(crate) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
     let mut theta = on.merit(at);
     loop {
         let now = on.states(at);
-        let scale = length(&at.lambda);
+        let scale = on.weighed(&at.lambda);
         if observe(at, theta, scale, &now).is_break() {
             return End::Interrupted;
         }

@@ -2,6 +2,7 @@
 
 use super::bolts::{Bolt, thermal_forces};
 use super::frames::{PointFrame, frames};
+use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, place};
 use crate::Error;
 use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
@@ -37,6 +38,8 @@ pub struct Loading {
     pub initial: Initial,
     /// The bolts.
     pub bolts: Vec<Bolt>,
+    /// The [travel](super::travel) now, length: what the displacements of the problem leave out.
+    pub travel: [f64; 3],
 }
 
 /// Strain without stress, over unknowns and prescribed displacements; its forces are part of the loads as well.
@@ -71,6 +74,7 @@ impl Loading {
             slid: Vec::new(),
             initial: Initial::default(),
             bolts: Vec::new(),
+            travel: [0.0; 3],
         }
     }
 
@@ -102,12 +106,14 @@ pub(crate) struct LoadState {
     pub load: Vec<f64>,
     /// External forces at the prescribed degrees of freedom, newton, length `p`.
     pub support_load: Vec<f64>,
-    /// Prescribed displacements, length `p`.
+    /// Prescribed displacements without the travel, length `p`.
     pub displacement: Vec<f64>,
     /// How far the obstacles have moved along the rows of `B`, length, `3m`; towards the body where it is negative in
-    /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step.
+    /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step. Counted without the travel.
     pub motion: Vec<f64>,
     pub initial: Initial,
+    /// The [travel](super::travel), length.
+    pub travel: [f64; 3],
 }
 
 impl LoadState {
@@ -120,6 +126,7 @@ impl LoadState {
             displacement: vec![0.0; p],
             motion: vec![0.0; 3 * m],
             initial: Initial::default(),
+            travel: [0.0; 3],
         }
     }
 }
@@ -150,7 +157,8 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
         culprit.map_or(error.clone(), |i| place::at(&loading.fix_spots[i], error))
     })?;
-    let motion = motion(prepared, &dofs, t)?;
+    let travel = travel(mesh, model, &dofs);
+    let motion = motion(prepared, &dofs, travel, t)?;
     refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
     let at_both = |force: &mut [f64]| {
         model.dofs.to_components(force);
@@ -162,7 +170,8 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
     });
     let [load, support_load] = at_both(&mut force);
-    Ok(LoadState { load, support_load, displacement: dofs.value, motion, initial })
+    let displacement = without(travel, &dofs);
+    Ok(LoadState { load, support_load, displacement, motion, initial, travel })
 }
 
 /// Strains of different cells.
@@ -175,19 +184,25 @@ fn added(mut sum: InitialStrain, more: InitialStrain) -> InitialStrain {
     sum
 }
 
-fn motion(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
+fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Result<Vec<f64>, Error> {
     let (problem, loading) = (&prepared.problem, &prepared.loading);
     let m = problem.points();
     let mut motion: Vec<f64> = loading.undeformed[..m].iter().map(|gap| gap.min(0.0)).collect();
     motion.resize(3 * m, 0.0);
     let frames = frames(prepared);
-    for ((pair, field), spot) in problem.labels.pairs.iter().zip(&loading.motions).zip(&loading.contact_spots) {
+    let surfaces = prepared.surfaces.iter().zip(&problem.labels.pairs);
+    for (((surface, pair), field), spot) in surfaces.zip(&loading.motions).zip(&loading.contact_spots) {
         let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
             refuse_dragging(prepared, dofs, frame, translation, problem.contact.friction[j])
                 .map_err(|error| place::at(spot, error))?;
-            let translation = scale(problem.labels.unity_sum[j], translation);
+            // Two surfaces travel together; an obstacle stays behind.
+            let relative = match surface.against {
+                Counterpart::Obstacle(_) => sub(translation, travel),
+                Counterpart::Surface(_) => translation,
+            };
+            let translation = scale(problem.labels.unity_sum[j], relative);
             motion[j] += dot(frame.normal, translation);
             motion[m + j] += dot(frame.tangents[0], translation);
             motion[2 * m + j] += dot(frame.tangents[1], translation);
@@ -282,6 +297,8 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     problem.contact.gap = offset;
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
+    loading.travel = loads.travel;
+    problem.contact.rounding = travel_rounding(loads.travel);
     let demanded = model.support_stiffness.transpose_times(&loads.displacement);
     problem.elastic.f = loads.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     model.load.clone_from(&problem.elastic.f);

@@ -18,6 +18,7 @@ mod prepare;
 mod regions;
 mod seconds;
 mod surfaces;
+mod travel;
 
 pub use bolts::Bolt;
 pub(super) use coarser::Coarser;

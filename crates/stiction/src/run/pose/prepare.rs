@@ -8,12 +8,14 @@ use super::load_state::{Loading, apply, load_state};
 use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
+use super::travel::{travel, travel_rounding};
 use super::{coefficients, materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, Spot};
+use crate::io::text::{number, triple};
 use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
 
 /// A case on its mesh, ready to be solved.
@@ -88,6 +90,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     notes.extend(
         moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
     );
+    let travel = travel(&mesh, &model, &model.dofs);
+    if travel != [0.0; 3] {
+        notes.push(format!(
+            "the supports travel together by {}: solved in a frame that travels with them, gaps and slips are known to {} only",
+            triple(travel),
+            number(travel_rounding(travel))
+        ));
+    }
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
@@ -126,7 +136,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         load_state(&prepared, t)?;
     }
-    if prepared.loading.moves() || prepared.loading.strains() {
+    if prepared.loading.moves() || prepared.loading.strains() || travel != [0.0; 3] {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;
         let last = tightened(&prepared, last, &prepared.loading.given_shortening(end(case))?);

@@ -49,9 +49,8 @@ pub fn report(name: &str, contents: &Contents, answer: &Answer) -> String {
     }
     let _ = writeln!(text, "  status       {}", answer.status().replace('_', " "));
     let balance = [("equilibrium", answer.recovered.equilibrium)];
-    for (number, (name, value)) in answer.measures.all().into_iter().chain(balance).enumerate() {
-        let decides = number < 3 || number == 7;
-        let verdict = if decides && value > answer.tolerance { "  exceeds the tolerance" } else { "" };
+    for (name, value) in answer.measures.all().into_iter().chain(balance) {
+        let verdict = if value > answer.tolerance { "  exceeds the tolerance" } else { "" };
         let _ = writeln!(text, "  {:<17} {value:.1e}{verdict}", name.replace('_', " "));
     }
     if solution.status == Status::Rounding {

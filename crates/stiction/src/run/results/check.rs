@@ -85,6 +85,12 @@ pub(crate) fn compare(
         differ(name, measure, value, tolerance);
     }
     differ("worst", old.worst, new.worst, tolerance);
+    for (k, part) in new.parts.iter().enumerate() {
+        let same = old.parts.get(k).filter(|old| old.part == part.part.name() && old.name == part.name);
+        let name = format!("residual of {} {}", part.part.name(), part.name);
+        differ(&name, same.map_or(f64::NAN, |old| old.residual), part.residual, new.part_tolerance());
+    }
+    differ("part_tolerance", old.part_tolerance, new.part_tolerance(), 0.0);
     differ("tolerance", old.tolerance, tolerance, 0.0);
     for (k, new) in new.bodies.iter().enumerate() {
         let old = stored.bodies.get(k);

@@ -122,5 +122,7 @@ fn loads_of(file: &StepFile) -> LoadState {
             shortening: file.shortening.clone(),
             ..Initial::default()
         },
+        // The files hold what is left without it.
+        travel: [0.0; 3],
     }
 }

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::fem::{Solid, cell_stress_as, full_displacement, von_mises};
+use crate::mesh::v3::add;
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 use crate::run::solve::Outcome;
@@ -26,7 +27,8 @@ pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let solid = Solid { mesh, materials, material_of_cell };
     let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
     let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.loading.initial.strain, single).unzip();
-    BodyFields { displacement: u.as_chunks().0.to_vec(), reaction, stress, von_mises }
+    let displacement = u.as_chunks().0.iter().map(|&u| add(u, prepared.loading.travel)).collect();
+    BodyFields { displacement, reaction, stress, von_mises }
 }
 
 /// Which of the two surfaces of a pair.

@@ -5,7 +5,7 @@ use std::fmt;
 use super::fields::surfaces;
 use super::method_text;
 use super::rows::{Row, Rows, print};
-use crate::certificate::Certificate;
+use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
@@ -60,6 +60,13 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     limit_load(prepared, outcome).into_iter().for_each(|what| rows.more(what));
     shortfalls(prepared, outcome).into_iter().for_each(|what| rows.more(what));
     rows.add("certificate", certificate(&solution.certificate));
+    worst_part(&solution.certificate).into_iter().for_each(|part| rows.more(part));
+    if solution.certificate.data_rounding.is_some_and(|rounding| rounding > solution.certificate.tolerance) {
+        rows.more(
+            "what the numbers given leave open is larger: count displacements and obstacles from where the".into(),
+        );
+        rows.more("bodies meet, or ask for a larger tolerance".into());
+    }
     if prepared.problem.points() > 0 {
         let pairs = pair_totals(prepared, outcome);
         let several = pairs.len() > 1;
@@ -213,8 +220,22 @@ fn status(status: Status, iterations: usize) -> String {
 fn certificate(c: &Certificate) -> String {
     let worst = c.measures().into_iter().find(|(_, value)| *value == c.worst || value.is_nan());
     let name = worst.map_or(String::new(), |(name, _)| format!(" ({})", words(name)));
-    let (verdict, sign) = if c.passed { ("passed", "<=") } else { ("NOT PASSED", ">") };
+    let verdict = if c.passed { "passed" } else { "NOT PASSED" };
+    let sign = if c.worst <= c.tolerance { "<=" } else { ">" };
     format!("{verdict}: the worst measure is {:.1e}{name} {sign} {:e}", c.worst, c.tolerance)
+}
+
+/// The body or the pair that is farthest off by its own forces, where there are several to tell apart or it is too far.
+fn worst_part(c: &Certificate) -> Option<String> {
+    let worst = c.worst_part()?;
+    let several = |part| c.parts.iter().filter(|other| other.part == part).count() > 1;
+    let holds = worst.residual <= c.part_tolerance();
+    (several(Part::Body) || several(Part::Pair) || !holds).then(|| {
+        let sign = if holds { "<=" } else { ">" };
+        let PartMeasure { part, name, residual } = worst;
+        let part = part.name();
+        format!("by its own forces the worst {part} is \"{name}\": {residual:.1e} {sign} {:e}", c.part_tolerance())
+    })
 }
 
 /// What is known of other solutions.

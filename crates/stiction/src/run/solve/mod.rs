@@ -20,7 +20,7 @@ pub(super) use record::path_name;
 pub(super) use record::status_name;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, PairRecord,
-    SlidingRecord, StepRecord, UniquenessRecord,
+    PartRecord, SlidingRecord, StepRecord, UniquenessRecord,
 };
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

@@ -6,13 +6,13 @@ use crate::contact::equilibrium::{in_words, no_equilibrium};
 use crate::contact::rigid::rigid_motions;
 use crate::fem::{full_displacement, reactions};
 use crate::friction::Status;
-use crate::mesh::v3::{add, scale};
+use crate::mesh::v3::{add, norm, scale};
 use crate::run::pose::Prepared;
 
 /// The largest displacement of a node, and where the node is.
 pub(crate) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f64, [f64; 3]) {
     let u = full_displacement(&prepared.model, &outcome.solution.u);
-    let size = |u: &[f64; 3]| (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
+    let size = |u: &[f64; 3]| norm(add(*u, prepared.loading.travel));
     let sizes = u.as_chunks().0.iter().map(size).zip(&prepared.mesh.nodes);
     sizes.fold((0.0, [0.0; 3]), |best, (size, x)| if size > best.0 { (size, *x) } else { best })
 }

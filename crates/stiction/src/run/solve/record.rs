@@ -7,7 +7,7 @@ use serde_json::{Map, Value, value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
 use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
-use crate::certificate::{BodyBalance, Certificate};
+use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::friction::{
     CopiesAtOnce, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting, Status,
@@ -146,6 +146,10 @@ pub struct CertificateRecord {
     pub measures: Named,
     /// For given friction: a bound of the error in energy.
     pub duality_gap: Option<f64>,
+    /// [`Certificate::parts`].
+    pub parts: Vec<PartRecord>,
+    /// What each of them is held against.
+    pub part_tolerance: f64,
     /// The largest measure.
     #[serde(deserialize_with = "or_infinite")]
     pub worst: f64,
@@ -153,6 +157,18 @@ pub struct CertificateRecord {
     pub tolerance: f64,
     /// Whether it passes.
     pub passed: bool,
+}
+
+/// How far a body or a pair is off by its own forces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PartRecord {
+    /// `body` or `pair`.
+    pub part: String,
+    /// Its name.
+    pub name: String,
+    /// [`PartMeasure::residual`](crate::certificate::PartMeasure::residual).
+    #[serde(deserialize_with = "or_infinite")]
+    pub residual: f64,
 }
 
 /// The totals of a pair.
@@ -386,7 +402,14 @@ impl CertificateRecord {
     fn of(certificate: &Certificate) -> Self {
         let measures = certificate.measures().into_iter().map(|(name, value)| (name.to_string(), value)).collect();
         let Certificate { duality_gap, worst, tolerance, passed, .. } = *certificate;
-        CertificateRecord { measures: Named(measures), duality_gap, worst, tolerance, passed }
+        let part = |part: &PartMeasure| PartRecord {
+            part: part.part.name().into(),
+            name: part.name.clone(),
+            residual: part.residual,
+        };
+        let parts = certificate.parts.iter().map(part).collect();
+        let part_tolerance = certificate.part_tolerance();
+        CertificateRecord { measures: Named(measures), duality_gap, parts, part_tolerance, worst, tolerance, passed }
     }
 }
 

@@ -13,6 +13,7 @@ use super::record::StepRecord;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
+use crate::contact::Elastic;
 use crate::contact::sliding::Sliding;
 use crate::friction::{self, Counts, Method, PointState, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
@@ -122,7 +123,9 @@ pub fn solve_steps(
                 break;
             }
             Status::MaxIterations | Status::Stalled | Status::NoEquilibrium => {
-                if halve(&mut march, &steps, observer) {
+                // What the numbers given cannot tell no shorter step finds out.
+                let known = outcome.solution.certificate.data_rounding.is_none_or(|r| r <= settings.solver.tolerance);
+                if known && halve(&mut march, &steps, observer) {
                     continue;
                 }
                 outcome.sliding = limit_load(prepared, &march, &outcome);
@@ -265,7 +268,10 @@ fn attempt(
         ..settings.clone()
     };
     march.attempts += 1;
-    if from.0.iter().any(|&x| x != 0.0) {
+    let Elastic { f, .. } = &prepared.problem.elastic;
+    // Where neither loads nor overlaps act the answer is zero: forces that have to vanish leave no scale to end at.
+    let unloaded = f.iter().all(|&x| x == 0.0) && prepared.problem.contact.gap.iter().all(|&gap| gap >= 0.0);
+    if from.0.iter().any(|&x| x != 0.0) && !unloaded {
         let path = settings.solver.path;
         let factor = path != SolverPath::Multigrid;
         let multigrid =
@@ -350,6 +356,7 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
         motion: body.loads.motion.clone(),
+        rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),
         support_free_load: body.loads.load.clone(),
         support_displacement: body.loads.displacement.clone(),

@@ -69,6 +69,7 @@ fn meaning(measure: &str) -> &'static str {
         "bipotential_gap" => {
             "energy by which the laws of contact and friction are missed, over the work of all contact forces along that length"
         }
+        "data_rounding" => "rounding of the numbers given, of which only differences count, over the same length",
         "natural_residual" => "distance of the contact forces from those the laws demand, over the forces",
         _ => "",
     }
@@ -114,7 +115,21 @@ fn certificate(c: &CertificateRecord, units: &Units) -> String {
         let energy = units.energy();
         format!("<p>The duality gap, a bound of the error in energy, is {} {}.</p>\n", number(gap), escaped(&energy))
     });
-    format!("<h2 id=\"certificate\">Certificate</h2>\n{}{gap}", table.html())
+    format!("<h2 id=\"certificate\">Certificate</h2>\n{}{gap}{}", table.html(), parts(c))
+}
+
+/// Each body and each pair by its own forces.
+fn parts(c: &CertificateRecord) -> String {
+    let mut table = Table::new(&["", "Name", "Residual", "", "Bound", ""]);
+    for part in &c.parts {
+        let [sign, verdict] = if part.residual <= c.part_tolerance { ["≤", "holds"] } else { [">", "exceeds"] };
+        let (residual, bound) = (format!("{:.1e}", part.residual), format!("{:e}", c.part_tolerance));
+        table.rows.push([&part.part, &part.name, &residual, sign, &bound, verdict].map(str::to_string).to_vec());
+    }
+    format!(
+        "<p>Each body and each pair by its own forces: equilibrium of the body; natural residual and equilibrium of the pair.</p>\n{}",
+        table.html()
+    )
 }
 
 fn contact(s: &Summary, units: &Units) -> String {

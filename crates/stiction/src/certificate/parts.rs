@@ -1,0 +1,116 @@
+//! Each body and each pair measured by its own forces.
+//!
+//! The measures of the whole are counted in the largest forces there are: beside a pair that carries kilonewtons one
+//! that carries millinewtons could be wrong altogether. Equilibrium and the law leave nothing out, so that one measure
+//! of each body and one of each pair suffice.
+
+use super::point::Point;
+use super::scales::{ROUNDING, measure, norm};
+use crate::contact::{ContactProblem, Pair};
+
+/// Forces below this part of those of the whole are none: a body that nothing loads has what iteration and rounding leave
+/// (random cases by multigrid: up to 1.2e-13), and nothing of its own to count them in.
+const NOTHING: f64 = 1e-12;
+
+/// What is measured by its own forces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// A body: equilibrium at its unknowns.
+    Body,
+    /// A pair: the law at its points.
+    Pair,
+}
+
+impl Part {
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Part::Body => "body",
+            Part::Pair => "pair",
+        }
+    }
+}
+
+/// A body or a pair, measured by its own forces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartMeasure {
+    /// Which of both.
+    pub part: Part,
+    /// Its name as the labels of the problem have it.
+    pub name: String,
+    /// Of a body `|f - K u - Bᵀ lambda|` over the larger of `|f|` and `|Bᵀ lambda|`, norms over its unknowns. Of a pair
+    /// `|lambda - P(lambda - r w)|` at its points, with the unbalanced forces at the unknowns they touch, over its
+    /// `|lambda|`. What rounding explains is not counted.
+    pub residual: f64,
+}
+
+/// Unbalanced force, contact force and the magnitudes that `K u` adds up from, at each unknown, newton.
+pub(super) struct NodalForces<'a> {
+    pub imbalance: &'a [f64],
+    pub contact: &'a [f64],
+    pub internal: &'a [f64],
+    /// The Euclidean norm of the loads or of the contact forces of the whole, newton.
+    pub whole: f64,
+}
+
+impl NodalForces<'_> {
+    /// `error` over `own` forces, less what rounding explains.
+    fn measure(&self, error: f64, rounding: f64, own: f64) -> f64 {
+        let nothing = NOTHING * self.whole;
+        measure(error, if own > nothing { rounding } else { rounding + nothing }, own)
+    }
+}
+
+/// Equilibrium of each body. Without a list of bodies everything counts as one.
+pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<PartMeasure> {
+    let labels = problem.labels.bodies.as_ref();
+    let names: Vec<String> =
+        labels.map_or(vec!["body".into()], |b| b.list.iter().map(|body| body.name.clone()).collect());
+    // Squares of imbalance, load, contact force and magnitude.
+    let mut squares = vec![[0.0; 4]; names.len()];
+    for i in 0..problem.unknowns() {
+        let values = [forces.imbalance[i], problem.elastic.f[i], forces.contact[i], forces.internal[i]];
+        let sums = &mut squares[labels.map_or(0, |b| b.of[i] as usize)];
+        sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v * v);
+    }
+    let measured = |(name, sums): (String, [f64; 4])| {
+        let [imbalance, load, contact, internal] = sums.map(f64::sqrt);
+        let residual = forces.measure(imbalance, ROUNDING * internal, load.max(contact));
+        PartMeasure { part: Part::Body, name, residual }
+    };
+    names.into_iter().zip(squares).map(measured).collect()
+}
+
+/// The law at the points of each pair, and equilibrium where they are. No force of a pair is known better than the forces
+/// inside the bodies it touches add up; `body` has the body of each unknown.
+pub(super) fn pairs(
+    problem: &ContactProblem,
+    body: &[u32],
+    points: &[Point],
+    lambda: &[f64],
+    forces: &NodalForces,
+) -> Vec<PartMeasure> {
+    let mut inside: Vec<f64> = Vec::new();
+    for (&b, force) in body.iter().zip(forces.internal) {
+        inside.resize(inside.len().max(b as usize + 1), 0.0);
+        inside[b as usize] += force * force;
+    }
+    let distinct = |mut list: Vec<u32>| {
+        list.sort_unstable();
+        list.dedup();
+        list
+    };
+    let measured = |pair: &Pair| {
+        let own = || pair.points.clone();
+        let rows = || own().flat_map(|j| problem.rows(j));
+        let unknowns = distinct(rows().flat_map(|i| problem.contact.B.row(i).0.iter().copied()).collect());
+        let bodies = distinct(unknowns.iter().map(|&i| body[i as usize]).collect());
+        let inside = bodies.iter().map(|&b| inside[b as usize]).sum::<f64>().sqrt();
+        let error = own().map(|j| points[j].residual_squared()).sum::<f64>().sqrt();
+        let imbalance = norm(unknowns.iter().map(|&i| forces.imbalance[i as usize]));
+        let rounding = norm(own().map(|j| points[j].rounding)) + ROUNDING * inside;
+        let residual = forces.measure(error.hypot(imbalance), rounding, norm(rows().map(|i| lambda[i])));
+        PartMeasure { part: Part::Pair, name: pair.name.clone(), residual }
+    };
+    problem.labels.pairs.iter().map(measured).collect()
+}
