@@ -43,7 +43,7 @@ fn row(ending: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
     let (mut memory, mut cells, mut nodes) = (0.0, 0, 0);
     for _ in 0..RUNS {
         let start = ProcessTime::now();
-        let (read, used) = counting::measured(|| read_mesh(&path, 1.0));
+        let (read, used) = counting::measured(|| read_mesh(&path, 1.0, &[]));
         seconds.push(start.elapsed().as_secs_f64());
         let (mesh, _) = read?;
         memory = used.peak as f64 / used.kept as f64;

@@ -29,6 +29,9 @@ pub struct Arguments {
     /// The method, short for --set solver.method=NAME: newton, alg1, alg2, smalbe, discs, msa1, msa2, cfs1, cfs2
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
+    #[arg(long, value_name = "DIR")]
+    include: Vec<PathBuf>,
     /// Go on after the last finished load step that the folder holds of the same case
     #[arg(long)]
     resume: bool,
@@ -60,7 +63,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     let say = if arguments.json { output::note } else { output::out };
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
-    let case = case::read(&arguments.case, &overrides)?;
+    let mut case = case::read(&arguments.case, &overrides)?;
+    case.mesh.include_from(&arguments.include);
     let origin = Origin {
         path: Some(arguments.case.clone()),
         case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),

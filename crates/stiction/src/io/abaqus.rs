@@ -21,7 +21,7 @@ mod read;
 mod sets;
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::Error;
 use crate::mesh::{Mesh, MeshNotes};
@@ -29,22 +29,33 @@ use crate::mesh::{Mesh, MeshNotes};
 /// Contents of the file an input names by `*INCLUDE`, or why there are none.
 pub type Include<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, String>;
 
-/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0. Included files are looked for beside it.
+/// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0. Included files are looked for beside it, and
+/// have to lie in its folder or below, or in one of the folders `include` or below: a deck from elsewhere reads nothing else.
 ///
 /// Errors name the file, the line or element, what is wrong there, and the remedy.
 ///
 /// # Errors
 /// If the file cannot be read, or holds what cannot be used: with file, line or element and the remedy.
-pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+pub fn read(path: &Path, scale: f64, include: &[PathBuf]) -> Result<(Mesh, MeshNotes), Error> {
     let name = path.display().to_string();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let include = |file: &str| std::fs::read(folder.join(file)).map_err(|e| e.to_string());
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let include = |file: &str| included(folder, include, file);
     let mesh = || {
         super::check_scale(scale)?;
         let bytes = super::mesh_bytes(path)?;
         assemble::assemble(read::deck(Cow::Owned(bytes), &include)?, scale)
     };
     mesh().map_err(|e| if e.place == name { e } else { e.at(&name) })
+}
+
+/// The bytes of the file that a deck in `folder` calls `name`, or why they are not read.
+fn included(folder: &Path, also: &[PathBuf], name: &str) -> Result<Vec<u8>, String> {
+    let whole = folder.join(name).canonicalize().map_err(|e| e.to_string())?;
+    let allowed = std::iter::once(folder).chain(also.iter().map(PathBuf::as_path));
+    if !allowed.filter_map(|folder| folder.canonicalize().ok()).any(|folder| whole.starts_with(folder)) {
+        return Err("it lies outside the folder of the input; name its folder with --include DIR".into());
+    }
+    super::regular_file(&whole).and_then(|()| std::fs::read(&whole)).map_err(|e| e.to_string())
 }
 
 /// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.

@@ -50,6 +50,7 @@ use crate::linalg::in_huge_pages;
 /// The bytes of a mesh file.
 fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let read = || -> std::io::Result<Vec<u8>> {
+        regular_file(path)?;
         let mut file = std::fs::File::open(path)?;
         let length = file.metadata()?.len().try_into().unwrap_or(0);
         fits(length)?;
@@ -71,12 +72,17 @@ fn mesh_bytes(path: &Path) -> Result<Vec<u8>, Error> {
 
 /// The bytes of a file of matrices or arrays.
 fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|error| unreadable(path, &error))
+    regular_file(path).and_then(|()| std::fs::read(path)).map_err(|error| unreadable(path, &error))
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     let what = format!("cannot read this file ({error})");
     Error::new(path.display().to_string(), what, "check its name and permissions")
+}
+
+/// A pipe may wait for ever and a device may never end: neither is opened.
+fn regular_file(path: &Path) -> std::io::Result<()> {
+    if std::fs::metadata(path)?.is_file() { Ok(()) } else { Err(std::io::Error::other("it is no regular file")) }
 }
 
 /// An error instead of an abort where so many bytes cannot be had.

@@ -8,6 +8,7 @@ use stiction::contact::SurfaceFriction;
 use stiction::io::gmsh;
 use stiction::mesh::{CellKind, Mesh};
 use stiction::run::read_mesh;
+use stiction_fixtures::folder::Folder;
 use stiction_fixtures::*;
 
 /// Files of the brick of hexahedra; groups are named alike, or `part-` and the number Gmsh gave them.
@@ -31,7 +32,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn mesh(name: &str) -> Mesh {
-    read_mesh(&path(name), 1.0).unwrap_or_else(|e| panic!("{e}")).0
+    read_mesh(&path(name), 1.0, &[]).unwrap_or_else(|e| panic!("{e}")).0
 }
 
 /// The name a group of `brick.msh` has in another file.
@@ -139,7 +140,7 @@ fn errors_name_the_same_line_from_disk_and_from_memory() {
             true => stiction::io::abaqus::parse(damaged.as_bytes(), &name, 1.0, &|_| Err(String::new())),
             false => gmsh::parse(damaged.as_bytes(), &name, 1.0),
         };
-        let messages = [read_mesh(&there, 1.0), memory].map(|read| read.map(|_| ()).unwrap_err().to_string());
+        let messages = [read_mesh(&there, 1.0, &[]), memory].map(|read| read.map(|_| ()).unwrap_err().to_string());
         assert!(messages[0] == messages[1] && messages[0].contains(&format!("line {line}")), "{line} {messages:?}");
     }
 }
@@ -154,7 +155,7 @@ fn hexahedra_of_27_nodes_become_those_of_20() {
         places(mesh, group.faces.iter().map(|&f| mesh.faces[f as usize].nodes()))
     };
     for file in ["curved-hex27-22.msh", "curved-hex27-41.msh"] {
-        let (found, notes) = read_mesh(&path(file), 1.0).unwrap();
+        let (found, notes) = read_mesh(&path(file), 1.0, &[]).unwrap();
         assert_eq!((cells(&found), faces(&found, "curved")), (cells(&whole), faces(&whole, "curved")), "{file}");
         assert!(notes.to_string().contains("within the 6 hexahedra of 27 nodes, which become those of 20"), "{notes}");
     }
@@ -217,9 +218,9 @@ fn the_solution_does_not_depend_on_the_format() {
 #[test]
 fn the_scale_multiplies_lengths_in_every_format() {
     for file in ["brick.msh", "brick-gmsh.inp", "brick-vtk-raw.vtu"] {
-        let (mesh, _) = read_mesh(&path(file), 1e-3).unwrap();
+        let (mesh, _) = read_mesh(&path(file), 1e-3, &[]).unwrap();
         assert!((mesh.volume() - 2e-9).abs() < 1e-20, "{file}");
-        let message = read_mesh(&path(file), -1.0).unwrap_err().to_string();
+        let message = read_mesh(&path(file), -1.0, &[]).unwrap_err().to_string();
         assert!(message.contains("scale -1") && message.contains(file), "{message}");
     }
 }
@@ -232,7 +233,53 @@ fn what_programs_write_and_we_cannot_use_is_named() {
         ("make_inputs.py", [".py", ".inp", ".vtu"]),
         ("missing.inp", ["missing.inp", "cannot be read", "path"]),
     ] {
-        let message = read_mesh(&path(file), 1.0).unwrap_err().to_string();
+        let message = read_mesh(&path(file), 1.0, &[]).unwrap_err().to_string();
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
     }
+}
+
+/// A deck from elsewhere reads no file of the machine but those beside it, and no message shows what another holds.
+#[cfg(unix)]
+#[test]
+fn an_input_includes_regular_files_below_its_folder_only() {
+    let top = Folder::new("includes");
+    std::fs::create_dir_all(top.at("deck/below")).unwrap();
+    std::fs::create_dir_all(top.at("other")).unwrap();
+    let nodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
+    let secret = "root:x:0:0:secret\n";
+    top.write("deck/beside.inp", nodes);
+    top.write("deck/below/nodes.inp", nodes);
+    top.write("other/nodes.inp", nodes);
+    top.write("other/secret", secret);
+    top.write("deck/secret", secret);
+    std::os::unix::fs::symlink(top.at("other/nodes.inp"), top.at("deck/link.inp")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(top.at("deck/pipe")).status().unwrap().success());
+    let read = |name: &str, include: &[std::path::PathBuf]| {
+        let text = format!("*INCLUDE, INPUT={name}\n*ELEMENT, TYPE=C3D4, ELSET=body\n1,1,2,3,4\n");
+        read_mesh(&top.write("deck/deck.inp", text), 1.0, include).map(|_| ()).map_err(|e| e.to_string())
+    };
+    for name in ["beside.inp", "below/nodes.inp", "below/../beside.inp"] {
+        assert_eq!(read(name, &[]), Ok(()), "{name}");
+    }
+    let outside = top.at("other/nodes.inp").display().to_string();
+    for name in ["../other/nodes.inp", outside.as_str(), "link.inp", "/dev/zero", "/etc/passwd"] {
+        let message = read(name, &[]).unwrap_err();
+        assert!(message.contains("outside the folder") && message.contains("--include DIR"), "{message}");
+    }
+    for name in ["../other/nodes.inp", outside.as_str(), "link.inp"] {
+        assert_eq!(read(name, &[top.at("other")]), Ok(()), "{name}");
+    }
+    for (name, folder) in [("pipe", None), ("/dev/zero", Some("/dev"))] {
+        let message = read(name, &folder.map(std::path::PathBuf::from).into_iter().collect::<Vec<_>>()).unwrap_err();
+        assert!(message.contains("no regular file"), "{message}");
+    }
+    for (name, folder) in [("secret", top.at("deck")), ("../other/secret", top.at("other"))] {
+        let message = read(name, &[folder]).unwrap_err();
+        assert!(message.contains("neither keywords nor numbers") && !message.contains("root"), "{message}");
+    }
+    let message = read_mesh(&top.at("deck/pipe"), 1.0, &[]).unwrap_err().to_string();
+    assert!(message.contains("pipe"), "{message}");
+    assert!(std::process::Command::new("mkfifo").arg(top.at("deck/pipe.inp")).status().unwrap().success());
+    let message = read_mesh(&top.at("deck/pipe.inp"), 1.0, &[]).unwrap_err().to_string();
+    assert!(message.contains("no regular file"), "{message}");
 }

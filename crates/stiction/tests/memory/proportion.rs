@@ -140,7 +140,7 @@ fn from_disk() {
         std::fs::write(at("inp"), written::inp(&mesh)).unwrap();
         vtu::write(&at("vtu"), &vtu::Grid::from_mesh(&mesh), &[], &[], &[]).unwrap();
         for ending in ["msh", "inp", "vtu"] {
-            let (read, used) = counting::measured(|| read_mesh(&at(ending), 1.0));
+            let (read, used) = counting::measured(|| read_mesh(&at(ending), 1.0, &[]));
             let (nodes, most) = (read.unwrap().0.nodes.len(), used.peak as f64 / used.kept as f64);
             assert!(nodes == mesh.nodes.len() && most <= 3.0, "{element:?} {ending}: {most} times the mesh");
         }

@@ -188,6 +188,9 @@ impl Reader<'_> {
             format!("more than {MOST_INCLUDES} files are included")
         } else {
             match (self.include)(name) {
+                Ok(bytes) if !is_part_of_deck(&bytes) => {
+                    format!("the file \"{name}\" it includes holds neither keywords nor numbers")
+                }
                 Ok(bytes) => {
                     self.open.push(name.to_string());
                     self.file(&bytes).map_err(|e| e.at(name))?;
@@ -443,4 +446,10 @@ impl Reader<'_> {
         self.section = Section::Instance { lines };
         Ok(())
     }
+}
+
+/// Whether a file begins as decks do, with a keyword or a number. Of any other nothing is shown, not even in a message.
+fn is_part_of_deck(bytes: &[u8]) -> bool {
+    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    start.first().is_none_or(|c| b"*+-.,".contains(c) || c.is_ascii_digit())
 }

@@ -59,6 +59,17 @@ pub struct MeshSpec {
     pub spot: Spot,
 }
 
+impl MeshSpec {
+    /// Allows the inputs of this mesh to include files from `folders` and below.
+    pub fn include_from(&mut self, folders: &[PathBuf]) {
+        match &mut self.source {
+            MeshSource::File { include, .. } => include.extend_from_slice(folders),
+            MeshSource::Parts(parts) => parts.iter_mut().for_each(|(_, part)| part.include_from(folders)),
+            MeshSource::Block(_) | MeshSource::Ring(_) => {}
+        }
+    }
+}
+
 /// Where a mesh is taken: turned first, then moved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Placing {
@@ -81,6 +92,8 @@ pub enum MeshSource {
         path: PathBuf,
         /// Factor on the coordinates, > 0.
         scale: f64,
+        /// Folders outside that of the mesh from which an input may include files.
+        include: Vec<PathBuf>,
     },
     /// Several meshes, each under its name; none of them has parts of its own.
     Parts(Vec<(String, MeshSpec)>),

@@ -37,7 +37,7 @@ fn part(table: &View, folder: &Path) -> Result<MeshSpec, Error> {
         made("ring", "`radii` and `height`")?;
         MeshSource::Ring(self::ring(&ring)?)
     } else {
-        MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale") }
+        MeshSource::File { path: folder.join(table.text("file")), scale: table.number("scale"), include: Vec::new() }
     };
     Ok(MeshSpec { source, placing: placing(table)?, spot: table.spot() })
 }

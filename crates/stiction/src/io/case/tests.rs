@@ -139,7 +139,7 @@ fn a_case_without_any_optional_key_takes_every_default() {
     let text = "[mesh]\nfile = \"parts/a.msh\"\n[materials.m]\nyoung = 1\npoisson = 0\n";
     let case = parse(text, "some/where/beam.toml", &[]).unwrap();
     assert_eq!(case.title, "beam");
-    assert_eq!(case.mesh.source, MeshSource::File { path: "parts/a.msh".into(), scale: 1.0 });
+    assert_eq!(case.mesh.source, MeshSource::File { path: "parts/a.msh".into(), scale: 1.0, include: Vec::new() });
     assert_eq!(case.solver, SolverSpec::default());
     assert!(case.fixes.is_empty() && case.loads.is_empty() && case.contacts.is_empty());
     let solver = parse(&format!("{text}[solver]\n"), "a", &[]).unwrap().solver;
@@ -247,7 +247,7 @@ fn parts_of_a_mesh_are_read_with_their_places() {
     let mesh = read_text(&text).mesh;
     let MeshSource::Parts(parts) = &mesh.source else { panic!() };
     assert_eq!((mesh.placing, parts[0].0.as_str()), (Placing { turn: None, by: [1.0, 2.0, 3.0] }, "low"));
-    assert_eq!(parts[0].1.source, MeshSource::File { path: "low.msh".into(), scale: 1e-3 });
+    assert_eq!(parts[0].1.source, MeshSource::File { path: "low.msh".into(), scale: 1e-3, include: Vec::new() });
     let turn = Turn { point: [0.0; 3], axis: [0.0, 0.0, 1.0], degrees: 30.0 };
     assert_eq!((parts[1].0.as_str(), parts[1].1.placing), ("top", Placing { turn: Some(turn), by: [0.0; 3] }));
     assert!(matches!(parts[1].1.source, MeshSource::Block(_)));
@@ -286,7 +286,7 @@ fn a_mesh_file_is_looked_for_beside_the_case_file() {
     )
     .unwrap();
     let case = read(&path, &[]).unwrap();
-    assert_eq!(case.mesh.source, MeshSource::File { path: folder.join("a.msh"), scale: 1.0 });
+    assert_eq!(case.mesh.source, MeshSource::File { path: folder.join("a.msh"), scale: 1.0, include: Vec::new() });
     std::fs::write(&path, b"title = \"a\"\nunits = \"\xff\"\n").unwrap();
     let error = read(&path, &[]).unwrap_err();
     assert!(error.place.ends_with("case.toml:2:10") && error.what.contains("UTF-8"), "{error}");

@@ -1,6 +1,6 @@
 //! The mesh of a case.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::place;
 use crate::Error;
@@ -13,15 +13,16 @@ use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh, ring};
 const BYTES_PER_NODE: f64 = 5000.0;
 
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format:
-/// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`.
+/// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`. An input includes files of its own folder and below, and
+/// of the folders `include`.
 ///
 /// # Errors
 /// If the ending is none of these, or the file cannot be read or used.
-pub fn read_mesh(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+pub fn read_mesh(path: &Path, scale: f64, include: &[PathBuf]) -> Result<(Mesh, MeshNotes), Error> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
     match ending.as_str() {
         "msh" => gmsh::read(path, scale),
-        "inp" => abaqus::read(path, scale),
+        "inp" => abaqus::read(path, scale, include),
         "vtu" => vtu_read::read(path, scale),
         _ => {
             let what = match ending.as_str() {
@@ -44,8 +45,8 @@ pub(crate) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNo
             let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
             fits(nodes, memory).and_then(|()| ring(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
-        MeshSource::File { path, scale } => {
-            let read = read_mesh(path, *scale);
+        MeshSource::File { path, scale, include } => {
+            let read = read_mesh(path, *scale, include);
             read.and_then(|read| fits(read.0.nodes.len() as f64, memory).map(|()| read))
         }
         MeshSource::Parts(parts) => return joined(parts, spec, memory),
