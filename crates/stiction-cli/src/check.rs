@@ -37,7 +37,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     }
     let steps_agree = checked.steps.iter().all(|step| step.differences.is_empty());
     let all_pass = certificate.passed && checked.steps.iter().all(|step| step.certificate.passed);
+    for what in &checked.passes_through {
+        text += &format!("  {what}\n");
+    }
     text += match (all_pass, checked.differences.is_empty() && steps_agree) {
+        (true, true) if !checked.passes_through.is_empty() => {
+            "failed: the result solves its problem, but surfaces pass through each other, as its summary says\n"
+        }
         (true, true) => "passed: the result solves its problem to the tolerance, as its summary says\n",
         (true, false) => "failed: the result solves its problem, but its summary says something else\n",
         (false, true) => "failed: the result does not solve its problem to the tolerance, as its summary says\n",

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::{case, folder};
+use stiction::io::case::{self, Case};
+use stiction::io::folder;
 use stiction::linalg::Stop;
-use stiction::run::{self, Ahead, Event, Origin, Prepared, Restart, Settings, Step};
+use stiction::run::{self, Ahead, Event, Origin, Outcome, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
 use crate::{code, interrupt, memory, output};
@@ -78,52 +79,33 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     run::writable(&folder)?;
     let is_new = !folder.exists();
-
-    let progress = Progress::new(arguments.progress);
-    progress.say("reading and assembling".into());
-    let mut prepared = run::prepare(&case).inspect_err(|_| progress.finish())?;
-    progress.finish();
-    say(&format!("{}", prepared.facts));
-
-    let mut settings = Settings::of(&case.solver);
-    settings.solver.stop = Stop::when(interrupt::asked);
-    interrupt::heard();
-    let mut steps = None;
-    if !case.steps.is_empty() {
-        let (files, restart) = run::begin_steps(&prepared, &folder, arguments.resume)?;
-        if arguments.resume {
-            match &restart {
-                Some(restart) => say(&resumed(restart, &folder)),
-                None => say(&format!("nothing to resume in {}: solving from the beginning\n", folder.display())),
-            }
-        }
-        steps = Some((files, restart));
+    if arguments.resume {
+        case = run::widened_before(&case, &folder)?;
     }
-    let progress = Progress::new(arguments.progress);
-    let mut observe = |event: &Event| {
-        progress.show(event);
-        ControlFlow::Continue(())
-    };
-    let solved = match steps {
-        None => run::solve_writing(&prepared, &settings, &folder, &mut observe),
-        Some((mut files, restart)) => {
-            let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
-            let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
-            outcome.map(|outcome| (outcome, Ahead::default()))
-        }
-    };
-    progress.finish();
-    let (mut outcome, ahead) = match solved {
-        Err(error) if error.interrupted => {
-            output::note("interrupted: nothing has been found yet, nothing is written\n");
-            if is_new {
-                folder::remove_empty(&folder);
+    let mut resume = arguments.resume;
+    let mut widenings = 0;
+    let (prepared, mut outcome, ahead) = loop {
+        let (prepared, solved) = attempt(arguments, &case, &folder, resume, say)?;
+        let (outcome, ahead) = match solved {
+            Err(error) if error.interrupted => {
+                output::note("interrupted: nothing has been found yet, nothing is written\n");
+                if is_new {
+                    folder::remove_empty(&folder);
+                }
+                return Ok(code::INTERRUPTED);
             }
-            return Ok(code::INTERRUPTED);
+            solved => solved?,
+        };
+        memory::give_back();
+        match run::widened(&case, &prepared, &outcome) {
+            Some(wider) if widenings < MOST_WIDENINGS => {
+                let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
+                say(&format!("\n{what}\nsolved again with contact there\n\n"));
+                (case, resume, widenings) = (wider, false, widenings + 1);
+            }
+            _ => break (prepared, outcome, ahead),
         }
-        solved => solved?,
     };
-    memory::give_back();
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     if !arguments.no_report {
         report(&folder, &prepared, &mut files);
@@ -150,6 +132,11 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             ));
             code::SHORT
         }
+        Status::PassesThrough => {
+            let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
+            output::note(&format!("warning: {what}; the files hold bodies that pass through each other\n"));
+            code::SHORT
+        }
         Status::MaxIterations | Status::Stalled | Status::Uncertified => {
             let why = run::limit_load(&prepared, &outcome).map_or(String::new(), |why| format!("{why}; "));
             output::note(&format!(
@@ -158,6 +145,57 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             code::SHORT
         }
     })
+}
+
+/// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most.
+const MOST_WIDENINGS: usize = 5;
+
+/// What was found, with the files begun beside it.
+type Solved = Result<(Outcome, Ahead), Error>;
+
+/// Prepares and solves the case once.
+fn attempt(
+    arguments: &Arguments,
+    case: &Case,
+    folder: &Path,
+    resume: bool,
+    say: fn(&str),
+) -> Result<(Prepared, Solved), Error> {
+    let progress = Progress::new(arguments.progress);
+    progress.say("reading and assembling".into());
+    let mut prepared = run::prepare(case).inspect_err(|_| progress.finish())?;
+    progress.finish();
+    say(&format!("{}", prepared.facts));
+
+    let mut settings = Settings::of(&case.solver);
+    settings.solver.stop = Stop::when(interrupt::asked);
+    interrupt::heard();
+    let mut steps = None;
+    if !case.steps.is_empty() {
+        let (files, restart) = run::begin_steps(&prepared, folder, resume)?;
+        if resume {
+            match &restart {
+                Some(restart) => say(&resumed(restart, folder)),
+                None => say(&format!("nothing to resume in {}: solving from the beginning\n", folder.display())),
+            }
+        }
+        steps = Some((files, restart));
+    }
+    let progress = Progress::new(arguments.progress);
+    let mut observe = |event: &Event| {
+        progress.show(event);
+        ControlFlow::Continue(())
+    };
+    let solved = match steps {
+        None => run::solve_writing(&prepared, &settings, folder, &mut observe),
+        Some((mut files, restart)) => {
+            let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
+            let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
+            outcome.map(|outcome| (outcome, Ahead::default()))
+        }
+    };
+    progress.finish();
+    Ok((prepared, solved))
 }
 
 #[cfg(feature = "report")]

@@ -7,6 +7,7 @@ mod both_sides;
 mod folder;
 mod interrupt;
 mod paper;
+mod passing;
 mod recipes;
 mod report;
 mod several_bodies;

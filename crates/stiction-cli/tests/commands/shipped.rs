@@ -187,6 +187,9 @@ impl Solved {
         };
         let outcome = outcome.unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(outcome.solution.status, Status::Solved, "{path:?} {set:?}");
+        // No body of them lies in another.
+        let overlaps = outcome.steps.iter().flat_map(|step| &step.answer.overlaps).collect::<Vec<_>>();
+        assert!(outcome.overlaps.is_empty() && overlaps.is_empty(), "{:?} {overlaps:?}", outcome.overlaps);
         let summary = serde_json::from_str(&summary(&prepared, &outcome, &Origin::default())).unwrap();
         Solved { prepared, outcome, summary, steps }
     }

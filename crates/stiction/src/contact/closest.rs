@@ -6,6 +6,7 @@
 
 use super::Side;
 use super::obstacle::unit;
+use super::skin::crossing;
 use super::triangles::{BORDER, Triangles};
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 use crate::mesh::weights_on_triangle;
@@ -46,6 +47,17 @@ impl Triangles {
             (_, Some(found)) => Some(found),
             _ => any,
         }
+    }
+
+    /// Whether what moves from `x` by `way` passes from the body's side of the surface to the other, and not back.
+    pub(super) fn is_entered(&self, x: V3, way: V3) -> bool {
+        let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };
+        let of = |t: u32| {
+            let (share, _) = crossing(self.corners(t), x, way)?;
+            (0.0..=1.0).contains(&share).then(|| (share, sign * dot(self.normal(t), way) < 0.0))
+        };
+        let crossings = self.tree.along(x, way).into_iter().filter_map(of);
+        crossings.max_by(|a, b| a.0.total_cmp(&b.0)).is_some_and(|(_, inwards)| inwards)
     }
 
     /// The same for the triangles with `allowed`.

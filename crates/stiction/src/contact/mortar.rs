@@ -27,7 +27,7 @@ use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
 use crate::mesh::{Bounds, Mesh, Tree};
 
 /// Faces meet if the cosine between their outward normals is below this: they look at one another within 75 degrees.
-const FACING: f64 = -0.25;
+pub(super) const FACING: f64 = -0.25;
 /// Overlaps smaller than this part of the slave face are rounding.
 const SLIVER: f64 = 1e-13;
 /// A face covered to less than this part is not covered: the dual functions over it could not be distinguished.

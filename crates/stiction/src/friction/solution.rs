@@ -109,6 +109,9 @@ pub enum Status {
     NoEquilibrium,
     /// The method has converged by its own rule, but the certificate does not pass.
     Uncertified,
+    /// Surfaces between which contact is named pass through each other where no contact point is. No solver ends so: a
+    /// [`ContactProblem`](crate::contact::ContactProblem) knows its points alone.
+    PassesThrough,
     /// The observer or [`Settings::stop`] asked to stop.
     Interrupted,
 }

@@ -42,10 +42,30 @@ impl Bounds {
         (0..3).map(|c| (self.low[c] - x[c]).max(x[c] - self.high[c]).max(0.0).powi(2)).sum()
     }
 
+    /// Whether the segment from `x` to `x + way` meets it, its boundary included.
+    fn crossed_by(&self, x: V3, way: V3) -> bool {
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        for c in 0..3 {
+            if way[c] == 0.0 {
+                if x[c] < self.low[c] || self.high[c] < x[c] {
+                    return false;
+                }
+                continue;
+            }
+            let (a, b) = ((self.low[c] - x[c]) / way[c], (self.high[c] - x[c]) / way[c]);
+            (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+        }
+        // A segment through a flat box that is not along the axes meets it up to rounding only.
+        from <= to + GRAZING
+    }
+
     fn middle(&self, c: usize) -> f64 {
         self.low[c] + self.high[c]
     }
 }
+
+/// What a segment misses a box by, as a part of its length, where rounding may be all that parts them.
+const GRAZING: f64 = 1e-12;
 
 /// Things in a leaf at most.
 const LEAF: usize = 4;
@@ -129,6 +149,26 @@ impl Tree {
             let leaf = &self.things[first.min(self.things.len())..][..count as usize];
             found.extend(leaf.iter().filter(|&&i| self.bounds[i as usize].meets(range)));
             if count == 0 && !self.things.is_empty() {
+                open.extend([first, first + 1]);
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// The things whose boxes the segment from `x` to `x + way` meets, ascending.
+    pub fn along(&self, x: V3, way: V3) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut open = vec![0usize];
+        while let Some(branch) = open.pop() {
+            let Branch { bounds, first, count } = self.branches[branch];
+            if self.things.is_empty() || !bounds.crossed_by(x, way) {
+                continue;
+            }
+            let first = first as usize;
+            let leaf = &self.things[first.min(self.things.len())..][..count as usize];
+            found.extend(leaf.iter().filter(|&&i| self.bounds[i as usize].crossed_by(x, way)));
+            if count == 0 {
                 open.extend([first, first + 1]);
             }
         }
@@ -243,6 +283,13 @@ mod tests {
                 let near = (0..count as u32).map(|i| (i, distance2(x, i))).filter(|(_, d)| *d < limit2);
                 let best = near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
                 assert_eq!(tree.nearest(x, limit2, |i| distance2(x, i)), best);
+                // A segment finds at least the boxes that its points lie in.
+                let way: V3 = std::array::from_fn(|c| if noise() < 0.2 { 0.0 } else { noise() - 0.3 * c as f64 });
+                let found = tree.along(x, way);
+                let on = |s: i32| add(x, scale(f64::from(s) / 50.0, way));
+                let within = |b: &Bounds| (0..=50).any(|s| b.meets(&Bounds::around([on(s)])));
+                assert!((0..count as u32).all(|i| found.contains(&i) || !within(&bounds[i as usize])));
+                assert!(found.iter().all(|&i| bounds[i as usize].meets(&Bounds::around([x, on(50)]))));
             }
         }
     }

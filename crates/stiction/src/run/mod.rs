@@ -14,14 +14,16 @@ pub use pose::{
 };
 pub use results::{
     Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, StepFiles, Summary, Versions, begin_steps, check,
-    keep_step, limit_load, phase_name, report, solve_writing, summary, uniqueness, writable, write, write_with,
+    keep_step, limit_load, passes_through, phase_name, report, solve_writing, summary, uniqueness, widened_before,
+    writable, write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
 pub use solve::{
     AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
-    MethodDetails, Named, Outcome, PairRecord, PartRecord, Restart, Settings, SlidingRecord, Step, StepLine,
-    StepRecord, Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve, solve_steps, totals,
+    MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
+    SlidingRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve,
+    solve_steps, totals, widened,
 };
 
 /// Discrete problems given as matrices.

@@ -12,6 +12,7 @@ mod loads;
 mod materials;
 mod mortar;
 mod parts;
+mod passing;
 mod published;
 mod quadratic;
 mod steps;

@@ -301,6 +301,8 @@ pub enum AgainstSpec {
         slave: Option<Role>,
         /// Length, > 0; `None` is a part of the surfaces' size.
         search: Option<f64>,
+        /// What a solve has found that `search` has to be instead; never given in a file.
+        widened: Option<f64>,
     },
 }
 

@@ -59,7 +59,7 @@ fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
     };
     let slave = table.given("slave").map(|_| if table.text("slave") == "on" { Role::On } else { Role::Against });
     let search = table.given("search").map(|_| table.number("search"));
-    Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, slave, search })
+    Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, slave, search, widened: None })
 }
 
 /// Keys of `against` that belong to `surface`.

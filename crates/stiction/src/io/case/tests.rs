@@ -226,7 +226,7 @@ fn pairs_of_surfaces_are_read() {
     let pair = |lines: &str| {
         let text = edited("against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", lines);
         match read_text(&text).contacts[0].against.clone() {
-            AgainstSpec::Surface { region: Region::Groups(groups), gap, slave, search } => {
+            AgainstSpec::Surface { region: Region::Groups(groups), gap, slave, search, .. } => {
                 (groups.iter().map(|g| g.0.clone()).collect::<Vec<_>>().join(" "), gap, slave, search)
             }
             other => panic!("{other:?}"),

@@ -211,6 +211,11 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
     Ok(motion)
 }
 
+/// How far obstacles have moved at time `t`, length: one for each surface, zero for what does not move.
+pub(crate) fn translations(loading: &Loading, t: f64) -> Result<Vec<[f64; 3]>, Error> {
+    loading.motions.iter().map(|motion| translation(motion.as_ref(), t)).collect()
+}
+
 fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
     let Some([x, y, z]) = field else { return Ok([0.0; 3]) };
     // A translation has no place: an expression that reads one gives NaN and is refused.

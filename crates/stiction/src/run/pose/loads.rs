@@ -16,7 +16,7 @@ use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Bounds, Mesh, v3};
 
 /// The time at which expressions are read without load steps: everything acts in full.
-const TIME: f64 = 1.0;
+pub(crate) const TIME: f64 = 1.0;
 
 /// The time a case is posed at: the end of its last step.
 pub(crate) fn end(case: &Case) -> f64 {

@@ -8,7 +8,7 @@ mod coefficients;
 mod facts;
 pub(super) mod frames;
 pub(super) mod load_state;
-mod loads;
+pub(super) mod loads;
 mod materials;
 mod mesh;
 mod notes;

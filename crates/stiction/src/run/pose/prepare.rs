@@ -33,6 +33,11 @@ pub struct Prepared {
     pub model: FeModel,
     /// The contact surfaces.
     pub surfaces: Vec<ContactSurface>,
+    /// The contact of the case that each of them is of.
+    pub contact_of: Vec<usize>,
+    /// Where solves before have shown that surfaces meet farther apart than `search`: the contact, and the length that is
+    /// taken instead.
+    pub widened: Vec<(String, f64)>,
     /// As it stands at the end of the last step, or of the step that is being solved.
     pub problem: ContactProblem,
     /// What acts, as functions of time.
@@ -70,9 +75,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let assembled = lap();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
+    let widened = surfaces::widened(&case.contacts);
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
-    let case = &Case { contacts: surfaces.iter().zip(of).map(named).collect(), ..case.clone() };
+    let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
     let (problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
@@ -98,6 +104,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
             number(travel_rounding(travel))
         ));
     }
+    notes.extend(widened.iter().map(|(name, search)| {
+        let what = "the surfaces meet farther apart than they were looked for";
+        format!("contact \"{name}\": {what}; `search` is {} now", number(*search))
+    }));
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),
@@ -125,6 +135,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         material_of_cell,
         model,
         surfaces,
+        contact_of: of,
+        widened,
         problem,
         loading,
         facts,

@@ -21,10 +21,10 @@ pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             AgainstSpec::File(file) => {
                 Counterpart::Obstacle(triangles(file).map_err(|error| place::at(&spec.spot, error))?)
             }
-            AgainstSpec::Surface { region, gap, slave, search } => Counterpart::Surface(Master {
+            AgainstSpec::Surface { region, gap, slave, search, widened } => Counterpart::Surface(Master {
                 faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
                 gap: *gap,
-                search: *search,
+                search: widened.or(*search),
                 slave: slave.unwrap_or(Role::On),
                 reason: match slave {
                     Some(_) => Reason::Asked,
@@ -90,6 +90,15 @@ fn young(solid: &Solid, faces: &[u32]) -> f64 {
         solid.materials[solid.material_of_cell[cell] as usize].young
     };
     faces.iter().map(of).sum::<f64>() / faces.len().max(1) as f64
+}
+
+/// Contacts whose `search` a solve has found too short, and what it is instead.
+pub(crate) fn widened(specs: &[ContactSpec]) -> Vec<(String, f64)> {
+    let of = |spec: &ContactSpec| match spec.against {
+        AgainstSpec::Surface { widened, .. } => widened.map(|search| (spec.name.clone(), search)),
+        AgainstSpec::Obstacle(_) | AgainstSpec::File(_) => None,
+    };
+    specs.iter().filter_map(of).collect()
 }
 
 /// What the case calls a surface and, for a pair, its counterpart.

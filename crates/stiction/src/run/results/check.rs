@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::check_steps::{CheckedStep, check_steps};
+use super::overlap_text::{is_refused, sentence};
 use super::summary;
 use crate::Error;
 use crate::certificate::{Certificate, certify};
@@ -16,15 +17,18 @@ pub struct Checked {
     pub certificate: Certificate,
     /// Where `summary.json` says something else: name, what it says, what was recomputed.
     pub differences: Vec<(String, f64, f64)>,
+    /// Where surfaces between which contact is named pass through each other, as the summary says; what judges anew knows
+    /// contact points alone.
+    pub passes_through: Vec<String>,
     /// The load steps, if it is a stepped run; the last is what the rest speaks of.
     pub steps: Vec<CheckedStep>,
 }
 
 impl Checked {
-    /// Whether the certificate passes and the summary says the same.
+    /// Whether the certificate passes, the summary says the same, and no surfaces pass through each other.
     pub fn passed(&self) -> bool {
         let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
-        self.certificate.passed && self.differences.is_empty() && steps
+        self.certificate.passed && self.differences.is_empty() && self.passes_through.is_empty() && steps
     }
 }
 
@@ -56,7 +60,9 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let normal_force: f64 = lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
     let differences = compare(&summary.answer, &certificate, normal_force)?;
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
-    Ok(Checked { certificate, differences, steps })
+    let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
+    let passes_through = refused.map(sentence).collect();
+    Ok(Checked { certificate, differences, passes_through, steps })
 }
 
 /// What differs between the record of an answer and what was recomputed.

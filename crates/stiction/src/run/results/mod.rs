@@ -11,6 +11,7 @@ mod html;
 mod json;
 mod masters;
 mod method_text;
+mod overlap_text;
 #[cfg(feature = "report")]
 mod page;
 mod pair_text;
@@ -29,9 +30,9 @@ pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
 #[cfg(feature = "report")]
 pub use page::{write_report, write_report_on};
-pub use report::{Report, limit_load, report, uniqueness};
+pub use report::{Report, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
-pub use step_file::{StepFiles, begin_steps, keep_step};
+pub use step_file::{StepFiles, begin_steps, keep_step, widened_before};
 pub use summary::{FORMAT, Summary, Versions, summary};
 pub use write::{Origin, phase_name, writable, write, write_with};
 

@@ -4,8 +4,10 @@ use std::fmt;
 
 use super::fields::surfaces;
 use super::method_text;
+use super::overlap_text;
 use super::rows::{Row, Rows, print};
 use crate::certificate::{Certificate, Part, PartMeasure};
+use crate::contact::SMALL_MOTION;
 use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
@@ -53,6 +55,8 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         steps(&mut rows, &outcome.steps, last);
     }
     method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
+    let overlaps = overlap_text::sentences(prepared, outcome);
+    overlaps.refused.into_iter().for_each(|what| rows.more(what));
     if let Some(motion) = escape_mode(&prepared.problem, solution.status) {
         rows.more(format!("the loads carry away {motion}"));
         rows.more("what follows, and the files, show a body that the solver holds by force: they are no result".into());
@@ -81,6 +85,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     for BoltState { name, force, shortening } in bolt_states(prepared, outcome) {
         rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
     }
+    overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
     far_slides(prepared, outcome).into_iter().for_each(|warning| rows.add("note", warning));
     let (size, place) = largest_displacement(prepared, outcome);
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
@@ -144,6 +149,12 @@ pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     ))
 }
 
+/// Where surfaces between which contact is named pass through each other, and the remedy.
+pub fn passes_through(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
+    let refused = overlap_text::sentences(prepared, outcome).refused;
+    (!refused.is_empty()).then(|| refused.join("; "))
+}
+
 /// How far the load steps came, and the balance of energy; the rows below are of the last step.
 fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let StepRecord { name, t, dt, attempts, .. } = last;
@@ -161,9 +172,6 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     rows.add("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
 }
 
-/// Sliding beyond this part of a face is not small: two surfaces are coupled as they lie before the load.
-const SMALL_SLIDING: f64 = 0.2;
-
 /// Pairs that slide farther than the frozen coupling allows for.
 fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -172,7 +180,7 @@ fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
         let size = pair.face_size[0].min(pair.face_size[1]);
         let touching = fields.slip.iter().zip(&fields.status).filter(|(_, status)| **status > 0);
         let slide = touching.map(|(s, _)| (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt()).fold(0.0, f64::max);
-        if slide > SMALL_SLIDING * size {
+        if slide > SMALL_MOTION * size {
             let what = format!("the surfaces slide by up to {}, a face is {} wide", number(slide), number(size));
             warnings.push(format!("contact \"{}\": {what}; contact is that of the unmoved bodies", fields.name));
         }
@@ -211,6 +219,7 @@ fn status(status: Status, iterations: usize) -> String {
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),
         Status::Stalled => format!("NOT SOLVED: nothing more was gained after {count}"),
         Status::NoEquilibrium => "NOT SOLVED: there is no equilibrium".into(),
+        Status::PassesThrough => "NOT SOLVED: surfaces between which contact is named pass through each other".into(),
         Status::Uncertified => format!("NOT SOLVED: converged by its own rule after {count}, not by the certificate"),
         Status::Interrupted => format!("NOT SOLVED: interrupted after {count}"),
     }

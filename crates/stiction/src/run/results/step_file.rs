@@ -9,6 +9,7 @@ use super::json;
 use super::masters::pair_fields;
 use super::write::{encoded, log, write_body, write_contact};
 use crate::Error;
+use crate::io::case::{AgainstSpec, Case};
 use crate::io::step::{read_step, write_step};
 use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, vtu};
@@ -17,6 +18,9 @@ use crate::run::solve::{Restart, Step, StepRecord};
 
 /// What has been finished, beside the files of the steps.
 const STATE: &str = "steps.json";
+/// What messages call it, and the remedy if it cannot be read.
+const WHAT: &str = "a list of finished steps";
+const AGAIN: &str = "solve the case from its beginning, without --resume";
 /// Number of its format.
 const FORMAT: u32 = 2;
 
@@ -26,6 +30,9 @@ struct State {
     format: u32,
     /// In hexadecimal digits.
     fingerprint: String,
+    /// [`Prepared::widened`].
+    #[serde(default)]
+    widened: Vec<(String, f64)>,
     steps: Vec<StepRecord>,
 }
 
@@ -62,6 +69,31 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
         }
     }
     Ok((files, restart))
+}
+
+/// The case as the finished steps in `folder`, if there are any, have solved it: they may have found that `search` of a
+/// contact is too short.
+///
+/// # Errors
+/// If the list of finished steps cannot be read.
+pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        #[serde(default)]
+        widened: Vec<(String, f64)>,
+    }
+    let (path, mut case) = (folder.join(STATE), case.clone());
+    if !path.exists() {
+        return Ok(case);
+    }
+    for (name, search) in json::read::<Head>(&path, WHAT, AGAIN)?.widened {
+        for contact in case.contacts.iter_mut().filter(|contact| contact.name == name) {
+            if let AgainstSpec::Surface { widened, .. } = &mut contact.against {
+                *widened = Some(search);
+            }
+        }
+    }
+    Ok(case)
 }
 
 /// Removes what a stepped run has left.
@@ -104,7 +136,8 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     folder::write_text(&folder.join("log.jsonl"), &files.log)?;
     if step.finished {
         let fingerprint = format!("{:016x}", files.fingerprint);
-        let state = State { format: FORMAT, fingerprint, steps: step.records.to_vec() };
+        let (widened, steps) = (prepared.widened.clone(), step.records.to_vec());
+        let state = State { format: FORMAT, fingerprint, widened, steps };
         folder::write_text(&folder.join(STATE), &json::text(&state))?;
     }
     Ok(())
@@ -122,16 +155,14 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     }
     let place = path.display().to_string();
     let fail = |what: &str, remedy: &str| Err(Error::new(&place, what, remedy));
-    let again = "solve the case from its beginning, without --resume";
     #[derive(Deserialize)]
     struct Head {
         format: u32,
     }
-    const WHAT: &str = "a list of finished steps";
-    if json::read::<Head>(&path, WHAT, again)?.format != FORMAT {
-        return fail("the list of finished steps has another format than this version reads", again);
+    if json::read::<Head>(&path, WHAT, AGAIN)?.format != FORMAT {
+        return fail("the list of finished steps has another format than this version reads", AGAIN);
     }
-    let State { fingerprint, steps: records, .. } = json::read(&path, WHAT, again)?;
+    let State { fingerprint, steps: records, .. } = json::read(&path, WHAT, AGAIN)?;
     if fingerprint != format!("{:016x}", files.fingerprint) {
         let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
                       solve without --resume";
@@ -146,7 +177,7 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     let last = read(records.len())?;
     let before = if records.len() > 1 { Some(read(records.len() - 1)?) } else { None };
     if last_record.t != last.t {
-        return fail("the list of finished steps and the file of the last one differ", again);
+        return fail("the list of finished steps and the file of the last one differ", AGAIN);
     }
     files.log = finished_log(&files.folder, records.len());
     Ok(Some(Restart { records, last, before }))

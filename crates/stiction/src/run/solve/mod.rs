@@ -5,6 +5,7 @@ pub(super) mod balance;
 mod bolts;
 mod clearance;
 mod nested;
+mod passing;
 mod path;
 pub(super) mod quantities;
 mod record;
@@ -13,14 +14,15 @@ mod totals;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
+pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;
 pub(super) use record::path_name;
 #[cfg(feature = "report")]
 pub(super) use record::status_name;
 pub use record::{
-    AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, PairRecord,
-    PartRecord, SlidingRecord, StepRecord, UniquenessRecord,
+    AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
+    OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord, UniquenessRecord,
 };
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

@@ -5,16 +5,18 @@ use std::time::Instant;
 
 use super::clearance;
 use super::nested;
+use super::passing;
 use super::record::StepRecord;
 use crate::Error;
-use crate::contact::ContactProblem;
 use crate::contact::sliding::{Sliding, least_resisted};
+use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
     self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status,
     coulomb_facts, solve_with,
 };
 use crate::io::case::SolverSpec;
 use crate::io::machine;
+use crate::run::pose::loads::TIME;
 use crate::run::pose::{Prepared, Seconds, Span, in_terms_of_the_case, place, stopwatch};
 use crate::solve::{Kept, Observer, SolveEvent, solve_validated};
 
@@ -113,6 +115,8 @@ pub struct Outcome {
     /// those the iteration came to), takes up no more than nearly all of the loads: along which motion of floating
     /// bodies.
     pub sliding: Option<Sliding>,
+    /// Where surfaces lie in each other.
+    pub overlaps: Vec<Overlap>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
@@ -129,16 +133,29 @@ impl Outcome {
     /// A solution of which nothing else is known.
     pub(crate) fn new(solution: Solution, settings: &Settings) -> Self {
         let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-        let (method, sliding, coulomb, times, seconds, steps) = Default::default();
+        let (method, sliding, overlaps, coulomb, times, seconds, steps) = Default::default();
         let peak_memory = machine::peak_memory();
-        Outcome { solution, method_name, settings, method, sliding, coulomb, times, seconds, peak_memory, steps }
+        Outcome {
+            solution,
+            method_name,
+            settings,
+            method,
+            sliding,
+            overlaps,
+            coulomb,
+            times,
+            seconds,
+            peak_memory,
+            steps,
+        }
     }
 }
 
 /// Solves a prepared case; a case without contact as well.
 ///
 /// Unless the case asks for a path, large problems go by multigrid; where that does not end with a certified answer
-/// the direct path takes over.
+/// the direct path takes over. Where surfaces of a pair meet beyond its `search` the answer
+/// [passes through](Status::PassesThrough); [`widened`](super::widened) then has the case to be solved instead.
 ///
 /// # Errors
 /// If the matrices do not fit the memory, the stiffness matrix is not positive definite, or the method or the path is
@@ -158,6 +175,8 @@ pub fn solve(
     let [mesh, assembly, contact] = prepared.seconds;
     outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
+    let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
+    passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
     uniqueness_facts(prepared, &kept, &mut outcome, observer);
     Ok(outcome)
 }

@@ -9,6 +9,7 @@ use super::quantities::{energy, escape_mode, largest_displacement, load, reactio
 use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
+use crate::contact::{Overlap, OverlapKind};
 use crate::friction::{
     CopiesAtOnce, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting, Status,
     Sweeps,
@@ -25,6 +26,9 @@ pub struct AnswerRecord {
     pub escape_mode: Option<String>,
     /// Where nothing was found and friction may have reached its limit.
     pub sliding: Option<SlidingRecord>,
+    /// Where surfaces lie in each other.
+    #[serde(default)]
+    pub overlaps: Vec<OverlapRecord>,
     /// The certificate.
     pub certificate: CertificateRecord,
     /// Over all pairs.
@@ -99,6 +103,7 @@ enum StatusName {
     Stalled,
     NoEquilibrium,
     Uncertified,
+    PassesThrough,
     Interrupted,
 }
 
@@ -136,6 +141,41 @@ pub struct SlidingRecord {
     pub load: f64,
     /// The most friction takes up of it.
     pub friction: f64,
+}
+
+/// Surfaces that lie in each other, see [`Overlap`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OverlapRecord {
+    /// What it means.
+    pub kind: OverlapName,
+    /// The contact it belongs to: the pair, or that of the obstacle.
+    pub contact: Option<String>,
+    /// The bodies, the one that `place` belongs to first; one where a body meets itself or an obstacle.
+    pub bodies: Vec<String>,
+    /// Groups of the mesh that hold the faces, as far as there are any.
+    pub groups: Vec<String>,
+    /// A point of the undeformed body where it is deepest, length.
+    pub place: [f64; 3],
+    /// Length.
+    pub depth: f64,
+    /// Part of the way from the load state before at which it is so deep; 1 at its end.
+    pub part: f64,
+    /// The `search` that would find the surfaces, length.
+    pub search: Option<f64>,
+}
+
+/// [`OverlapKind`] without its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OverlapName {
+    /// No contact is named there.
+    Unnamed,
+    /// The surfaces of a pair meet farther apart than they were looked for.
+    BeyondSearch,
+    /// A contact is named, and no contact point can be had there.
+    OutOfReach,
+    /// Contact points are there, and displacements are too large for them.
+    InContact,
 }
 
 /// A certificate.
@@ -353,6 +393,7 @@ impl AnswerRecord {
             status: solution.status,
             escape_mode: escape_mode(problem, solution.status),
             sliding,
+            overlaps: outcome.overlaps.iter().map(|overlap| OverlapRecord::of(prepared, overlap)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),
             contact: totals(prepared, outcome),
             pairs: pair_totals(prepared, outcome).into_iter().map(pair).collect(),
@@ -410,6 +451,39 @@ impl CertificateRecord {
         let parts = certificate.parts.iter().map(part).collect();
         let part_tolerance = certificate.part_tolerance();
         CertificateRecord { measures: Named(measures), duality_gap, parts, part_tolerance, worst, tolerance, passed }
+    }
+}
+
+impl OverlapRecord {
+    fn of(prepared: &Prepared, overlap: &Overlap) -> Self {
+        let Prepared { mesh, facts, problem, .. } = prepared;
+        let body = |body: &u32| match &problem.labels.bodies {
+            Some(bodies) => bodies.list[*body as usize].name.clone(),
+            None => (body + 1).to_string(),
+        };
+        let mut bodies: Vec<String> = overlap.bodies.iter().map(body).collect();
+        bodies.dedup();
+        // The smallest group that holds the face tells most.
+        let group = |face: &u32| {
+            let holding = mesh.groups.iter().filter(|group| group.faces.binary_search(face).is_ok());
+            holding.min_by_key(|group| group.faces.len()).map(|group| group.name.clone())
+        };
+        let (kind, search) = match overlap.kind {
+            OverlapKind::Unnamed => (OverlapName::Unnamed, None),
+            OverlapKind::BeyondSearch { search } => (OverlapName::BeyondSearch, Some(search)),
+            OverlapKind::OutOfReach => (OverlapName::OutOfReach, None),
+            OverlapKind::InContact => (OverlapName::InContact, None),
+        };
+        OverlapRecord {
+            kind,
+            contact: overlap.surface.map(|i| facts.contacts[i].surface.name.clone()),
+            bodies,
+            groups: overlap.faces.iter().flatten().filter_map(group).collect(),
+            place: overlap.place,
+            depth: overlap.depth,
+            part: overlap.part,
+            search,
+        }
     }
 }
 

@@ -8,13 +8,14 @@ use std::ops::ControlFlow;
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
+use super::passing;
 use super::path::{sliding, solve_again, uniqueness_facts};
 use super::record::StepRecord;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
-use crate::contact::Elastic;
 use crate::contact::sliding::Sliding;
+use crate::contact::{Elastic, Moved};
 use crate::friction::{self, Counts, Method, PointState, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
@@ -66,6 +67,8 @@ struct March {
     records: Vec<StepRecord>,
     /// Solves of the present step, those that failed included.
     attempts: usize,
+    /// Where everything has moved to by the end of the last step.
+    moved: Moved,
 }
 
 /// What acts at a time, and the answer.
@@ -81,7 +84,7 @@ struct Answer {
 /// last step, and `prepared` holds the problem it solves.
 ///
 /// A step that does not end certified is tried again from zero, then halved up to six times; after that the run ends
-/// with the status of the shortest. An interrupted run ends with its last finished step, or with [`Error::interrupted`].
+/// with the status of the shortest. It also ends where a step [passes through](Status::PassesThrough) named surfaces. An interrupted run ends with its last finished step, or with [`Error::interrupted`].
 ///
 /// # Errors
 /// As [`solve`](super::solve()); expressions that are not finite; what `keep` returns.
@@ -113,6 +116,8 @@ pub fn solve_steps(
             }
             tightened => tightened?,
         };
+        let now = passing::moved(prepared, &outcome.solution.u, t)?;
+        passing::look(prepared, &march.moved, &now, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -122,6 +127,8 @@ pub fn solve_steps(
                 march.last.get_or_insert_with(|| (outcome, reference()));
                 break;
             }
+            // With contact where none was looked for the steps before may have other answers.
+            Status::PassesThrough => false,
             Status::MaxIterations | Status::Stalled | Status::NoEquilibrium => {
                 // What the numbers given cannot tell no shorter step finds out.
                 let known = outcome.solution.certificate.data_rounding.is_none_or(|r| r <= settings.solver.tolerance);
@@ -135,6 +142,7 @@ pub fn solve_steps(
         let line = finish(prepared, &mut march, loads, &outcome, [begin, t], finished);
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, records: &march.records })?;
+        march.moved = now;
         march.last = Some((outcome, prepared.problem.contact.slip_reference.clone()));
         if !finished {
             break;
@@ -173,6 +181,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         last: None,
         records: Vec::new(),
         attempts: 0,
+        moved: passing::at_rest(prepared),
     };
     let Some(Restart { records, last, before }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.loading.steps).ok_or_else(|| {
@@ -187,6 +196,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     apply(prepared, &loads, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &loads, &last.u);
+    let moved = passing::moved(prepared, &last.u, last.t)?;
     let outcome = restored(prepared, settings, &last, records.last().map(|record| record.answer.path));
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
@@ -194,7 +204,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
     let answers = before.iter().chain([&last]).map(answer).collect();
     let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
-    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), records, ..begin })
+    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), records, moved, ..begin })
 }
 
 /// The answer of a step that an earlier run has found, judged anew.

@@ -8,6 +8,7 @@ use super::view::{View, encoded};
 use crate::friction::Status;
 use crate::io::look::{self, Units};
 use crate::io::text::{escaped, number, triple};
+use crate::run::results::overlap_text;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::Summary;
 use crate::run::solve::CertificateRecord;
@@ -85,6 +86,7 @@ fn verdict(s: &Summary) -> String {
         (Status::MaxIterations, _) => (false, "Not solved: the limit of iterations was reached."),
         (Status::Stalled, _) => (false, "Not solved: the iteration gained nothing more."),
         (Status::NoEquilibrium, _) => (false, "Not solved: there is no equilibrium."),
+        (Status::PassesThrough, _) => (false, "Not solved: surfaces pass through each other."),
         (Status::Interrupted, true) => (false, "Interrupted. What was finished is certified."),
         (Status::Interrupted, false) => (false, "Not solved: the run was interrupted."),
         (Status::Uncertified, _) => (false, "Not certified: the method ended by its own rule, not by the certificate."),
@@ -97,6 +99,9 @@ fn verdict(s: &Summary) -> String {
     } else {
         format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", size(worst))
     };
+    for overlap in s.answer.overlaps.iter().filter(|overlap| overlap_text::is_refused(overlap)) {
+        text += &format!(" {}.", overlap_text::sentence(overlap));
+    }
     if let Some(motion) = &s.answer.escape_mode {
         text += &format!(" The loads carry away {motion}; what follows shows a body held by force and is no result.");
     } else if !passed {
@@ -117,7 +122,12 @@ fn size(measure: f64) -> String {
 }
 
 fn warnings(s: &Summary, view: &View) -> String {
-    let notes = s.problem.iter().chain(&s.report).filter(|row| row.label == "note").map(Row::line);
+    let notes = s
+        .problem
+        .iter()
+        .chain(&s.report)
+        .filter(|row| ["note", "warning"].contains(&row.label.as_str()))
+        .map(Row::line);
     let notes = notes.chain(view.notes.iter().cloned());
     let items: String = notes.map(|note| format!("<li>{}</li>\n", escaped(&note))).collect();
     if items.is_empty() { items } else { format!("<ul class=\"warnings\" aria-label=\"Notes\">\n{items}</ul>\n") }
