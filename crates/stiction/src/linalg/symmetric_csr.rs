@@ -110,6 +110,28 @@ impl SymmetricCsr {
         Ok(matrix)
     }
 
+    /// `b - A x`, rounded once: products and sums are kept in two numbers (Ogita, Rump & Oishi 2005).
+    pub fn residual(&self, b: &[f64], x: &[f64]) -> Vec<f64> {
+        let mut sum: Vec<[f64; 2]> = b.iter().map(|&b| [b, 0.0]).collect();
+        let subtract = |sum: &mut [f64; 2], a: f64, x: f64| {
+            let product = -a * x;
+            let total = sum[0] + product;
+            let part = total - sum[0];
+            let lost = (sum[0] - (total - part)) + (product - part);
+            *sum = [total, sum[1] + lost + (-a).mul_add(x, -product)];
+        };
+        for i in 0..self.rows {
+            for (j, a) in self.entries_of(i) {
+                let j = j as usize;
+                subtract(&mut sum[i], a, x[j]);
+                if j < i {
+                    subtract(&mut sum[j], a, x[i]);
+                }
+            }
+        }
+        sum.into_iter().map(|[high, low]| high + low).collect()
+    }
+
     /// Both triangles by rows.
     pub fn full(&self) -> Csr {
         let mut start = vec![0usize; self.rows + 1];
@@ -345,6 +367,17 @@ mod tests {
 
     fn from_full(entries: &[(usize, usize, f64)]) -> Result<SymmetricCsr, Error> {
         SymmetricCsr::from_full(&Csr::from_triplets(3, 3, entries), "K")
+    }
+
+    #[test]
+    fn a_residual_is_rounded_once() {
+        let large = 2f64.powi(53);
+        let k = from_full(&[(0, 0, large), (1, 1, large), (2, 2, 1.0), (0, 1, 1.0), (1, 0, 1.0)]).unwrap();
+        let x = [3.0, 7.0, 0.5];
+        // Sums of one number each lose the last bits of 3 * 2^53 + 7.
+        assert_eq!(k.residual(&[3.0 * large, 7.0 * large, 1.0], &x), [-7.0, -3.0, 0.5]);
+        let lost = 3.0 * large - k.times(&x)[0];
+        assert_ne!(lost, -7.0);
     }
 
     /// Nodes of one to three unknowns in a row, each coupled to the two before it; of several parts of a product.

@@ -3,7 +3,7 @@
 use stiction::contact::{Friction, SurfaceFriction};
 use stiction::dual::Form;
 use stiction::fem::{Field, Fix};
-use stiction::friction::PointState;
+use stiction::friction::{PointState, Status};
 use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
 
@@ -244,5 +244,52 @@ fn areas_of_contact_points_add_up_to_the_surface() {
             .sum();
         assert!(close(all, 3.0, 1e-13) && close(kept + posed.facts[0].dropped_area, 3.0, 1e-13));
         assert!(close(posed.facts[0].area, 3.0, 1e-13));
+    }
+}
+
+/// A heavy strip lifted at its end lies on the plane but for a length `(24 E I h / q)^(1/4)`: there the deflection, slope and
+/// moment of a beam vanish at the point where it leaves. Cells 4 long, 2 and 1; each reaches the tolerance, though the strip
+/// is 1e8 times as compliant in bending as a cell is in itself.
+#[test]
+fn a_heavy_strip_lifted_at_its_end_is_certified_on_both_paths() {
+    let (young, weight, height): (f64, f64, f64) = (210e3, 0.018_028_846_153_846_156, 0.1);
+    let lifted = (24.0 * young / 12.0 * height / weight).powf(0.25);
+    for (cells, path) in [(30, "dense"), (60, "dense"), (120, "dense"), (60, "solves"), (60, "multigrid")] {
+        let run = case_run::solved(&format!(
+            r#"
+[mesh]
+block = {{ size = [120, 1, 1], cells = [{cells}, 1, 1], element = "hex20" }}
+[materials.steel]
+young = {young}
+poisson = 0
+density = 1
+[[fix]]
+on = {{ box = [[0, 0, 0], [120, 1, 1]] }}
+components = "y"
+[[fix]]
+on = "x-max"
+components = "x"
+[[fix]]
+on = {{ box = [[0, 0, 0], [0, 1, 0]] }}
+components = "z"
+value = {height}
+[[load]]
+gravity = [0, 0, -{weight}]
+[[contact]]
+on = "z-min"
+against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}
+friction = "none"
+[solver]
+path = "{path}"
+"#
+        ));
+        assert_eq!(run.0.solution.status, Status::Solved, "{cells} {path}");
+        // The first node on the plane beyond the lifted length.
+        let open = case_run::displacement(&run)
+            .iter()
+            .zip(&run.1.mesh.nodes)
+            .filter(|(u, x)| x[2] == 0.0 && u[2] > 1e-6 * height)
+            .fold(0.0, |far: f64, (_, x)| far.max(x[0]));
+        assert!((open - lifted).abs() < 120.0 / f64::from(cells) + 2.0, "{cells} {path}: {open} {lifted}");
     }
 }

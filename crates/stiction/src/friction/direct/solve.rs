@@ -110,7 +110,11 @@ pub fn solve(
         if matches!(end, End::Limit | End::Stalled) {
             solver.return_to_best();
         }
-        let solution = solver.finish(end, settings.tolerance);
+        let mut solution = solver.finish(end, settings.tolerance);
+        if end == End::Converged && !solution.certificate.passed && !solver.refines {
+            solver.refines = true;
+            solution = solver.finish(end, settings.tolerance);
+        }
         let certificate = &solution.certificate;
         if end != End::Converged || certificate.passed {
             return solution;
@@ -152,6 +156,8 @@ pub(super) struct Solver<'a> {
     pub at: Iterate,
     /// Where a run of steps ended with the least [merit](Newton::merit), and that.
     best: Option<(f64, Iterate)>,
+    /// Whether displacements are refined: where the certificate does not pass what rounding has left of them may be why.
+    refines: bool,
     pub steps_left: usize,
     max_steps: usize,
     counts: Counts,
@@ -179,7 +185,8 @@ impl<'a> Solver<'a> {
         let (steps_left, max_steps) = (settings.max_iterations, settings.max_iterations);
         let (counts, history) = Default::default();
         let weight = vec![1.0; problem.points()];
-        Solver { given, problem, system, r, weight, v0, at, best: None, steps_left, max_steps, counts, history }
+        let (best, refines) = (None, false);
+        Solver { given, problem, system, r, weight, v0, at, best, refines, steps_left, max_steps, counts, history }
     }
 
     /// From here on each pair counts by its own forces: they are weighed to the size of the largest.
@@ -350,6 +357,9 @@ impl<'a> Solver<'a> {
         make_admissible(self.friction(), &mut lambda);
         self.at.lambda = by_point(&lambda);
         let mut u = self.dual().displacement(self.problem, &lambda);
+        if self.refines {
+            self.dual().refine(self.problem, &lambda, &mut u);
+        }
         self.dual().floating.motions.add(&self.at.alpha, &mut u);
         self.at.v = by_point(&self.problem.gap_and_slip(&u));
         self.given.out_of_isotropic(&mut lambda);

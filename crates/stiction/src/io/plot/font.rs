@@ -38,11 +38,12 @@ pub(super) fn fitting(text: &str, size: f64, room: f64) -> String {
     if width(text, size) <= room {
         return text.to_string();
     }
-    let mut kept: Vec<char> = text.chars().collect();
-    while !kept.is_empty() && width(&kept.iter().collect::<String>(), size) > room - size {
-        kept.pop();
-    }
-    kept.iter().collect::<String>().trim_end().to_string() + "…"
+    let mut used = 0.0;
+    let fits = |letter: &char| {
+        used += scale(size) * glyph(*letter).1;
+        used <= room - size
+    };
+    text.chars().take_while(fits).collect::<String>().trim_end().to_string() + "…"
 }
 
 /// The outline of a text that begins at `start` on the base line, pixels; `None` if it has no ink.
