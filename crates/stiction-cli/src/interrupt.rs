@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use stiction::Error;
 
-use crate::{code, output};
+use crate::{code, hold, output};
 
 static HEARD: AtomicBool = AtomicBool::new(false);
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -16,6 +16,7 @@ pub fn watch() -> Result<(), Error> {
             output::note("interrupted: what has been found is kept; once more to leave at once\n");
         } else {
             output::note("interrupted: nothing more is written\n");
+            hold::release();
             std::process::exit(code::INTERRUPTED.into());
         }
     };

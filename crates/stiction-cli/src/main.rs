@@ -1,10 +1,11 @@
 //! The command `stiction`.
 //!
 //! Exit codes: 0 solved and certified; 1 ended short of its tolerance, or a check that failed; 2 the input cannot be
-//! used; 70 an error of the program itself; 130 interrupted.
+//! used or the output not be written; 70 an error of the program itself; 130 interrupted.
 
 mod algebraic;
 mod check;
+mod hold;
 mod interrupt;
 mod memory;
 mod mesh;
@@ -71,9 +72,32 @@ fn main() -> std::process::ExitCode {
     memory::keep_freed();
     std::panic::set_hook(Box::new(|info| {
         output::internal_error(info);
+        hold::release();
         std::process::exit(code::INTERNAL.into());
     }));
-    let result = match Arguments::parse().command {
+    let code = match Arguments::try_parse() {
+        Ok(arguments) => run(arguments.command),
+        // Help that was asked for goes to standard output.
+        Err(other) => {
+            let printed = other.print();
+            if !other.use_stderr() {
+                output::keep(printed);
+            }
+            other.exit_code().try_into().unwrap_or(code::INPUT)
+        }
+    };
+    hold::release();
+    std::process::ExitCode::from(match output::lost() {
+        Some(error) => {
+            output::error(&error);
+            if code <= code::SHORT { code::INPUT } else { code }
+        }
+        None => code,
+    })
+}
+
+fn run(command: Command) -> u8 {
+    let result = match command {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Algebraic(arguments) => algebraic::run(&arguments),
@@ -86,9 +110,8 @@ fn main() -> std::process::ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
     };
-    let code = result.unwrap_or_else(|error| {
+    result.unwrap_or_else(|error| {
         output::error(&error);
         code::INPUT
-    });
-    std::process::ExitCode::from(code)
+    })
 }

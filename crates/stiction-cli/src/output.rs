@@ -1,18 +1,42 @@
-//! Printing. A reader that has gone away (`stiction ... | head`) is no reason to fail.
+//! Printing. A reader that has gone away (`stiction ... | head`) is no reason to fail; standard output that cannot be
+//! written, as on a full disk, ends the program with an error, after its work is done.
 
-use std::io::Write as _;
+use std::io::{self, ErrorKind, Write as _};
 use std::panic::PanicHookInfo;
+use std::sync::OnceLock;
 
 use stiction::Error;
 
 /// Prints to standard output.
 pub fn out(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let mut stdout = io::stdout();
+    keep(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()));
+}
+
+/// The first error of standard output.
+static LOST: OnceLock<io::Error> = OnceLock::new();
+
+/// Keeps how printing to standard output ended.
+pub fn keep(printed: io::Result<()>) {
+    if let Err(error) = printed
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = LOST.set(error); // unless there is one already
+    }
+}
+
+/// What is wrong if not all could be printed to standard output.
+pub fn lost() -> Option<Error> {
+    keep(io::stdout().flush());
+    LOST.get().map(|error| {
+        let remedy = "make room on the disk or send the output elsewhere; files of results that were written are whole";
+        Error::new("standard output", format!("not all could be written to it ({error})"), remedy)
+    })
 }
 
 /// Prints to standard error.
 pub fn note(text: &str) {
-    let _ = std::io::stderr().write_all(text.as_bytes());
+    let _ = io::stderr().write_all(text.as_bytes());
 }
 
 /// Prints what is wrong, where, and the remedy.

@@ -7,7 +7,7 @@ use stiction::Error;
 use stiction::run;
 
 #[cfg(feature = "report")]
-use crate::output;
+use crate::{hold, output};
 
 /// Write report.html of a result folder again, from its other files
 #[derive(clap::Args)]
@@ -25,6 +25,10 @@ pub fn run(_: &Arguments) -> Result<u8, Error> {
 /// Writes the report and says where it is.
 #[cfg(feature = "report")]
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    // A folder without results is not taken, and not created, but refused by what follows.
+    if arguments.folder.join("summary.json").exists() {
+        hold::folder(&arguments.folder)?;
+    }
     let bytes = run::write_report(&arguments.folder)?;
     let path = arguments.folder.join(run::REPORT);
     output::out(&format!("{} ({:.1} MB)\n", path.display(), bytes as f64 / 1e6));

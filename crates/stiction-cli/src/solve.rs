@@ -11,7 +11,7 @@ use stiction::linalg::Stop;
 use stiction::run::{self, Ahead, Event, Origin, Outcome, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
-use crate::{code, interrupt, memory, output};
+use crate::{code, hold, interrupt, memory, output};
 
 /// Solve a case and write a folder of results
 #[derive(clap::Args)]
@@ -77,8 +77,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         return Err(Error::new("--resume", what, "solve it without --resume, or add [[step]] to the case"));
     }
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
+    hold::folder(&folder)?;
     run::writable(&folder)?;
-    let is_new = !folder.exists();
     if arguments.resume {
         case = run::widened_before(&case, &folder)?;
     }
@@ -89,9 +89,6 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         let (outcome, ahead) = match solved {
             Err(error) if error.interrupted => {
                 output::note("interrupted: nothing has been found yet, nothing is written\n");
-                if is_new {
-                    folder::remove_empty(&folder);
-                }
                 return Ok(code::INTERRUPTED);
             }
             solved => solved?,

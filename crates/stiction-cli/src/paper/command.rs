@@ -10,7 +10,7 @@ use super::study::Tally;
 use super::write::write_study;
 use super::{FIGURES, Request, StudyEvent, TABLES, study};
 use crate::progress::{Mode, Progress};
-use crate::{code, interrupt, output};
+use crate::{code, hold, interrupt, output};
 
 /// Run the experiments of the source paper and set our numbers beside the published ones
 ///
@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         quick: arguments.quick,
     };
     request.validate()?;
+    hold::folder(&arguments.output)?;
     writable(&arguments.output)?;
     let progress = Progress::new(arguments.progress);
     let done = study(&request, &mut |event| {

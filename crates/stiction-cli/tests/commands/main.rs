@@ -4,6 +4,7 @@
 mod algebraic;
 mod bad_input;
 mod both_sides;
+mod durable;
 mod folder;
 mod interrupt;
 mod paper;

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
-use super::replace::replace;
+use super::replace::{parent, remove_durably, replace, replace_durably, sync_names};
 use crate::Error;
 
 /// Whether files can be written to `folder`, which need not exist yet: tried out and undone.
@@ -30,7 +30,27 @@ pub fn writable(folder: &Path) -> Result<(), Error> {
 /// # Errors
 /// If the system refuses it.
 pub fn create(folder: &Path) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(|error| refused(folder, &error))
+    let missing: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    fs::create_dir_all(folder).map_err(|error| refused(folder, &error))?;
+    // Not every folder above may be read.
+    missing.iter().rev().for_each(|created| drop(sync_names(parent(created))));
+    Ok(())
+}
+
+/// Has these files of `folder` on the disk on return, so that another one may name them: see [`write_text_durably`].
+///
+/// # Errors
+/// If the system refuses it.
+pub fn sync<S: AsRef<str> + Sync>(folder: &Path, names: &[S]) -> Result<(), Error> {
+    super::replace::sync(folder, names)
+}
+
+/// Writes a text file as a whole, which is on the disk on return.
+///
+/// # Errors
+/// If the system refuses it.
+pub fn write_text_durably(path: &Path, text: &str) -> Result<(), Error> {
+    replace_durably(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Writes a text file as a whole.
@@ -69,12 +89,22 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
 /// If the system refuses it.
 pub fn remove(path: &Path) -> Result<(), Error> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            let what = format!("this file cannot be removed ({error})");
-            Err(Error::new(path.display().to_string(), what, "check the permissions of its folder"))
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(stays(path, &error)),
         _ => Ok(()),
     }
+}
+
+/// Removes a file that names others, and need not exist, before these may be replaced.
+///
+/// # Errors
+/// If the system refuses it.
+pub fn withdraw(path: &Path) -> Result<(), Error> {
+    remove_durably(path).map_err(|error| stays(path, &error))
+}
+
+fn stays(path: &Path, error: &std::io::Error) -> Error {
+    let what = format!("this file cannot be removed ({error})");
+    Error::new(path.display().to_string(), what, "check the permissions of its folder")
 }
 
 /// Removes a folder if there is nothing in it.
@@ -96,7 +126,7 @@ pub fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-fn refused(folder: &Path, error: &std::io::Error) -> Error {
+pub(crate) fn refused(folder: &Path, error: &std::io::Error) -> Error {
     let what = format!("results cannot be written to this folder ({error})");
     Error::new(folder.display().to_string(), what, "choose another folder with -o DIR")
 }

@@ -1,4 +1,4 @@
-//! What the machine says about its memory; Linux only, unknown elsewhere.
+//! What the machine says about its memory, its clocks and its name; Linux only, unknown elsewhere.
 
 use std::fs;
 
@@ -39,6 +39,11 @@ fn clock(clock: Clock) -> f64 {
 #[cfg(not(target_os = "linux"))]
 fn clock(_: Clock) -> f64 {
     0.0
+}
+
+/// The name of this machine.
+pub fn host_name() -> Option<String> {
+    Some(fs::read_to_string("/proc/sys/kernel/hostname").ok()?.trim().to_string())
 }
 
 /// Memory that could be taken now without swapping, bytes: what the system has left, or what the control group this

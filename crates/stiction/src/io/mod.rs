@@ -23,6 +23,7 @@ pub mod fclib;
 pub mod fclib_write;
 pub mod folder;
 pub mod gmsh;
+pub mod lock;
 pub mod machine;
 pub mod matrix_market;
 pub mod npz;

@@ -61,7 +61,7 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
     let (fingerprint, grid) = (fingerprint(prepared), encoded(prepared, true)?);
     let mut files = StepFiles { folder: folder.to_path_buf(), fingerprint, log: String::new(), grid };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
-    folder::remove(&folder.join("summary.json"))?;
+    folder::withdraw(&folder.join("summary.json"))?;
     if restart.is_none() {
         remove_steps(folder)?;
         for name in ["result.vtu", "contact.vtu"] {
@@ -98,7 +98,7 @@ pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
 
 /// Removes what a stepped run has left.
 pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
-    folder::remove(&folder.join(STATE))?;
+    folder::withdraw(&folder.join(STATE))?;
     for name in ["result.pvd", "contact.pvd", "history.png"] {
         folder::remove(&folder.join(name))?;
     }
@@ -112,14 +112,15 @@ pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
     names.iter().filter(|name| numbered(name)).try_for_each(|name| folder::remove(&folder.join(name)))
 }
 
-/// Writes the files of a step. The list of finished steps comes last: a step it names is whole.
+/// Writes the files of a step. The list of finished steps comes last: a step it names is whole and on the disk.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
     write_step(&step_file(folder, number), &step.file)?;
-    write_body(&folder.join(format!("result-{number:04}.vtu")), prepared, &files.grid, &body(prepared, step.outcome))?;
+    let mut written = vec![step_name(number), format!("result-{number:04}.vtu")];
+    write_body(&folder.join(&written[1]), prepared, &files.grid, &body(prepared, step.outcome))?;
     let times: Vec<f64> = step.records.iter().map(|record| record.t).collect();
     let collection = |name: &str| {
         let parts: Vec<(f64, String)> =
@@ -128,23 +129,30 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     };
     let surfaces = pair_fields(prepared, step.outcome);
     if !surfaces.is_empty() {
-        write_contact(&folder.join(format!("contact-{number:04}.vtu")), &surfaces, true)?;
+        written.push(format!("contact-{number:04}.vtu"));
+        write_contact(&folder.join(&written[2]), &surfaces, true)?;
         collection("contact")?;
     }
     collection("result")?;
     files.log += &log(step.outcome, Some(number));
     folder::write_text(&folder.join("log.jsonl"), &files.log)?;
+    // One that is not finished is named by the summary.
+    folder::sync(folder, &written)?;
     if step.finished {
         let fingerprint = format!("{:016x}", files.fingerprint);
         let (widened, steps) = (prepared.widened.clone(), step.records.to_vec());
         let state = State { format: FORMAT, fingerprint, widened, steps };
-        folder::write_text(&folder.join(STATE), &json::text(&state))?;
+        folder::write_text_durably(&folder.join(STATE), &json::text(&state))?;
     }
     Ok(())
 }
 
 pub(crate) fn step_file(folder: &Path, number: usize) -> PathBuf {
-    folder.join(format!("step-{number:04}.npz"))
+    folder.join(step_name(number))
+}
+
+fn step_name(number: usize) -> String {
+    format!("step-{number:04}.npz")
 }
 
 /// The steps that are finished in the folder, if there are any.

@@ -35,8 +35,8 @@ pub struct Origin {
 
 /// Writes all files of a result into `folder`, which is created, and returns their names.
 ///
-/// Each file is whole or absent, and `summary.json` comes last: a folder that has one is complete. `outcome` learns
-/// how long it took.
+/// Each file is whole or absent, and `summary.json` comes last, when the others are on the disk: a folder that has one is
+/// complete. `outcome` learns how long it took.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -57,7 +57,7 @@ pub fn write_with(
 ) -> Result<Vec<String>, Error> {
     let mut lap = stopwatch();
     folder::create(folder)?;
-    folder::remove(&folder.join("summary.json"))?;
+    folder::withdraw(&folder.join("summary.json"))?;
     // That of an earlier run would tell of other numbers.
     folder::remove(&folder.join(REPORT))?;
     let stepped = !outcome.steps.is_empty();
@@ -74,11 +74,17 @@ pub fn write_with(
     let mut files = written?;
     let pictures = drawn?;
     files.extend(pictures.iter().cloned());
+    folder::sync(folder, &files)?;
     outcome.seconds.output = outcome.seconds.output + lap();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
     let summary = Summary { pictures, ..Summary::of(prepared, outcome, origin) };
-    folder::write_text(&folder.join("summary.json"), &json::text(&summary))?;
+    folder::write_text_durably(&folder.join("summary.json"), &json::text(&summary))?;
     files.push("summary.json".into());
+    for name in &mut files {
+        if let Some(steps) = name.strip_suffix(".pvd") {
+            *name = format!("{name} with {steps}-0001.vtu ...");
+        }
+    }
     Ok(files)
 }
 
@@ -97,7 +103,7 @@ fn write_numbers(
     let names: &[&str] = if surfaces.is_empty() { &["result"] } else { &["result", "contact"] };
     if stepped {
         // The files of the steps are there already.
-        files.extend(names.iter().map(|name| format!("{name}.pvd with {name}-0001.vtu ...")));
+        files.extend(names.iter().map(|name| format!("{name}.pvd")));
     } else {
         let grid = ahead.grid.map_or_else(|| encoded(prepared, true), Ok)?;
         write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
