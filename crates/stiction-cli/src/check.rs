@@ -7,7 +7,7 @@ use stiction::run;
 
 use crate::{code, output};
 
-/// Recompute the certificate of a result folder from its files alone
+/// Recompute the certificate of a result folder from its files alone, and compare all files with their checksums
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The folder that `stiction solve` wrote
@@ -35,14 +35,22 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
             text += &format!("    {}: recorded {old:e}, recomputed {new:e}\n", name.replace('_', " "));
         }
     }
+    for (name, what) in &checked.files {
+        text += &format!("  {name} is {what}\n");
+    }
     let steps_agree = checked.steps.iter().all(|step| step.differences.is_empty());
     let all_pass = certificate.passed && checked.steps.iter().all(|step| step.certificate.passed);
     for what in &checked.passes_through {
         text += &format!("  {what}\n");
     }
+    let as_written = checked.files.is_empty();
     text += match (all_pass, checked.differences.is_empty() && steps_agree) {
         (true, true) if !checked.passes_through.is_empty() => {
             "failed: the result solves its problem, but surfaces pass through each other, as its summary says\n"
+        }
+        (true, true) if !as_written => {
+            "failed: the result solves its problem, but files of the folder are not as they were written; solve the case \
+             again, or write report.html again with `stiction report` if it is the only one\n"
         }
         (true, true) => "passed: the result solves its problem to the tolerance, as its summary says\n",
         (true, false) => "failed: the result solves its problem, but its summary says something else\n",

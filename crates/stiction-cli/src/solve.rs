@@ -171,6 +171,13 @@ fn attempt(
     if !case.steps.is_empty() {
         let (files, restart) = run::begin_steps(&prepared, folder, resume)?;
         if resume {
+            if let Some(damage) = files.damage() {
+                let from = match &restart {
+                    Some(restart) => format!("going back to the end of step {}", restart.records.len()),
+                    None => "no step before it is whole".into(),
+                };
+                output::note(&format!("warning: {damage}; {from}\n"));
+            }
             match &restart {
                 Some(restart) => say(&resumed(restart, folder)),
                 None => say(&format!("nothing to resume in {}: solving from the beginning\n", folder.display())),

@@ -16,3 +16,4 @@ mod shipped;
 mod smaller;
 mod solve_and_check;
 mod steps;
+mod tampering;

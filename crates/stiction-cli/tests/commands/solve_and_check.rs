@@ -3,7 +3,8 @@
 use crate::folder::{CASE, Folder};
 use serde_json::Value;
 
-const FILES: [&str; 13] = [
+const FILES: [&str; 14] = [
+    "SHA256SUMS",
     "case.toml",
     "contact.vtu",
     "convergence.png",
@@ -179,7 +180,7 @@ fn a_case_without_contact_is_solved() {
     let (case, _) = CASE.split_once("[[contact]]").unwrap();
     let folder = Folder::new("free", case);
     folder.run(&["solve", "case.toml"]).ends(0, &[]);
-    assert_eq!(folder.names_in("case-results").len(), 8);
+    assert_eq!(folder.names_in("case-results").len(), 9);
     assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
     folder.run(&["check", "case-results"]).ends(0, &[]);
     for method in ["alg1", "smalbe", "discs", "cfs2"] {

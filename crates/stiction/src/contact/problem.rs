@@ -337,6 +337,9 @@ impl ContactProblem {
             finite("labels.supports.rigid", supports.rigid.as_flattened())?;
         }
         if let Some(bodies) = bodies {
+            let places: Vec<f64> = bodies.list.iter().flat_map(|b| b.centre.into_iter().chain([b.radius])).collect();
+            finite("centres and radii of labels.bodies", &places)?;
+            finite("labels.bodies.origin", &bodies.origin)?;
             let known = bodies.list.len() as u32;
             if let Some(number) = bodies.of.iter().chain(&bodies.of_support).find(|&&number| number >= known) {
                 let what = format!("labels.bodies: there is no body {number} among {known}");

@@ -6,6 +6,7 @@
 //! nested sets, instances, compressed data) is bounded before memory is taken, and text is given back as it is read:
 //! reading takes at most three times the memory of the mesh.
 
+pub(crate) mod checksum;
 mod contents;
 mod labels;
 #[cfg(any(feature = "plots", feature = "report"))]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::npz::{self, Array, count, f64s, scalar, usizes};
+use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
 use crate::Error;
 use crate::contact::ContactProblem;
 
@@ -105,6 +105,14 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
         let states = usizes(&arrays, "states", Some(m))?;
         if let Some(state) = states.iter().find(|&&state| state > 2) {
             return Err(damaged(format!("there is no state of contact {state}")));
+        }
+        // Displacements and forces are judged by the certificate, the rest enters the problem or stands beside it.
+        for (name, array) in &arrays {
+            if let (Data::F64(values), false) = (&array.data, ["u", "lambda"].contains(&&name[..]))
+                && let Some(i) = values.iter().position(|v| !v.is_finite())
+            {
+                return Err(damaged(format!("entry {i} of array \"{name}\" is {}", values[i])));
+            }
         }
         let energy = list("energy", 3)?;
         let position = usizes(&arrays, "position", Some(4))?;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::check_steps::{CheckedStep, check_steps};
 use super::overlap_text::{is_refused, sentence};
-use super::summary;
+use super::{summary, sums};
 use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::io::problem;
@@ -17,6 +17,8 @@ pub struct Checked {
     pub certificate: Certificate,
     /// Where `summary.json` says something else: name, what it says, what was recomputed.
     pub differences: Vec<(String, f64, f64)>,
+    /// Files that are not as they were written: name, and whether it is missing, changed or unknown.
+    pub files: Vec<(String, String)>,
     /// Where surfaces between which contact is named pass through each other, as the summary says; what judges anew knows
     /// contact points alone.
     pub passes_through: Vec<String>,
@@ -25,10 +27,15 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Whether the certificate passes, the summary says the same, and no surfaces pass through each other.
+    /// Whether the certificate passes, the summary says the same, all files are as they were written, and no surfaces pass
+    /// through each other.
     pub fn passed(&self) -> bool {
         let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
-        self.certificate.passed && self.differences.is_empty() && self.passes_through.is_empty() && steps
+        self.certificate.passed
+            && self.differences.is_empty()
+            && self.files.is_empty()
+            && self.passes_through.is_empty()
+            && steps
     }
 }
 
@@ -36,8 +43,8 @@ impl Checked {
 /// the order of additions can change, and far less than would matter.
 const SAME: f64 = 1e-3;
 
-/// Recomputes the certificate of the result in `folder` from its problem and solution, and compares it with its
-/// summary.
+/// Compares the files of the result in `folder` with their checksums, recomputes its certificate from its problem and
+/// solution, and compares that with its summary.
 ///
 /// # Errors
 /// If a file is missing, damaged, or does not fit the others.
@@ -53,7 +60,23 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
-    let (mut problem, tolerance) = problem::read_problem(&file)?;
+    let pictures = summary::read(&folder.join("summary.json")).map_or(Vec::new(), |summary| summary.pictures);
+    let files = sums::verify(folder, &pictures)?;
+    match judge(folder) {
+        Ok(judged) => Ok(Checked { files, ..judged }),
+        Err(mut error) => {
+            if !files.is_empty() {
+                let list: Vec<String> = files.iter().map(|(name, what)| format!("{name} is {what}")).collect();
+                error.what += &format!("; of the files of the folder {}", list.join(", "));
+            }
+            Err(error)
+        }
+    }
+}
+
+/// The same without the checksums.
+fn judge(folder: &Path) -> Result<Checked, Error> {
+    let (mut problem, tolerance) = problem::read_problem(&folder.join("problem.npz"))?;
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let summary = summary::read(&folder.join("summary.json"))?;
@@ -62,7 +85,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
-    Ok(Checked { certificate, differences, passes_through, steps })
+    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, steps })
 }
 
 /// What differs between the record of an answer and what was recomputed.

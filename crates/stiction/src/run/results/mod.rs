@@ -9,6 +9,7 @@ pub(super) mod fields;
 #[cfg(feature = "report")]
 mod html;
 mod json;
+mod kept;
 mod masters;
 mod method_text;
 mod overlap_text;
@@ -21,6 +22,7 @@ mod report;
 mod rows;
 mod step_file;
 pub(super) mod summary;
+mod sums;
 #[cfg(feature = "report")]
 mod view;
 mod write;
@@ -34,6 +36,7 @@ pub use report::{Report, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
 pub use step_file::{StepFiles, begin_steps, keep_step, widened_before};
 pub use summary::{FORMAT, Summary, Versions, summary};
+pub use sums::SUMS;
 pub use write::{Origin, phase_name, writable, write, write_with};
 
 /// The name of the report in a result folder.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::REPORT;
 use super::html::{Picture, html};
-use super::summary;
 use super::view::view;
+use super::{summary, sums};
 use crate::Error;
 use crate::io::folder;
 use crate::io::look::Units;
@@ -44,6 +44,7 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let view = view?;
     let text = html(&summary, &case_text, &pictures, &view);
     folder::write_text(&folder.join(REPORT), &text)?;
+    sums::renew(folder, REPORT)?;
     Ok(text.len())
 }
 

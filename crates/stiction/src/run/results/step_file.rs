@@ -2,66 +2,64 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::fields::body;
-use super::json;
+use super::kept::{AGAIN, Kept, KeptStep};
 use super::masters::pair_fields;
+use super::sums::{self, SUMS, Sums};
 use super::write::{encoded, log, write_body, write_contact};
 use crate::Error;
 use crate::io::case::{AgainstSpec, Case};
 use crate::io::step::{read_step, write_step};
 use crate::io::vtu::EncodedGrid;
-use crate::io::{folder, vtu};
+use crate::io::{checksum, folder, vtu};
 use crate::run::pose::Prepared;
 use crate::run::solve::{Restart, Step, StepRecord};
 
 /// What has been finished, beside the files of the steps.
-const STATE: &str = "steps.json";
-/// What messages call it, and the remedy if it cannot be read.
-const WHAT: &str = "a list of finished steps";
-const AGAIN: &str = "solve the case from its beginning, without --resume";
-/// Number of its format.
-const FORMAT: u32 = 2;
+pub(crate) const STATE: &str = "steps.json";
 
-/// The contents of `steps.json`.
-#[derive(Debug, Serialize, Deserialize)]
-struct State {
-    format: u32,
-    /// In hexadecimal digits.
-    fingerprint: String,
-    /// [`Prepared::widened`].
-    #[serde(default)]
-    widened: Vec<(String, f64)>,
-    steps: Vec<StepRecord>,
-}
-
+/// How the names of files of contact surfaces begin.
+const CONTACT: &str = "contact-";
 /// Numbered files of a step: the front and the end of their names.
-const NUMBERED: [(&str, &str); 3] = [("result-", ".vtu"), ("contact-", ".vtu"), ("step-", ".npz")];
+const NUMBERED: [(&str, &str); 3] = [("result-", ".vtu"), (CONTACT, ".vtu"), ("step-", ".npz")];
 
 /// Where the steps of a run are kept.
 #[derive(Debug, Clone)]
 pub struct StepFiles {
     folder: PathBuf,
-    /// Of the case on its mesh: no step of another problem is taken for one of this.
-    fingerprint: u64,
+    /// The list of finished steps.
+    kept: Kept,
+    /// Which step of the earlier run is not whole.
+    damage: Option<String>,
     /// `log.jsonl` so far.
     log: String,
     /// The mesh as the files of all steps have it.
     grid: EncodedGrid,
 }
 
+impl StepFiles {
+    /// What is damaged of the steps of an earlier run: none of them from there on is built on.
+    pub fn damage(&self) -> Option<&str> {
+        self.damage.as_deref()
+    }
+}
+
 /// Makes `folder` ready for the steps of a prepared case. With `resume` the steps that it holds already are read, if
-/// there are any; otherwise the files of an earlier run are removed.
+/// there are any, up to the last one before which nothing is damaged; all other files of an earlier run are removed.
 ///
 /// # Errors
 /// If files cannot be read or written, or `resume` is asked for and the folder holds the steps of another case.
 pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(StepFiles, Option<Restart>), Error> {
     folder::create(folder)?;
-    let (fingerprint, grid) = (fingerprint(prepared), encoded(prepared, true)?);
-    let mut files = StepFiles { folder: folder.to_path_buf(), fingerprint, log: String::new(), grid };
+    let kept = Kept::new(&format!("{:016x}", fingerprint(prepared)), &prepared.widened);
+    let grid = encoded(prepared, true)?;
+    let mut files = StepFiles { folder: folder.to_path_buf(), kept, damage: None, log: String::new(), grid };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
-    folder::withdraw(&folder.join("summary.json"))?;
+    for name in ["summary.json", SUMS] {
+        folder::withdraw(&folder.join(name))?;
+    }
     if restart.is_none() {
         remove_steps(folder)?;
         for name in ["result.vtu", "contact.vtu"] {
@@ -77,16 +75,9 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
 /// # Errors
 /// If the list of finished steps cannot be read.
 pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
-    #[derive(Deserialize)]
-    struct Head {
-        #[serde(default)]
-        widened: Vec<(String, f64)>,
-    }
     let (path, mut case) = (folder.join(STATE), case.clone());
-    if !path.exists() {
-        return Ok(case);
-    }
-    for (name, search) in json::read::<Head>(&path, WHAT, AGAIN)?.widened {
+    let kept = if path.exists() { Kept::read(&path)?.0 } else { None };
+    for (name, search) in kept.map_or(Vec::new(), |kept| kept.widened()) {
         for contact in case.contacts.iter_mut().filter(|contact| contact.name == name) {
             if let AgainstSpec::Surface { widened, .. } = &mut contact.against {
                 *widened = Some(search);
@@ -102,14 +93,23 @@ pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
     for name in ["result.pvd", "contact.pvd", "history.png"] {
         folder::remove(&folder.join(name))?;
     }
-    let numbered = |name: &str| {
-        NUMBERED.iter().any(|(front, end)| {
-            let number = name.strip_prefix(front).and_then(|rest| rest.strip_suffix(end));
-            number.is_some_and(|n| n.len() >= 4 && n.bytes().all(|b| b.is_ascii_digit()))
-        })
-    };
+    remove_after(folder, 0)
+}
+
+/// Removes the files of the steps after the first `count`.
+fn remove_after(folder: &Path, count: usize) -> Result<(), Error> {
     let names = folder::names(folder)?;
-    names.iter().filter(|name| numbered(name)).try_for_each(|name| folder::remove(&folder.join(name)))
+    let later = names.iter().filter(|name| number_of(name).is_some_and(|number| number > count));
+    later.map(|name| folder.join(name)).try_for_each(|path| folder::remove(&path))
+}
+
+/// The step that a file called `name` is of.
+pub(crate) fn number_of(name: &str) -> Option<usize> {
+    NUMBERED.iter().find_map(|(front, end)| {
+        let number = name.strip_prefix(front)?.strip_suffix(end)?;
+        let digits = number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit());
+        number.parse().ok().filter(|_| digits)
+    })
 }
 
 /// Writes the files of a step. The list of finished steps comes last: a step it names is whole and on the disk.
@@ -118,33 +118,48 @@ pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
 /// If a file cannot be written.
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
-    write_step(&step_file(folder, number), &step.file)?;
-    let mut written = vec![step_name(number), format!("result-{number:04}.vtu")];
-    write_body(&folder.join(&written[1]), prepared, &files.grid, &body(prepared, step.outcome))?;
-    let times: Vec<f64> = step.records.iter().map(|record| record.t).collect();
-    let collection = |name: &str| {
-        let parts: Vec<(f64, String)> =
-            times.iter().zip(1..).map(|(&t, number)| (t, format!("{name}-{number:04}.vtu"))).collect();
-        vtu::write_collection(&folder.join(format!("{name}.pvd")), &parts)
-    };
+    let mut names = vec![step_name(number), format!("result-{number:04}.vtu")];
+    write_step(&folder.join(&names[0]), &step.file)?;
+    write_body(&folder.join(&names[1]), prepared, &files.grid, &body(prepared, step.outcome))?;
     let surfaces = pair_fields(prepared, step.outcome);
     if !surfaces.is_empty() {
-        written.push(format!("contact-{number:04}.vtu"));
-        write_contact(&folder.join(&written[2]), &surfaces, true)?;
+        names.push(format!("{CONTACT}{number:04}.vtu"));
+        write_contact(&folder.join(&names[2]), &surfaces, true)?;
+    }
+    let lines = log(step.outcome, Some(number));
+    files.log += &lines;
+    write_lists(files, step.records, !surfaces.is_empty())?;
+    // One that is not finished is named by the summary.
+    folder::sync(&files.folder, &names)?;
+    if step.finished {
+        let sums = sums::of_files(&files.folder, &names)?;
+        if let Some(record) = step.records.last() {
+            files.kept.push(record, sums, checksum::of_text(&lines));
+        }
+        folder::write_text_durably(&files.folder.join(STATE), &files.kept.text())?;
+    }
+    Ok(())
+}
+
+/// What is written again with each step: the steps over time, and the log.
+fn write_lists(files: &StepFiles, records: &[StepRecord], contact: bool) -> Result<(), Error> {
+    let collection = |name: &str| {
+        let part = |(record, number): (&StepRecord, usize)| (record.t, format!("{name}-{number:04}.vtu"));
+        let parts: Vec<(f64, String)> = records.iter().zip(1..).map(part).collect();
+        vtu::write_collection(&files.folder.join(format!("{name}.pvd")), &parts)
+    };
+    if contact {
         collection("contact")?;
     }
     collection("result")?;
-    files.log += &log(step.outcome, Some(number));
-    folder::write_text(&folder.join("log.jsonl"), &files.log)?;
-    // One that is not finished is named by the summary.
-    folder::sync(folder, &written)?;
-    if step.finished {
-        let fingerprint = format!("{:016x}", files.fingerprint);
-        let (widened, steps) = (prepared.widened.clone(), step.records.to_vec());
-        let state = State { format: FORMAT, fingerprint, widened, steps };
-        folder::write_text_durably(&folder.join(STATE), &json::text(&state))?;
-    }
-    Ok(())
+    folder::write_text(&files.folder.join("log.jsonl"), &files.log)
+}
+
+/// Checksums of the files of all finished steps, as they were when they had been written.
+pub(crate) fn step_sums(folder: &Path) -> Result<Sums, Error> {
+    let path = folder.join(STATE);
+    let kept = if path.exists() { Kept::read(&path)?.0 } else { None };
+    Ok(kept.iter().flat_map(|kept| &kept.steps).flat_map(|step| step.files.clone()).collect())
 }
 
 pub(crate) fn step_file(folder: &Path, number: usize) -> PathBuf {
@@ -163,15 +178,10 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     }
     let place = path.display().to_string();
     let fail = |what: &str, remedy: &str| Err(Error::new(&place, what, remedy));
-    #[derive(Deserialize)]
-    struct Head {
-        format: u32,
-    }
-    if json::read::<Head>(&path, WHAT, AGAIN)?.format != FORMAT {
-        return fail("the list of finished steps has another format than this version reads", AGAIN);
-    }
-    let State { fingerprint, steps: records, .. } = json::read(&path, WHAT, AGAIN)?;
-    if fingerprint != format!("{:016x}", files.fingerprint) {
+    let (kept, damage) = Kept::read(&path)?;
+    files.damage = damage;
+    let Some(mut kept) = kept else { return Ok(None) };
+    if kept.head != files.kept.head {
         let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
                       solve without --resume";
         return fail(
@@ -179,6 +189,12 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
             remedy,
         );
     }
+    let differing = |step: &KeptStep| sums::differing(&files.folder, &step.files).into_iter().next();
+    if let Some((k, (name, what))) = kept.steps.iter().enumerate().find_map(|(k, step)| Some((k, differing(step)?))) {
+        files.damage = Some(format!("{name} of step {} is {what}", k + 1));
+        kept.steps.truncate(k);
+    }
+    let records: Vec<StepRecord> = kept.steps.iter().map(|step| step.record.clone()).collect();
     let Some(last_record) = records.last() else { return Ok(None) };
     let (n, m) = (prepared.problem.unknowns(), prepared.problem.points());
     let read = |number: usize| read_step(&step_file(&files.folder, number), n, prepared.model.dofs.prescribed.len(), m);
@@ -187,20 +203,33 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     if last_record.t != last.t {
         return fail("the list of finished steps and the file of the last one differ", AGAIN);
     }
-    files.log = finished_log(&files.folder, records.len());
+    files.log = finished_log(&files.folder, &kept.steps);
+    let contact = kept.steps.iter().any(|step| step.files.keys().any(|name| name.starts_with(CONTACT)));
+    files.kept = kept;
+    // First the list, then what it names no longer.
+    folder::write_text(&path, &files.kept.text())?;
+    remove_after(&files.folder, records.len())?;
+    write_lists(files, &records, contact)?;
     Ok(Some(Restart { records, last, before }))
 }
 
-/// The lines of the log that belong to the first `count` steps; a log that is lost is no reason to stop.
-fn finished_log(folder: &Path, count: usize) -> String {
+/// The lines of the log that belong to `steps`; those of a step that are not as they were written are left out, which is
+/// no reason to solve it again.
+fn finished_log(folder: &Path, steps: &[KeptStep]) -> String {
     let text = folder::read_text(&folder.join("log.jsonl")).unwrap_or_default();
     #[derive(Deserialize)]
     struct Line {
         step: usize,
     }
-    let step = |line: &str| serde_json::from_str::<Line>(line).ok().map(|line| line.step);
-    let kept = text.lines().filter(|line| step(line).is_some_and(|step| step <= count));
-    kept.map(|line| format!("{line}\n")).collect()
+    let mut of_step = vec![String::new(); steps.len()];
+    for line in text.lines() {
+        let step = serde_json::from_str::<Line>(line).map_or(0, |line| line.step);
+        if let Some(lines) = step.checked_sub(1).and_then(|k| of_step.get_mut(k)) {
+            *lines += &format!("{line}\n");
+        }
+    }
+    let whole = of_step.iter().zip(steps).filter(|(lines, step)| checksum::of_text(lines) == step.log);
+    whole.map(|(lines, _)| &lines[..]).collect()
 }
 
 /// A number that differs where the posed problem, its loading, or the time axis differs (FNV-1a, by words).

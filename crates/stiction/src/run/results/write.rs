@@ -7,14 +7,15 @@ use serde_json::json;
 
 use super::fields::{BodyFields, Side, SurfaceFields, body};
 use super::masters::pair_fields;
-use super::step_file::remove_steps;
+use super::step_file::{remove_steps, step_sums};
 use super::summary::Summary;
+use super::sums::{self, SUMS, Sums};
 use super::{Ahead, REPORT, json, pictures};
 use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
 use crate::friction::{Phase, Progress};
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
-use crate::io::{folder, machine, problem};
+use crate::io::{checksum, folder, machine, problem};
 use crate::run::pose::{Prepared, stopwatch};
 use crate::run::solve::Outcome;
 
@@ -35,7 +36,8 @@ pub struct Origin {
 
 /// Writes all files of a result into `folder`, which is created, and returns their names.
 ///
-/// Each file is whole or absent, and `summary.json` comes last, when the others are on the disk: a folder that has one is
+/// Each file is whole or absent, and `summary.json` comes last, after the checksums of all and when the others are on the
+/// disk: a folder that has one is
 /// complete. `outcome` learns how long it took.
 ///
 /// # Errors
@@ -53,11 +55,13 @@ pub fn write_with(
     outcome: &mut Outcome,
     origin: &Origin,
     folder: &Path,
-    ahead: Ahead,
+    mut ahead: Ahead,
 ) -> Result<Vec<String>, Error> {
     let mut lap = stopwatch();
     folder::create(folder)?;
-    folder::withdraw(&folder.join("summary.json"))?;
+    for name in ["summary.json", SUMS] {
+        folder::withdraw(&folder.join(name))?;
+    }
     // That of an earlier run would tell of other numbers.
     folder::remove(&folder.join(REPORT))?;
     let stepped = !outcome.steps.is_empty();
@@ -65,21 +69,38 @@ pub fn write_with(
         remove_steps(folder)?;
     }
     let (body, surfaces) = (body(prepared, outcome), pair_fields(prepared, outcome));
+    // The largest file, without steps: its checksum is taken while the others are written, by a thread outside rayon.
+    let file = folder.join(PROBLEM);
+    let tolerance = outcome.solution.certificate.tolerance;
+    match ahead.problem.take() {
+        Some(written) => written?.commit()?,
+        None => problem::write_problem(&file, &prepared.problem, tolerance)?,
+    }
     // Pictures and numbers take about as long, and neither needs the other.
-    let (drawn, written) = thread::scope(|scope| {
+    let (drawn, written, of_problem) = thread::scope(|scope| {
+        let summing = scope.spawn(|| sums::of_file(folder, PROBLEM));
         let drawing = scope.spawn(|| pictures::write(folder, prepared, outcome, &body, &surfaces));
         let written = write_numbers(prepared, outcome, origin, folder, ahead, &body, &surfaces);
-        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), written)
+        let drawn = drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (drawn, written, summing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     let mut files = written?;
     let pictures = drawn?;
     files.extend(pictures.iter().cloned());
+    let mut sums = if stepped { step_sums(folder)? } else { Sums::new() };
+    sums.insert(PROBLEM.into(), of_problem?);
+    let mut rest = sums::written(folder, &pictures)?;
+    rest.retain(|name| !sums.contains_key(name));
+    sums.extend(sums::of_files(folder, &rest)?);
     folder::sync(folder, &files)?;
     outcome.seconds.output = outcome.seconds.output + lap();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
     let summary = Summary { pictures, ..Summary::of(prepared, outcome, origin) };
-    folder::write_text_durably(&folder.join("summary.json"), &json::text(&summary))?;
-    files.push("summary.json".into());
+    let text = json::text(&summary);
+    sums.insert("summary.json".into(), checksum::of_text(&text));
+    sums::write(folder, &sums)?;
+    folder::write_text_durably(&folder.join("summary.json"), &text)?;
+    files.extend(["summary.json", SUMS].map(String::from));
     for name in &mut files {
         if let Some(steps) = name.strip_suffix(".pvd") {
             *name = format!("{name} with {steps}-0001.vtu ...");
@@ -88,7 +109,10 @@ pub fn write_with(
     Ok(files)
 }
 
-/// All but the pictures and the summary.
+/// The file of the problem.
+const PROBLEM: &str = "problem.npz";
+
+/// All but the problem, the pictures and the summary.
 fn write_numbers(
     prepared: &Prepared,
     outcome: &Outcome,
@@ -116,17 +140,11 @@ fn write_numbers(
         files.push("obstacles.vtu".into());
     }
     let solution = &outcome.solution;
-    match ahead.problem {
-        Some(written) => written?.commit()?,
-        None => {
-            problem::write_problem(&folder.join("problem.npz"), &prepared.problem, solution.certificate.tolerance)?;
-        }
-    }
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
     if !stepped {
         folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
     }
-    files.extend(["problem.npz", "solution.npz", "log.jsonl"].map(String::from));
+    files.extend([PROBLEM, "solution.npz", "log.jsonl"].map(String::from));
     let copy = folder.join("case.toml");
     if !origin.path.as_ref().is_some_and(|path| folder::same(path, &copy)) {
         folder::write_text(&copy, &case(origin))?;
