@@ -49,7 +49,7 @@ impl Bounds {
 ///
 /// `stop` is asked at every iteration with the iterate and the norm of its projected gradient, so that an outer
 /// iteration can end the inner one by its own rule. `b`, `start` and the bounds must have one length.
-/// A tolerance of zero asks for what rounding allows and ends with [`QpStatus::Stalled`] (or `Solved`, if the
+/// A tolerance of zero asks for what rounding allows and ends with `Stalled` (or `Solved`, if the
 /// projected gradient vanishes exactly).
 pub fn minimize_in_bounds(
     problem: Program,

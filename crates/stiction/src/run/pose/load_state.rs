@@ -38,7 +38,7 @@ pub struct Loading {
     pub initial: Initial,
     /// The bolts.
     pub bolts: Vec<Bolt>,
-    /// The [travel](super::travel) now, length: what the displacements of the problem leave out.
+    /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
     pub travel: [f64; 3],
 }
 
@@ -112,7 +112,7 @@ pub(crate) struct LoadState {
     /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step. Counted without the travel.
     pub motion: Vec<f64>,
     pub initial: Initial,
-    /// The [travel](super::travel), length.
+    /// The translation that supports and obstacles have in common, length.
     pub travel: [f64; 3],
 }
 
