@@ -86,7 +86,10 @@ fn commits(log: &[(String, String)], commit: &str, of_it: fn(&str) -> bool) -> u
                 count += 1;
             }
             "name" if of_it(name) => {
-                contents.insert(name);
+                // What was synced under its temporary name has its contents on the disk.
+                if !parts.contains(&log[k - 1].1) {
+                    contents.insert(name);
+                }
                 names.insert(name);
             }
             "remove" if name == commit => assert!(is(k + 1, "sync", "case-results"), "{log:#?}"),
