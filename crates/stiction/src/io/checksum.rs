@@ -1,6 +1,6 @@
 //! SHA-256 of files and texts, in hexadecimal digits.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -11,9 +11,7 @@ const PIECE: usize = 1 << 18;
 
 /// The checksum of what a regular file holds; anything else of that name is not opened, for it might never end.
 pub(crate) fn of_file(path: &Path) -> io::Result<String> {
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("it is not a regular file"));
-    }
+    super::regular_file(path)?;
     let (mut file, mut hash, mut piece) = (File::open(path)?, Sha256::new(), vec![0; PIECE]);
     loop {
         match file.read(&mut piece) {
@@ -40,10 +38,10 @@ mod tests {
         let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(of_text("abc"), abc);
         let path = std::env::temp_dir().join(format!("stiction-checksum-{}", std::process::id()));
-        fs::write(&path, vec![b'a'; 1_000_000]).unwrap();
+        std::fs::write(&path, vec![b'a'; 1_000_000]).unwrap();
         let million = "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0";
         assert_eq!(of_file(&path).unwrap(), million);
-        fs::remove_file(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
         assert!(of_file(&std::env::temp_dir()).unwrap_err().to_string().contains("regular file"));
     }
 }
