@@ -189,13 +189,15 @@ impl<'a> Solver<'a> {
         Solver { given, problem, system, r, weight, v0, at, best, refines, steps_left, max_steps, counts, history }
     }
 
-    /// From here on each pair counts by its own forces: they are weighed to the size of the largest.
+    /// From here on each pair counts by its own forces: they are weighed to the size of the largest. What a pair that carries
+    /// nothing has left of rounding stays as it is.
     fn weigh_pairs(&mut self) {
         let pairs = &self.given.labels.pairs;
         let forces = pairs.iter().map(|pair| length(&self.at.lambda[pair.points.clone()])).collect::<Vec<f64>>();
         let largest = forces.iter().fold(0.0, |a: f64, b| a.max(*b));
         for (pair, force) in pairs.iter().zip(forces) {
-            self.weight[pair.points.clone()].fill(largest / force.max(Threshold::LEAST_PAIR * largest));
+            let carries = force > Threshold::LEAST_PAIR * largest;
+            self.weight[pair.points.clone()].fill(if carries { largest / force } else { 1.0 });
         }
         self.best = None;
     }
