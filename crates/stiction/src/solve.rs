@@ -228,7 +228,7 @@ pub(crate) fn solve_validated(
     }
     let asked = settings.path == SolverPath::Multigrid;
     match by_multigrid(problem, settings, kept, observer) {
-        Ok(solution) if asked || is_final(solution.status) => Ok(solution),
+        Ok(solution) if asked || is_final(&solution) => Ok(solution),
         Err(error) if asked || error.interrupted => Err(error),
         by_multigrid => {
             let direct = by_factor(problem, settings, kept, observer);
@@ -249,8 +249,9 @@ fn begin(observer: &mut Observer, event: SolveEvent) -> Result<(), Error> {
 }
 
 /// Whether another path could not do better.
-fn is_final(status: Status) -> bool {
-    matches!(status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
+fn is_final(solution: &Solution) -> bool {
+    solution.certificate.is_as_good_as_the_data()
+        || matches!(solution.status, Status::Solved | Status::Interrupted | Status::NoEquilibrium)
 }
 
 fn by_multigrid(

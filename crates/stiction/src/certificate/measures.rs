@@ -55,6 +55,9 @@ pub struct Certificate {
     pub passed: bool,
 }
 
+/// The name of the measure that is a matter of the data alone.
+const DATA_ROUNDING: &str = "data_rounding";
+
 /// What each body and each pair is held against by its own forces, unless the tolerance of the whole is larger. Looser
 /// than that of the whole: a part that carries a thousandth has a thousandth of its digits.
 pub const PART_TOLERANCE: f64 = 1e-6;
@@ -117,6 +120,13 @@ impl Certificate {
         self.parts.iter().max_by(|a, b| a.residual.total_cmp(&b.residual))
     }
 
+    /// Whether no solver can do better: nothing but the rounding of the data exceeds its bound.
+    pub fn is_as_good_as_the_data(&self) -> bool {
+        let holds = |(name, value): (&str, f64)| name == DATA_ROUNDING || value <= self.tolerance;
+        let parts = self.worst_part().is_none_or(|part| part.residual <= self.part_tolerance());
+        self.passed || self.measures().into_iter().all(holds) && parts
+    }
+
     /// How many times too large the worst of all measures is, those of bodies and pairs included; at most 1 if the
     /// certificate passes.
     pub fn missed(&self) -> f64 {
@@ -139,7 +149,7 @@ impl Certificate {
             list.insert(1, ("force_balance", balance.force));
             list.insert(2, ("moment_balance", balance.moment));
         }
-        list.extend(self.data_rounding.map(|rounding| ("data_rounding", rounding)));
+        list.extend(self.data_rounding.map(|rounding| (DATA_ROUNDING, rounding)));
         list
     }
 }

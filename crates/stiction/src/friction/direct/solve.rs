@@ -111,12 +111,12 @@ pub fn solve(
             solver.return_to_best();
         }
         let mut solution = solver.finish(end, settings.tolerance);
-        if end == End::Converged && !solution.certificate.passed && !solver.refines {
+        if end == End::Converged && !solution.certificate.is_as_good_as_the_data() && !solver.refines {
             solver.refines = true;
             solution = solver.finish(end, settings.tolerance);
         }
         let certificate = &solution.certificate;
-        if end != End::Converged || certificate.passed {
+        if end != End::Converged || certificate.is_as_good_as_the_data() {
             return solution;
         }
         if !by_pairs && certificate.worst <= settings.tolerance {

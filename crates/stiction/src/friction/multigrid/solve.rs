@@ -138,7 +138,7 @@ pub fn solve_multigrid(
             }
             let converged = solution(problem, transformed, &state, end, settings.tolerance);
             target *= reduction(&converged.certificate);
-            if converged.certificate.passed || target < LEAST_TARGET * settings.tolerance {
+            if converged.certificate.is_as_good_as_the_data() || target < LEAST_TARGET * settings.tolerance {
                 certified = Some(converged);
                 break;
             }

@@ -15,7 +15,7 @@ use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::contact::{Elastic, Moved};
+use crate::contact::{ContactProblem, Moved};
 use crate::friction::{self, Counts, Method, PointState, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
@@ -131,8 +131,7 @@ pub fn solve_steps(
             Status::PassesThrough => false,
             Status::MaxIterations | Status::Stalled | Status::NoEquilibrium => {
                 // What the numbers given cannot tell no shorter step finds out.
-                let known = outcome.solution.certificate.data_rounding.is_none_or(|r| r <= settings.solver.tolerance);
-                if known && halve(&mut march, &steps, observer) {
+                if !outcome.solution.certificate.is_as_good_as_the_data() && halve(&mut march, &steps, observer) {
                     continue;
                 }
                 outcome.sliding = limit_load(prepared, &march, &outcome);
@@ -278,9 +277,9 @@ fn attempt(
         ..settings.clone()
     };
     march.attempts += 1;
-    let Elastic { f, .. } = &prepared.problem.elastic;
+    let ContactProblem { elastic, contact, .. } = &prepared.problem;
     // Where neither loads nor overlaps act the answer is zero: forces that have to vanish leave no scale to end at.
-    let unloaded = f.iter().all(|&x| x == 0.0) && prepared.problem.contact.gap.iter().all(|&gap| gap >= 0.0);
+    let unloaded = elastic.f.iter().all(|&x| x == 0.0) && contact.gap.iter().all(|&gap| gap >= 0.0);
     if from.0.iter().any(|&x| x != 0.0) && !unloaded {
         let path = settings.solver.path;
         let factor = path != SolverPath::Multigrid;
