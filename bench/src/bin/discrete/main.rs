@@ -94,7 +94,7 @@ fn compare(files: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         for _ in 0..RUNS {
             let start = ProcessTime::now();
             let prepared = prepare(&contents.problem, Form::Auto, Method::Auto)?;
-            let solution = prepared.solve(&Settings::default(), &mut |_| ControlFlow::Continue(()));
+            let solution = prepared.solve(&Settings::default(), &mut |_| ControlFlow::Continue(()))?;
             seconds.push(start.elapsed().as_secs_f64());
             last = Some(solution);
         }

@@ -52,7 +52,7 @@ fn time(problem: &DiscreteProblem, method: Method, tolerance: f64) -> Result<f64
     let start = ProcessTime::now();
     let solution = prepare(problem, Form::Auto, method)?.solve(&settings, &mut |_| {
         if start.elapsed().as_secs_f64() > LIMIT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    })?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(if solution.status == Status::Solved { seconds } else { f64::INFINITY })
 }

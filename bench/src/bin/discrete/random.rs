@@ -21,7 +21,7 @@ pub fn count() -> Result<(), Box<dyn Error>> {
             for seed in 1..=SEEDS {
                 let pile = DiscreteProblem::Global(pile(bodies, contacts, mu, Normals::Random, seed));
                 let condensed = condense(&pile)?;
-                let found = solve(&condensed.local, &Settings::default(), &mut |_| ControlFlow::Continue(()));
+                let found = solve(&condensed.local, &Settings::default(), &mut |_| ControlFlow::Continue(()))?;
                 all += 1;
                 solved += usize::from(found.status == Status::Solved);
                 println!(

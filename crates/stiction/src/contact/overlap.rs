@@ -31,6 +31,8 @@ pub const SMALL_MOTION: f64 = 0.2;
 const OFF_BORDER: f64 = 0.02;
 /// Coordinates and displacements are known to this part of the largest.
 const ROUNDING: f64 = 1e-12;
+/// Triangles that are looked at together first.
+const CLUSTER: usize = 16;
 /// Most positions between two load states that are looked at.
 const MOST_PARTS: usize = 8;
 
@@ -310,19 +312,37 @@ impl<'a> Check<'a> {
         let mesh = self.assembly.mesh;
         let at = mesh.nodes.iter().zip(u).map(|(x, u)| add(*x, *u)).collect();
         let skin = Skin::new(mesh, self.outer, at);
-        let triangles = (0..self.outer.triangles.len() as u32).into_par_iter();
-        triangles.flat_map_iter(|t| self.inside(&skin, t)).collect()
+        let clusters = skin.tree.things().par_chunks(CLUSTER).filter(|cluster| self.may_lie_inside(&skin, cluster));
+        let mut near: Vec<u32> = clusters.flat_map_iter(|cluster| cluster.iter().copied()).collect();
+        near.sort_unstable();
+        near.into_par_iter().flat_map_iter(|t| self.inside(&skin, t)).collect()
     }
 
-    /// Where samples of triangle `t` lie inside a body. What has come in from outside has not come farther than things
-    /// move, and lies behind faces that look back.
+    /// Whether a face that looks back may lie behind one of these triangles: one look at the tree tells it of most.
+    fn may_lie_inside(&self, skin: &Skin, cluster: &[u32]) -> bool {
+        let around = cluster.iter().fold(Bounds::around([]), |around, &t| around.with(&self.behind(skin, t)));
+        let normals = Bounds::around(cluster.iter().map(|&t| skin.normal[t as usize]));
+        let least = |n: V3| (0..3).map(|c| (n[c] * normals.low[c]).min(n[c] * normals.high[c])).sum::<f64>();
+        skin.tree.meeting(&around).iter().any(|&other| least(skin.normal[other as usize]) < FACING)
+    }
+
+    /// The box in which triangle `t` may have come to lie inside something: what has come in from outside has not come
+    /// farther than things move.
+    fn behind(&self, skin: &Skin, t: u32) -> Bounds {
+        let (corners, reach) = (skin.corners(t), scale(self.reach(), skin.normal[t as usize]));
+        Bounds::around(corners.into_iter().chain(corners.map(|x| sub(x, reach))))
+    }
+
+    /// How far along its inward normal a triangle may be from a face that looks back.
+    fn reach(&self) -> f64 {
+        self.spread / -FACING
+    }
+
+    /// Where samples of triangle `t` lie inside a body: behind faces that look back.
     fn inside(&self, skin: &Skin, t: u32) -> Vec<Overlap> {
-        let normal = skin.normal[t as usize];
-        let reach = self.spread / -FACING;
-        let corners = skin.corners(t);
-        let around = Bounds::around(corners.into_iter().chain(corners.map(|x| sub(x, scale(reach, normal)))));
-        let behind = |other: &u32| dot(skin.normal[*other as usize], normal) < FACING && !skin.adjacent(t, *other);
-        let candidates: Vec<u32> = skin.tree.meeting(&around).into_iter().filter(behind).collect();
+        let (normal, reach) = (skin.normal[t as usize], self.reach());
+        let looks_back = |other: &u32| dot(skin.normal[*other as usize], normal) < FACING && !skin.adjacent(t, *other);
+        let candidates: Vec<u32> = skin.tree.meeting(&self.behind(skin, t)).into_iter().filter(looks_back).collect();
         if candidates.is_empty() {
             return Vec::new();
         }

@@ -114,7 +114,14 @@ fn touched_components(problem: &GlobalProblem) -> Vec<TouchedComponent> {
 
 impl Prepared<'_> {
     /// Solves by the method of the settings; see [`solve`].
-    pub fn solve(&self, settings: &Settings, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution {
+    ///
+    /// # Errors
+    /// As [`solve`].
+    pub fn solve(
+        &self,
+        settings: &Settings,
+        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Solution, Error> {
         match &self.body {
             Body::Condensed(condensed) => solve(&condensed.local, settings, observer),
             Body::Sparse(sparse) => {

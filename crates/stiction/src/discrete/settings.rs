@@ -1,4 +1,5 @@
 use super::measures::Measures;
+use crate::Error;
 
 /// How a discrete problem is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,6 +54,21 @@ pub struct Settings {
     pub method: Method,
     /// Impulses to start from, `dm`; zero if `None`.
     pub start: Option<Vec<f64>>,
+}
+
+impl Settings {
+    /// The start, or none where the settings give none, for `length` impulses.
+    pub(super) fn start(&self, length: usize) -> Result<Option<&[f64]>, Error> {
+        let Some(start) = &self.start else { return Ok(None) };
+        if start.len() != length {
+            let what = format!("`start` has {} numbers where {length} are needed", start.len());
+            return Err(Error::new("settings", what, "give the impulses of all points (d m), point by point, or None"));
+        }
+        if let Some(i) = start.iter().position(|x| !x.is_finite()) {
+            return Err(Error::new("settings", format!("`start`[{i}] is {}", start[i]), "give finite numbers"));
+        }
+        Ok(Some(start))
+    }
 }
 
 impl Default for Settings {

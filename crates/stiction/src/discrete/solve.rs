@@ -10,16 +10,20 @@ use super::proximal::proximal;
 use super::settings::{Method, Progress, Settings, Solution, Status};
 use super::sweeps::sweep;
 use super::system::Discrete;
+use crate::Error;
 use crate::linalg::axpy;
 
 /// Solves a local problem without bilateral part by the method of the settings.
 ///
 /// The answer is judged on the problem as it was given; `Solved` is only reported if all measures pass.
+///
+/// # Errors
+/// If the start has another length than the problem needs, or holds values that are not finite.
 pub fn solve(
     problem: &LocalProblem,
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Solution {
+) -> Result<Solution, Error> {
     let blocks = Blocks::new(problem);
     let velocity = |r: &[f64]| {
         let mut u = problem.W.times(r);

@@ -7,6 +7,7 @@ use super::measures::measure;
 use super::monitor::{Judged, Monitor};
 use super::settings::{Progress, Settings, Solution};
 use super::solve::iterate;
+use crate::Error;
 use crate::friction::law::Linearisation;
 use crate::friction::system::{Iterate, Step, System, length, moved};
 use crate::linalg::{Lu, norm};
@@ -81,23 +82,21 @@ impl<'a> Discrete<'a> {
         velocity: &dyn Fn(&[f64]) -> Vec<f64>,
         settings: &Settings,
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Solution {
+    ) -> Result<Solution, Error> {
+        let start = settings.start(q.len())?;
+        let start = start.map_or_else(|| vec![[0.0; 3]; self.mu.len()], |start| self.scaled(start));
         let judge = |r: &[V3]| {
             let r = self.unscaled(r);
             let u = velocity(&r);
             let measures = measure(self.dimension, self.mu, trace, q, &r, &u);
             Judged { r, u, measures }
         };
-        let start = match settings.start.as_ref().filter(|s| s.len() == q.len()) {
-            Some(start) if start.iter().all(|x| x.is_finite()) => self.scaled(start),
-            _ => vec![[0.0; 3]; self.mu.len()],
-        };
         let (counts, history) = Default::default();
         let (mu, size_of_q, best, at_rounding) = (self.mu, norm(q), None, 0);
         let mut monitor =
             Monitor { mu, judge: &judge, size_of_q, settings, observer, counts, history, best, at_rounding };
         let status = iterate(self, start, settings.method, &mut monitor);
-        monitor.solution(status)
+        Ok(monitor.solution(status))
     }
 
     /// Scaled impulses in the units of the problem, `dm`.

@@ -136,38 +136,33 @@ impl Tree {
         from + half
     }
 
+    /// All things; what is near in the list is near in space.
+    pub(crate) fn things(&self) -> &[u32] {
+        &self.things
+    }
+
     /// The things whose boxes meet `range`, ascending.
     pub fn meeting(&self, range: &Bounds) -> Vec<u32> {
-        let mut found = Vec::new();
-        let mut open = vec![0usize];
-        while let Some(branch) = open.pop() {
-            let Branch { bounds, first, count } = self.branches[branch];
-            if !bounds.meets(range) {
-                continue;
-            }
-            let first = first as usize;
-            let leaf = &self.things[first.min(self.things.len())..][..count as usize];
-            found.extend(leaf.iter().filter(|&&i| self.bounds[i as usize].meets(range)));
-            if count == 0 && !self.things.is_empty() {
-                open.extend([first, first + 1]);
-            }
-        }
-        found.sort_unstable();
-        found
+        self.all(|bounds| bounds.meets(range))
     }
 
     /// The things whose boxes the segment from `x` to `x + way` meets, ascending.
     pub fn along(&self, x: V3, way: V3) -> Vec<u32> {
+        self.all(|bounds| bounds.crossed_by(x, way))
+    }
+
+    /// The things with boxes that are wanted, ascending; a box around a wanted one is wanted.
+    fn all(&self, is_wanted: impl Fn(&Bounds) -> bool) -> Vec<u32> {
         let mut found = Vec::new();
         let mut open = vec![0usize];
         while let Some(branch) = open.pop() {
             let Branch { bounds, first, count } = self.branches[branch];
-            if self.things.is_empty() || !bounds.crossed_by(x, way) {
+            if self.things.is_empty() || !is_wanted(&bounds) {
                 continue;
             }
             let first = first as usize;
             let leaf = &self.things[first.min(self.things.len())..][..count as usize];
-            found.extend(leaf.iter().filter(|&&i| self.bounds[i as usize].crossed_by(x, way)));
+            found.extend(leaf.iter().filter(|&&i| is_wanted(&self.bounds[i as usize])));
             if count == 0 {
                 open.extend([first, first + 1]);
             }

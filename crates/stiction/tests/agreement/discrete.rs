@@ -11,7 +11,7 @@ use stiction_fixtures::piles::{Normals, dense, pile, two_bodies};
 
 fn run(problem: &LocalProblem) -> Solution {
     DiscreteProblem::Local(problem.clone()).validate().unwrap();
-    solve(problem, &Settings::default(), &mut |_| ControlFlow::Continue(()))
+    solve(problem, &Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn local(w: Csr, q: Vec<f64>, mu: Vec<f64>) -> LocalProblem {
@@ -87,6 +87,22 @@ fn off_the_law(problem: &LocalProblem, r: &[f64]) -> f64 {
 }
 
 /// The answer without impulse, which the cone test of a coefficient that vanishes once took the pull for.
+/// No solver goes on from something else than what it was given.
+#[test]
+fn a_start_that_does_not_fit_is_refused_by_name() {
+    let w = dense(3, 3, |i, j| f64::from(i == j));
+    let problem = local(w, vec![-1.0, 0.0, 0.0], vec![0.5]);
+    let from = |start: &[f64]| {
+        let settings = Settings { start: Some(start.to_vec()), ..Settings::default() };
+        solve(&problem, &settings, &mut |_| ControlFlow::Continue(()))
+    };
+    assert_eq!(from(&[1.0, 0.0, 0.0]).unwrap().r, [1.0, 0.0, 0.0]);
+    let short = from(&[1.0]).unwrap_err().to_string();
+    assert!(short.contains("settings: `start` has 1 numbers where 3 are needed") && short.contains("(d m)"), "{short}");
+    let infinite = from(&[1.0, f64::INFINITY, 0.0]).unwrap_err().to_string();
+    assert!(infinite.contains("`start`[1] is inf"), "{infinite}");
+}
+
 #[test]
 fn without_friction_nothing_pulls() {
     for mu in [0.0, 1e-300, 1e-12, 0.5] {
@@ -102,7 +118,7 @@ fn without_friction_nothing_pulls() {
             };
             for method in [Method::Auto, Method::Newton, Method::GaussSeidel, Method::Gradient, Method::Admm] {
                 let settings = Settings { method, ..Settings::default() };
-                let found = solve(&problem, &settings, &mut |_| ControlFlow::Continue(()));
+                let found = solve(&problem, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
                 assert_eq!(found.status, Status::Solved, "{method:?} {mu} {d}");
                 assert!(found.r.iter().all(|r| *r == 0.0), "{method:?} {mu} {d}: {:?}", found.r);
             }
@@ -184,7 +200,8 @@ proptest! {
         other.W.value.iter_mut().for_each(|w| *w *= of_velocity / of_impulse);
         other.q.iter_mut().for_each(|q| *q *= of_velocity);
         let loose = Settings { tolerance: 1e-5, ..Settings::default() };
-        let changed = solve(&other, &Settings { tolerance: 1e-8, ..loose.clone() }, &mut |_| ControlFlow::Continue(()));
+        let settings = Settings { tolerance: 1e-8, ..loose.clone() };
+        let changed = solve(&other, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
         let steps = |s: &Solution| s.history.iter().map(|p| (p.parameter, p.newton_steps)).collect::<Vec<_>>();
         let common = steps(&first).len().min(steps(&changed).len());
         prop_assert_eq!(&steps(&first)[..common], &steps(&changed)[..common]);
@@ -213,7 +230,7 @@ proptest! {
         let (problem, _) = constructed(&little, &a, 3 * p.len(), 0.5);
         for method in Method::ALL {
             let settings = Settings { method, ..Settings::default() };
-            let found = solve(&problem, &settings, &mut |_| ControlFlow::Continue(()));
+            let found = solve(&problem, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
             prop_assert_eq!(found.status, Status::Solved, "{:?}", method);
             prop_assert!(judge(&problem, &found.r).worst() <= 1e-8);
         }

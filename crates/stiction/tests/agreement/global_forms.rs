@@ -130,7 +130,7 @@ fn repeated_bilateral_rows_of_a_local_problem_are_left_out() {
     };
     let run = |problem: &DiscreteProblem| {
         let prepared = prepare(problem, Form::Auto, Method::Auto).unwrap();
-        let found: Solution = prepared.solve(&Settings::default(), &mut |_| ControlFlow::Continue(()));
+        let found: Solution = prepared.solve(&Settings::default(), &mut |_| ControlFlow::Continue(())).unwrap();
         (found.r.clone(), prepared.recover(&found.r), prepared.dropped())
     };
     let (wanted, _, none) = run(&with(1, 0.0));

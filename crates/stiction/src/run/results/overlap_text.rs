@@ -2,7 +2,7 @@
 
 use crate::io::text::{number, triple};
 use crate::run::pose::Prepared;
-use crate::run::solve::{AnswerRecord, Outcome, OverlapName, OverlapRecord};
+use crate::run::solve::{Outcome, OverlapName, OverlapRecord};
 
 /// One sentence each.
 pub(super) struct Sentences {
@@ -14,8 +14,8 @@ pub(super) struct Sentences {
 
 /// What is to be said of the overlaps of an answer and, where they have gone again, of the steps before it.
 pub(super) fn sentences(prepared: &Prepared, outcome: &Outcome) -> Sentences {
-    let last = AnswerRecord::of(prepared, outcome).overlaps;
-    let mut all: Vec<(String, OverlapRecord)> = last.into_iter().map(|overlap| (String::new(), overlap)).collect();
+    let last = outcome.overlaps.iter().map(|overlap| (String::new(), OverlapRecord::of(prepared, overlap)));
+    let mut all: Vec<(String, OverlapRecord)> = last.collect();
     for step in outcome.steps.iter().rev() {
         for overlap in &step.answer.overlaps {
             if !all.iter().any(|(_, known)| same(known, overlap)) {

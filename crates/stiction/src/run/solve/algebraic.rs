@@ -118,8 +118,8 @@ fn read_fclib(path: &Path) -> Result<Contents, Error> {
 /// Solves and judges; `form` says whether velocities of bodies are eliminated first.
 ///
 /// # Errors
-/// If the problem cannot be posed: a singular mass, constraints that contradict each other. An iteration that ends
-/// short of its tolerance is no error.
+/// If the problem cannot be posed: a singular mass, constraints that contradict each other, a start that does not fit. An
+/// iteration that ends short of its tolerance is no error.
 pub fn answer(
     contents: &Contents,
     settings: &Settings,
@@ -129,7 +129,7 @@ pub fn answer(
     let start = Instant::now();
     let prepared = prepare(&contents.problem, form, settings.method)?;
     let condensation = start.elapsed().as_secs_f64();
-    let (solution, guess) = from_guesses(&prepared, contents, settings, observer);
+    let (solution, guess) = from_guesses(&prepared, contents, settings, observer)?;
     let recovered = prepared.recover(&solution.r);
     let measures = prepared.measures(&solution.r, &recovered.u);
     let seconds = Seconds { condensation, iteration: start.elapsed().as_secs_f64() - condensation };
@@ -160,9 +160,9 @@ fn from_guesses(
     contents: &Contents,
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> (Solution, Option<Guess>) {
+) -> Result<(Solution, Option<Guess>), Error> {
     if contents.guesses.is_empty() || settings.start.is_some() {
-        return (prepared.solve(settings, observer), None);
+        return Ok((prepared.solve(settings, observer)?, None));
     }
     let at_rest = judge(prepared, &vec![0.0; contents.guesses[0].len()]).worst();
     let chosen = contents
@@ -173,13 +173,13 @@ fn from_guesses(
         .filter(|(_, residual)| *residual < at_rest)
         .min_by(|a, b| a.1.total_cmp(&b.1));
     let mut guess = Guess { guesses: contents.guesses.len(), chosen, abandoned: false };
-    let Some((number, _)) = chosen else { return (prepared.solve(settings, observer), Some(guess)) };
+    let Some((number, _)) = chosen else { return Ok((prepared.solve(settings, observer)?, Some(guess))) };
     let near = Settings { start: Some(contents.guesses[number - 1].clone()), ..settings.clone() };
-    let found = prepared.solve(&near, observer);
+    let found = prepared.solve(&near, observer)?;
     if !matches!(found.status, Status::MaxIterations | Status::Stalled) {
-        return (found, Some(guess));
+        return Ok((found, Some(guess)));
     }
     guess.abandoned = true;
-    let again = prepared.solve(settings, observer);
-    (if again.measures.worst() < found.measures.worst() { again } else { found }, Some(guess))
+    let again = prepared.solve(settings, observer)?;
+    Ok((if again.measures.worst() < found.measures.worst() { again } else { found }, Some(guess)))
 }

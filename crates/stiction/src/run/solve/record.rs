@@ -455,7 +455,8 @@ impl CertificateRecord {
 }
 
 impl OverlapRecord {
-    fn of(prepared: &Prepared, overlap: &Overlap) -> Self {
+    /// The overlap with names for numbers.
+    pub(crate) fn of(prepared: &Prepared, overlap: &Overlap) -> Self {
         let Prepared { mesh, facts, problem, .. } = prepared;
         let body = |body: &u32| match &problem.labels.bodies {
             Some(bodies) => bodies.list[*body as usize].name.clone(),
