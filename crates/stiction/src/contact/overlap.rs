@@ -430,9 +430,8 @@ impl<'a> Check<'a> {
     /// Nodes that have got into an obstacle.
     fn with_obstacles(&self, now: &Moved) -> Vec<Overlap> {
         let mesh = self.assembly.mesh;
-        let mut nodes: Vec<u32> = mesh.faces.iter().flat_map(|face| face.nodes().iter().copied()).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
+        let mut is_outer = vec![false; mesh.nodes.len()];
+        mesh.faces.iter().flat_map(Face::nodes).for_each(|&node| is_outer[node as usize] = true);
         let mut found = Vec::new();
         for (i, surface) in self.assembly.surfaces.iter().enumerate() {
             let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
@@ -441,7 +440,10 @@ impl<'a> Check<'a> {
             }
             let named = mesh.face_nodes(&surface.faces);
             let small = SMALL_MOTION * face_size(mesh, &surface.faces);
-            let of_node = |&node: &u32| {
+            let of_node = |node: u32| {
+                if !is_outer[node as usize] {
+                    return None;
+                }
                 let way = sub(now.u[node as usize], now.obstacles[i]);
                 let is_named = named.binary_search(&node).is_ok();
                 let is_held = self.held[i].binary_search(&node).is_ok();
@@ -459,7 +461,7 @@ impl<'a> Check<'a> {
                 let bodies = [self.assembly.body[node as usize]; 2];
                 Some(Overlap { kind, surface: Some(i), bodies, faces: [None; 2], place: x, depth, part: 1.0 })
             };
-            found.extend(nodes.par_iter().filter_map(of_node).collect::<Vec<Overlap>>());
+            found.extend((0..mesh.nodes.len() as u32).into_par_iter().filter_map(of_node).collect::<Vec<Overlap>>());
         }
         found
     }

@@ -169,16 +169,6 @@ impl Triangles {
         &self.triangles
     }
 
-    /// Number of triangles.
-    pub fn len(&self) -> usize {
-        self.triangles.len()
-    }
-
-    /// Whether there is no triangle.
-    pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
-    }
-
     pub(super) fn corners(&self, t: u32) -> [V3; 3] {
         self.triangles[t as usize].map(|p| self.points[p as usize])
     }

@@ -42,11 +42,16 @@ pub struct Choice {
     pub(super) stop: Stop,
 }
 
-/// Products a contact solve is expected to need when the two forms are compared.
-pub(super) const EXPECTED_PRODUCTS: f64 = 80.0;
-/// Dense arithmetic of the factorisation and streaming of the factor in a solve, per second on one core.
-pub(super) const FLOPS_PER_SECOND: f64 = 2.5e10;
-pub(super) const BYTES_PER_SECOND: f64 = 8e9;
+/// What the prediction of the time of a solve counts with; only ratios of times are meant.
+pub(super) struct Threshold;
+
+impl Threshold {
+    /// Products a contact solve is expected to need when the two forms are compared.
+    pub(super) const EXPECTED_PRODUCTS: f64 = 80.0;
+    /// Dense arithmetic of the factorisation and streaming of the factor in a solve, per second on one core.
+    pub(super) const FLOPS_PER_SECOND: f64 = 2.5e10;
+    pub(super) const BYTES_PER_SECOND: f64 = 8e9;
+}
 
 /// Orders the unknowns, predicts time and memory of both forms and takes the cheaper that fits.
 ///
@@ -118,7 +123,8 @@ fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched
         form,
         flops: plan.flops(),
         bytes: (8.0 * numbers) as u64,
-        seconds: plan.flops() / FLOPS_PER_SECOND + EXPECTED_PRODUCTS * per_product / BYTES_PER_SECOND,
+        seconds: plan.flops() / Threshold::FLOPS_PER_SECOND
+            + Threshold::EXPECTED_PRODUCTS * per_product / Threshold::BYTES_PER_SECOND,
         graph: empty,
         plan,
         touched: Vec::new(),

@@ -1,4 +1,4 @@
-use super::choice::{BYTES_PER_SECOND, EXPECTED_PRODUCTS, FLOPS_PER_SECOND};
+use super::choice::Threshold as Cost;
 use crate::contact::ContactProblem;
 use crate::linalg::NodeGraph;
 
@@ -37,10 +37,10 @@ pub fn estimate(problem: &ContactProblem) -> Estimate {
     let (nodes, width) = (graph.len() as f64, width(&graph).max(2) as f64);
     let flops = Threshold::FLOPS * 27.0 * nodes * width.powf(1.5);
     let bytes = Threshold::BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
-    let products = if problem.points() > 0 { EXPECTED_PRODUCTS } else { 1.0 };
+    let products = if problem.points() > 0 { Cost::EXPECTED_PRODUCTS } else { 1.0 };
     let seconds = Threshold::ORDERING * nodes
-        + flops / FLOPS_PER_SECOND
-        + products * 2.0 * Threshold::TOUCHED * bytes / BYTES_PER_SECOND;
+        + flops / Cost::FLOPS_PER_SECOND
+        + products * 2.0 * Threshold::TOUCHED * bytes / Cost::BYTES_PER_SECOND;
     Estimate { flops, bytes, seconds }
 }
 

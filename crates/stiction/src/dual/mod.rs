@@ -160,11 +160,6 @@ impl Dual {
         self.solves.load(Ordering::Relaxed)
     }
 
-    /// Numbers stored for the factor and, if dense, the Schur complement.
-    pub fn stored(&self) -> usize {
-        self.factor.len() + if self.is_dense() { self.touched.len().pow(2) } else { 0 }
-    }
-
     /// The local stiffness against the jump of each row of `B`; zero for an empty row. Force per length.
     ///
     /// On one body `(B K Bᵀ)_ii / |row|⁴`, an upper bound of the diagonal of the Schur complement. Between bodies the

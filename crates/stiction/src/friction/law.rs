@@ -40,12 +40,17 @@ impl PointState {
     }
 }
 
-/// The parameter `r` over the local stiffness. Near one, cases rich in sticking points cycle; far below, points leave and
-/// enter contact late (bricks of tests/counts.rs).
-const PARAMETER: f64 = 0.1;
-/// Equation across the direction of slip: where the bound is below this part of the augmented friction, the point does
-/// not feel its slip.
-const NO_BOUND: f64 = 1e-12;
+/// Thresholds of the law as equations.
+struct Threshold;
+
+impl Threshold {
+    /// The parameter `r` over the local stiffness. Near one, cases rich in sticking points cycle; far below, points leave and
+    /// enter contact late (bricks of tests/counts.rs).
+    const PARAMETER: f64 = 0.1;
+    /// Equation across the direction of slip: where the bound is below this part of the augmented friction, the point does
+    /// not feel its slip.
+    const NO_BOUND: f64 = 1e-12;
+}
 
 /// The parameter `r` of each point, force per length: a tenth of the mean stiffness of its nonempty rows, and for a
 /// point without any a tenth of the largest. `stiffness` is that of each row, `3m`, zero for an empty one.
@@ -56,7 +61,7 @@ pub(crate) fn parameters(problem: &ContactProblem, stiffness: &[f64]) -> Vec<f64
         let nonempty = rows.iter().filter(|&&k| k > 0.0).count();
         if nonempty > 0 { rows.iter().sum::<f64>() / nonempty as f64 } else { largest }
     };
-    (0..problem.points()).map(|j| PARAMETER * local(j)).collect()
+    (0..problem.points()).map(|j| Threshold::PARAMETER * local(j)).collect()
 }
 
 /// The derivative of its [`bound`](Friction::bound) by the normal force; zero where a limit rules.
@@ -214,7 +219,7 @@ impl Linearisation {
             (at.known[1], at.known[2]) = (change * e[0], change * e[1]);
             at.slip = Some((e, slope));
             let (turn, q) = ([0.0, -e[1], e[0]], limit / length);
-            if q <= NO_BOUND {
+            if q <= Threshold::NO_BOUND {
                 (at.known[1], at.known[2]) = (at.known[1] - across * turn[1], at.known[2] - across * turn[2]);
             } else if has_row[1] && has_row[2] {
                 at.compliance[at.unknowns] = (1.0 - q) / (q * r);

@@ -18,7 +18,7 @@ pub use law::PointState;
 pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
-    Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, polygon, run_method,
+    Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method,
     solve_with,
 };
 pub use solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};

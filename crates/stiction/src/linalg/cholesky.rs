@@ -84,16 +84,6 @@ impl Cholesky {
         Err(Error::new("", what, "the matrix is singular to working precision; is a body left floating?"))
     }
 
-    /// Number of stored values.
-    pub fn len(&self) -> usize {
-        self.supernodes.len_val()
-    }
-
-    /// Whether the factor is of order zero.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     fn panel(&self, s: usize) -> Panel<'_> {
         let symbolic = &self.supernodes;
         let pattern = symbolic.supernode(s).pattern();

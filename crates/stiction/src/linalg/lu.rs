@@ -140,16 +140,6 @@ impl Lu {
         self.fronts.iter().rev().for_each(|front| front.backward(&mut x));
         self.position.iter().map(|&place| x[place as usize]).collect()
     }
-
-    /// Number of stored values.
-    pub fn len(&self) -> usize {
-        self.fronts.iter().map(|f| f.left.len() + f.right.len()).sum()
-    }
-
-    /// Whether the matrix was of order zero.
-    pub fn is_empty(&self) -> bool {
-        self.fronts.is_empty()
-    }
 }
 
 /// Columns `begin..end` make one front: a chain of parents whose structures nest, with little padding.

@@ -25,7 +25,7 @@ pub use gmres::{Krylov, gmres};
 pub use lanczos::{Ritz, largest_eigenvalue};
 pub use lu::Lu;
 pub use ordering::{NodeGraph, nested_dissection, nested_dissection_until};
-pub use pages::{copy_in_huge_pages, in_huge_pages};
+pub use pages::in_huge_pages;
 pub(crate) use pattern::{Pattern, piece};
 pub use selected::inverse_forms;
 pub use small::{SmallLu, symmetric_eigen};

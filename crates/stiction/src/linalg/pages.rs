@@ -20,10 +20,3 @@ pub fn in_huge_pages<T>(array: Vec<T>) -> Vec<T> {
     }
     array
 }
-
-/// A copy whose pages are huge.
-pub fn copy_in_huge_pages<T: Copy>(array: &[T]) -> Vec<T> {
-    let mut copy = in_huge_pages(Vec::with_capacity(array.len()));
-    copy.extend_from_slice(array);
-    copy
-}

@@ -104,7 +104,7 @@ impl Tree {
                 (tree.branches[branch].first, tree.branches[branch].count) = (from as u32, (to - from) as u32);
                 continue;
             }
-            let middle = tree.split(from, to);
+            let middle = tree.split(branch, from, to);
             tree.branches[branch].first = tree.branches.len() as u32;
             for (from, to) in [(from, middle), (middle, to)] {
                 open.push((tree.branches.len(), from, to));
@@ -120,16 +120,12 @@ impl Tree {
         boxes.fold(Bounds::around([]), |a, b| a.with(&b))
     }
 
-    /// Sorts things by the middles of their boxes so that the lower half comes first; returns where the upper begins.
-    fn split(&mut self, from: usize, to: usize) -> usize {
-        let bounds = &self.bounds;
-        let things = &mut self.things[from..to];
-        let spread = |c: usize| {
-            let at = things.iter().map(|&i| bounds[i as usize].middle(c));
-            let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            high - low
-        };
-        let axis = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
+    /// Sorts the things of a branch by the middles of their boxes so that the lower half comes first; returns where the
+    /// upper begins.
+    fn split(&mut self, branch: usize, from: usize, to: usize) -> usize {
+        let (bounds, things) = (&self.bounds, &mut self.things[from..to]);
+        let extent = sub(self.branches[branch].bounds.high, self.branches[branch].bounds.low);
+        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
         let half = things.len() / 2;
         let middle = |i: u32| bounds[i as usize].middle(axis);
         things.select_nth_unstable_by(half, |&a, &b| middle(a).total_cmp(&middle(b)).then(a.cmp(&b)));

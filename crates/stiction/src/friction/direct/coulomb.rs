@@ -27,10 +27,17 @@ impl CoulombFacts {
     }
 }
 
-/// Relative accuracy of the two figures: a bound and an estimate, not results, and no more products than they deserve.
-const ROUGH: f64 = 0.02;
-const POWER_STEPS: usize = 12;
-const INNER_LIMIT: usize = 40;
+/// Thresholds of the two figures: a bound and an estimate, not results, which deserve no more
+/// products.
+struct Threshold;
+
+impl Threshold {
+    /// Relative accuracy.
+    const ROUGH: f64 = 0.02;
+    /// Most power steps, and most products of a linear system in each.
+    const POWER_STEPS: usize = 12;
+    const INNER_LIMIT: usize = 40;
+}
 
 /// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
 /// and the uniqueness bound `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))`.
@@ -64,7 +71,7 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
     let mut g: Vec<f64> = slips.iter().map(|&(j, _)| slope(j) * lambda[j][0]).collect();
     let balanced = vec![0.0; dual.floating.len()];
     let (mut radius, mut quiet) = (0.0, 0);
-    for step in 0..POWER_STEPS {
+    for step in 0..Threshold::POWER_STEPS {
         let size = norm(&g);
         if size == 0.0 {
             break;
@@ -72,11 +79,11 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
         g.iter_mut().for_each(|x| *x /= size);
         // The answer of the points to a change of the bounds of those that slip.
         slips.iter().zip(&g).for_each(|(&(j, e), g)| points[j].known = [0.0, g * e[0], g * e[1]]);
-        let answer = system.solve(&points, &balanced, ROUGH, INNER_LIMIT);
+        let answer = system.solve(&points, &balanced, Threshold::ROUGH, Threshold::INNER_LIMIT);
         g = slips.iter().map(|&(j, _)| slope(j) * answer.lambda[j][0]).collect();
         let growth = norm(&g);
         // One quiet step may be the turning point of a growth that first rises and then falls.
-        quiet = if step > 0 && (growth - radius).abs() <= 2.0 * ROUGH * growth { quiet + 1 } else { 0 };
+        quiet = if step > 0 && (growth - radius).abs() <= 2.0 * Threshold::ROUGH * growth { quiet + 1 } else { 0 };
         radius = growth;
         if quiet == 2 {
             break;
@@ -99,8 +106,8 @@ fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
         let full: Vec<f64> = x.iter().copied().chain(std::iter::repeat_n(0.0, 2 * m)).collect();
         dual.approximate_inverse(&full, Inverse::Dirichlet)[..m].to_vec()
     };
-    let q = largest_eigenvalue(2 * m, tangential, ROUGH, 60);
-    let s = largest_eigenvalue(m, normal, ROUGH, 200);
+    let q = largest_eigenvalue(2 * m, tangential, Threshold::ROUGH, 60);
+    let s = largest_eigenvalue(m, normal, Threshold::ROUGH, 200);
     let product = (q.value + q.residual) * (s.value + s.residual);
     (product > 0.0 && product.is_finite()).then(|| 1.0 / product.sqrt())
 }

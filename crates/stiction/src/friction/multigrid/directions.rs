@@ -52,7 +52,7 @@ pub(super) fn minimise(directions: &mut [Direction], r: &Vector, points: &[Point
         }
     }
     // With high coefficients of friction the coupled matrix may be indefinite on the directions: then it is left out.
-    if (0..directions.len()).all(|i| coupling[i][i] > -MOST_COUPLED * a[i][i]) {
+    if (0..directions.len()).all(|i| coupling[i][i] > -Threshold::MOST_COUPLED * a[i][i]) {
         a.iter_mut().flatten().zip(coupling.iter().flatten()).for_each(|(a, c)| *a += c);
     }
     let y = solve_small(&a, &b, directions.len());
@@ -75,13 +75,20 @@ fn combine(x: &mut Vector, a: f64, others: Vec<(f64, &Vector)>, sum: &mut Vector
     });
 }
 
-/// Largest part of a direction's energy that the Coulomb coupling may cancel. Cycles are the same from 0.7 to 0.9; with 0.5
-/// the coupling is left out needlessly now and then, for four cycles more.
-const MOST_COUPLED: f64 = 0.8;
-
 /// Most directions, the new one and those kept. With a prototype on bricks of 42 000 unknowns five kept ones instead of two
 /// save up to three cycles of thirty.
 pub(super) const MOST_DIRECTIONS: usize = 4;
+
+/// Thresholds of the directions; single values were varied only where their line says so.
+struct Threshold;
+
+impl Threshold {
+    /// Largest part of a direction's energy that the Coulomb coupling may cancel. Cycles are the same from 0.7 to 0.9; with 0.5
+    /// the coupling is left out needlessly now and then, for four cycles more.
+    const MOST_COUPLED: f64 = 0.8;
+    /// A direction is dependent if elimination leaves this part of its energy or less.
+    const DEPENDENT: f64 = 1e-12;
+}
 
 /// `Sᵀ K S` and `Sᵀ r` in one pass.
 fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS], [f64; MOST_DIRECTIONS]) {
@@ -114,9 +121,6 @@ fn gram(directions: &[Direction], r: &Vector) -> ([[f64; MOST_DIRECTIONS]; MOST_
     (a, b)
 }
 
-/// A direction is dependent if elimination leaves this part of its energy or less.
-const DEPENDENT: f64 = 1e-12;
-
 /// `A y = b` by elimination after scaling to a unit diagonal; dependent directions get zero.
 fn solve_small(
     a: &[[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS],
@@ -128,7 +132,7 @@ fn solve_small(
         std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] * scale[i] * scale[j]));
     let mut y: [f64; MOST_DIRECTIONS] = std::array::from_fn(|i| b[i] * scale[i]);
     for k in 0..n {
-        let reciprocal = if a[k][k] > DEPENDENT { 1.0 / a[k][k] } else { 0.0 };
+        let reciprocal = if a[k][k] > Threshold::DEPENDENT { 1.0 / a[k][k] } else { 0.0 };
         for i in k + 1..n {
             let factor = a[i][k] * reciprocal;
             (k + 1..n).for_each(|j| a[i][j] -= factor * a[k][j]);

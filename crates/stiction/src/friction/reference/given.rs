@@ -79,11 +79,16 @@ pub(super) fn uzawa(
     }
 }
 
-/// Parameters of [`Adaptive`], as PERMON sets them: `M` starts at so many times the norm of `A`, falls by this factor,
-/// and no program is solved less accurately than to this part of its load.
-const FIRST_M: f64 = 100.0;
-const FALL_OF_M: f64 = 0.5;
-const COARSEST: f64 = 0.1;
+/// Parameters of [`Adaptive`], as PERMON sets them.
+struct Threshold;
+
+impl Threshold {
+    /// `M` starts at so many times the norm of `A`, and falls by this factor.
+    const FIRST_M: f64 = 100.0;
+    const FALL_OF_M: f64 = 0.5;
+    /// No program is solved less accurately than to this part of its load.
+    const COARSEST: f64 = 0.1;
+}
 
 /// Where the adaptive method stands between two steps.
 pub(super) struct Adaptive {
@@ -94,7 +99,7 @@ pub(super) struct Adaptive {
 
 impl Adaptive {
     pub(super) fn new(lagrangian: &Lagrangian<'_>) -> Self {
-        Adaptive { m: FIRST_M * lagrangian.q.largest / lagrangian.squares.count as f64, last: None }
+        Adaptive { m: Threshold::FIRST_M * lagrangian.q.largest / lagrangian.squares.count as f64, last: None }
     }
 
     /// One step of SMALBE-M (Dostal 2006, Computing 78; with fixed `rho` and variable `M`: Dostal, Optimal Quadratic
@@ -113,7 +118,8 @@ impl Adaptive {
         let l = step1.lagrangian;
         let load = l.load(&copies.w);
         let size = norm(&l.load(&vec![0.0; copies.w.len()]));
-        let loose = |x: &[f64], gradient: f64| gradient <= (self.m * norm(&l.differences(x))).min(COARSEST * size);
+        let loose =
+            |x: &[f64], gradient: f64| gradient <= (self.m * norm(&l.differences(x))).min(Threshold::COARSEST * size);
         let found = step1.program(0, &load, copies, bounds, tolerance * size, &mut { loose }, counts); // Step 1
         counts.qp_problems += 1;
         copies.x.clone_from(&found.x);
@@ -123,7 +129,7 @@ impl Adaptive {
         // Step 3: the Lagrangian must have grown enough, or the program was too rough.
         let wanted = self.last.map(|last| last + 0.5 * change * change / l.penalty);
         if wanted.is_some_and(|wanted| value < wanted) {
-            self.m *= FALL_OF_M;
+            self.m *= Threshold::FALL_OF_M;
         }
         self.last = Some(value);
         Ok(relative(found.measure, size))

@@ -21,4 +21,4 @@ pub use method::{
 pub use quadratic::Quadratic;
 pub use run_method::{fixed_point_defect, run_method};
 pub use solve_with::{Answer, solve_with};
-pub use squares::{Coupling, polygon};
+pub use squares::Coupling;

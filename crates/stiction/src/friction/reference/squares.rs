@@ -155,20 +155,20 @@ pub(super) fn boxes(friction: &[Friction], has_row: &[bool], slip_bound: &[f64])
     Bounds { lower, upper }
 }
 
-/// Corners of the polygon that `count` squares cut out around a disc of the given radius, counter-clockwise.
-pub fn polygon(count: usize, radius: f64) -> Vec<[f64; 2]> {
-    let half = std::f64::consts::FRAC_PI_4 / count as f64;
-    let corner = |k: usize| {
-        let (s, c) = ((2 * k + 1) as f64 * half).sin_cos();
-        [radius / half.cos() * c, radius / half.cos() * s]
-    };
-    (0..4 * count).map(corner).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::linalg::dot;
+
+    /// Corners of the polygon that `count` squares cut out around a disc of the given radius, counter-clockwise.
+    fn polygon(count: usize, radius: f64) -> Vec<[f64; 2]> {
+        let half = std::f64::consts::FRAC_PI_4 / count as f64;
+        let corner = |k: usize| {
+            let (s, c) = ((2 * k + 1) as f64 * half).sin_cos();
+            [radius / half.cos() * c, radius / half.cos() * s]
+        };
+        (0..4 * count).map(corner).collect()
+    }
 
     fn numbers(n: usize) -> Vec<f64> {
         (0..n).map(|i| (1.0 + i as f64 * 1.7).sin()).collect()

@@ -25,8 +25,16 @@ pub(super) struct CoulombCoupling {
     rows: Vec<Packed<6, 6>>,
 }
 
-/// Tikhonov term of the fit over the trace of its matrix: it bounds a lift that few contact nodes determine.
-const REGULAR: f64 = 1e-3;
+/// Thresholds of the coupling on the coarse levels.
+struct Threshold;
+
+impl Threshold {
+    /// Tikhonov term of the fit over the trace of its matrix: it bounds a lift that few contact nodes determine.
+    const REGULAR: f64 = 1e-3;
+    /// Largest part of a node's stiffness that the coupling may cancel in the sweeps. Beyond it the node is swept without
+    /// coupling, and the directions of the iteration account for it a cycle later.
+    const MOST_COUPLED: f64 = 0.5;
+}
 
 impl Hierarchy {
     /// Sets the coupling of the coarse levels, after their matrices were changed for the same constraints.
@@ -90,10 +98,6 @@ impl Hierarchy {
     }
 }
 
-/// Largest part of a node's stiffness that the coupling may cancel in the sweeps. Beyond it the node is swept without
-/// coupling, and the directions of the iteration account for it a cycle later.
-const MOST_COUPLED: f64 = 0.5;
-
 /// The inverse of the free block of `A - [0; coulomb] e1' A` for right-hand sides less `coulomb` times their first row, by
 /// the formula of Sherman & Morrison (1950) from `inverse`, that of the free block of `A`.
 pub(super) fn coupled_inverse(inverse: &Block<3, 3>, a: &Block<3, 3>, coulomb: [f64; 2]) -> Block<3, 3> {
@@ -101,7 +105,7 @@ pub(super) fn coupled_inverse(inverse: &Block<3, 3>, a: &Block<3, 3>, coulomb: [
     let left: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| inverse[r][c] * f[c]).sum());
     let right: [f64; 3] = std::array::from_fn(|c| (0..3).map(|r| a[0][r] * inverse[r][c]).sum());
     let taken: f64 = (0..3).map(|r| a[0][r] * left[r]).sum();
-    if coulomb == [0.0; 2] || taken > MOST_COUPLED {
+    if coulomb == [0.0; 2] || taken > Threshold::MOST_COUPLED {
         return *inverse;
     }
     let factor = 1.0 / (1.0 - taken);
@@ -126,7 +130,7 @@ fn lift(truncation: &Truncation, constraints: &[NodeConstraint], k: u32) -> Opti
         return None;
     }
     let trace: f64 = (0..6).map(|c| gram[c][c]).sum();
-    (0..6).for_each(|c| gram[c][c] += REGULAR * trace);
+    (0..6).for_each(|c| gram[c][c] += Threshold::REGULAR * trace);
     let mut lift = [[0.0; 6]; 6];
     add_product(&inverse(&gram), &right, &mut lift);
     Some(lift)

@@ -120,7 +120,7 @@ fn obstacle(obstacle: &Obstacle) -> String {
                 0 => format!("closed around the volume {}", number(surface.volume.abs())),
                 edges => format!("open with {edges} edges on its border"),
             };
-            let (name, count, sharp) = (&surface.name, surface.len(), surface.sharp_edges);
+            let (name, count, sharp) = (&surface.name, surface.triangles().len(), surface.sharp_edges);
             format!("the surface {name}: {count} triangles, {form}, {sharp} sharp edges, body {}", sided(surface.side))
         }
     }
