@@ -213,7 +213,6 @@ impl<'a> Solver<'a> {
     fn run_strategy(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
         if self.at.lambda.iter().all(|x| *x == [0.0; 3]) {
             self.rigid_start();
-            self.stick_start();
         }
         let laws = self.friction();
         let convex = laws.iter().all(|&law| frozen(law, 1.0) == law);

@@ -1,15 +1,9 @@
 //! What Newton's method starts from where no multipliers are given.
 
 use super::rigid_start::{Equilibrium, Foundation, keep_apart};
-use super::solve::{RULES, Solver};
-use crate::contact::Friction;
-use crate::friction::PointState;
-use crate::friction::law::{Linearisation, V3, projection};
-use crate::friction::system::{Newton, System, by_component, by_point};
-
-/// Relative accuracy of the trial with unlimited bounds, and the products it may take.
-const STICK_ACCURACY: f64 = 0.1;
-const STICK_PRODUCTS: usize = 30;
+use super::solve::Solver;
+use crate::friction::law::{V3, projection};
+use crate::friction::system::{by_component, by_point};
 
 impl Solver<'_> {
     /// Bodies that float start in their equilibrium as rigid bodies, with the forces of the foundation.
@@ -80,46 +74,5 @@ impl Solver<'_> {
         self.at.lambda = by_point(&lambda).into_iter().enumerate().map(admitted).collect();
         self.at.alpha = alpha;
         self.refresh();
-    }
-
-    /// From zero multipliers most points seem to slip, and where they stick the iteration has to find out one by one.
-    /// One step with unlimited friction tells; its result is kept if most points do stick there. Not so for large
-    /// coefficients, whose slipping points need the capped slopes that a start far away brings.
-    pub(super) fn stick_start(&mut self) {
-        let unlimited = |&law: &Friction| match law {
-            Friction::Given { slip_bound } if slip_bound > 0.0 => Friction::Given { slip_bound: f64::MAX },
-            Friction::Coulomb { coefficient } if coefficient > 0.0 && coefficient <= RULES.largest_slope => {
-                Friction::Coulomb { coefficient: f64::MAX }
-            }
-            Friction::Limited { coefficient, limit }
-                if coefficient.min(limit) > 0.0 && coefficient <= RULES.largest_slope =>
-            {
-                Friction::Coulomb { coefficient: f64::MAX }
-            }
-            other => other,
-        };
-        let stuck: Vec<Friction> = self.friction().iter().map(unlimited).collect();
-        if stuck == self.friction() || self.steps_left == 0 {
-            return;
-        }
-        let on = |friction| Newton {
-            system: &self.system,
-            friction,
-            r: &self.r,
-            weight: &self.weight,
-            proximal: None,
-            tolerance: 0.0,
-            absolute: 0.0,
-            rules: RULES,
-        };
-        let laws: Vec<Linearisation> = on(&stuck[..]).linearised(&self.at, 0.0);
-        let imbalance = self.system.imbalance(&self.at.lambda);
-        let step = self.system.solve(&laws, &imbalance, STICK_ACCURACY, STICK_PRODUCTS);
-        let next = self.system.advance(&self.at, 1.0, &step);
-        let [_, stick, slip] = PointState::count(&on(self.friction()).states(&next));
-        self.steps_left -= 1;
-        if stick >= slip.max(usize::from(!self.dual().floating.is_empty())) {
-            self.at = next;
-        }
     }
 }
