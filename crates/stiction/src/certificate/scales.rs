@@ -8,6 +8,7 @@
 use super::point::Point;
 use super::stiffness::LocalStiffness;
 use crate::contact::ContactProblem;
+use crate::linalg::max_abs;
 
 /// What rounding makes of a sum, over the sum of the magnitudes of its terms: the sums of a certificate have some
 /// tens of terms, whose errors grow like the root of their number.
@@ -46,12 +47,12 @@ impl Scales {
         lambda: &[f64],
         contact_force: &[f64],
     ) -> Scales {
-        let prescribed = problem.labels.supports.as_ref().map_or(0.0, |s| largest(&s.displacement));
+        let prescribed = problem.labels.supports.as_ref().map_or(0.0, |s| max_abs(&s.displacement));
         let overlap = points.iter().map(Point::overlap).fold(0.0, f64::max);
         let deflections = lambda.iter().zip(&stiffness.of_row).filter_map(|(l, k)| k.map(|k| l.abs() / k));
         let deflection = deflections.filter(|d| d.is_finite()).fold(0.0, f64::max);
-        let length = largest(u).max(prescribed).max(overlap).max(deflection);
-        let force = largest(lambda);
+        let length = max_abs(u).max(prescribed).max(overlap).max(deflection);
+        let force = max_abs(lambda);
         let bound = points.iter().map(|p| p.bound).fold(0.0, f64::max);
         Scales {
             length,
@@ -79,10 +80,6 @@ pub(super) fn measure(error: f64, rounding: f64, scale: f64) -> f64 {
 /// The Euclidean norm.
 pub(super) fn norm(x: impl Iterator<Item = f64>) -> f64 {
     x.map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |a: f64, v| a.max(v.abs()))
 }
 
 #[cfg(test)]

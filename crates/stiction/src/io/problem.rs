@@ -257,6 +257,7 @@ fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>,
     }
 }
 
-fn damaged(what: impl Into<String>) -> Error {
+/// What is wrong with a file that a run has written.
+pub(super) fn damaged(what: impl Into<String>) -> Error {
     Error::new("", what, "the file is damaged or not of this program; solve the case again")
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
+use super::problem::damaged;
 use crate::Error;
 use crate::contact::ContactProblem;
 
@@ -140,8 +141,4 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
         })
     };
     read().map_err(|error| error.at(&path.display().to_string()))
-}
-
-fn damaged(what: impl Into<String>) -> Error {
-    Error::new("", what, "the file is damaged or not of this program; solve the case again")
 }

@@ -178,17 +178,9 @@ impl Csr {
     pub fn select_columns(&self, keep: &[u32]) -> Csr {
         let mut number = vec![u32::MAX; self.cols];
         keep.iter().enumerate().for_each(|(k, &j)| number[j as usize] = k as u32);
-        let mut part = Csr::zero(self.rows, keep.len());
-        for i in 0..self.rows {
-            let (columns, values) = self.row(i);
-            let kept = columns.iter().zip(values).map(|(&j, &v)| (number[j as usize], v));
-            let mut row: Vec<(u32, f64)> = kept.filter(|e| e.0 != u32::MAX).collect();
-            row.sort_unstable_by_key(|e| e.0);
-            part.column.extend(row.iter().map(|e| e.0));
-            part.value.extend(row.iter().map(|e| e.1));
-            part.start[i + 1] = part.column.len();
-        }
-        part
+        let kept = self.entries().filter(|e| number[e.1] != u32::MAX);
+        let kept: Vec<(usize, usize, f64)> = kept.map(|(i, j, v)| (i, number[j] as usize, v)).collect();
+        Csr::from_triplets(self.rows, keep.len(), &kept)
     }
 
     /// The given rows, in that order.

@@ -32,6 +32,7 @@ pub use components::bodies;
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub(crate) use info::{CellShape, info_with};
 pub use join::{Turn, join, place};
+pub(crate) use notes::many;
 pub use notes::{MeshNote, MeshNotes};
 pub use quality::quality;
 pub(crate) use query::ascending;

@@ -153,7 +153,7 @@ pub(super) const SHOWN: usize = 5;
 const NAMES_SHOWN: usize = 12;
 
 /// "1 node", "2 nodes".
-pub(super) fn many(count: usize, what: &str) -> String {
+pub(crate) fn many(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 

@@ -1,4 +1,5 @@
 use crate::contact::ContactProblem;
+use crate::linalg::dot;
 use crate::linalg::multigrid::{Block, Nodes};
 
 /// A contact point: its node, its frame, and which of its rows of `B` are nonzero.
@@ -81,10 +82,6 @@ fn blocks(problem: &ContactProblem, nodes: &Nodes, j: usize) -> OtherNodes {
         }
     }
     blocks
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Whether the rows in the frame are orthonormal.

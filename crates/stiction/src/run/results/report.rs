@@ -12,6 +12,7 @@ use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
 use crate::io::text::{number, triple};
+use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
@@ -107,18 +108,18 @@ fn iterations(outcome: &Outcome) -> usize {
 fn work(outcome: &Outcome) -> String {
     let counts = outcome.solution.counts;
     if outcome.solution.path == SolverPath::Multigrid {
-        let restarts = counted(counts.restarts, "restart");
-        return format!("{} of multigrid, {restarts}", counted(counts.cycles, "cycle"));
+        let restarts = many(counts.restarts, "restart");
+        return format!("{} of multigrid, {restarts}", many(counts.cycles, "cycle"));
     }
     let path = path_name(outcome.solution.path);
     let inside = match &outcome.method {
         Some(report) => {
             let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);
-            format!("{} in {}", counted(steps, "step"), counted(problems, "quadratic program"))
+            format!("{} in {}", many(steps, "step"), many(problems, "quadratic program"))
         }
-        None => counted(counts.restarts, "restart"),
+        None => many(counts.restarts, "restart"),
     };
-    let (iterations, products) = (counted(iterations(outcome), "iteration"), counted(counts.products, "product"));
+    let (iterations, products) = (many(iterations(outcome), "iteration"), many(counts.products, "product"));
     format!("{iterations}, {products} with B K^-1 B' ({path}), {inside}")
 }
 
@@ -160,7 +161,7 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let StepRecord { name, t, dt, attempts, .. } = last;
     let again = all.iter().filter(|step| step.attempts > 1).count();
     let again = if again == 0 { String::new() } else { format!(", {again} of them not at the first attempt") };
-    rows.add("steps", format!("{} to t = {}{again}; below is the last", counted(all.len(), "step"), number(*t)));
+    rows.add("steps", format!("{} to t = {}{again}; below is the last", many(all.len(), "step"), number(*t)));
     if matches!(last.answer.status, Status::MaxIterations | Status::Stalled) {
         let span = format!("from t = {} to {}", number(t - dt), number(*t));
         rows.more(format!(
@@ -206,14 +207,9 @@ fn contact(rows: &mut Rows, head: &str, t: &Totals) {
     }
 }
 
-/// `1 iteration`, `7 iterations`.
-fn counted(n: usize, thing: &str) -> String {
-    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
-}
-
 /// How the iteration ended.
 fn status(status: Status, iterations: usize) -> String {
-    let count = counted(iterations, "iteration");
+    let count = many(iterations, "iteration");
     match status {
         Status::Solved => format!("solved after {count}"),
         Status::MaxIterations => format!("NOT SOLVED: stopped at the limit of {count}"),

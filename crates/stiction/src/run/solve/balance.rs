@@ -1,6 +1,7 @@
 //! The balance of energy from the start of the first load step.
 
 use crate::contact::ContactProblem;
+use crate::linalg::dot;
 use crate::run::pose::load_state::{Initial, LoadState};
 
 /// Energies since the start, force times length.
@@ -78,12 +79,10 @@ fn support_forces(problem: &ContactProblem, u: &[f64], lambda: &[f64], loads: &L
 /// What strain without stress changes in the elastic energy: `1/2 ∫ (e - e0) C (e - e0) - 1/2 ∫ e C e`. Its forces are
 /// among the loads, whose work is that of the temperature but for this.
 fn initial_energy(initial: &Initial, u: &[f64], held: &[f64]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     initial.energy - dot(&initial.load, u) - dot(&initial.support_load, held)
 }
 
 fn elastic(problem: &ContactProblem, u: &[f64], held: &[f64]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let mixed = problem.labels.supports.as_ref().map_or(0.0, |s| {
         let (from_free, own) = (s.K.times(u), s.K_own.times(held));
         dot(&from_free, held) + 0.5 * dot(&own, held)
