@@ -45,7 +45,7 @@ fn row(name: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
     }
     seconds.sort_by(f64::total_cmp);
     let Some(surface) = last else { return Ok(()) };
-    let (count, size) = (surface.len(), file.len() as f64);
+    let (count, size) = (surface.triangles().len(), file.len() as f64);
     let obstacle = Obstacle::Surface(Arc::new(surface));
     let mut state = 1u64;
     let mut noise = || {

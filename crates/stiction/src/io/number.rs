@@ -1,23 +1,8 @@
 //! Numbers in the bytes of a text file.
 
-/// A whole number of at most 18 digits, which fit into 63 bits.
+/// A whole number that fits into 64 bits with its sign.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
-    let (negative, digits) = match word {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    if digits.is_empty() || digits.len() > 18 {
-        return None;
-    }
-    let mut value: i64 = 0;
-    for digit in digits {
-        if !digit.is_ascii_digit() {
-            return None;
-        }
-        value = 10 * value + i64::from(digit - b'0');
-    }
-    Some(if negative { -value } else { value })
+    std::str::from_utf8(word).ok()?.parse().ok()
 }
 
 /// A floating point number, correctly rounded; may be infinite or NaN. Fortran's exponent `1.5D-3` is read too.

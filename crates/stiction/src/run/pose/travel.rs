@@ -5,14 +5,14 @@
 //! travels with them. A smaller one costs no more digits than the coordinates of the nodes themselves.
 
 use crate::fem::{DofMap, FeModel};
-use crate::mesh::Mesh;
 use crate::mesh::v3::{add, dot, norm, scale, sub};
+use crate::mesh::{Bounds, Mesh};
 
 /// The translation of least squares through the prescribed displacements where it is larger than the mesh, otherwise
 /// zero; length. Springs tie a body to the ground: with them there is none.
 pub(super) fn travel(mesh: &Mesh, model: &FeModel, dofs: &DofMap) -> [f64; 3] {
     let largest = dofs.value.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    let size = diagonal(mesh);
+    let size = Bounds::around(mesh.nodes.iter().copied()).diagonal();
     if model.springs.is_some() || largest <= size {
         return [0.0; 3];
     }
@@ -54,16 +54,4 @@ fn nearest(dofs: &DofMap, value: &[f64]) -> [f64; 3] {
         p = add(r, scale(dot(r, r) / square, p));
     }
     a
-}
-
-/// The diagonal of the box around the nodes.
-fn diagonal(mesh: &Mesh) -> f64 {
-    let along = |c: usize| {
-        let [low, high] = mesh
-            .nodes
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[c]), high.max(x[c])]);
-        high - low
-    };
-    norm([0, 1, 2].map(along))
 }

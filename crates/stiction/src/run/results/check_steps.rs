@@ -8,6 +8,7 @@ use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::contact::ContactProblem;
 use crate::io::step::{StepFile, read_step};
+use crate::linalg::max_abs;
 use crate::run::pose::load_state::{Initial, LoadState};
 use crate::run::solve::StepRecord;
 use crate::run::solve::balance::{Balance, BodyState, balance};
@@ -72,19 +73,19 @@ pub(crate) fn check_steps(
             }
         };
         let loads = loads_of(&file);
-        let size = largest(&file.u).max(largest(&loads.displacement)).max(largest(&loads.motion));
+        let size = max_abs(&file.u).max(max_abs(&loads.displacement)).max(max_abs(&loads.motion));
         let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&loads.displacement));
         // Gap and slip reference without what has moved or slid since the start: the same in every step.
         let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
         let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
         let first = first.get_or_insert_with(|| rest.clone());
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
-        differ("gap", 0.0, apart(0..m), SAME * size.max(largest(&first[..m])));
-        differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(largest(&slid)));
+        differ("gap", 0.0, apart(0..m), SAME * size.max(max_abs(&first[..m])));
+        differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(max_abs(&slid)));
         let demanded =
             problem.labels.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&loads.displacement));
         let off = (0..n).map(|i| (loads.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);
-        differ("load", 0.0, off, SAME * largest(&loads.load).max(largest(&demanded)));
+        differ("load", 0.0, off, SAME * max_abs(&loads.load).max(max_abs(&demanded)));
 
         let new = balance(problem, &body, &loads, &file.u, &file.lambda);
         let scale = new.work.abs().max(new.elastic).max(new.dissipation.abs());
@@ -103,10 +104,6 @@ pub(crate) fn check_steps(
         checked.push(CheckedStep { number, t: file.t, certificate, differences });
     }
     Ok(checked)
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, v| v.abs().max(largest))
 }
 
 fn loads_of(file: &StepFile) -> LoadState {
