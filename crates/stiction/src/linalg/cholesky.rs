@@ -351,6 +351,9 @@ mod tests {
         }
         let whole = Cholesky::new(&k, &graph, plan.clone(), &Stop::never()).unwrap();
         let other = Cholesky::new(&k, &graph, plan, &Stop::when(|| false)).unwrap();
-        assert!(whole.values[whole.first..][..whole.supernodes.len_val()] == other.values[other.first..][..other.supernodes.len_val()]);
+        assert!(
+            whole.values[whole.first..][..whole.supernodes.len_val()]
+                == other.values[other.first..][..other.supernodes.len_val()]
+        );
     }
 }
