@@ -17,6 +17,7 @@ mod progress;
 mod report;
 mod schema;
 mod solve;
+mod threads;
 
 use clap::{Parser, Subcommand};
 
@@ -70,6 +71,7 @@ mod code {
 
 fn main() -> std::process::ExitCode {
     memory::keep_freed();
+    memory::end_without_memory();
     std::panic::set_hook(Box::new(|info| {
         output::internal_error(info);
         hold::release();
@@ -97,7 +99,12 @@ fn main() -> std::process::ExitCode {
 }
 
 fn run(command: Command) -> u8 {
-    let result = match command {
+    let started = match &command {
+        // Says how many.
+        Command::Solve(_) => Ok(()),
+        _ => threads::start(None),
+    };
+    let result = started.and_then(|()| match command {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Algebraic(arguments) => algebraic::run(&arguments),
@@ -109,7 +116,7 @@ fn run(command: Command) -> u8 {
         Command::Paper(_) => Err(not_built("the study of the paper", "plots")),
         Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
-    };
+    });
     result.unwrap_or_else(|error| {
         output::error(&error);
         code::INPUT

@@ -11,7 +11,7 @@ use stiction::linalg::Stop;
 use stiction::run::{self, Ahead, Event, Origin, Outcome, Prepared, Restart, Settings, Step};
 
 use crate::progress::{Mode, Progress};
-use crate::{code, hold, interrupt, memory, output};
+use crate::{code, hold, interrupt, memory, output, threads};
 
 /// Solve a case and write a folder of results
 #[derive(clap::Args)]
@@ -54,7 +54,7 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
 
 /// Solves, writes, reports.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    threads(arguments.threads)?;
+    threads::start(arguments.threads)?;
     interrupt::watch()?;
     // On a thread of the pool: from any other one every loop would wake the pool and wait for it.
     rayon::scope(|_| solve(arguments))
@@ -219,12 +219,6 @@ fn report(_: &Path, _: &Prepared, _: &mut [String]) {
 fn resumed(restart: &Restart, folder: &Path) -> String {
     let steps = restart.records.len();
     format!("resuming after step {steps} at t = {}, found in {}\n", restart.last.t, folder.display())
-}
-
-fn threads(count: Option<u16>) -> Result<(), Error> {
-    let Some(count) = count else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into()).build_global();
-    pool.map_err(|error| Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer"))
 }
 
 /// What was typed, with quotes where a shell needs them.

@@ -6,6 +6,7 @@ pub mod bricks;
 pub mod case_run;
 pub mod counting;
 pub mod dense;
+pub mod failing;
 pub mod folder;
 pub mod fuzz;
 pub mod piles;

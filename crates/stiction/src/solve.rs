@@ -7,7 +7,9 @@ use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
-use crate::friction::{self, Multigrid, Progress, Settings, Solution, SolverPath, Status, solve_multigrid};
+use crate::friction::{
+    self, Multigrid, Progress, Settings, Solution, SolverPath, Status, multigrid_fits, solve_multigrid,
+};
 
 /// What [`solve_with_kept`] is about to do. The observer's `Break` ends it: at an iteration with the status
 /// [`Interrupted`](Status::Interrupted), before the first one with [`Error::interrupted`]. Between two events
@@ -61,8 +63,6 @@ impl Threshold {
     const LARGE: usize = 100_000;
     /// Seconds of set-up and cycles an unknown on one core of 2020 or later: 30 cycles; only ratios are meant.
     const MULTIGRID_SECONDS: f64 = 1e-5;
-    /// Bytes an unknown takes at most during the set-up of the hierarchy, beyond the problem itself (measured: 1500).
-    const MULTIGRID_BYTES: u64 = 2000;
     /// Cycles allowed for each iteration: a Newton step on the other path costs about as much.
     const CYCLES_PER_ITERATION: usize = 5;
 }
@@ -103,6 +103,14 @@ impl Kept {
         }
     }
 
+    /// Refuses a problem whose hierarchy does not fit, unless it stands already.
+    pub(crate) fn fits(&self, problem: &ContactProblem, settings: &Settings) -> Result<(), Error> {
+        match &self.operator {
+            Some(Operator::Multigrid(_)) => Ok(()),
+            _ => multigrid_fits(problem, settings.memory_limit),
+        }
+    }
+
     /// The hierarchy for `problem`, set up if it does not stand yet.
     fn set_up(
         &mut self,
@@ -114,13 +122,7 @@ impl Kept {
             Some(Operator::Multigrid(multigrid)) => multigrid,
             factor => {
                 drop(factor);
-                let needed = Threshold::MULTIGRID_BYTES * problem.unknowns() as u64;
-                if let Some(limit) = settings.memory_limit.filter(|&limit| needed > limit) {
-                    let gb = |bytes: u64| bytes as f64 / 1e9;
-                    let what = format!("multigrid needs {:.2} GB and {:.2} GB may be used", gb(needed), gb(limit));
-                    let remedy = "coarsen the mesh, raise `settings.memory_limit`, or use a machine with more memory";
-                    return Err(Error::new("", what, remedy));
-                }
+                multigrid_fits(problem, settings.memory_limit)?;
                 begin(observer, SolveEvent::SettingUp { unknowns: problem.unknowns() })?;
                 Box::new(Multigrid::until(problem, &settings.stop)?)
             }

@@ -140,7 +140,7 @@ fn a_folder_that_cannot_be_written_to_is_refused_before_anything_is_solved() {
 #[test]
 fn too_little_memory_is_refused() {
     let folder = Folder::new("memory", CASE);
-    folder.run(&["solve", "case.toml", "--set", "solver.memory=1e-6"]).ends(2, &["case.toml:5:1", "GB", "remedy: "]);
+    folder.run(&["solve", "case.toml", "--set", "solver.memory=1e-6"]).ends(2, &["case.toml:5:1", "MB", "remedy: "]);
     // Enough for the mesh and its matrix, too little for the factor with its dense block.
     let sizes = ["--set", "mesh.block.cells=[24,8,8]", "--set", "solver.memory=0.0125"];
     let large = [&sizes[..], &["--set", "solver.path=dense"]].concat();

@@ -7,6 +7,7 @@ mod both_sides;
 mod durable;
 mod folder;
 mod interrupt;
+mod memory;
 mod paper;
 mod passing;
 mod recipes;

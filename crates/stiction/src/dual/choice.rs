@@ -1,5 +1,7 @@
+use super::memory;
 use crate::Error;
 use crate::contact::ContactProblem;
+use crate::linalg::memory::{ensure, too_large};
 use crate::linalg::{NodeGraph, Plan, Stop, last, nested_dissection_until, plan};
 
 /// How products with `Q` are formed.
@@ -32,7 +34,7 @@ pub struct Choice {
     pub form: Form,
     /// Predicted multiplications and additions of the factorisation.
     pub flops: f64,
-    /// Predicted memory of factor, matrix copy and dense block, bytes.
+    /// Predicted memory of factor, matrix copies, dense block and vectors: the most at a time, bytes.
     pub bytes: u64,
     /// Predicted seconds on one core of 2020 or later; only ratios are meant.
     pub seconds: f64,
@@ -59,9 +61,11 @@ impl Threshold {
 /// If the form asked for, or with [`Form::Auto`] either form, needs more than the memory limit: how much is needed,
 /// how much there is, and what to do. If it is stopped: [`Error::interrupted`].
 pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choice, Error> {
+    memory::before_the_graph(problem, settings.memory_limit)?;
     let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
+    memory::before_the_ordering(problem, &graph, settings.memory_limit)?;
     let stop = &settings.stop;
-    let order = nested_dissection_until(&graph, stop).ok_or_else(Error::interrupted)?;
+    let order = nested_dissection_until(&graph, stop)?;
     let touched = touched_unknowns(problem);
     let predicted = |form| stop.check().map(|()| candidate(problem, &graph, &order, &touched, form));
     let mut candidates = match settings.form {
@@ -74,25 +78,13 @@ pub fn choose(problem: &ContactProblem, settings: &DualSettings) -> Result<Choic
     candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let limit = settings.memory_limit.unwrap_or(u64::MAX);
     let least = candidates.iter().map(|c| c.bytes).min().unwrap_or(0);
-    let chosen = candidates.into_iter().find(|c| c.bytes <= limit).ok_or_else(|| too_large(problem, least, limit))?;
+    let what = format!("the Cholesky factor of {} unknowns", problem.unknowns());
+    let chosen = candidates.into_iter().find(|c| c.bytes <= limit).ok_or_else(|| {
+        let error = too_large(&what, least as f64, limit);
+        memory::coarser(problem, error, least as f64, limit)
+    })?;
+    ensure(&what, chosen.bytes as f64, None)?;
     Ok(Choice { graph, touched, stop: stop.clone(), ..chosen })
-}
-
-fn too_large(problem: &ContactProblem, needed: u64, limit: u64) -> Error {
-    let gb = |bytes: u64| bytes as f64 / 1e9;
-    let what = format!(
-        "the Cholesky factor of {} unknowns needs {:.2} GB and {:.2} GB may be used",
-        problem.unknowns(),
-        gb(needed),
-        gb(limit)
-    );
-    // The factor of a 3D mesh grows like n^(4/3).
-    let factor = (limit as f64 / needed as f64).powf(0.75);
-    let remedy = format!(
-        "coarsen the mesh to about {:.0} unknowns, raise `settings.memory_limit`, or use a machine with more memory",
-        problem.unknowns() as f64 * factor
-    );
-    Error::new("", what, remedy)
 }
 
 fn touched_unknowns(problem: &ContactProblem) -> Vec<u32> {
@@ -114,15 +106,11 @@ fn candidate(problem: &ContactProblem, graph: &NodeGraph, order: &[u32], touched
         Form::Dense => 8.0 * (plan.trailing as f64).powi(2),
         Form::Solves | Form::Auto => 16.0 * plan.path_entries(touched),
     };
-    // Merged supernodes store about a tenth more than the factor has entries.
-    // Both triangles of `K` with the places of its entries are there as well.
-    let copy = 2.0 * (2 * problem.elastic.K.value.len() - problem.unknowns()) as f64;
-    let numbers = 1.1 * plan.entries() + copy + (plan.trailing as f64).powi(2);
     let empty = NodeGraph { first: vec![0], unknowns: vec![], start: vec![0], neighbours: vec![] };
     Choice {
         form,
         flops: plan.flops(),
-        bytes: (8.0 * numbers) as u64,
+        bytes: memory::predicted(problem, graph, &plan, form) as u64,
         seconds: plan.flops() / Threshold::FLOPS_PER_SECOND
             + Threshold::EXPECTED_PRODUCTS * per_product / Threshold::BYTES_PER_SECOND,
         graph: empty,

@@ -33,8 +33,12 @@ impl Threshold {
 /// nodes at one distance from an end of it. A body of width `w` is a row of cubes with `w^(3/2)` nodes, and nested
 /// dissection of a cube spends `w^3` on its largest separator (George 1973).
 pub fn estimate(problem: &ContactProblem) -> Estimate {
-    let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
-    let (nodes, width) = (graph.len() as f64, width(&graph).max(2) as f64);
+    of_graph(problem, &NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref()))
+}
+
+/// The same with the graph of `K` at hand.
+pub(super) fn of_graph(problem: &ContactProblem, graph: &NodeGraph) -> Estimate {
+    let (nodes, width) = (graph.len() as f64, width(graph).max(2) as f64);
     let flops = Threshold::FLOPS * 27.0 * nodes * width.powf(1.5);
     let bytes = Threshold::BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
     let products = if problem.points() > 0 { Cost::EXPECTED_PRODUCTS } else { 1.0 };

@@ -3,6 +3,7 @@
 mod choice;
 mod estimate;
 mod floating;
+mod memory;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

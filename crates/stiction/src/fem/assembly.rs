@@ -11,6 +11,7 @@ use super::rotated::turn_block;
 use super::row_assembly::RowAssembly;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
 use crate::Error;
+use crate::linalg::memory::ensure;
 use crate::linalg::{Csr, SymmetricCsr, in_huge_pages, piece};
 use crate::mesh::v3::V3;
 
@@ -37,7 +38,7 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     let ranges = NodeRange::all(&incidence, &cells, &constrained);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
-    let mut model = with_pattern(dofs, &ranges);
+    let mut model = with_pattern(dofs, &ranges)?;
     let FeModel { dofs, stiffness, load, support_stiffness, support_support, support_load, .. } = &mut model;
     *load = dofs.free.iter().map(|&dof| force[dof as usize]).collect();
     *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
@@ -191,8 +192,8 @@ impl LowerEntries<'_> {
     }
 }
 
-/// The model with its row pointers; columns and values are still zero.
-fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
+/// The model with its row pointers; columns and values are still zero. An error where there is no memory for them.
+fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> Result<FeModel, Error> {
     let (n, p) = (dofs.free.len(), dofs.prescribed.len());
     let free_of_node: Vec<u8> = dofs
         .unknown
@@ -203,6 +204,7 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
         .collect();
     let counts: Vec<Vec<[usize; 2]>> = ranges.par_iter().map(|range| unknowns_around(range, &free_of_node)).collect();
     let [mut support_stiffness, mut support_support] = [n, p].map(|cols| Csr::zero(p, cols));
+    matrices_fit(&dofs, ranges, &free_of_node, &counts)?;
     let mut support_row = 0;
     for (range, counts) in ranges.iter().zip(&counts) {
         for (i, &[_, free]) in range.nodes.clone().zip(counts) {
@@ -222,7 +224,30 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> FeModel {
     }
     let stiffness = lower_pattern(&dofs, ranges, &free_of_node, &counts);
     let (load, support_load) = (Vec::new(), Vec::new());
-    FeModel { stiffness, load, support_stiffness, support_support, support_load, springs: None, dofs }
+    Ok(FeModel { stiffness, load, support_stiffness, support_support, support_load, springs: None, dofs })
+}
+
+/// Refuses matrices for which there is no memory, by the counts of [`unknowns_around`].
+fn matrices_fit(
+    dofs: &DofMap,
+    ranges: &[NodeRange],
+    free_of_node: &[u8],
+    counts: &[Vec<[usize; 2]>],
+) -> Result<(), Error> {
+    let bytes = |range: &NodeRange, counts: &Vec<[usize; 2]>| -> f64 {
+        let of_node = |(i, &[before, all]): (usize, &[usize; 2])| {
+            let free = f64::from(free_of_node[i]);
+            // The lower triangle with shared columns, and full rows of what is prescribed.
+            let own = free * (before as f64 + (free + 1.0) / 2.0);
+            8.0 * own
+                + 4.0 * (before as f64 + free)
+                + 12.0 * (3.0 - free) * 3.0 * range.neighbours(i).len().max(all) as f64
+        };
+        range.nodes.clone().zip(counts).map(of_node).sum()
+    };
+    let entries: f64 = ranges.iter().zip(counts).map(|(range, counts)| bytes(range, counts)).sum();
+    let rows = 24.0 * (dofs.free.len() + dofs.prescribed.len()) as f64;
+    ensure(&format!("the stiffness matrix of {} unknowns", dofs.free.len()), entries + rows, None)
 }
 
 /// For each node of the range the unknowns of the neighbours before it, and of all of them.

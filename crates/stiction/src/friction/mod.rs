@@ -15,6 +15,7 @@ pub(crate) mod system;
 
 pub use direct::{CoulombFacts, coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
+pub(crate) use multigrid::multigrid_fits;
 pub use multigrid::{Multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,

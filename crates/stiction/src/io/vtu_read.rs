@@ -36,8 +36,8 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
 
 /// The mesh in `bytes`, called `source_name` in messages, its coordinates multiplied by `scale` > 0.
 ///
-/// Never panics, and never allocates more than a fixed multiple of the length of `bytes` once decompressed (zlib makes
-/// a byte of at most 1032).
+/// Never panics, and never allocates more than ten times the length of `bytes` and 64 MB: what zlib promises beyond that is
+/// refused before it is decompressed.
 ///
 /// # Errors
 /// If it holds what cannot be used: with line or array and the remedy.

@@ -9,6 +9,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 
+use super::memory::REMEDY;
 use super::stop::unless_stopped;
 use super::symbolic::permuted;
 use super::{NodeGraph, Plan, Stop, SymmetricCsr, Trailing, axpy, in_huge_pages, kernels, max_abs};
@@ -224,7 +225,7 @@ fn eliminate(
 }
 
 fn out_of_memory() -> Error {
-    Error::new("", "there is not enough memory for the Cholesky factor", "coarsen the mesh or use a larger machine")
+    Error::new("", "there is not enough memory for the Cholesky factor", REMEDY)
 }
 
 fn not_positive_definite(unknown: u32) -> Error {

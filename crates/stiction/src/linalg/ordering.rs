@@ -1,7 +1,9 @@
 use stiction_metis::{Failure, Options};
 
+use super::memory::refused;
 use super::pattern::Pattern;
 use super::{Csr, Stop, SymmetricCsr};
+use crate::Error;
 
 /// The graph of nodes behind a matrix: unknowns of one node are coupled to the same neighbours and are
 /// eliminated together, which makes orderings and symbolic counts about nine times cheaper in elasticity.
@@ -60,6 +62,14 @@ impl NodeGraph {
         (node, NodeGraph { first, unknowns, start: Vec::new(), neighbours: Vec::new() })
     }
 
+    /// Entries of a matrix with an entry wherever two unknowns of neighbouring nodes meet, both triangles.
+    pub fn entries(&self) -> usize {
+        let unknowns = |v: usize| self.first[v + 1] - self.first[v];
+        let around =
+            |v: usize| unknowns(v) + self.neighbours_of(v).iter().map(|&w| unknowns(w as usize)).sum::<usize>();
+        (0..self.len()).map(|v| unknowns(v) * around(v)).sum()
+    }
+
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.first.len() - 1
@@ -99,28 +109,54 @@ fn compact_labels(n: usize, node_of: Option<&[u32]>) -> (Vec<u32>, usize) {
 /// Nested dissection by METIS (Karypis & Kumar 1998): `order[k]` is the node eliminated as the `k`-th.
 /// The seed is fixed, so the same graph always gets the same order.
 pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {
-    nested_dissection_until(graph, &Stop::never()).unwrap_or_else(|| as_they_are(graph))
+    nested_dissection_until(graph, &Stop::never()).unwrap_or_else(|_| as_they_are(graph))
 }
 
-/// The same; `None` if it was stopped, which it is within a few milliseconds.
-pub fn nested_dissection_until(graph: &NodeGraph, stop: &Stop) -> Option<Vec<u32>> {
+/// The same, which can be stopped within a few milliseconds.
+///
+/// # Errors
+/// If there is not enough memory; any order is valid, but the factor of another one would take far more. If it is stopped:
+/// [`Error::interrupted`].
+pub fn nested_dissection_until(graph: &NodeGraph, stop: &Stop) -> Result<Vec<u32>, Error> {
     let n = graph.len();
     if n < 2 || graph.neighbours.is_empty() || graph.neighbours.len() > i32::MAX as usize {
-        return Some(as_they_are(graph));
+        return Ok(as_they_are(graph));
     }
-    let metis = stiction_metis::Graph {
-        start: graph.start.iter().map(|&s| s as i32).collect(),
-        neighbours: graph.neighbours.iter().map(|&w| w as i32).collect(),
-        weights: (0..n).map(|v| graph.unknowns_of(v).len() as i32).collect(),
-    };
+    let metis = own_numbers(graph);
     // Two separators are tried at every level: a few per cent less fill for a tenth of the factor time.
     let options = Options { seed: 1, separators: 2, ..Options::default() };
     match stiction_metis::nested_dissection(metis, options, &|| stop.asked()) {
-        Ok(order) => Some(order.into_iter().map(|v| v as u32).collect()),
-        Err(Failure::Stopped) => None,
+        Ok(order) => Ok(order.into_iter().map(|v| v as u32).collect()),
+        Err(Failure::Stopped) => Err(Error::interrupted()),
+        Err(Failure::OutOfMemory) => Err(refused("the ordering of the unknowns", ordering_bytes(graph))),
         // Any order is valid, only slower.
-        Err(Failure::OutOfMemory | Failure::NoGraph) => Some(as_they_are(graph)),
+        Err(Failure::NoGraph) => Ok(as_they_are(graph)),
     }
+}
+
+/// The graph in the numbers of METIS.
+fn own_numbers(graph: &NodeGraph) -> stiction_metis::Graph {
+    stiction_metis::Graph {
+        start: graph.start.iter().map(|&s| s as i32).collect(),
+        neighbours: graph.neighbours.iter().map(|&w| w as i32).collect(),
+        weights: (0..graph.len()).map(|v| graph.unknowns_of(v).len() as i32).collect(),
+    }
+}
+
+/// The most that [`nested_dissection`] takes at a time, bytes: the graph in the numbers of METIS and its coarser graphs.
+pub fn ordering_bytes(graph: &NodeGraph) -> f64 {
+    Threshold::BYTES
+        + Threshold::BYTES_PER_NODE * graph.len() as f64
+        + Threshold::BYTES_PER_NEIGHBOUR * graph.neighbours.len() as f64
+}
+
+struct Threshold;
+
+impl Threshold {
+    /// By the least that METIS gets along with on bars and cubes of all elements; `ordering_takes_what_is_predicted`.
+    const BYTES: f64 = 64e3;
+    const BYTES_PER_NODE: f64 = 120.0;
+    const BYTES_PER_NEIGHBOUR: f64 = 28.0;
 }
 
 fn as_they_are(graph: &NodeGraph) -> Vec<u32> {
@@ -166,12 +202,44 @@ mod tests {
         assert!(graph.neighbours_of(0).contains(&1) && graph.neighbours_of(0).contains(&10));
     }
 
+    /// A cube of nodes, each the neighbour of the 26 around it, as in a mesh of hexahedra.
+    fn cube(n: usize) -> NodeGraph {
+        let place = |i: [usize; 3]| (i[0] + n * (i[1] + n * i[2])) as u32;
+        let (mut start, mut neighbours) = (vec![0], Vec::new());
+        for v in 0..n.pow(3) {
+            let at = [v % n, v / n % n, v / n / n];
+            let range = |c: usize| at[c].saturating_sub(1)..(at[c] + 2).min(n);
+            for k in range(2) {
+                range(1).for_each(|j| neighbours.extend(range(0).map(|i| place([i, j, k])).filter(|&w| w != v as u32)));
+            }
+            start.push(neighbours.len());
+        }
+        NodeGraph { first: (0..=n.pow(3)).collect(), unknowns: (0..n.pow(3) as u32).collect(), start, neighbours }
+    }
+
+    #[test]
+    fn the_ordering_takes_what_is_predicted() {
+        // METIS counts what it holds and gives up beyond what it may.
+        for graph in [NodeGraph::new(&grid(20), None), NodeGraph::new(&grid(200), None), cube(6), cube(12), cube(30)] {
+            let own = own_numbers(&graph);
+            let is_enough = |bytes: f64| {
+                let options = Options { seed: 1, separators: 2, most_bytes: bytes as usize };
+                stiction_metis::nested_dissection(own.clone(), options, &|| false).is_ok()
+            };
+            let copies = 4.0 * (own.start.len() + own.neighbours.len() + 4 * own.weights.len()) as f64;
+            let predicted = ordering_bytes(&graph);
+            assert!(is_enough(predicted - copies), "{} nodes take more than {predicted}", graph.len());
+            assert!(!is_enough(0.4 * predicted - copies), "{} nodes take far less than {predicted}", graph.len());
+        }
+    }
+
     #[test]
     fn a_stop_reaches_the_ordering() {
         let graph = NodeGraph::new(&grid(60), None);
         for questions in [0, 1, 10, 100, 1000] {
-            assert!(nested_dissection_until(&graph, &Stop::after(questions)).is_none(), "after {questions}");
+            let stopped = nested_dissection_until(&graph, &Stop::after(questions)).unwrap_err();
+            assert!(stopped.interrupted, "after {questions}");
         }
-        assert_eq!(nested_dissection_until(&graph, &Stop::when(|| false)), Some(nested_dissection(&graph)));
+        assert_eq!(nested_dissection_until(&graph, &Stop::when(|| false)), Ok(nested_dissection(&graph)));
     }
 }

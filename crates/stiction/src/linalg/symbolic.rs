@@ -26,6 +26,11 @@ impl Plan {
         self.column_count.iter().map(|&c| f64::from(c).powi(2)).sum()
     }
 
+    /// Entries of the largest matrix that is updated at a time: below the columns of one supernode.
+    pub fn largest_front(&self) -> f64 {
+        self.column_count.iter().map(|&c| f64::from(c).powi(2)).fold(0.0, f64::max)
+    }
+
     /// Entries of the columns that are ancestors of the marked unknowns: what a solve has to touch when both its
     /// right-hand side and the wanted part of its result live on them.
     pub fn path_entries(&self, unknowns: &[u32]) -> f64 {
@@ -183,7 +188,9 @@ pub(super) fn permuted(k: &SymmetricCsr, graph: &NodeGraph, plan: &Plan) -> (Vec
     for v in 0..graph.len() {
         graph.unknowns_of(v).iter().for_each(|&i| node_of[i as usize] = v as u32);
     }
-    let (mut start, mut rows, mut values) = (Vec::with_capacity(n + 1), Vec::new(), Vec::new());
+    let entries = graph.entries();
+    let (mut start, mut rows, mut values) =
+        (Vec::with_capacity(n + 1), Vec::with_capacity(entries), Vec::with_capacity(entries));
     start.push(0);
     let mut dense = vec![0.0; n];
     for &i in &plan.unknown {

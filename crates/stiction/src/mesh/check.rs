@@ -134,6 +134,11 @@ pub(super) fn shapes(raw: &RawMesh) -> Result<(), Error> {
 /// Cells meet face to face, two at a face.
 pub(super) fn neighbours(raw: &RawMesh, seen: &Encounters) -> Result<(), Error> {
     let cells = |list: &[u32]| -> Vec<usize> { list.iter().map(|&c| c as usize).collect() };
+    if let Some([node, count]) = seen.star {
+        let place = format!("node {}", raw.node_id(node));
+        let what = format!("it belongs to {count} faces of cells, more than those of any mesh");
+        return Err(Error::new(place, what, "are cells given again and again?"));
+    }
     let remedy = "remove the copies; does the file hold the same volume twice?";
     cells_error(raw, &cells(&seen.twins), "given more than once", remedy)?;
     let remedy = "a face belongs to one cell or to two; remove overlapping volumes";

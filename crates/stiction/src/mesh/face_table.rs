@@ -86,7 +86,12 @@ pub(super) struct Encounters {
     pub twins: Vec<u32>,
     /// Pairs of cells that share the corners of a face but not the nodes in the middles of its edges.
     pub unlike: Vec<[u32; 2]>,
+    /// A node that is the lowest of more than [`MOST_AT_A_NODE`] faces, and of how many; nothing is seen there.
+    pub star: Option<[usize; 2]>,
 }
+
+/// Faces with the same lowest node are compared with each other: more are no mesh, and would take memory out of proportion.
+const MOST_AT_A_NODE: usize = 1 << 18;
 
 impl<'a> FaceTable<'a> {
     /// The table of a mesh with at most [`MAX_CELLS`] cells whose node numbers are in range, and how its cells meet.
@@ -108,6 +113,11 @@ impl<'a> FaceTable<'a> {
             let (own, tail) = rest.split_at_mut(starts[end] - starts[first]);
             tasks.push((&starts[first..=end], own));
             rest = tail;
+        }
+        let star = starts.windows(2).position(|at| at[1] - at[0] > MOST_AT_A_NODE);
+        if let Some(node) = star {
+            let star = Some([node, starts[node + 1] - starts[node]]);
+            return (FaceTable { faces, ..table }, Encounters { star, ..Encounters::default() });
         }
         let sort = |keyed: &mut Vec<u128>, (starts, faces): (&[usize], &mut [u32])| table.sort(keyed, starts, faces);
         let parts: Vec<Encounters> = tasks.into_par_iter().with_max_len(1).map_init(Vec::new, sort).collect();
@@ -206,7 +216,10 @@ impl<'a> FaceTable<'a> {
             return;
         }
         if self.cell_key(cells[0]) == self.cell_key(cells[1]) {
-            seen.twins.extend(cells);
+            // Twins meet at all their faces: one is enough.
+            if a.is_multiple_of(STRIDE) || b.is_multiple_of(STRIDE) {
+                seen.twins.extend(cells);
+            }
         } else {
             seen.folded.push(cells);
         }
@@ -214,12 +227,11 @@ impl<'a> FaceTable<'a> {
 
     /// Three or more cells share a face.
     fn crowd(&self, faces: &[u32], seen: &mut Encounters) {
-        let mut keys: Vec<_> = faces.iter().map(|&f| (self.cell_key(f / STRIDE), f / STRIDE)).collect();
+        let mut keys: Vec<_> = faces.iter().map(|&f| (self.cell_key(f / STRIDE), f)).collect();
         keys.sort_unstable();
-        let twins = keys.windows(2).filter(|w| w[0].0 == w[1].0).flat_map(|w| [w[0].1, w[1].1]);
-        let before = seen.twins.len();
-        seen.twins.extend(twins);
-        if seen.twins.len() == before {
+        let twins = || keys.windows(2).filter(|w| w[0].0 == w[1].0).flat_map(|w| [w[0].1, w[1].1]);
+        seen.twins.extend(twins().filter(|face| face.is_multiple_of(STRIDE)).map(|face| face / STRIDE));
+        if twins().next().is_none() {
             seen.crowded.extend(faces.iter().map(|f| f / STRIDE));
         }
     }
@@ -233,7 +245,7 @@ impl<'a> FaceTable<'a> {
 
 impl Encounters {
     fn and(mut self, other: Encounters) -> Encounters {
-        let Encounters { boundary, crowded, folded, twins, unlike } = other;
+        let Encounters { boundary, crowded, folded, twins, unlike, star: _ } = other;
         self.boundary.extend(boundary);
         self.crowded.extend(crowded);
         self.folded.extend(folded);

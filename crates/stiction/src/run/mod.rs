@@ -9,8 +9,8 @@ mod results;
 mod solve;
 
 pub use pose::{
-    Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, Prepared, Seconds,
-    Span, SpringFacts, prepare, read_mesh,
+    Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, MemoryLimit, Prepared,
+    Seconds, Span, SpringFacts, prepare, read_mesh,
 };
 pub use results::{
     Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, StepFiles, Summary, Versions, begin_steps,

@@ -2,7 +2,9 @@
 
 use stiction_fixtures::counting::Counting;
 
+mod compressed;
 mod mutations;
+mod predictions;
 mod proportion;
 
 #[global_allocator]

@@ -14,6 +14,7 @@ mod directions;
 mod fixed_point;
 mod floating;
 mod iteration;
+mod memory;
 mod monitor;
 mod points;
 mod solve;
@@ -22,4 +23,5 @@ mod strategy;
 mod tests;
 mod transform;
 
+pub(crate) use memory::multigrid_fits;
 pub use solve::{Multigrid, solve_multigrid};

@@ -105,8 +105,7 @@ impl Transformed {
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let between_bodies = others.iter().any(|o| !o.is_empty());
         let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
-        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), stop);
-        stop.check()?;
+        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {

@@ -162,10 +162,13 @@ impl<'a> Document<'a> {
         if needed / ZLIB_MOST > stream.remaining() {
             return Err(ends());
         }
+        self.admit(&format!("array \"{}\"", array.name), needed as f64)?;
         let unpacked = |i: usize, packed: &[u8]| {
             let expected = if i + 1 == blocks { last } else { block };
-            // The promise alone takes no memory out of proportion.
-            let mut out = Vec::with_capacity((expected + 1).min(8 * packed.len()));
+            if expected / ZLIB_MOST > packed.len() {
+                return None;
+            }
+            let mut out = Vec::with_capacity(expected + 1);
             // one more byte than there may be, so that a longer block is seen
             let read = ZlibDecoder::new(packed).take(expected as u64 + 1).read_to_end(&mut out);
             (read.is_ok() && out.len() == expected).then_some(out)

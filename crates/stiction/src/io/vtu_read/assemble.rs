@@ -40,8 +40,35 @@ struct Sorted {
     lines: Vec<[u32; 2]>,
 }
 
+/// Memory that a mesh takes while it is read and built, bytes.
+struct Bytes;
+
+impl Bytes {
+    const POINT: f64 = 72.0;
+    const CELL: f64 = 32.0;
+    /// A node that a cell names.
+    const NAMED: f64 = 6.0;
+    /// A number of an array that makes groups, and of one that is kept.
+    const GROUPED: f64 = 16.0;
+    const KEPT: f64 = 16.0;
+
+    /// All but the arrays, with so many nodes named by cells.
+    fn of_mesh(document: &Document, named: usize) -> f64 {
+        Self::POINT * document.points as f64 + Self::CELL * document.cells as f64 + Self::NAMED * named as f64
+    }
+}
+
+/// Numbers of an array with one a point or a cell.
+fn numbers(document: &Document, array: &super::document::Array) -> usize {
+    if array.section == Section::PointData { document.points } else { document.cells }
+}
+
 /// Collects cells and groups and builds the mesh.
 pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
+    let grouped = document.arrays.iter().filter(|a| is_data(a) && makes_groups(a));
+    let grouped: f64 = grouped.map(|a| Bytes::GROUPED * numbers(document, a) as f64).sum();
+    // Of each cell one node at least.
+    document.admit("its mesh", Bytes::of_mesh(document, document.cells) + grouped)?;
     let points = document.floats(document.needed(Section::Points, "Points")?, 3 * document.points)?;
     let nodes: Vec<[f64; 3]> = points.as_chunks::<3>().0.iter().map(|x| x.map(|c| c * scale)).collect();
     drop(points);
@@ -50,7 +77,8 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let mut groups = cell_groups(document, &cells, &mut notes)?;
     let in_group = !groups.is_empty();
     point_groups(document, &mut groups, &mut notes)?;
-    let arrays = arrays(document, &cells);
+    let named = cells.blocks.iter().map(|block| block.nodes.len()).sum();
+    let arrays = arrays(document, &cells, Bytes::of_mesh(document, named) + grouped);
     note_unused(document, &cells, &arrays, in_group, &mut notes);
     let Sorted { blocks, places, faces, .. } = cells;
     drop(places); // the build needs memory of its own
@@ -68,6 +96,7 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     let codes = document.integers(document.needed(Section::Cells, "types")?, document.cells, code)?;
     let ends = document.integers(document.needed(Section::Cells, "offsets")?, document.cells, unknown)?;
     let count = ends.last().map_or(0, |&end| end as usize);
+    document.admit("its mesh", Bytes::of_mesh(document, count))?;
     let mut nodes = document.integers(document.needed(Section::Cells, "connectivity")?, count, unknown)?;
 
     let block = |kind| RawCells { kind, nodes: Vec::new(), ids: Vec::new() };
@@ -81,12 +110,13 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     // Nearly all cells of nearly every file are of one kind: they move to the front of the list they come in.
     let major = major(&codes, &ends);
     let mut front = 0;
+    let others = others(&codes, &ends);
     let mut sorted = Sorted {
         blocks: CellKind::ALL.map(block),
         places: Vec::with_capacity(codes.len()),
-        faces: Vec::new(),
-        line_nodes: Vec::new(),
-        lines: Vec::new(),
+        faces: Vec::with_capacity(others.faces),
+        line_nodes: Vec::with_capacity(others.line_nodes),
+        lines: Vec::with_capacity(others.lines),
     };
     if let Some((major, count)) = major {
         sorted.blocks[major].ids.reserve_exact(count);
@@ -161,6 +191,31 @@ fn only_kind(document: &Document, codes: &[u8], ends: &[u32], nodes: &[u32]) -> 
         && ends.par_chunks(AT_A_TIME).enumerate().all(follow)
         && nodes.par_chunks(AT_A_TIME).all(|some| some.iter().all(|&node| (node as usize) < document.points));
     if ordered { CellKind::ALL.iter().position(|&k| k == kind) } else { None }
+}
+
+/// Cells that are no volumes, and the nodes of lines.
+#[derive(Default)]
+struct Others {
+    faces: usize,
+    lines: usize,
+    line_nodes: usize,
+}
+
+/// How many of them there are: arrays that grow take up to three times what they hold.
+fn others(codes: &[u8], ends: &[u32]) -> Others {
+    let (mut found, mut from) = (Others::default(), 0);
+    for (&code, &end) in codes.iter().zip(ends) {
+        let count = end.saturating_sub(from) as usize;
+        match role(code, count) {
+            Role::Face(_) => found.faces += 1,
+            Role::Nodes => (found.lines, found.line_nodes) = (found.lines + 1, found.line_nodes + count),
+            Role::Cell(..) | Role::Refused(..) => {}
+        }
+        from = from.max(end);
+    }
+    // Ends that do not ascend are refused where cells are read.
+    found.line_nodes = found.line_nodes.min(from as usize);
+    found
 }
 
 /// The place in `CellKind::ALL` of the kind that most cells are of, and how many are.
@@ -248,8 +303,8 @@ fn point_groups(document: &Document, groups: &mut Vec<RawGroup>, notes: &mut Vec
     Ok(())
 }
 
-/// Arrays of one number a point or a cell that make no groups.
-fn arrays(document: &Document, cells: &Sorted) -> MeshArrays {
+/// Arrays of one number a point or a cell that make no groups; `taken` is the memory of all else.
+fn arrays(document: &Document, cells: &Sorted, mut taken: f64) -> MeshArrays {
     let mut arrays = MeshArrays::default();
     for array in document.arrays.iter().filter(|a| is_data(a)) {
         let name = array.name.clone();
@@ -258,8 +313,9 @@ fn arrays(document: &Document, cells: &Sorted) -> MeshArrays {
             continue;
         }
         // One that cannot be read is no reason to refuse the mesh: who asks for it gets the reason.
-        let count = if array.section == Section::PointData { document.points } else { document.cells };
-        match document.floats(array, count) {
+        let count = numbers(document, array);
+        taken += Bytes::KEPT * count as f64;
+        match document.admit("its mesh with this array", taken).and_then(|()| document.floats(array, count)) {
             Ok(values) if array.section == Section::PointData => arrays.nodes.push(NodeArray { name, values }),
             Ok(values) => arrays.cells.push(cell_array(name, &values, cells)),
             Err(error) => arrays.others.push((name, error.what)),

@@ -55,6 +55,30 @@ pub(super) struct Document<'a> {
     pub arrays: Vec<Array<'a>>,
     /// What follows the mark of the appended data, and whether it is base64.
     pub appended: Option<(&'a [u8], bool)>,
+    /// Bytes of the whole file.
+    pub length: usize,
+}
+
+/// Memory that a file may ask for: so many times its bytes, and so much besides. Regular meshes of boxes, which compress
+/// better than any other, take six times the file.
+const FACTOR: usize = 10;
+const BESIDES: usize = 64 << 20;
+
+impl Document<'_> {
+    /// Refuses what would take `bytes` of memory where zlib has made few of them: its promise, up to a thousand times what is
+    /// stored, is checked before anything is decompressed. What is not compressed is in the file itself.
+    pub(super) fn admit(&self, what: &str, bytes: f64) -> Result<(), Error> {
+        let most = FACTOR.saturating_mul(self.length).saturating_add(BESIDES) as f64;
+        if !self.zlib || bytes <= most {
+            return Ok(());
+        }
+        let what = format!(
+            "{what} would take {:.0} MB, which is out of proportion to a file of {:.1} MB",
+            bytes / 1e6,
+            self.length as f64 / 1e6
+        );
+        Err(Error::new("", what, "if it is right, save it without compression (ParaView: Compressor Type None)"))
+    }
 }
 
 const PARAVIEW: &str = "open it in ParaView and save it as one .vtu (File > Save Data)";
@@ -75,8 +99,16 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, Error> {
         return Err(Error::new("", what, remedy));
     }
     let mut xml = Xml { bytes, pos: 0 };
-    let mut document =
-        Document { big: false, header: 4, zlib: false, points: 0, cells: 0, arrays: Vec::new(), appended: None };
+    let mut document = Document {
+        big: false,
+        header: 4,
+        zlib: false,
+        points: 0,
+        cells: 0,
+        arrays: Vec::new(),
+        appended: None,
+        length: bytes.len(),
+    };
     let (mut file, mut pieces, mut section) = (false, 0, None);
     while let Some(event) = xml.next()? {
         match event {

@@ -6,7 +6,9 @@ use super::aggregate::{aggregates, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::near;
+use crate::Error;
 use crate::linalg::in_huge_pages;
+use crate::linalg::memory::ensure;
 use crate::linalg::pattern::{Pattern, tasks};
 
 /// The near-kernel at one node: a row of six values for each of its components.
@@ -25,20 +27,25 @@ pub(super) struct Coarser<const R: usize> {
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
 /// there exactly; the prolongation smoothed by one damped block Jacobi step. Aggregates and the reach of the
 /// prolongation follow couplings that are strong and near. `None` if that does not make the matrix coarser. Rows of `A P`
-/// are kept for the nodes `wanted`.
+/// are kept for the nodes `wanted`. An error where there is no memory for it.
 pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
     kernel: &[Kernel<R>],
     threshold: f64,
     wanted: &[u32],
-) -> Option<Coarser<R>> {
+) -> Result<Option<Coarser<R>>, Error> {
     let kept = near(a, kernel, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
     if 6 * count > R * a.rows * 9 / 10 {
-        return None;
+        return Ok(None);
     }
+    // What the prediction for usual cells does not contain: flat ones have far more aggregates.
+    let unknowns = 6.0 * count as f64 / (R * a.rows) as f64;
+    let entries = (R * R * size_of::<f64>()) as f64 * a.value.len() as f64;
+    let bytes = unknowns * (Threshold::COPIES * entries + Threshold::BYTES_PER_ROW * a.rows as f64);
+    ensure(&format!("a coarse level of {count} nodes"), bytes, None)?;
     let (tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| inverse(&a.diagonal(i))).collect();
     // Aggregates in which a node has no kept neighbour are out of its reach: they would fill the coarse matrix across
@@ -51,8 +58,8 @@ pub(super) fn coarsen<const R: usize>(
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
     let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, out: &out };
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
-    let (matrix, a_times_p) = galerkin(a, &prolongation, wanted)?;
-    Some(Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel })
+    let coarse = galerkin(a, &prolongation, wanted);
+    Ok(coarse.map(|(matrix, a_times_p)| Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel }))
 }
 
 /// A coarse level with the displacements of the fine one, for a matrix that is small enough for a coarsest level: each node is
@@ -73,6 +80,10 @@ impl Threshold {
     /// Most entries of a coarse matrix over those of the finer one. Flat cells, which coarsen along lines of three nodes only,
     /// reach 2.6.
     const MOST_FILL: usize = 4;
+    /// Memory of a step of the set-up where each unknown became one of the coarse level: so many times the matrix, and bytes a
+    /// node, by plates of all elements whose cells are twenty times flatter than wide.
+    const COPIES: f64 = 3.5;
+    const BYTES_PER_ROW: f64 = 16e3;
     /// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
     const DEPENDENT: f64 = 1e-8;
     /// Steps of the power iteration; the damping is not sensitive to the estimate.

@@ -30,6 +30,7 @@ pub(crate) use relative_coordinates::RelativeCoordinates;
 pub(crate) use truncation::NodeConstraint;
 
 use super::Stop;
+use crate::Error;
 use coarsen::{coarsen, copied};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
@@ -90,27 +91,31 @@ impl Threshold {
 impl Hierarchy {
     /// Sets up the hierarchy of a symmetric positive definite matrix with its near-kernel, three rows a node (the
     /// rigid motions for elasticity). Only `contact_nodes` can be constrained later. `None` if aggregation does not make
-    /// the matrix coarser, or if `stop` asks to end, which it is asked between the levels and their parts.
+    /// the matrix coarser.
     ///
     /// With relative coordinates `a` is transformed to them ([`RelativeCoordinates::transform_matrix`]). The coarse
     /// spaces are those of `a` as it was given, so that bodies joined by contact alone keep separate aggregates.
+    ///
+    /// # Errors
+    /// If there is no memory for a level, or `stop` asks to end, which it is asked between the levels and their parts.
     pub(crate) fn new(
         a: &mut Blocks<3, 3>,
         kernel: &[Kernel<3>],
         contact_nodes: &[u32],
         relative: Option<&RelativeCoordinates>,
         stop: &Stop,
-    ) -> Option<Hierarchy> {
-        let unless_stopped = || (!stop.asked()).then_some(());
+    ) -> Result<Option<Hierarchy>, Error> {
         let small = || (a.rows <= Threshold::COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
-        let mut step = coarsen(a, kernel, Threshold::STRONG, contact_nodes).or_else(small)?;
+        let Some(mut step) = coarsen(a, kernel, Threshold::STRONG, contact_nodes)?.or_else(small) else {
+            return Ok(None);
+        };
         if let Some(relative) = relative {
             relative.transform_matrix(a);
             step = relative.transform_step(step, a);
         }
-        unless_stopped()?;
+        stop.check()?;
         let mut truncation = Truncation::new(a, &step, contact_nodes);
-        unless_stopped()?;
+        stop.check()?;
         let first = Packed::new(&step.prolongation);
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
@@ -119,8 +124,8 @@ impl Hierarchy {
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
-            unless_stopped()?;
-            let Some(step) = coarsen(&matrix, &kernel, Threshold::STRONG_COARSE, &[]) else { break };
+            stop.check()?;
+            let Some(step) = coarsen(&matrix, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
             let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
             truncation.add_level(&matrix, &prolongation);
             coarse.push(level);
@@ -128,7 +133,7 @@ impl Hierarchy {
             (matrix, kernel) = (step.matrix, step.kernel);
         }
         if matrix.rows > Threshold::COARSEST_LIMIT {
-            return None;
+            return Ok(None);
         }
         let coarsest = CoarsestFactor::new(&matrix);
         truncation.set_coarsest(matrix);
@@ -145,7 +150,7 @@ impl Hierarchy {
             truncation,
         };
         hierarchy.cycle_index = affordable_cycle_index(&hierarchy.level_sizes());
-        Some(hierarchy)
+        Ok(Some(hierarchy))
     }
 
     /// Whether some motion costs no energy under the present constraints. The coarsest level decides: it represents the

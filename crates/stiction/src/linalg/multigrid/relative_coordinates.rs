@@ -281,7 +281,7 @@ mod tests {
 
     fn solved_fast(a: &Blocks<3, 3>, kernel: &[[[f64; 6]; 3]], coordinates: &RelativeCoordinates) {
         let relative = relative(a, coordinates);
-        let step = coarsen(a, kernel, 0.05, &coordinates.nodes).unwrap();
+        let step = coarsen(a, kernel, 0.05, &coordinates.nodes).unwrap().unwrap();
         let mut p = step.prolongation.clone();
         coordinates.transform_prolongation(&mut p);
         // P'T'ATP is P'AP: the coarse spaces are the same displacements.
@@ -303,7 +303,9 @@ mod tests {
             assert_local_changes(&relative, &relative, &coupled, &coordinates.nodes, &constraints);
         }
         let mut multigrid =
-            Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates), &Stop::never()).unwrap();
+            Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates), &Stop::never())
+                .unwrap()
+                .unwrap();
         multigrid.constrain(&constraints_of(&|_| [true; 3]), true);
         let zero_constrained = |x: &mut Vec<[f64; 3]>| coordinates.nodes.iter().for_each(|&v| x[v as usize] = [0.0; 3]);
         // Steepest descent with the cycle contracts the error; constrained nodes do not move.

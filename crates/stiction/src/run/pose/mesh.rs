@@ -2,15 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::memory::{self, MemoryLimit, posing_fits};
 use super::place;
 use crate::Error;
 use crate::io::case::{MeshSource, MeshSpec};
-use crate::io::text::number;
-use crate::io::{abaqus, gmsh, machine, vtu_read};
+use crate::io::{abaqus, gmsh, vtu_read};
 use crate::mesh::{Mesh, MeshNotes, block, join, place as move_mesh, ring};
-
-/// Bytes a node of a mesh costs until its stiffness matrix stands: coordinates, cells, boundary, matrix and its copy.
-const BYTES_PER_NODE: f64 = 5000.0;
 
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0; the ending of the name gives the format:
 /// Gmsh's `.msh`, `.inp` of Abaqus and CalculiX, or VTK's `.vtu`. An input includes files of its own folder and below, and
@@ -20,6 +17,7 @@ const BYTES_PER_NODE: f64 = 5000.0;
 /// If the ending is none of these, or the file cannot be read or used.
 pub fn read_mesh(path: &Path, scale: f64, include: &[PathBuf]) -> Result<(Mesh, MeshNotes), Error> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
+    memory::reading_fits(path)?;
     match ending.as_str() {
         "msh" => gmsh::read(path, scale),
         "inp" => abaqus::read(path, scale, include),
@@ -35,21 +33,23 @@ pub fn read_mesh(path: &Path, scale: f64, include: &[PathBuf]) -> Result<(Mesh, 
     }
 }
 
-/// Makes or reads the mesh that `spec` asks for; `memory` in bytes bounds what may be begun.
-pub(crate) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+/// Makes or reads the mesh that `spec` asks for; `limit` bounds what may be begun.
+pub(crate) fn mesh(spec: &MeshSpec, limit: &MemoryLimit) -> Result<(Mesh, MeshNotes), Error> {
     let made = match &spec.source {
         MeshSource::Block(description) => {
-            fits(description.nodes(), memory).and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
+            let fits = posing_fits(description.nodes(), memory::of_block(description.element), limit);
+            fits.and_then(|()| block(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
         MeshSource::Ring(description) => {
             let nodes: f64 = description.cells.iter().map(|&n| n as f64 + 1.0).product();
-            fits(nodes, memory).and_then(|()| ring(description)).map(|mesh| (mesh, MeshNotes::default()))
+            let fits = posing_fits(nodes, memory::of_block(description.element), limit);
+            fits.and_then(|()| ring(description)).map(|mesh| (mesh, MeshNotes::default()))
         }
         MeshSource::File { path, scale, include } => {
             let read = read_mesh(path, *scale, include);
-            read.and_then(|read| fits(read.0.nodes.len() as f64, memory).map(|()| read))
+            read.and_then(|read| posing_fits(read.0.nodes.len() as f64, memory::of_mesh(&read.0), limit).map(|()| read))
         }
-        MeshSource::Parts(parts) => return joined(parts, spec, memory),
+        MeshSource::Parts(parts) => return joined(parts, spec, limit),
     };
     let (mut mesh, notes) = made.map_err(|error| place::at(&spec.spot, error))?;
     move_mesh(&mut mesh, spec.placing.turn.as_ref(), spec.placing.by);
@@ -57,10 +57,10 @@ pub(crate) fn mesh(spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNo
 }
 
 /// All parts in one mesh; what their readers noted is kept.
-fn joined(parts: &[(String, MeshSpec)], spec: &MeshSpec, memory: Option<u64>) -> Result<(Mesh, MeshNotes), Error> {
+fn joined(parts: &[(String, MeshSpec)], spec: &MeshSpec, limit: &MemoryLimit) -> Result<(Mesh, MeshNotes), Error> {
     let (mut meshes, mut notes) = (Vec::new(), Vec::new());
     for (name, part) in parts {
-        let (made, noted) = mesh(part, memory)?;
+        let (made, noted) = mesh(part, limit)?;
         meshes.push((name.clone(), made));
         notes.extend(noted.0);
     }
@@ -71,25 +71,9 @@ fn joined(parts: &[(String, MeshSpec)], spec: &MeshSpec, memory: Option<u64>) ->
         let what = format!("the parts have {:.0} million nodes together, more than can be numbered", nodes / 1e6);
         return Err(spec.spot.error(what, "use fewer cells"));
     }
-    fits(nodes, memory).map_err(|error| place::at(&spec.spot, error))?;
+    let each = meshes.iter().map(|(_, mesh)| memory::of_mesh(mesh)).fold(0.0, f64::max);
+    posing_fits(nodes, each, limit).map_err(|error| place::at(&spec.spot, error))?;
     let mut joined = join(meshes);
     move_mesh(&mut joined, spec.placing.turn.as_ref(), spec.placing.by);
     Ok((joined, MeshNotes(notes)))
-}
-
-/// Refuses a mesh whose matrix alone would not fit: nobody should find that out by the machine running out of memory.
-fn fits(nodes: f64, memory: Option<u64>) -> Result<(), Error> {
-    let needed = nodes * BYTES_PER_NODE;
-    match memory.or_else(machine::available_memory) {
-        Some(limit) if needed > limit as f64 => {
-            let what = format!(
-                "a mesh of {nodes:.0} nodes needs about {} GB for its matrix and {} GB may be used",
-                number(needed / 1e9),
-                number(limit as f64 / 1e9)
-            );
-            let remedy = "take fewer cells, raise `memory` under [solver], or use a machine with more memory";
-            Err(Error::new("", what, remedy))
-        }
-        _ => Ok(()),
-    }
 }

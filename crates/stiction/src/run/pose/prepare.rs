@@ -6,6 +6,7 @@ use super::coarser::{Coarser, coarser};
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
+use super::memory::{MemoryLimit, is_of_memory};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
 use super::travel::{travel, travel_rounding};
@@ -60,8 +61,8 @@ pub struct Prepared {
 /// Whatever makes the case impossible to pose, shown at its place in the case file where it has one.
 pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let mut lap = stopwatch();
-    let memory = case.solver.memory.map(|gigabytes| (gigabytes * 1e9) as u64);
-    let (mesh, mesh_notes) = mesh::mesh(&case.mesh, memory)?;
+    let limit = MemoryLimit::of(&case.solver);
+    let (mesh, mesh_notes) = mesh::mesh(&case.mesh, &limit)?;
     let meshed = lap();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
@@ -70,7 +71,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
     let (springs, spring_facts) = springs(&mesh, &case.springs)?;
-    let mut model = assemble(&solid, &loads, &fixes, end(case))?;
+    let of_the_mesh = |error| if is_of_memory(&error) { place::at(&case.mesh.spot, limit.named(error)) } else { error };
+    let mut model = assemble(&solid, &loads, &fixes, end(case)).map_err(of_the_mesh)?;
     add_springs(&mesh, &springs, &mut model)?;
     let assembled = lap();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);

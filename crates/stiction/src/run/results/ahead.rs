@@ -5,12 +5,15 @@ use std::path::Path;
 use std::sync::mpsc;
 use std::thread;
 
+use super::beside::joined;
 use super::write::encoded;
 use crate::Error;
 use crate::io::replace::Pending;
 use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, machine, problem};
-use crate::run::pose::{Prepared, Span, stopwatch};
+use crate::linalg::memory::Room;
+use crate::run::pose::memory::output_room;
+use crate::run::pose::{Prepared, Span, place, stopwatch};
 use crate::run::solve::{Event, Outcome, Settings, solve};
 use crate::solve::SolveEvent;
 
@@ -21,6 +24,8 @@ pub struct Ahead {
     pub(crate) problem: Option<Result<Pending, Error>>,
     /// The mesh as `result.vtu` has it.
     pub(crate) grid: Option<EncodedGrid>,
+    /// Held until the files are written.
+    pub(crate) room: Option<Room>,
 }
 
 /// [`solve()`](crate::run::solve()) for a run whose results go to `into`: the stiffness, most of what there is to write, is
@@ -38,6 +43,7 @@ pub fn solve_writing(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<(Outcome, Ahead), Error> {
     let is_new = !into.exists();
+    let room = output_room(&prepared.mesh, &settings.memory).map_err(|error| place::at(&prepared.mesh_spot, error))?;
     let (iterating, begin) = mpsc::channel();
     // Nothing in here may use the threads of rayon: the caller may be the only one of them, and it waits.
     let write = move || {
@@ -50,7 +56,8 @@ pub fn solve_writing(
         Some((written, grid, machine::thread_cpu_seconds()))
     };
     let (solved, written, waited) = thread::scope(|scope| {
-        let writer = scope.spawn(write);
+        // Where no thread can be had all is written afterwards.
+        let writer = thread::Builder::new().spawn_scoped(scope, write).ok();
         let solved = solve(prepared, settings, &mut |event| {
             if matches!(event, Event::Solver(SolveEvent::Iteration(_))) {
                 // The first is the sign; a writer that has ended already does not mind.
@@ -60,7 +67,7 @@ pub fn solve_writing(
         });
         drop(iterating);
         let mut lap = stopwatch();
-        let written = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let written = writer.and_then(joined);
         (solved, written, lap())
     });
     let mut outcome = match solved {
@@ -74,7 +81,7 @@ pub fn solve_writing(
             return Err(error);
         }
     };
-    let mut ahead = Ahead::default();
+    let mut ahead = Ahead { room: Some(room), ..Ahead::default() };
     if let Some((written, grid, cpu)) = written {
         (ahead.problem, ahead.grid) = (Some(written), grid);
         // The clock of the process has counted it with the iteration.

@@ -8,6 +8,7 @@ use super::{summary, sums};
 use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::io::problem;
+use crate::run::pose::memory::check_fits;
 use crate::run::solve::AnswerRecord;
 
 /// What a folder's files amount to.
@@ -60,6 +61,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
+    check_fits(folder)?;
     let pictures = summary::read(&folder.join("summary.json")).map_or(Vec::new(), |summary| summary.pictures);
     let files = sums::verify(folder, &pictures)?;
     match judge(folder) {

@@ -2,6 +2,7 @@
 
 mod ahead;
 pub(super) mod algebraic;
+mod beside;
 mod check;
 mod check_steps;
 mod facts_text;

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::io::folder;
 use crate::io::look::Units;
 use crate::mesh::Mesh;
+use crate::run::pose::memory::report_fits;
 
 /// Writes the report of a result folder anew from its other files and returns its size in bytes.
 ///
@@ -30,6 +31,7 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
         let remedy = "name a folder that `stiction solve` has filled";
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
+    report_fits(folder, mesh)?;
     let summary = summary::read(&path)?;
     // The case of a run may have been given another way than as a file.
     let case = folder.join("case.toml");

@@ -1,8 +1,8 @@
 //! The pictures of a result.
 
 use std::path::Path;
-use std::thread;
 
+use super::beside::beside;
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
 use crate::io::look::Units;
@@ -42,11 +42,10 @@ pub(crate) fn write(
     };
     let mut files = vec!["deformed.png".to_string()];
     // The body takes about as long as a contact surface.
-    let (drawn, of_surfaces) = thread::scope(|scope| {
-        let drawing = scope.spawn(|| deformed(&plot)?.0.write_png(&folder.join("deformed.png")));
-        let of_surfaces: Vec<Result<Vec<String>, Error>> = surfaces.iter().map(of_surface).collect();
-        (drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), of_surfaces)
-    });
+    let (drawn, of_surfaces) = beside(
+        || deformed(&plot)?.0.write_png(&folder.join("deformed.png")),
+        || surfaces.iter().map(of_surface).collect::<Vec<Result<Vec<String>, Error>>>(),
+    );
     drawn?;
     for names in of_surfaces {
         files.extend(names?);

@@ -15,6 +15,7 @@ use crate::io::step::{read_step, write_step};
 use crate::io::vtu::EncodedGrid;
 use crate::io::{checksum, folder, vtu};
 use crate::run::pose::Prepared;
+use crate::run::pose::memory::output_fits;
 use crate::run::solve::{Restart, Step, StepRecord};
 
 /// What has been finished, beside the files of the steps.
@@ -118,6 +119,7 @@ pub(crate) fn number_of(name: &str) -> Option<usize> {
 /// If a file cannot be written.
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
+    output_fits(&prepared.mesh)?;
     let mut names = vec![step_name(number), format!("result-{number:04}.vtu")];
     write_step(&folder.join(&names[0]), &step.file)?;
     write_body(&folder.join(&names[1]), prepared, &files.grid, &body(prepared, step.outcome))?;

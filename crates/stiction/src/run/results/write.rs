@@ -1,10 +1,10 @@
 //! The result folder.
 
 use std::path::{Path, PathBuf};
-use std::thread;
 
 use serde_json::json;
 
+use super::beside::beside;
 use super::fields::{BodyFields, Side, SurfaceFields, body};
 use super::masters::pair_fields;
 use super::step_file::{remove_steps, step_sums};
@@ -16,6 +16,7 @@ use crate::contact::{Counterpart, Obstacle};
 use crate::friction::{Phase, Progress};
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{checksum, folder, machine, problem};
+use crate::run::pose::memory::output_fits;
 use crate::run::pose::{Prepared, stopwatch};
 use crate::run::solve::Outcome;
 
@@ -58,6 +59,8 @@ pub fn write_with(
     mut ahead: Ahead,
 ) -> Result<Vec<String>, Error> {
     let mut lap = stopwatch();
+    drop(ahead.room.take());
+    output_fits(&prepared.mesh)?;
     folder::create(folder)?;
     for name in ["summary.json", SUMS] {
         folder::withdraw(&folder.join(name))?;
@@ -77,13 +80,10 @@ pub fn write_with(
         None => problem::write_problem(&file, &prepared.problem, tolerance)?,
     }
     // Pictures and numbers take about as long, and neither needs the other.
-    let (drawn, written, of_problem) = thread::scope(|scope| {
-        let summing = scope.spawn(|| sums::of_file(folder, PROBLEM));
-        let drawing = scope.spawn(|| pictures::write(folder, prepared, outcome, &body, &surfaces));
-        let written = write_numbers(prepared, outcome, origin, folder, ahead, &body, &surfaces);
-        let drawn = drawing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (drawn, written, summing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-    });
+    let outcome_so_far = &*outcome;
+    let draw = || pictures::write(folder, prepared, outcome_so_far, &body, &surfaces);
+    let write = || write_numbers(prepared, outcome_so_far, origin, folder, ahead, &body, &surfaces);
+    let (of_problem, (drawn, written)) = beside(|| sums::of_file(folder, PROBLEM), || beside(draw, write));
     let mut files = written?;
     let pictures = drawn?;
     files.extend(pictures.iter().cloned());

@@ -17,17 +17,17 @@ use crate::friction::{
 use crate::io::case::SolverSpec;
 use crate::io::machine;
 use crate::run::pose::loads::TIME;
-use crate::run::pose::{Prepared, Seconds, Span, in_terms_of_the_case, place, stopwatch};
+use crate::run::pose::memory::is_of_memory;
+use crate::run::pose::{MemoryLimit, Prepared, Seconds, Span, place, stopwatch};
 use crate::solve::{Kept, Observer, SolveEvent, solve_validated};
-
-/// Part of the memory that is free which a solve takes for its matrices at most.
-const SHARE_OF_MEMORY: f64 = 0.9;
 
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Tolerance, limits, path and start.
     pub solver: friction::Settings,
+    /// What `solver.memory_limit` was taken from, for messages.
+    pub memory: MemoryLimit,
     /// What the summary calls the method.
     pub method_name: String,
     /// The method and its settings.
@@ -35,14 +35,14 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// What a case asks for; without a limit of its own, nine tenths of the memory that is free now.
+    /// What a case asks for; without a limit of its own, nine tenths of the memory that is available now.
     pub fn of(spec: &SolverSpec) -> Self {
-        let own = spec.memory.map(|gigabytes| (gigabytes * 1e9) as u64);
-        let free = || machine::available_memory().map(|bytes| (SHARE_OF_MEMORY * bytes as f64) as u64);
         let (tolerance, max_iterations, path) = (spec.tolerance, spec.max_iterations, spec.path);
-        let memory_limit = own.or_else(free);
+        let memory = MemoryLimit::of(spec);
+        let memory_limit = memory.bytes;
         Settings {
             solver: friction::Settings { tolerance, max_iterations, path, memory_limit, ..Default::default() },
+            memory,
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
         }
@@ -196,7 +196,9 @@ pub(crate) fn solve_again(
     let mut solver = settings.solver.clone();
     let newton = settings.method.method == Method::Newton;
     if newton && solver.start_displacement.is_none() && kept.begins_with_multigrid(problem, &solver) {
-        let nested = prepared.coarser.as_ref().and_then(|coarser| nested::start(coarser, prepared, &solver.stop));
+        // A coarser problem takes less than this one, for which there may be no memory.
+        let coarser = prepared.coarser.as_ref().filter(|_| kept.fits(problem, &solver).is_ok());
+        let nested = coarser.and_then(|coarser| nested::start(coarser, prepared, &solver.stop));
         solver.start_displacement = nested.or_else(|| clearance::start(prepared));
     }
     let mut watch = |event: &SolveEvent| {
@@ -210,7 +212,7 @@ pub(crate) fn solve_again(
     } else {
         by_method(problem, &solver, &settings.method, kept, &mut watch)
     };
-    let answer = answer.map_err(|error| placed(prepared, error))?;
+    let answer = answer.map_err(|error| placed(prepared, settings, error))?;
     let Clock { seconds, times, .. } = clock.stopped();
     Ok(Outcome { method: answer.method, times, seconds, ..Outcome::new(answer.solution, settings) })
 }
@@ -237,10 +239,10 @@ fn by_method(
 }
 
 /// What does not fit the memory is a matter of the mesh; arguments get the names of their keys.
-fn placed(prepared: &Prepared, error: Error) -> Error {
-    let memory = error.remedy.contains("`settings.memory_limit`");
-    let error = in_terms_of_the_case(error);
-    if memory { place::at(&prepared.mesh_spot, error) } else { error }
+fn placed(prepared: &Prepared, settings: &Settings, error: Error) -> Error {
+    let of_memory = is_of_memory(&error);
+    let error = settings.memory.named(error);
+    if of_memory { place::at(&prepared.mesh_spot, error) } else { error }
 }
 
 /// Seconds by phase, distinguished by what the solver says it begins, and the times of its iterations.

@@ -22,7 +22,8 @@ use crate::io::step::StepFile;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
-use crate::run::pose::{Prepared, Seconds};
+use crate::run::pose::memory::output_room;
+use crate::run::pose::{Prepared, Seconds, place};
 use crate::solve::Kept;
 
 /// A load step, given to [`KeepStep`].
@@ -95,6 +96,8 @@ pub fn solve_steps(
     keep: &mut KeepStep,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
+    // What each step writes; the solver asks for its own.
+    output_room(&prepared.mesh, &settings.memory).map_err(|error| place::at(&prepared.mesh_spot, error))?;
     let steps = prepared.loading.steps.clone();
     let [mesh, assembly, contact] = prepared.seconds;
     let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };

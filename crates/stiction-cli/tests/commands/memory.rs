@@ -1,0 +1,59 @@
+//! The command where memory is short: an answer or an error within seconds, never a signal.
+#![cfg(target_os = "linux")]
+
+use std::os::unix::process::ExitStatusExt as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::folder::{CASE, Folder};
+
+/// A shipped case under a limit on addresses in kilobytes.
+fn limited(folder: &Folder, case: &str, kilobytes: usize) -> Output {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{case}/{case}.toml"));
+    let solve = "ulimit -v $1 && exec \"$0\" solve \"$2\" -o \"$3\" --threads 2 --progress none";
+    let mut command = Command::new("sh");
+    command.args(["-c", solve, env!("CARGO_BIN_EXE_stiction"), &kilobytes.to_string()]);
+    command.arg(case).arg(folder.at("results")).output().unwrap()
+}
+
+#[test]
+fn a_run_in_little_memory_ends_with_an_answer_or_an_error() {
+    for case in ["brick", "cylinder", "joint"] {
+        let (mut answers, mut errors) = (0, 0);
+        for megabytes in [24, 32, 48, 80, 120, 140, 160, 180, 220, 300, 500] {
+            let folder = Folder::new("limited", CASE);
+            let output = limited(&folder, case, 1000 * megabytes);
+            let said = String::from_utf8_lossy(&output.stderr);
+            let place = format!("{case} in {megabytes} MB: {:?}, {said}", output.status);
+            assert_eq!(output.status.signal(), None, "{place}");
+            match output.status.code() {
+                Some(0) => answers += 1,
+                Some(2) => {
+                    assert!(said.contains("remedy:"), "{place}");
+                    // Nothing that could be taken for a result.
+                    assert!(!folder.exists("results/summary.json"), "{place}");
+                    errors += 1;
+                }
+                _ => panic!("{place}"),
+            }
+        }
+        assert!(answers >= 2 && errors >= 3, "{case}: {answers} answers, {errors} errors");
+    }
+}
+
+#[test]
+fn a_refusal_says_what_is_needed_what_there_is_and_what_sets_the_limit() {
+    let folder = Folder::new("limited-message", CASE);
+    let output = limited(&folder, "brick", 80_000);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let parts = ["needs", "may be used", "`ulimit -v`", "brick.toml:", "remedy: coarsen the mesh"];
+    assert!(output.status.code() == Some(2) && parts.iter().all(|part| said.contains(part)), "{said}");
+}
+
+#[test]
+fn a_mesh_beyond_all_memory_is_refused_before_it_is_made() {
+    let folder = Folder::new("far-too-large", CASE);
+    let run = folder.run(&["solve", "case.toml", "--set", "mesh.block.cells=[900, 900, 900]"]);
+    assert!(run.code == Some(2) && run.err.contains("a mesh of 731432701 nodes"), "{}", run.err);
+    assert!(run.err.contains("may be used"), "{}", run.err);
+}

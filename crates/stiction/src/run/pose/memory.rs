@@ -1,0 +1,153 @@
+//! Memory of a run, predicted from counts before it is taken, and how much there is.
+
+use std::path::Path;
+
+use super::path::in_terms_of_the_case;
+use crate::Error;
+use crate::io::case::SolverSpec;
+use crate::io::machine;
+use crate::linalg::memory::{Room, ensure, room};
+use crate::mesh::{BlockElement, CellKind, Mesh};
+
+/// Part of what is available that a run takes at most.
+const SHARE: f64 = 0.9;
+
+/// Bytes by counts of the mesh: the most at a time over what was there before, in a phase. `tests/memory/predictions.rs` holds
+/// them against what is allocated.
+struct Bytes;
+
+impl Bytes {
+    /// A node of a mesh of each kind until its stiffness matrix stands and its contact is posed: coordinates, cells, boundary,
+    /// matrix, with three unknowns at nearly all nodes. More prescribed ones are counted when the matrix is.
+    const HEX8: f64 = 1750.0;
+    const TET4: f64 = 1300.0;
+    const HEX20: f64 = 3400.0;
+    const TET10: f64 = 1800.0;
+    /// What comes on top of small meshes.
+    const POSING: f64 = 6e6;
+    /// Files of results: fields of nodes and cells in all their forms, and the pictures, whose size is fixed.
+    const OUTPUT: [f64; 3] = [95e6, 250.0, 120.0];
+    /// The report, which reads some of the files again.
+    const REPORT: [f64; 3] = [40e6, 90.0, 75.0];
+    /// A byte of a mesh file of text or numbers, and of one that may be compressed, while it is read.
+    const FILE: f64 = 3.0;
+    const COMPRESSED_FILE: f64 = 10.0;
+    /// A byte of the stored problem while it is checked.
+    const PROBLEM: f64 = 3.0;
+    /// A byte of a compressed result that is read again.
+    const RESULT: f64 = 3.0;
+}
+
+/// What a run may use, and what says so.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MemoryLimit {
+    /// Bytes; no limit where the system does not tell.
+    pub bytes: Option<u64>,
+    /// What sets it, for messages.
+    pub of: String,
+    /// Whether the case asks for it: such a limit is one of stored matrices, not of what their files take.
+    pub by_case: bool,
+}
+
+impl MemoryLimit {
+    /// What the case asks for; without that nine tenths of what is available now.
+    pub fn of(spec: &SolverSpec) -> Self {
+        if let Some(gigabytes) = spec.memory {
+            let (bytes, of) = (Some((gigabytes * 1e9) as u64), "`memory` under [solver]".into());
+            return MemoryLimit { bytes, of, by_case: true };
+        }
+        machine::available_memory().map_or_else(Self::default, |available| MemoryLimit {
+            bytes: Some((SHARE * available.bytes as f64) as u64),
+            of: format!("{:.0} % of {}", 100.0 * SHARE, available.of),
+            by_case: false,
+        })
+    }
+
+    /// An error of too little memory with what sets the limit, in terms of the case; others as they are.
+    pub(crate) fn named(&self, error: Error) -> Error {
+        let mut error = error;
+        if is_of_memory(&error) && error.what.ends_with("may be used") && !self.of.is_empty() {
+            error.what += &format!(" ({})", self.of);
+        }
+        in_terms_of_the_case(error)
+    }
+}
+
+/// Whether an error is one of too little memory, which is a matter of the mesh.
+pub(crate) fn is_of_memory(error: &Error) -> bool {
+    error.remedy.contains("`settings.memory_limit`")
+}
+
+/// Refuses a mesh whose matrix alone would not fit, before it is made or assembled: nobody should find that out by the machine
+/// running out of memory.
+pub(super) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<(), Error> {
+    let what = format!("a mesh of {nodes:.0} nodes with its stiffness matrix");
+    ensure(&what, Bytes::POSING + nodes * each, limit.bytes).map_err(|error| limit.named(error))
+}
+
+/// Bytes a node of a block costs until its contact is posed.
+pub(super) fn of_block(element: BlockElement) -> f64 {
+    match (element.linear() == BlockElement::Hex8, element.is_quadratic()) {
+        (true, false) => Bytes::HEX8,
+        (true, true) => Bytes::HEX20,
+        (false, false) => Bytes::TET4,
+        (false, true) => Bytes::TET10,
+    }
+}
+
+/// The same of a mesh, by the kinds of its cells.
+pub(super) fn of_mesh(mesh: &Mesh) -> f64 {
+    let of_kind = |kind: CellKind| match kind {
+        CellKind::Tet4 => Bytes::TET4,
+        CellKind::Hex8 => Bytes::HEX8,
+        CellKind::Tet10 => Bytes::TET10,
+        CellKind::Hex20 => Bytes::HEX20,
+    };
+    let kinds = mesh.cells.iter().filter(|cells| !cells.is_empty());
+    kinds.map(|cells| of_kind(cells.kind)).fold(0.0, f64::max)
+}
+
+/// Refuses a mesh file that cannot be read in the memory there is.
+pub(super) fn reading_fits(path: &Path) -> Result<(), Error> {
+    let compressed = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vtu"));
+    let each = if compressed { Bytes::COMPRESSED_FILE } else { Bytes::FILE };
+    ensure("this mesh file", each * length(path), None).map_err(in_terms_of_the_case)
+}
+
+/// Takes hold of what the files of a result need, so that a solution that has been found can be written.
+pub(crate) fn output_room(mesh: &Mesh, limit: &MemoryLimit) -> Result<Room, Error> {
+    let [output, report] = [Bytes::OUTPUT, Bytes::REPORT].map(|bytes| by_counts(bytes, mesh));
+    let most = limit.bytes.filter(|_| !limit.by_case);
+    room("writing the results", output.max(report), most).map_err(|error| limit.named(error))
+}
+
+/// Refuses output for which there is no memory.
+pub(crate) fn output_fits(mesh: &Mesh) -> Result<(), Error> {
+    ensure("writing the results", by_counts(Bytes::OUTPUT, mesh), None).map_err(in_terms_of_the_case)
+}
+
+/// Refuses a report for which there is no memory; without a mesh at hand it reads that of the result in `folder`.
+#[cfg(feature = "report")]
+pub(crate) fn report_fits(folder: &Path, mesh: Option<&Mesh>) -> Result<(), Error> {
+    let bytes = match mesh {
+        Some(mesh) => by_counts(Bytes::REPORT, mesh),
+        None => Bytes::REPORT[0] + Bytes::RESULT * length(&folder.join("result.vtu")),
+    };
+    ensure("the report", bytes, None).map_err(in_terms_of_the_case)
+}
+
+/// Refuses a check for which there is no memory.
+pub(crate) fn check_fits(folder: &Path) -> Result<(), Error> {
+    let problem = Bytes::PROBLEM * length(&folder.join("problem.npz"));
+    let body = Bytes::RESULT * length(&folder.join("result.vtu"));
+    ensure("the check", Bytes::POSING + problem + body, None).map_err(in_terms_of_the_case)
+}
+
+/// Bytes of a file; none of one that cannot be looked at, which its reader tells.
+fn length(path: &Path) -> f64 {
+    std::fs::metadata(path).map_or(0, |data| data.len()) as f64
+}
+
+fn by_counts([fixed, of_node, of_cell]: [f64; 3], mesh: &Mesh) -> f64 {
+    fixed + of_node * mesh.nodes.len() as f64 + of_cell * mesh.cell_count() as f64
+}
