@@ -15,9 +15,8 @@ use stiction_fixtures::failing::{Failing, limited};
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Limits tried for each case, evenly from nothing to what the run takes without a limit, and a little more: threads differ.
-const LIMITS: usize = 5;
-const MORE: usize = 4 << 20;
+/// Limits tried for each case, evenly from nothing to what the run takes without a limit.
+const LIMITS: usize = 6;
 
 /// The solution alone, without what its files take.
 fn solution(case: &Case, folder: &Path) -> Result<(), Error> {
@@ -61,28 +60,25 @@ fn the_shipped_cases_end_with_an_answer_or_an_error_whatever_the_memory() {
     for entry in std::fs::read_dir(&base).unwrap().flatten().filter(|entry| entry.path().is_dir()) {
         let name = entry.file_name().into_string().unwrap();
         let case = case::read(entry.path().join(format!("{name}.toml")), &[]).unwrap();
-        let works: [(&str, Work, usize); 2] = [("solution", solution, LIMITS), ("run", run, LIMITS / 2)];
-        for (what, work, limits) in works {
-            let name = format!("{name}, {what}");
-            let at = |limit: usize| {
-                let _ = std::fs::remove_dir_all(&folder);
-                std::fs::create_dir_all(&folder).unwrap();
-                limited(limit, || work(&case, &folder))
-            };
-            let (ended, without) = at(usize::MAX);
-            assert_eq!((ended, without.refused), (Ok(()), 0), "{name}");
-            // All of the memory is enough: that takes the time of a whole run.
-            let last = if what == "run" { limits } else { limits - 1 };
-            let limits: Vec<usize> = (0..=last).map(|k| (without.most + MORE) * k / limits).collect();
-            let ended: Vec<_> = limits.iter().map(|&limit| at(limit)).collect();
-            for (limit, (ended, within)) in limits.iter().zip(&ended) {
-                if let Err(error) = ended {
-                    assert!(is_of_memory(error) && within.refused > 0, "{name} in {limit} bytes: {error}");
-                }
+        let at = |limit: usize, work: Work| {
+            let _ = std::fs::remove_dir_all(&folder);
+            std::fs::create_dir_all(&folder).unwrap();
+            limited(limit, || work(&case, &folder))
+        };
+        let (ended, without) = at(usize::MAX, run);
+        assert_eq!((ended, without.refused), (Ok(()), 0), "{name}");
+        let tries = (0..LIMITS).map(|k| (k, solution as Work)).chain([(LIMITS / 2, run as Work)]);
+        let mut errors = 0;
+        for (k, work) in tries {
+            let limit = without.most * k / LIMITS;
+            let (ended, within) = at(limit, work);
+            if let Err(error) = ended {
+                assert!(is_of_memory(&error) && within.refused > 0, "{name} in {limit} bytes: {error}");
+                errors += 1;
             }
-            // Otherwise the limits would limit nothing, or more is asked for than is there without one.
-            assert!(ended[0].0.is_err() && (what != "run" || ended[last].0.is_ok()), "{name}: {ended:?}");
         }
+        // Otherwise the limits would limit nothing.
+        assert!(errors > 0, "{name}");
         cases += 1;
     }
     assert!(cases >= 14, "{cases}");
