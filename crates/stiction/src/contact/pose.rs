@@ -64,6 +64,7 @@ pub fn pose(
         f: model.load.clone(),
         node_of: Some(model.dofs.free.iter().map(|d| d / 3).collect()),
         near_kernel: Some(motions),
+        middles: middles(mesh),
     };
     let contact = Contact {
         B: free,
@@ -90,6 +91,23 @@ pub fn pose(
         bodies: Some(bodies),
     };
     Ok((ContactProblem { elastic, contact, labels }, facts))
+}
+
+/// The nodes in the middle of edges with the ends of these; none in a mesh of linear cells.
+fn middles(mesh: &Mesh) -> Option<Vec<[u32; 3]>> {
+    let mut seen = vec![false; mesh.nodes.len()];
+    let mut middles = Vec::new();
+    for cells in &mesh.cells {
+        let (edges, corners) = (cells.kind.edges(), cells.kind.linear().nodes());
+        for cell in cells.nodes.chunks_exact(cells.kind.nodes()).filter(|_| !edges.is_empty()) {
+            for (edge, &middle) in edges.iter().zip(&cell[corners..]) {
+                if !std::mem::replace(&mut seen[middle as usize], true) {
+                    middles.push([middle, cell[edge[0]], cell[edge[1]]]);
+                }
+            }
+        }
+    }
+    (!middles.is_empty()).then_some(middles)
 }
 
 /// The points of all surfaces, in their order.

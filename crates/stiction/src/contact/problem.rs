@@ -157,6 +157,9 @@ pub struct Elastic {
     pub node_of: Option<Vec<u32>>,
     /// Near-kernel of `K`: the six rigid motions from coordinates, one row an unknown.
     pub near_kernel: Option<Vec<[f64; 6]>>,
+    /// Of quadratic elements the nodes in the middle of edges, each with the two ends of its edge: labels of `node_of`. An
+    /// end without unknowns is prescribed. Multigrid then begins with the functions that are linear on the edges.
+    pub middles: Option<Vec<[u32; 3]>>,
 }
 
 /// The contact conditions at `m` points.
@@ -202,7 +205,7 @@ impl ContactProblem {
     pub fn from_matrices(K: SymmetricCsr, f: Vec<f64>, B: Csr, gap: Vec<f64>, friction: Vec<Friction>) -> Self {
         let m = gap.len();
         ContactProblem {
-            elastic: Elastic { K, f, node_of: None, near_kernel: None },
+            elastic: Elastic { K, f, node_of: None, near_kernel: None, middles: None },
             contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None, rounding: 0.0 },
             labels: Labels {
                 area: vec![1.0; m],
@@ -296,7 +299,7 @@ impl ContactProblem {
     }
 
     fn check_elastic(&self) -> Result<(), Error> {
-        let Elastic { K, f, node_of, near_kernel } = &self.elastic;
+        let Elastic { K, f, node_of, near_kernel, middles } = &self.elastic;
         K.validate("elastic.K")?;
         if let Some(i) = (0..K.rows).into_par_iter().with_min_len(4096).find_first(|&i| K.diagonal(i) <= 0.0) {
             let what = format!("elastic.K has the diagonal entry {} at unknown {i}", K.diagonal(i));
@@ -306,6 +309,9 @@ impl ContactProblem {
         let motions = near_kernel.iter().flatten();
         if let Some(i) = motions.clone().position(|row| row.iter().any(|x| !x.is_finite())) {
             return Err(wrong(format!("elastic.near_kernel[{i}] is not finite"), "give finite numbers"));
+        }
+        if let Some(middles) = middles {
+            check_middles(middles, node_of.is_some())?;
         }
         match node_of.as_deref().and_then(scattered_node) {
             Some(node) => {
@@ -391,6 +397,25 @@ fn wrong(what: String, remedy: &str) -> Error {
 fn finite(name: &str, list: &[f64]) -> Result<(), Error> {
     match list.par_iter().with_min_len(1 << 16).position_first(|x| !x.is_finite()) {
         Some(i) => Err(wrong(format!("{name}[{i}] is {}", list[i]), "give finite numbers")),
+        None => Ok(()),
+    }
+}
+
+fn check_middles(middles: &[[u32; 3]], has_nodes: bool) -> Result<(), Error> {
+    if !has_nodes {
+        let remedy = "give `elastic.node_of`, or no `elastic.middles`";
+        return Err(wrong("elastic.middles names nodes, and `elastic.node_of` is missing".into(), remedy));
+    }
+    let mut seen = HashSet::new();
+    if let Some([node, ..]) = middles.iter().find(|[node, ..]| !seen.insert(*node)) {
+        let what = format!("elastic.middles: node {node} is in the middle of two edges");
+        return Err(wrong(what, "name each middle once, with the ends of its edge"));
+    }
+    match middles.iter().find(|[_, a, b]| seen.contains(a) || seen.contains(b)) {
+        Some([node, ..]) => {
+            let what = format!("elastic.middles: an end of the edge of node {node} is itself in the middle of one");
+            Err(wrong(what, "the ends of an edge are corners"))
+        }
         None => Ok(()),
     }
 }

@@ -56,6 +56,9 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
     if let Some(motions) = &problem.elastic.near_kernel {
         arrays.push(("rigid".into(), sixes(motions)));
     }
+    if let Some(middles) = &problem.elastic.middles {
+        arrays.push(("middles".into(), Array::u32(middles.as_flattened())));
+    }
     if let Some(supports) = &problem.labels.supports {
         matrix(&mut arrays, "support_K", &supports.K);
         matrix(&mut arrays, "support_K_own", &supports.K_own);
@@ -136,6 +139,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         f,
         node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
         near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },
+        middles: if arrays.contains_key("middles") { Some(read_middles(arrays)?) } else { None },
     };
     let contact = Contact {
         B: csr(arrays, "B", 3 * m, n)?,
@@ -254,6 +258,14 @@ fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>,
     match &array.data {
         Data::F64(values) if array.shape == [rows, 6] => Ok(values.as_chunks().0.to_vec()),
         _ => Err(damaged(format!("array \"{name}\" is not {rows} rows of six numbers"))),
+    }
+}
+
+/// Triples, one after the other.
+fn read_middles(arrays: &Arrays) -> Result<Vec<[u32; 3]>, Error> {
+    match u32s(arrays, "middles", None)?.as_chunks() {
+        (middles, []) => Ok(middles.to_vec()),
+        _ => Err(damaged("array \"middles\" is no list of triples")),
     }
 }
 

@@ -62,6 +62,22 @@ impl NodeGraph {
         (node, NodeGraph { first, unknowns, start: Vec::new(), neighbours: Vec::new() })
     }
 
+    /// The same graph with its nodes in another order: `order[k]` becomes node `k`.
+    pub fn reordered(&self, order: &[u32]) -> Self {
+        let mut place = vec![0u32; self.len()];
+        order.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
+        let mut graph = NodeGraph { first: vec![0], unknowns: Vec::new(), start: vec![0], neighbours: Vec::new() };
+        graph.unknowns.reserve(self.unknowns.len());
+        graph.neighbours.reserve(self.neighbours.len());
+        for &v in order {
+            graph.unknowns.extend_from_slice(self.unknowns_of(v as usize));
+            graph.neighbours.extend(self.neighbours_of(v as usize).iter().map(|&w| place[w as usize]));
+            graph.first.push(graph.unknowns.len());
+            graph.start.push(graph.neighbours.len());
+        }
+        graph
+    }
+
     /// Entries of a matrix with an entry wherever two unknowns of neighbouring nodes meet, both triangles.
     pub fn entries(&self) -> usize {
         let unknowns = |v: usize| self.first[v + 1] - self.first[v];

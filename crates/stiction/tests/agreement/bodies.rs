@@ -145,9 +145,21 @@ fn a_body_held_by_contact_alone_needs_no_more_than_one_on_supports() {
 #[test]
 fn a_constant_pressure_passes_where_the_slave_is_prescribed_in_part() {
     let strain = 1e-4;
-    for (low, high) in [("hex8", "tet4"), ("tet4", "hex8"), ("hex20", "tet10")] {
-        for (held, friction) in [(0.5, "\"none\""), (0.74, "{ coulomb = 0.2 }"), (1.1, "\"none\""), (0.5, "\"bonded\"")]
-        {
+    for (low, high) in [("hex8", "tet4"), ("tet4", "hex8"), ("hex20", "tet10"), ("tet10", "hex20")] {
+        // Points on the other body have no nodes of their own, which multigrid needs.
+        for (held, friction, path) in [
+            (Some(0.5), "\"none\"", "dense"),
+            (Some(0.74), "{ coulomb = 0.2 }", "dense"),
+            (Some(1.1), "\"none\"", "dense"),
+            (Some(0.5), "\"bonded\"", "dense"),
+            (None, "\"none\"", "multigrid"),
+            (None, "{ coulomb = 0.2 }", "multigrid"),
+            (None, "\"bonded\"", "multigrid"),
+        ] {
+            let fixed = held.map_or(String::new(), |held| {
+                let part = format!("{{ box = [[-1, -1, 0.99], [{held}, 2, 1.01]] }}");
+                format!("[[fix]]\non = {part}\nvalue = [0, 0, -{strain}]\n")
+            });
             let text = format!(
                 r#"
 [mesh.parts.low]
@@ -160,10 +172,7 @@ young = 2e11
 poisson = 0
 [[fix]]
 on = "low.z-min"
-[[fix]]
-on = {{ box = [[-1, -1, 0.99], [{held}, 2, 1.01]] }}
-value = [0, 0, -{strain}]
-[[fix]]
+{fixed}[[fix]]
 on = "high.z-max"
 value = [0, 0, -1.8e-4]
 [[contact]]
@@ -174,13 +183,14 @@ slave = "on"
 friction = {friction}
 [solver]
 tolerance = 1e-11
+path = "{path}"
 "#
             );
             let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
             let prepared = run::prepare(&case).unwrap_or_else(|e| panic!("{e}"));
             let settings = run::Settings::of(&case.solver);
             let outcome = run::solve(&prepared, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
-            let label = format!("{low} {high} {held} {friction}");
+            let label = format!("{low} {high} {held:?} {friction} {path}");
             assert_eq!(outcome.solution.status, Status::Solved, "{label}");
             let u = full_displacement(&prepared.model, &outcome.solution.u);
             for (x, u) in prepared.mesh.nodes.iter().zip(u.chunks(3)) {
@@ -194,6 +204,65 @@ tolerance = 1e-11
             }
             let whole: f64 = (0..p.points()).map(|j| p.labels.unity_sum[j] * p.labels.area[j]).sum();
             assert!((whole - 1.0).abs() < 1e-9, "{label}: points stand for {whole} of the unit square");
+        }
+    }
+}
+
+/// Middles of edges are relative to the ends, and these to the other body. One block stands on the other, held at its side or
+/// by contact alone, or hangs on it. The direct path is the second road.
+#[test]
+fn quadratic_surfaces_of_two_bodies_have_the_forces_of_the_direct_path_on_multigrid() {
+    let held = "[[fix]]\non = \"high.x-max\"\nvalue = [1e-5, 0, 0]\n";
+    for (low, high) in
+        [("tet10", "tet10"), ("hex20", "hex20"), ("hex20", "tet10"), ("tet10", "hex8"), ("tet4", "tet10")]
+    {
+        for (friction, support) in [
+            ("\"none\"", held),
+            ("{ coulomb = 0.3 }", held),
+            ("{ coulomb = 0.3 }", ""),
+            ("{ tresca = 1e6 }", held),
+            ("\"bonded\"", ""),
+        ] {
+            let solve = |path: &str| {
+                let text = format!(
+                    r#"
+[mesh.parts.low]
+block = {{ size = [1.2, 1, 0.5], cells = [5, 4, 3], element = "{low}" }}
+[mesh.parts.high]
+block = {{ size = [1, 1, 0.5], cells = [4, 5, 3], element = "{high}" }}
+move = [0.1, 0, 0.5]
+[materials.steel]
+young = 2e11
+poisson = 0.3
+[[fix]]
+on = "low.z-min"
+{support}[[load]]
+on = "high.z-max"
+traction = ["1e6*x", 2e5, "-1e7*(1.2 - x)"]
+[[contact]]
+on = "high.z-min"
+against = "low.z-max"
+slave = "on"
+friction = {friction}
+[solver]
+path = "{path}"
+tolerance = 1e-9
+"#
+                );
+                let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+                let prepared = run::prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+                let settings = run::Settings::of(&case.solver);
+                run::solve(&prepared, &settings, &mut |_| ControlFlow::Continue(())).unwrap().solution
+            };
+            let (direct, found) = (solve("dense"), solve("multigrid"));
+            let label = format!("{low} {high} {friction} {}", !support.is_empty());
+            println!("{label}: {:?}", found.counts);
+            assert_solved(&direct);
+            assert_solved(&found);
+            assert!(distance(&direct.u, &found.u) < 1e-7, "{label} {:.1e}", distance(&direct.u, &found.u));
+            let apart = distance(&direct.lambda, &found.lambda);
+            assert!(apart < 1e-7, "{label} {apart:.1e}");
+            assert!(found.counts.cycles <= 45, "{label} {:?}", found.counts);
         }
     }
 }

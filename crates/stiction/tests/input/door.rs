@@ -131,7 +131,7 @@ fn a_start_that_the_path_cannot_use_is_refused_and_auto_takes_the_path_that_can(
 #[test]
 fn what_cannot_be_solved_is_named_by_its_argument() {
     type Mistake = fn(&mut ContactProblem, &mut Settings);
-    let mistakes: [(&str, Mistake); 22] = [
+    let mistakes: [(&str, Mistake); 25] = [
         ("elastic.K has the diagonal entry", |p, _| *p.elastic.K.entry_mut(1, 1).unwrap() = -1.0),
         ("rows of elastic.K", |p, _| p.elastic.f.push(0.0)),
         ("elastic.f[2] is NaN", |p, _| p.elastic.f[2] = f64::NAN),
@@ -153,6 +153,17 @@ fn what_cannot_be_solved_is_named_by_its_argument() {
         ("do not follow one another", |p, _| p.elastic.node_of = Some(vec![4, 2, 4])),
         ("elastic.near_kernel[1]", |p, _| {
             p.elastic.near_kernel = Some(vec![[0.0; 6], [f64::NAN; 6], [0.0; 6]]);
+        }),
+        ("`elastic.node_of` is missing", |p, _| {
+            (p.elastic.node_of, p.elastic.middles) = (None, Some(vec![[1, 0, 2]]));
+        }),
+        ("node 1 is in the middle of two edges", |p, _| {
+            p.elastic.node_of = Some(vec![0; 3]);
+            p.elastic.middles = Some(vec![[1, 0, 2], [1, 3, 4]]);
+        }),
+        ("an end of the edge of node 3", |p, _| {
+            p.elastic.node_of = Some(vec![0; 3]);
+            p.elastic.middles = Some(vec![[1, 0, 2], [3, 1, 4]]);
         }),
         ("`tolerance` is 0", |_, s| s.tolerance = 0.0),
         ("`tolerance` is NaN", |_, s| s.tolerance = f64::NAN),

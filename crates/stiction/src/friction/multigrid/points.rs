@@ -1,6 +1,6 @@
 use crate::contact::ContactProblem;
-use crate::linalg::dot;
 use crate::linalg::multigrid::{Block, Nodes};
+use crate::linalg::{Csr, dot};
 
 /// A contact point: its node, its frame, and which of its rows of `B` are nonzero.
 #[derive(Debug)]
@@ -39,32 +39,39 @@ pub(super) type OtherNodes = Vec<(u32, Block<3, 3>)>;
 
 /// The points with the other nodes that their rows reach; `None` if one has no node of its own.
 ///
-/// A point's own node is one that no other point's rows reach, or the only one that its rows reach. Rows of other points may
-/// reach such a single node, as those of the middle of a quadratic edge reach its ends; chains of relative displacements do
-/// not occur.
+/// A point's own node is one on which its rows are a frame and that no other point reaches, but for points whose own node
+/// has been found before: those may be relative to it, as the middle of a quadratic edge is to the ends, which are relative
+/// to the other body.
 pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<OtherNodes>)> {
-    let blocks: Vec<OtherNodes> = (0..problem.points()).map(|j| blocks(problem, nodes, j)).collect();
-    let mut reached = vec![0u32; nodes.count];
-    blocks.iter().flatten().for_each(|(v, _)| reached[*v as usize] += 1);
     let rows = problem.isotropic_rows();
-    let mut taken = vec![false; nodes.count];
-    let mut points = Vec::with_capacity(blocks.len());
-    let mut others = Vec::with_capacity(blocks.len());
-    for (j, mut blocks) in blocks.into_iter().enumerate() {
-        let has_row = problem.rows(j).map(|i| rows.row(i).1.iter().any(|&v| v != 0.0));
-        // A tangent without friction is no row of the law, but it belongs to the frame.
-        let in_frame = problem.rows(j).map(|i| problem.contact.B.row(i).1.iter().any(|&v| v != 0.0));
-        let alone = blocks.len() == 1;
-        let is_own = |v: u32| if alone { !taken[v as usize] } else { reached[v as usize] == 1 };
-        let own = blocks.iter().position(|(v, block)| is_own(*v) && is_frame(block, &in_frame))?;
-        let (node, mut frame) = blocks.swap_remove(own);
-        taken[node as usize] = true;
-        complete(&mut frame, &in_frame);
-        let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
-        points.push(Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false });
-        others.push(blocks);
+    let m = problem.points();
+    let mut others: Vec<OtherNodes> = (0..m).map(|j| blocks(problem, nodes, j)).collect();
+    // A tangent without friction is no row of the law, but it belongs to the frame.
+    let filled = |of: &Csr, j: usize| problem.rows(j).map(|i| of.row(i).1.iter().any(|&v| v != 0.0));
+    let mut reached_by: Vec<Vec<u32>> = vec![Vec::new(); nodes.count];
+    for (j, blocks) in others.iter().enumerate() {
+        blocks.iter().for_each(|(v, _)| reached_by[*v as usize].push(j as u32));
     }
-    Some((points, others))
+    let mut points: Vec<Option<Point>> = (0..m).map(|_| None).collect();
+    let mut next: Vec<u32> = (0..m as u32).rev().collect();
+    while let Some(j) = next.pop() {
+        let j = j as usize;
+        let in_frame = filled(&problem.contact.B, j);
+        let is_own =
+            |(v, block): &(u32, Block<3, 3>)| reached_by[*v as usize] == [j as u32] && is_frame(block, &in_frame);
+        let Some(own) = others[j].iter().position(is_own).filter(|_| points[j].is_none()) else { continue };
+        for (v, _) in &others[j] {
+            let by = &mut reached_by[*v as usize];
+            by.retain(|&i| i != j as u32);
+            next.extend(by.iter().copied().filter(|_| by.len() == 1));
+        }
+        let (node, mut frame) = others[j].swap_remove(own);
+        complete(&mut frame, &in_frame);
+        let has_row = filled(&rows, j);
+        let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
+        points[j] = Some(Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false });
+    }
+    Some((points.into_iter().collect::<Option<Vec<Point>>>()?, others))
 }
 
 /// The rows of a point by nodes.

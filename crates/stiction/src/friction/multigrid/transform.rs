@@ -1,8 +1,10 @@
+use std::collections::{HashMap, HashSet};
+
 use super::points::{OtherNodes, Point, points};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::multigrid::{Block, Blocks, Hierarchy, Kernel, Nodes, RelativeCoordinates};
+use crate::linalg::multigrid::{Block, Blocks, Hierarchy, Kernel, LinearSpace, NO_NODE, Nodes, RelativeCoordinates};
 use crate::linalg::{NodeGraph, Stop};
 
 /// The transformed problem: `K`, `f` and the near-kernel by nodes, those of contact points in their frames `(n, t1, t2)` and,
@@ -38,6 +40,10 @@ fn no_own_nodes(problem: &ContactProblem) -> Error {
     )
 }
 
+fn chained() -> Error {
+    refused("contact points are relative to one another along chains too long for multigrid")
+}
+
 fn on_stiff_body() -> Error {
     let what = "contact points lie on a body some hundred times stiffer than the one they touch, which multigrid solves \
                 slowly or not";
@@ -57,10 +63,14 @@ const MOST_ON_STIFF: f64 = 0.25;
 
 /// Whether many points are relative to much softer nodes than their own.
 fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[OtherNodes]) -> bool {
-    let coupled = others.iter().filter(|o| !o.is_empty()).count();
+    let mut is_own = vec![false; k.rows];
+    points.iter().for_each(|p| is_own[p.node] = true);
+    // Nodes of the other body, not the ends of a quadratic edge.
+    let masters = |o: &OtherNodes| o.iter().any(|(v, _)| !is_own[*v as usize]);
+    let coupled = others.iter().filter(|o| masters(o)).count();
     let stiff = |(p, others): &(&Point, &OtherNodes)| {
         let (mut soft, mut all) = (0.0, 0.0);
-        for (v, block) in others.iter() {
+        for (v, block) in others.iter().filter(|(v, _)| !is_own[*v as usize]) {
             let weight: f64 = block.iter().flatten().map(|c| c * c).sum();
             soft += weight * trace(&k.diagonal(*v as usize));
             all += weight;
@@ -79,7 +89,10 @@ impl Transformed {
     /// not make coarser. If it is stopped: [`Error::interrupted`].
     pub(super) fn new(problem: &ContactProblem, stop: &Stop) -> Result<(Transformed, Hierarchy), Error> {
         stop.check()?;
-        let graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
+        let mut graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
+        if let Some(order) = corners_last(problem, &graph) {
+            graph = graph.reordered(&order);
+        }
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes).ok_or_else(|| no_own_nodes(problem))?;
@@ -101,11 +114,17 @@ impl Transformed {
         let others: Vec<OtherNodes> =
             points.iter().zip(others).map(|(p, others)| in_frames(p, others, point_of)).collect();
         matrix_in_frames(&mut k, point_of);
-        let kernel = kernel(problem, &nodes, &points);
+        let mut kernel = kernel(problem, &nodes);
+        let linear = linear_space(problem, &nodes, &kernel, &points);
+        for p in &points {
+            kernel[p.node] = product(&p.displacements(), &kernel[p.node]);
+        }
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let between_bodies = others.iter().any(|o| !o.is_empty());
-        let relative = between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count));
-        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), stop)?;
+        let relative =
+            between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
+        let relative = relative.transpose()?;
+        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {
@@ -173,8 +192,8 @@ fn trace(a: &Block<3, 3>) -> f64 {
     a[0][0] + a[1][1] + a[2][2]
 }
 
-/// The near-kernel by nodes, in the frames.
-fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kernel<3>> {
+/// The near-kernel by nodes.
+fn kernel(problem: &ContactProblem, nodes: &Nodes) -> Vec<Kernel<3>> {
     let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
     for (i, &(v, c)) in nodes.of.iter().enumerate() {
         let c = c as usize;
@@ -183,11 +202,44 @@ fn kernel(problem: &ContactProblem, nodes: &Nodes, points: &[Point]) -> Vec<Kern
             None => std::array::from_fn(|q| f64::from(u8::from(q == c))),
         };
     }
-    for p in points {
-        let (old, own) = (kernel[p.node], p.displacements());
-        kernel[p.node] = std::array::from_fn(|r| std::array::from_fn(|q| (0..3).map(|c| own[r][c] * old[c][q]).sum()));
-    }
     kernel
+}
+
+/// Nodes in the middle of edges first, then corners, both in their order: sweeps that begin with the middles leave errors that
+/// the linear space represents better. Hexahedra of 20 nodes take 14 instead of 21 cycles.
+fn corners_last(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u32>> {
+    let (middles, labels) = (problem.elastic.middles.as_ref()?, problem.elastic.node_of.as_ref()?);
+    let middles: HashSet<u32> = middles.iter().map(|middle| middle[0]).collect();
+    let is_middle =
+        |&v: &u32| graph.unknowns_of(v as usize).first().is_some_and(|&i| middles.contains(&labels[i as usize]));
+    let (mut order, corners): (Vec<u32>, Vec<u32>) = (0..graph.len() as u32).partition(is_middle);
+    order.extend(corners);
+    Some(order)
+}
+
+/// The displacements that are linear on the edges of quadratic elements; `kernel` is that out of the frames of the points.
+fn linear_space(
+    problem: &ContactProblem,
+    nodes: &Nodes,
+    kernel: &[Kernel<3>],
+    points: &[Point],
+) -> Option<LinearSpace> {
+    let (middles, labels) = (problem.elastic.middles.as_ref()?, problem.elastic.node_of.as_ref()?);
+    let node_of: HashMap<u32, u32> = labels.iter().zip(&nodes.of).map(|(&label, &(v, _))| (label, v)).collect();
+    let mut ends = vec![None; nodes.count];
+    for [middle, a, b] in middles {
+        if let Some(&v) = node_of.get(middle) {
+            ends[v as usize] = Some([a, b].map(|end| node_of.get(end).copied().unwrap_or(NO_NODE)));
+        }
+    }
+    let mut space = LinearSpace::new(&ends, kernel);
+    points.iter().for_each(|p| space.turn(p.node, &p.displacements()));
+    Some(space)
+}
+
+/// `A B`.
+fn product<const C: usize>(a: &Block<3, 3>, b: &Block<3, C>) -> Block<3, C> {
+    std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| a[r][s] * b[s][c]).sum()))
 }
 
 fn times(a: &Block<3, 3>, x: &[f64; 3]) -> [f64; 3] {
@@ -210,8 +262,7 @@ fn matrix_in_frames<'a>(k: &mut Blocks<3, 3>, point_of: impl Fn(usize) -> Option
             let (left, right) = (point_of(i), point_of(k.column[place] as usize));
             let block = &mut k.value[place];
             if let Some(left) = left {
-                let (old, own) = (*block, left.forces());
-                *block = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| own[r][s] * old[s][c]).sum()));
+                *block = product(&left.forces(), block);
             }
             if let Some(right) = right {
                 *block = times_transposed(block, &right.forces());

@@ -4,6 +4,7 @@ use super::Hierarchy;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
 use super::packed::{Packed, double, scaled, unit};
+use super::smoother::Level;
 use super::truncation::Columns;
 
 /// The problem in the space of the second coarse level, with springs at the contact nodes: the first problem of nested
@@ -33,22 +34,30 @@ fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Bloc
     })
 }
 
+/// Adds the diagonal of `P D⁻¹ Pᵀ` for rows of a prolongation from a level.
+fn add_compliances<const C: usize, const W: usize>(rows: &Blocks<3, C>, level: &Level<C, W>, sum: &mut [[f64; 3]]) {
+    sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
+        for (j, block) in rows.entries_of(i) {
+            let mut moved = [[0.0; C]; 3];
+            add_product(block, &double(&level.inverse[j as usize]), &mut moved);
+            (0..3).for_each(|r| sum[r] += (0..C).map(|c| moved[r][c] * block[r][c]).sum::<f64>());
+        }
+    });
+}
+
 impl Hierarchy {
     /// The compliance (displacement over force) of the contact nodes' components, without the parts of the finest and the
     /// coarsest level: the diagonal of `sum of P D⁻¹ Pᵀ` over the levels between (Bramble, Pasciak & Xu 1990), for a
     /// hierarchy without constraints. In flat cells it is most of the compliance: their nodes move with their close
     /// neighbours.
     pub(crate) fn coarse_compliances(&self) -> Vec<[f64; 3]> {
-        let mut sum = vec![[0.0; 3]; self.truncation.p.rows];
-        let mut rows = self.truncation.p.clone();
+        let mut rows = self.truncation.support.p.clone();
+        let mut sum = vec![[0.0; 3]; rows.rows];
+        if let Some(linear) = &self.linear {
+            add_compliances(&linear.support.p, &linear.level, &mut sum);
+        }
         for (k, level) in self.coarse.iter().enumerate() {
-            sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
-                for (j, block) in rows.entries_of(i) {
-                    let mut moved = [[0.0; 6]; 3];
-                    add_product(block, &double(&level.inverse[j as usize]), &mut moved);
-                    (0..3).for_each(|r| sum[r] += (0..6).map(|c| moved[r][c] * block[r][c]).sum::<f64>());
-                }
-            });
+            add_compliances(&rows, level, &mut sum);
             if let Some(coarser) = self.coarse.get(k + 1) {
                 rows = below(&rows, &self.further[k], coarser.matrix.rows);
             }
@@ -65,7 +74,7 @@ impl<'a> CoarseProblem<'a> {
         if matrix.rows < LEAST {
             return None;
         }
-        let rows = below(&hierarchy.truncation.p, further, matrix.rows);
+        let rows = below(&hierarchy.truncation.support.p, further, matrix.rows);
         let columns = rows.by_columns();
         Some(CoarseProblem { hierarchy, matrix, rows, columns })
     }
@@ -73,7 +82,12 @@ impl<'a> CoarseProblem<'a> {
     /// A load on the finest level, newton by its nodes, in this space.
     pub(crate) fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
         let (scale, f) = unit(f);
-        let coarse = self.hierarchy.first.transpose_times(&f, self.hierarchy.first_coarse());
+        let Hierarchy { linear, first, .. } = &*self.hierarchy;
+        let f = match linear {
+            Some(linear) => linear.prolongation.transpose_times(&f, linear.level.matrix.rows),
+            None => f,
+        };
+        let coarse = first.transpose_times(&f, self.hierarchy.first_coarse());
         scaled(scale, &self.hierarchy.further[0].transpose_times(&coarse, self.matrix.rows))
     }
 
@@ -82,8 +96,13 @@ impl<'a> CoarseProblem<'a> {
         let (scale, x) = unit(x);
         let mut coarse = vec![[0.0; 6]; self.hierarchy.first_coarse()];
         self.hierarchy.further[0].add_times(&x, &mut coarse);
-        let mut u = vec![[0.0; 3]; self.hierarchy.fine.matrix.rows];
-        self.hierarchy.first.add_times(&coarse, &mut u);
+        let Hierarchy { fine, linear, first, .. } = &*self.hierarchy;
+        let mut u = vec![[0.0; 3]; linear.as_ref().map_or(fine.matrix.rows, |linear| linear.level.matrix.rows)];
+        first.add_times(&coarse, &mut u);
+        if let Some(linear) = linear {
+            let on_corners = std::mem::replace(&mut u, vec![[0.0; 3]; fine.matrix.rows]);
+            linear.prolongation.add_times(&on_corners, &mut u);
+        }
         scaled(scale, &u)
     }
 

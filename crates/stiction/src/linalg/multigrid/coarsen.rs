@@ -14,14 +14,14 @@ use crate::linalg::pattern::{Pattern, tasks};
 /// The near-kernel at one node: a row of six values for each of its components.
 pub(crate) type Kernel<const R: usize> = [[f64; 6]; R];
 
-/// A coarser level: its matrix, its near-kernel and the prolongation from it.
+/// A coarser level of nodes with `C` unknowns: its matrix, its near-kernel and the prolongation from it.
 #[derive(Debug, Clone)]
-pub(super) struct Coarser<const R: usize> {
-    pub prolongation: Blocks<R, 6>,
+pub(super) struct Coarser<const R: usize, const C: usize = 6> {
+    pub prolongation: Blocks<R, C>,
     /// The requested rows of `A P`, for local changes of the coarse matrix.
-    pub a_times_p: Blocks<R, 6>,
-    pub matrix: Blocks<6, 6>,
-    pub kernel: Vec<Kernel<6>>,
+    pub a_times_p: Blocks<R, C>,
+    pub matrix: Blocks<C, C>,
+    pub kernel: Vec<Kernel<C>>,
 }
 
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
@@ -250,11 +250,11 @@ fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Ro
 /// [`Threshold::MOST_FILL`].
 ///
 /// `A P` would be the largest matrix of the set-up. It is computed by slabs of rows, each consumed before the next.
-fn galerkin<const R: usize>(
+pub(super) fn galerkin<const R: usize, const C: usize>(
     a: &Blocks<R, R>,
-    p: &Blocks<R, 6>,
+    p: &Blocks<R, C>,
     wanted: &[u32],
-) -> Option<(Blocks<6, 6>, Blocks<R, 6>)> {
+) -> Option<(Blocks<C, C>, Blocks<R, C>)> {
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         a.row(i).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
@@ -264,13 +264,13 @@ fn galerkin<const R: usize>(
         name(k as u32);
         entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| middle.row(i as usize).iter().for_each(|&j| name(j)));
     });
-    if 36 * coarse.column.len() > Threshold::MOST_FILL * R * R * a.value.len() {
+    if C * C * coarse.column.len() > Threshold::MOST_FILL * R * R * a.value.len() {
         return None;
     }
-    let mut value: Vec<Block<6, 6>> = coarse.zeros();
-    let slabs = slabs(&middle.start, Threshold::SLAB / size_of::<Block<R, 6>>());
+    let mut value: Vec<Block<C, C>> = coarse.zeros();
+    let slabs = slabs(&middle.start, Threshold::SLAB / size_of::<Block<R, C>>());
     let largest = slabs.iter().map(|rows| middle.start[rows.end] - middle.start[rows.start]).max().unwrap_or(0);
-    let mut slab: Vec<Block<R, 6>> = in_huge_pages(vec![[[0.0; 6]; R]; largest]);
+    let mut slab: Vec<Block<R, C>> = in_huge_pages(vec![[[0.0; C]; R]; largest]);
     for rows in slabs {
         let base = middle.start[rows.start];
         let own = &mut slab[..middle.start[rows.end] - base];
@@ -307,8 +307,8 @@ fn galerkin<const R: usize>(
     for k in 0..p.cols {
         let Some(place) = matrix.place(k, k) else { continue };
         let own = &mut matrix.value[place];
-        let scale = (0..6).map(|c| own[c][c]).fold(0.0, f64::max);
-        for c in 0..6 {
+        let scale = (0..C).map(|c| own[c][c]).fold(0.0, f64::max);
+        for c in 0..C {
             if own[c][c] <= 1e-14 * scale {
                 own[c][c] = scale.max(f64::MIN_POSITIVE);
             }
@@ -326,8 +326,8 @@ fn galerkin<const R: usize>(
 
 /// Row `i` of `A P`. Compiled into both of its callers, for the instructions of the machine at hand.
 #[inline(always)]
-fn product<const R: usize>(a: &Blocks<R, R>, p: &Blocks<R, 6>, i: usize, row: &mut Row<'_, R, 6>) {
-    row.values.fill([[0.0; 6]; R]);
+fn product<const R: usize, const C: usize>(a: &Blocks<R, R>, p: &Blocks<R, C>, i: usize, row: &mut Row<'_, R, C>) {
+    row.values.fill([[0.0; C]; R]);
     for (j, block) in a.entries_of(i) {
         for (k, value) in p.entries_of(j as usize) {
             add_product(block, value, row.at(k));

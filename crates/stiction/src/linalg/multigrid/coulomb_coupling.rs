@@ -55,30 +55,41 @@ impl Hierarchy {
         self.coulomb_coupling.lifts.extend(lifts);
     }
 
-    /// The residual of the finest level for the first coarse one, after a sweep to `x` that left `residual` in its rows.
-    pub(super) fn restrict_residual(&self, x: &[[f32; 3]], mut residual: Vec<[f32; 3]>) -> Vec<[f32; 6]> {
-        let lifts = &self.coulomb_coupling.lifts;
+    /// The residual of the finest level on functions truncated at constrained components, after a sweep to `x` that left
+    /// `residual` in its rows.
+    pub(super) fn truncated_residual(&self, x: &[[f32; 3]], mut residual: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
         for &(v, coulomb) in &self.coulomb {
             // The sweep has solved the coupled rows up to their own nodes; lifts test the rows of the matrix itself.
-            let normal = residual[v as usize][0] - if lifts.is_empty() { 0.0 } else { self.normal_residual(v, x) };
+            let normal = residual[v as usize][0] - if self.has_lifts() { self.normal_residual(v, x) } else { 0.0 };
             (1..3).for_each(|c| residual[v as usize][c] -= coulomb[c - 1] * normal);
         }
         self.zero_constrained(&mut residual);
-        let mut coarse = self.first.transpose_times(&residual, self.first_coarse());
-        if lifts.is_empty() {
-            return coarse;
+        residual
+    }
+
+    /// Whether some function of the first aggregated level has a lift.
+    pub(super) fn has_lifts(&self) -> bool {
+        !self.coulomb_coupling.lifts.is_empty()
+    }
+
+    /// Subtracts the forces on the lifts from those on the truncated functions of the first aggregated level, after a sweep to
+    /// `x` on the finest.
+    pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut [[f32; 6]]) {
+        if !self.has_lifts() {
+            return;
         }
         let mut normal = vec![[0.0; 6]; coarse.len()];
-        for &(v, _) in self.constrained.iter().filter(|(_, constrained)| constrained[0]) {
-            let force = [self.normal_residual(v, x), 0.0, 0.0];
-            self.first.entries_of(v as usize).for_each(|(j, p)| add_transposed(p, &force, &mut normal[j as usize]));
+        for &(place, _) in self.constrained.iter().filter(|(_, constrained)| constrained[0]) {
+            let force = self.normal_residual(self.truncation.node(place), x);
+            for (j, p) in self.truncation.support.p.entries_of(place as usize) {
+                (0..6).for_each(|c| normal[j as usize][c] += p[0][c] as f32 * force);
+            }
         }
-        for (k, lift) in lifts {
+        for (k, lift) in &self.coulomb_coupling.lifts {
             let here = &mut coarse[*k as usize];
             let force: [f32; 6] = std::array::from_fn(|c| here[c] + normal[*k as usize][c]);
             add_transposed(lift, &force.map(|f| -f), here);
         }
-        coarse
     }
 
     /// The residual in the normal row of a node whose normal component is constrained; the load is zero there.
@@ -118,7 +129,7 @@ pub(super) fn coupled_inverse(inverse: &Block<3, 3>, a: &Block<3, 3>, coulomb: [
 /// The lift of a node of the first coarse level; `None` without coupled contact nodes in its support.
 fn lift(truncation: &Truncation, constraints: &[NodeConstraint], k: u32) -> Option<Block<6, 6>> {
     let (mut gram, mut right) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);
-    for (i, p) in truncation.p_column(k) {
+    for (i, p) in truncation.support.p_column(k) {
         add_transpose_product(p, p, &mut gram);
         let coulomb = constraints[i].coulomb;
         if coulomb != [0.0; 2] {
@@ -159,7 +170,7 @@ fn first_rows(
         for (&j, a) in row(t).iter().zip(&truncation.free[0][free[t]..free[t + 1]]) {
             add_transpose_product(&minus, a, target.at(j));
         }
-        for (i, part) in truncation.a_times_p_column(touched[t]) {
+        for (i, part) in truncation.support.a_times_p_column(touched[t]) {
             let constrained = constraints[i].constrained;
             if constrained == [false; 3] {
                 continue;
@@ -167,7 +178,7 @@ fn first_rows(
             let constrained: Block<3, 6> = std::array::from_fn(|r| if constrained[r] { part[r] } else { [0.0; 6] });
             let mut lifted = [[0.0; 6]; 3];
             add_product(&constrained, lift, &mut lifted);
-            let (columns, blocks) = truncation.p.row(i);
+            let (columns, blocks) = truncation.support.p.row(i);
             let within = columns.iter().zip(blocks).filter(|(j, _)| row(t).binary_search(j).is_ok());
             within.for_each(|(&j, p)| add_transpose_product(&lifted, p, target.at(j)));
         }

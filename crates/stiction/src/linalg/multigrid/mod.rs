@@ -16,6 +16,7 @@ mod coulomb_coupling;
 mod dense;
 mod distance;
 mod packed;
+mod quadratic;
 mod relative_coordinates;
 mod smoother;
 #[cfg(test)]
@@ -26,32 +27,37 @@ pub(crate) use blocks::{Block, Blocks, Nodes};
 pub(crate) use coarse_problem::CoarseProblem;
 pub(crate) use coarsen::Kernel;
 pub(crate) use dense::inverse;
+pub(crate) use quadratic::{LinearSpace, NO_NODE};
 pub(crate) use relative_coordinates::RelativeCoordinates;
 pub(crate) use truncation::NodeConstraint;
 
 use super::Stop;
 use crate::Error;
-use coarsen::{coarsen, copied};
+use coarsen::{Coarser, coarsen, copied, galerkin};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
 use packed::{Packed, scaled, unit};
+use quadratic::Linear;
 use smoother::Level;
-use truncation::Truncation;
+use truncation::{Support, Truncation};
 
 /// A hierarchy of matrices, used as a preconditioner: one V-cycle with a forward Gauss-Seidel sweep before and a
 /// backward one after the coarse correction, which is symmetric and positive definite.
 #[derive(Debug, Clone)]
 pub(crate) struct Hierarchy {
     fine: Level<3, 4>,
-    /// From the first coarse level to the fine one.
+    /// Of quadratic elements, between the finest and the first aggregated level.
+    linear: Option<Linear>,
+    /// From the first aggregated level to the linear or else the finest one.
     first: Packed<3, 6>,
+    /// The aggregated levels without the coarsest.
     coarse: Vec<Level<6, 8>>,
     /// Cycles on each coarse level for one on the next finer level: one is a V-cycle, two a W-cycle.
     cycle_index: Vec<usize>,
     /// From each further level to the one before it.
     further: Vec<Packed<6, 6>>,
     coarsest: CoarsestFactor,
-    /// Nodes with constrained components.
+    /// Nodes with constrained components, by their places among those that may have some.
     constrained: Vec<(u32, [bool; 3])>,
     /// Nodes with a Coulomb coupling on the finest level ([`NodeConstraint::coulomb`]).
     coulomb: Vec<(u32, [f32; 2])>,
@@ -96,6 +102,8 @@ impl Hierarchy {
     /// With relative coordinates `a` is transformed to them ([`RelativeCoordinates::transform_matrix`]). The coarse
     /// spaces are those of `a` as it was given, so that bodies joined by contact alone keep separate aggregates.
     ///
+    /// With a linear space the first coarse level is that of its functions, and aggregation begins there.
+    ///
     /// # Errors
     /// If there is no memory for a level, or `stop` asks to end, which it is asked between the levels and their parts.
     pub(crate) fn new(
@@ -103,18 +111,37 @@ impl Hierarchy {
         kernel: &[Kernel<3>],
         contact_nodes: &[u32],
         relative: Option<&RelativeCoordinates>,
+        linear: Option<LinearSpace>,
         stop: &Stop,
     ) -> Result<Option<Hierarchy>, Error> {
-        let small = || (a.rows <= Threshold::COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
-        let Some(mut step) = coarsen(a, kernel, Threshold::STRONG, contact_nodes)?.or_else(small) else {
-            return Ok(None);
+        let (linear, step, support) = match linear {
+            None => {
+                let Some(mut step) = aggregated(a, kernel, contact_nodes)? else { return Ok(None) };
+                stop.check()?;
+                if let Some(relative) = relative {
+                    relative.transform_matrix(a);
+                    step = relative.transform_step(step, a);
+                }
+                let support = Support::of_step(&step, contact_nodes);
+                (None, step, support)
+            }
+            Some(LinearSpace { prolongation, kernel }) => {
+                let Some((matrix, a_times_p)) = galerkin(a, &prolongation, contact_nodes) else { return Ok(None) };
+                stop.check()?;
+                let mut linear = Coarser { prolongation, a_times_p, matrix, kernel };
+                if let Some(relative) = relative {
+                    relative.transform_matrix(a);
+                    linear = relative.transform_step(linear, a);
+                }
+                stop.check()?;
+                let Some(step) = aggregated(&linear.matrix, &linear.kernel, &[])? else { return Ok(None) };
+                let linear = Linear::new(&linear, contact_nodes);
+                let support = linear.support.within(&step.prolongation);
+                (Some(linear), step, support)
+            }
         };
-        if let Some(relative) = relative {
-            relative.transform_matrix(a);
-            step = relative.transform_step(step, a);
-        }
         stop.check()?;
-        let mut truncation = Truncation::new(a, &step, contact_nodes);
+        let mut truncation = Truncation::new(a, contact_nodes, support);
         stop.check()?;
         let first = Packed::new(&step.prolongation);
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
@@ -139,6 +166,7 @@ impl Hierarchy {
         truncation.set_coarsest(matrix);
         let mut hierarchy = Hierarchy {
             fine,
+            linear,
             first,
             coarse,
             cycle_index: Vec::new(),
@@ -149,7 +177,7 @@ impl Hierarchy {
             coulomb_coupling: CoulombCoupling::default(),
             truncation,
         };
-        hierarchy.cycle_index = affordable_cycle_index(&hierarchy.level_sizes());
+        hierarchy.cycle_index = affordable_cycle_index(&hierarchy.level_sizes(), hierarchy.coarse.len());
         Ok(Some(hierarchy))
     }
 
@@ -161,10 +189,16 @@ impl Hierarchy {
 
     /// Nodes of each level, the finest first, and the entries stored in its matrix.
     pub(crate) fn level_sizes(&self) -> Vec<(usize, usize)> {
-        let fine = (self.fine.matrix.rows, 9 * self.fine.matrix.value.len());
+        let of_nodes = |level: &Level<3, 4>| (level.matrix.rows, 9 * level.matrix.value.len());
+        let linear = self.linear.as_ref().map(|linear| of_nodes(&linear.level));
         let coarse = self.coarse.iter().map(|l| (l.matrix.rows, 36 * l.matrix.value.len()));
         let coarsest = self.coarsest.nodes();
-        [fine].into_iter().chain(coarse).chain([(coarsest, 36 * coarsest * coarsest)]).collect()
+        [of_nodes(&self.fine)]
+            .into_iter()
+            .chain(linear)
+            .chain(coarse)
+            .chain([(coarsest, 36 * coarsest * coarsest)])
+            .collect()
     }
 
     /// One cycle for `A x = b` from zero; `b` is zero on constrained components. With Coulomb coupling the sweeps of the
@@ -175,17 +209,43 @@ impl Hierarchy {
             return vec![[0.0; 3]; b.len()];
         }
         let (mut x, residual) = self.fine.forward(&b);
-        let coarse = self.restrict_residual(&x, residual);
-        self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
+        let residual = self.truncated_residual(&x, residual);
+        match &self.linear {
+            None => {
+                let mut coarse = self.first.transpose_times(&residual, self.first_coarse());
+                self.subtract_lifted(&x, &mut coarse);
+                self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
+            }
+            Some(linear) => linear.prolongation.add_times(&self.linear_cycle(linear, &x, &residual), &mut x),
+        }
         self.zero_constrained(&mut x);
         self.fine.backward(&b, &mut x);
         scaled(scale, &x)
     }
 
+    /// One cycle from the linear level on, for the residual that `x` leaves on the finest one.
+    fn linear_cycle(&self, linear: &Linear, x: &[[f32; 3]], residual: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let b = linear.prolongation.transpose_times(residual, linear.level.matrix.rows);
+        let (mut y, residual) = linear.level.forward(&b);
+        let restrict = |residual: &[[f32; 3]]| self.first.transpose_times(residual, self.first_coarse());
+        let mut coarse = restrict(&residual);
+        if self.has_lifts() {
+            // Lifts test the forces of the finest level, as they are before the sweep on this one.
+            let (before, mut after) = (restrict(&b), restrict(&b));
+            self.subtract_lifted(x, &mut after);
+            let change = after.iter().flatten().zip(before.iter().flatten()).map(|(after, before)| after - before);
+            coarse.iter_mut().flatten().zip(change).for_each(|(coarse, change)| *coarse += change);
+        }
+        self.first.add_times(&self.cycles_from(0, &coarse), &mut y);
+        linear.level.backward(&b, &mut y);
+        y
+    }
+
     /// Zeroes constrained components.
     fn zero_constrained(&self, x: &mut [[f32; 3]]) {
-        for &(v, constrained) in &self.constrained {
-            (0..3).filter(|&c| constrained[c]).for_each(|c| x[v as usize][c] = 0.0);
+        for &(place, constrained) in &self.constrained {
+            let x = &mut x[self.truncation.node(place) as usize];
+            (0..3).filter(|&c| constrained[c]).for_each(|c| x[c] = 0.0);
         }
     }
 
@@ -220,12 +280,18 @@ impl Hierarchy {
     }
 }
 
-/// The cycle index of each coarse level: [`Threshold::CYCLE_INDEX`] where all visits of the level stay within [`Threshold::VISIT_WORK`];
-/// `sizes` is [`Hierarchy::level_sizes`].
-fn affordable_cycle_index(sizes: &[(usize, usize)]) -> Vec<usize> {
+/// The first step of aggregation, which leaves a matrix that is small enough as it is.
+fn aggregated(a: &Blocks<3, 3>, kernel: &[Kernel<3>], contact_nodes: &[u32]) -> Result<Option<Coarser<3>>, Error> {
+    let small = || (a.rows <= Threshold::COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
+    Ok(coarsen(a, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
+}
+
+/// The cycle index of each of the `levels` aggregated levels: [`Threshold::CYCLE_INDEX`] where all visits of the level stay
+/// within [`Threshold::VISIT_WORK`]; `sizes` is [`Hierarchy::level_sizes`].
+fn affordable_cycle_index(sizes: &[(usize, usize)], levels: usize) -> Vec<usize> {
     let budget = Threshold::VISIT_WORK * sizes[0].1 as f64;
     let mut visits = 1;
-    let coarse = sizes.windows(2).enumerate().skip(1).map(|(level, pair)| {
+    let coarse = sizes.windows(2).enumerate().skip(sizes.len() - 1 - levels).map(|(level, pair)| {
         let coarsest = if level + 2 == sizes.len() { pair[1].1 } else { 0 };
         let affordable = budget / (visits * (pair[0].1 + coarsest).max(1)) as f64;
         let index = (affordable as usize).clamp(1, Threshold::CYCLE_INDEX);

@@ -8,79 +8,103 @@ use super::dense::{add_product, add_transpose_product};
 /// between nodes constraints on single unknowns: with relative displacements at the nodes of one side of an interface
 /// (Wohlmuth & Krause 2003, for dual Lagrange multipliers) contact between bodies is as local as contact with an
 /// obstacle.
+///
+/// A node may be relative to one that is itself relative, as the middle of a quadratic edge is to its ends and these to
+/// the other body, but not to itself along such a chain: `x = x' - D x'` with `D = (I + C)⁻¹ C`.
 #[derive(Debug, Clone)]
 pub(crate) struct RelativeCoordinates {
-    /// The nodes with relative displacements. A node with a nonempty row of `c` is no column of `c`.
+    /// The nodes with relative displacements.
     pub nodes: Vec<u32>,
     /// `C`: a row for each of `nodes`, a column for each node of the mesh.
-    pub c: Blocks<3, 3>,
+    c: Blocks<3, 3>,
+    /// `D`, in the same form.
+    d: Blocks<3, 3>,
+    /// Places in `nodes`, each before those of the nodes it is relative to.
+    order: Vec<u32>,
 }
 
-impl RelativeCoordinates {
-    /// `C` from its rows, each a list of columns and blocks.
-    pub(crate) fn new(nodes: Vec<u32>, rows: &[Vec<(u32, Block<3, 3>)>], count: usize) -> RelativeCoordinates {
-        let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
-        let c =
-            Blocks::from_rows(nodes.len(), count, named, |i, row| rows[i].iter().for_each(|(k, b)| *row.at(*k) = *b));
-        RelativeCoordinates { nodes, c }
-    }
+/// Most entries of `D` over those of `C` and one a row; middles of quadratic edges have three times as many.
+const MOST_FILL: usize = 8;
 
-    fn terms(&self, i: usize) -> impl Iterator<Item = (usize, &Block<3, 3>)> {
-        let (columns, blocks) = self.c.row(i);
-        columns.iter().map(|&k| k as usize).zip(blocks)
+/// A row of a matrix of blocks: columns and blocks.
+type Entries = Vec<(u32, Block<3, 3>)>;
+
+impl RelativeCoordinates {
+    /// `C` from its rows, each a list of columns and blocks; `None` if a node is relative to itself along a chain, or if
+    /// chains fill `D`.
+    pub(crate) fn new(nodes: Vec<u32>, rows: &[Entries], count: usize) -> Option<RelativeCoordinates> {
+        let place = places(&nodes, count);
+        let order = order(&place, rows)?;
+        let mut most = MOST_FILL * rows.iter().map(|row| row.len() + 1).sum::<usize>();
+        let mut inverse: Vec<Entries> = vec![Vec::new(); rows.len()];
+        for &i in order.iter().rev() {
+            let mut row = rows[i as usize].clone();
+            for (k, block) in &rows[i as usize] {
+                let Some(relative) = inverse.get(place[*k as usize] as usize) else { continue };
+                let minus = block.map(|r| r.map(|v| -v));
+                row.extend(relative.iter().map(|(j, d)| {
+                    let mut product = [[0.0; 3]; 3];
+                    add_product(&minus, d, &mut product);
+                    (*j, product)
+                }));
+            }
+            let row = summed(row);
+            most = most.checked_sub(row.len())?;
+            inverse[i as usize] = row;
+        }
+        let blocks = |rows: &[Entries]| {
+            let named = |i: usize, name: &mut dyn FnMut(u32)| rows[i].iter().for_each(|&(k, _)| name(k));
+            Blocks::from_rows(nodes.len(), count, named, |i, row| {
+                rows[i].iter().for_each(|(k, block)| *row.at(*k) = *block);
+            })
+        };
+        let (c, d) = (blocks(rows), blocks(&inverse));
+        Some(RelativeCoordinates { nodes, c, d, order })
     }
 
     /// `x' = x + C x`.
     pub(crate) fn to_relative(&self, x: &mut [[f64; 3]]) {
-        self.displace(x, 1.0);
+        self.order.iter().for_each(|&i| self.displace(i as usize, x, 1.0));
     }
 
-    /// `x = x' - C x'`.
+    /// `x = x' - D x'`, which is `x' - C x` from the ends of the chains on.
     pub(crate) fn to_absolute(&self, x: &mut [[f64; 3]]) {
-        self.displace(x, -1.0);
+        self.order.iter().rev().for_each(|&i| self.displace(i as usize, x, -1.0));
     }
 
-    fn displace(&self, x: &mut [[f64; 3]], sign: f64) {
-        for (i, &v) in self.nodes.iter().enumerate() {
-            for (k, c) in self.terms(i) {
-                let other = x[k];
-                (0..3).for_each(|r| x[v as usize][r] += sign * (0..3).map(|s| c[r][s] * other[s]).sum::<f64>());
-            }
+    fn displace(&self, i: usize, x: &mut [[f64; 3]], sign: f64) {
+        for (k, c) in self.c.entries_of(i) {
+            let other = x[k as usize];
+            let own = &mut x[self.nodes[i] as usize];
+            (0..3).for_each(|r| own[r] += sign * (0..3).map(|s| c[r][s] * other[s]).sum::<f64>());
         }
     }
 
-    /// Forces that do the same work on the relative displacements, `f' = f - Cᵀ f`.
+    /// Forces that do the same work on the relative displacements, `f' = f - Dᵀ f`, which is `f - Cᵀ f'`.
     pub(crate) fn forces(&self, f: &mut [[f64; 3]]) {
-        for (i, &v) in self.nodes.iter().enumerate() {
-            let own = f[v as usize];
-            for (k, c) in self.terms(i) {
-                (0..3).for_each(|s| f[k][s] -= (0..3).map(|r| c[r][s] * own[r]).sum::<f64>());
+        for &i in &self.order {
+            let own = f[self.nodes[i as usize] as usize];
+            for (k, c) in self.c.entries_of(i as usize) {
+                (0..3).for_each(|s| f[k as usize][s] -= (0..3).map(|r| c[r][s] * own[r]).sum::<f64>());
             }
         }
-    }
-
-    /// Place of each node among `nodes`, `u32::MAX` for the others.
-    fn places(&self) -> Vec<u32> {
-        let mut place = vec![u32::MAX; self.c.cols];
-        self.nodes.iter().enumerate().for_each(|(i, &v)| place[v as usize] = i as u32);
-        place
     }
 
     /// Transforms `A` to the relative displacements, `Tᵀ A T` with `x = T x'`. Only rows near the changed nodes and near
-    /// the columns of their rows of `C` are recomputed.
+    /// the columns of their rows of `D` are recomputed.
     pub(crate) fn transform_matrix(&self, a: &mut Blocks<3, 3>) {
-        let place = self.places();
+        let place = places(&self.nodes, self.d.cols);
         let coupled = |j: u32| {
             let i = place[j as usize];
-            (i != u32::MAX && !self.c.row(i as usize).0.is_empty()).then_some(i as usize)
+            (i != u32::MAX && !self.d.row(i as usize).0.is_empty()).then_some(i as usize)
         };
-        // A T: the column of a changed node contributes to the columns of its row of C as well.
+        // A T: the column of a changed node contributes to the columns of its row of D as well.
         let changed: Vec<u32> =
             (0..a.rows as u32).filter(|&i| a.row(i as usize).0.iter().any(|&j| coupled(j).is_some())).collect();
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
             for &j in a.row(changed[t] as usize).0 {
                 name(j);
-                coupled(j).into_iter().for_each(|i| self.c.row(i).0.iter().for_each(|&k| name(k)));
+                coupled(j).into_iter().for_each(|i| self.d.row(i).0.iter().for_each(|&k| name(k)));
             }
         };
         let right: Blocks<3, 3> = Blocks::from_rows(changed.len(), a.cols, reached, |t, row| {
@@ -89,7 +113,7 @@ impl RelativeCoordinates {
                 own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(x, v)| *x += v);
                 if let Some(i) = coupled(j) {
                     let minus = block.map(|r| r.map(|v| -v));
-                    self.terms(i).for_each(|(k, c)| add_product(&minus, c, row.at(k as u32)));
+                    self.d.entries_of(i).for_each(|(k, d)| add_product(&minus, d, row.at(k)));
                 }
             }
         });
@@ -99,8 +123,8 @@ impl RelativeCoordinates {
             u32::MAX => a.row(i as usize),
             t => right.row(t as usize),
         };
-        // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of C.
-        let (start, entry) = self.c.by_columns();
+        // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of D.
+        let (start, entry) = self.d.by_columns();
         let touched: Vec<u32> =
             (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
         let from = |k: u32| entry[start[k as usize]..start[k as usize + 1]].iter();
@@ -112,16 +136,20 @@ impl RelativeCoordinates {
             let (columns, blocks) = a_times_t(touched[t]);
             columns.iter().zip(blocks).for_each(|(&j, block)| *row.at(j) = *block);
             for &(i, place) in from(touched[t]) {
-                let c = self.c.value[place as usize].map(|r| r.map(|v| -v));
+                let minus = self.d.value[place as usize].map(|r| r.map(|v| -v));
                 let (columns, blocks) = a_times_t(self.nodes[i as usize]);
-                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&c, block, row.at(j)));
+                columns.iter().zip(blocks).for_each(|(&j, block)| add_transpose_product(&minus, block, row.at(j)));
             }
         });
         a.replace_rows(&touched, &rows);
     }
 
     /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
-    pub(super) fn transform_step(&self, mut step: Coarser<3>, matrix: &Blocks<3, 3>) -> Coarser<3> {
+    pub(super) fn transform_step<const C: usize>(
+        &self,
+        mut step: Coarser<3, C>,
+        matrix: &Blocks<3, 3>,
+    ) -> Coarser<3, C> {
         self.transform_prolongation(&mut step.prolongation);
         step.a_times_p = self.transpose_own(&step.a_times_p);
         self.widen(matrix, &mut step);
@@ -129,12 +157,12 @@ impl RelativeCoordinates {
     }
 
     /// `Tᵀ X` on the rows of the changed nodes alone, which `x` has in their order.
-    fn transpose_own(&self, x: &Blocks<3, 6>) -> Blocks<3, 6> {
-        let place = self.places();
+    fn transpose_own<const C: usize>(&self, x: &Blocks<3, C>) -> Blocks<3, C> {
+        let place = places(&self.nodes, self.d.cols);
         let mut taken: Vec<Vec<(usize, &Block<3, 3>)>> = vec![Vec::new(); self.nodes.len()];
         for i in 0..self.nodes.len() {
-            for (k, c) in self.terms(i).filter(|(k, _)| place[*k] != u32::MAX) {
-                taken[place[k] as usize].push((i, c));
+            for (k, d) in self.d.entries_of(i).filter(|(k, _)| place[*k as usize] != u32::MAX) {
+                taken[place[k as usize] as usize].push((i, d));
             }
         }
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
@@ -143,26 +171,26 @@ impl RelativeCoordinates {
         };
         Blocks::from_rows(x.rows, x.cols, reached, |t, row| {
             x.entries_of(t).for_each(|(j, block)| *row.at(j) = *block);
-            for &(i, c) in &taken[t] {
-                let minus = c.map(|r| r.map(|v| -v));
+            for &(i, d) in &taken[t] {
+                let minus = d.map(|r| r.map(|v| -v));
                 x.entries_of(i).for_each(|(j, block)| add_transpose_product(&minus, block, row.at(j)));
             }
         })
     }
 
     /// Transforms a prolongation into one to relative displacements, `T⁻¹ P`.
-    fn transform_prolongation(&self, p: &mut Blocks<3, 6>) {
+    fn transform_prolongation<const C: usize>(&self, p: &mut Blocks<3, C>) {
         let mut coupled: Vec<usize> = (0..self.nodes.len()).filter(|&i| !self.c.row(i).0.is_empty()).collect();
         coupled.sort_unstable_by_key(|&i| self.nodes[i]);
         let nodes: Vec<u32> = coupled.iter().map(|&i| self.nodes[i]).collect();
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
             p.row(nodes[t] as usize).0.iter().for_each(|&j| name(j));
-            self.terms(coupled[t]).for_each(|(k, _)| p.row(k).0.iter().for_each(|&j| name(j)));
+            self.c.row(coupled[t]).0.iter().for_each(|&k| p.row(k as usize).0.iter().for_each(|&j| name(j)));
         };
         let rows = Blocks::from_rows(nodes.len(), p.cols, reached, |t, row| {
             p.entries_of(nodes[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
-            for (k, c) in self.terms(coupled[t]) {
-                p.entries_of(k).for_each(|(j, block)| add_product(c, block, row.at(j)));
+            for (k, c) in self.c.entries_of(coupled[t]) {
+                p.entries_of(k as usize).for_each(|(j, block)| add_product(c, block, row.at(j)));
             }
         });
         p.replace_rows(&nodes, &rows);
@@ -170,9 +198,9 @@ impl RelativeCoordinates {
 
     /// Extends the pattern of the coarse matrix of a transformed step by the entries that constraints at the changed nodes
     /// will add: aggregates of both sides become neighbours.
-    fn widen(&self, a: &Blocks<3, 3>, step: &mut Coarser<3>) {
+    fn widen<const C: usize>(&self, a: &Blocks<3, 3>, step: &mut Coarser<3, C>) {
         let Coarser { prolongation: p, a_times_p, matrix: m, .. } = step;
-        let place = self.places();
+        let place = places(&self.nodes, self.d.cols);
         let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
         let mut near = Vec::new();
         for (t, &v) in self.nodes.iter().enumerate() {
@@ -204,6 +232,45 @@ impl RelativeCoordinates {
     }
 }
 
+/// A row with one entry a column.
+fn summed(mut row: Entries) -> Entries {
+    row.sort_by_key(|entry| entry.0);
+    row.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1.iter_mut().flatten().zip(next.1.iter().flatten()).for_each(|(sum, b)| *sum += b);
+        }
+        same
+    });
+    row
+}
+
+/// Place of each of `count` nodes among `nodes`, `u32::MAX` for the others.
+fn places(nodes: &[u32], count: usize) -> Vec<u32> {
+    let mut place = vec![u32::MAX; count];
+    nodes.iter().enumerate().for_each(|(i, &v)| place[v as usize] = i as u32);
+    place
+}
+
+/// The rows in an order in which each comes before those of the nodes it names; `None` if a chain is closed.
+fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
+    let named = |i: u32| rows[i as usize].iter().map(|(k, _)| place[*k as usize]).filter(|&p| p != u32::MAX);
+    let mut waits_for = vec![0u32; rows.len()];
+    (0..rows.len() as u32).flat_map(named).for_each(|p| waits_for[p as usize] += 1);
+    let mut order: Vec<u32> = (0..rows.len() as u32).filter(|&i| waits_for[i as usize] == 0).collect();
+    let mut next = 0;
+    while let Some(&i) = order.get(next) {
+        next += 1;
+        for p in named(i) {
+            waits_for[p as usize] -= 1;
+            if waits_for[p as usize] == 0 {
+                order.push(p);
+            }
+        }
+    }
+    (order.len() == rows.len()).then_some(order)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::coarsen::coarsen;
@@ -226,7 +293,7 @@ mod tests {
         let weight = |w: f64| [[-w, 0.1 * w, 0.0], [0.0, -w, 0.2 * w], [0.3 * w, 0.0, -w]];
         let rows = (0..16u32).map(|i| vec![(n as u32 + i, weight(0.7)), (n as u32 + (i + 1) % 16, weight(0.3))]);
         let kernel = [kernel.clone(), kernel].concat();
-        let coordinates = RelativeCoordinates::new((0..16).collect(), &rows.collect::<Vec<_>>(), 2 * n);
+        let coordinates = RelativeCoordinates::new((0..16).collect(), &rows.collect::<Vec<_>>(), 2 * n).unwrap();
         (both, kernel, coordinates)
     }
 
@@ -236,7 +303,33 @@ mod tests {
         let weight = [[-0.2, 0.02, 0.0], [0.0, -0.2, 0.03], [0.01, 0.0, -0.2]];
         let row = |i: u32| if i.is_multiple_of(2) { Vec::new() } else { vec![(i - 1, weight), (i + 1, weight)] };
         let coordinates = RelativeCoordinates::new((0..17).collect(), &(0..17).map(row).collect::<Vec<_>>(), a.rows);
-        (a, kernel, coordinates)
+        (a, kernel, coordinates.unwrap())
+    }
+
+    /// As [`two_bodies`], every other node of the face also relative to its neighbours there, as the middles of quadratic
+    /// edges are.
+    fn chains() -> (Blocks<3, 3>, Vec<[[f64; 6]; 3]>, RelativeCoordinates) {
+        let (a, kernel, simple) = two_bodies();
+        let end = [[-0.2, 0.02, 0.0], [0.0, -0.2, 0.03], [0.01, 0.0, -0.2]];
+        let row = |i: usize| {
+            let mut row: Entries = simple.c.entries_of(i).map(|(k, block)| (k, *block)).collect();
+            let ends = if i % 2 == 1 { vec![i - 1, (i + 1) % 16] } else { Vec::new() };
+            row.extend(ends.into_iter().map(|k| (k as u32, end)));
+            row
+        };
+        let coordinates = RelativeCoordinates::new(simple.nodes.clone(), &(0..16).map(row).collect::<Vec<_>>(), a.rows);
+        (a, kernel, coordinates.unwrap())
+    }
+
+    #[test]
+    fn closed_chains_are_refused() {
+        let block = [[0.5, 0.0, 0.0]; 3];
+        let closed: Vec<Entries> = (0..3).map(|i| vec![((i + 1) % 3, block)]).collect();
+        assert!(RelativeCoordinates::new(vec![0, 1, 2], &closed, 4).is_none());
+        let open: Vec<Entries> = (0..3).map(|i| vec![(i + 1, block)]).collect();
+        assert!(RelativeCoordinates::new(vec![0, 1, 2], &open, 4).is_some());
+        let long: Vec<Entries> = (0..100).map(|i| vec![(i + 1, block)]).collect();
+        assert!(RelativeCoordinates::new((0..100).collect(), &long, 101).is_none());
     }
 
     fn relative(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) -> Blocks<3, 3> {
@@ -255,8 +348,13 @@ mod tests {
 
     #[test]
     fn relative_displacements_have_the_energy_and_the_work_of_the_absolute_ones() {
-        let (a, _, coordinates) = two_bodies();
-        let relative = relative(&a, &coordinates);
+        for (a, _, coordinates) in [two_bodies(), ends_and_middles(), chains()] {
+            keeps_energy_and_work(&a, &coordinates);
+        }
+    }
+
+    fn keeps_energy_and_work(a: &Blocks<3, 3>, coordinates: &RelativeCoordinates) {
+        let relative = relative(a, coordinates);
         for seed in [0.618, 0.414] {
             let (x, f) = (vector(a.rows, seed), vector(a.rows, 0.7321));
             let mut y = x.clone();
@@ -274,7 +372,7 @@ mod tests {
 
     #[test]
     fn the_coarse_matrix_stays_and_bodies_joined_by_constraints_are_solved_fast() {
-        for (a, kernel, coordinates) in [two_bodies(), ends_and_middles()] {
+        for (a, kernel, coordinates) in [two_bodies(), ends_and_middles(), chains()] {
             solved_fast(&a, &kernel, &coordinates);
         }
     }
@@ -303,7 +401,7 @@ mod tests {
             assert_local_changes(&relative, &relative, &coupled, &coordinates.nodes, &constraints);
         }
         let mut multigrid =
-            Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates), &Stop::never())
+            Hierarchy::new(&mut a.clone(), kernel, &coordinates.nodes, Some(coordinates), None, &Stop::never())
                 .unwrap()
                 .unwrap();
         multigrid.constrain(&constraints_of(&|_| [true; 3]), true);

@@ -52,21 +52,21 @@ pub(super) fn lattice(size: [usize; 3], step: [f64; 3]) -> (Blocks<3, 3>, Vec<Ke
 }
 
 /// `Pᵀ (I - S)(A + spring)(I - S) P` the long way.
-fn truncated_galerkin(
+fn truncated_galerkin<const C: usize>(
     a: &Blocks<3, 3>,
-    step: &Coarser<3>,
+    step: &Coarser<3, C>,
     nodes: &[u32],
     constraints: &[NodeConstraint],
-) -> Vec<Vec<Block<6, 6>>> {
+) -> Vec<Vec<Block<C, C>>> {
     let constraint = |v: usize| nodes.iter().position(|&n| n as usize == v).map(|k| constraints[k]).unwrap_or_default();
     let p = |v: usize, k: usize| {
-        let mut block = step.prolongation.place(v, k).map_or([[0.0; 6]; 3], |place| step.prolongation.value[place]);
+        let mut block = step.prolongation.place(v, k).map_or([[0.0; C]; 3], |place| step.prolongation.value[place]);
         let constrained = constraint(v).constrained;
-        (0..3).filter(|&r| constrained[r]).for_each(|r| block[r] = [0.0; 6]);
+        (0..3).filter(|&r| constrained[r]).for_each(|r| block[r] = [0.0; C]);
         block
     };
     let coarse = step.matrix.rows;
-    let mut result = vec![vec![[[0.0; 6]; 6]; coarse]; coarse];
+    let mut result = vec![vec![[[0.0; C]; C]; coarse]; coarse];
     for i in 0..a.rows {
         for (j, block) in a.entries_of(i) {
             let mut block = *block;
@@ -75,7 +75,7 @@ fn truncated_galerkin(
                 block.iter_mut().flatten().zip(spring.iter().flatten()).for_each(|(a, s)| *a += s);
             }
             for l in 0..coarse {
-                let mut right = [[0.0; 6]; 3];
+                let mut right = [[0.0; C]; 3];
                 add_product(&block, &p(j as usize, l), &mut right);
                 for k in 0..coarse {
                     add_transpose_product(&p(i, k), &right, &mut result[k][l]);
@@ -146,7 +146,8 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels = Hierarchy::new(&mut a.clone(), &kernel, &[], None, &Stop::never()).unwrap().unwrap().level_sizes();
+        let levels =
+            Hierarchy::new(&mut a.clone(), &kernel, &[], None, None, &Stop::never()).unwrap().unwrap().level_sizes();
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
@@ -176,6 +177,119 @@ fn local_changes_are_exact((a, kernel): (Blocks<3, 3>, Vec<Kernel<3>>)) {
     assert_local_changes(&a, &a, &step, &nodes, &constraints);
 }
 
+/// Every other node of the lattice's lines is in the middle between its neighbours; the others are the corners of a lattice
+/// twice as coarse.
+fn linear_space(size: [usize; 3]) -> LinearSpace {
+    let [a, b, c] = size;
+    let place = |v: usize| [v / (b * c), v / c % b, v % c];
+    let at = |x: [usize; 3]| (x[0] * b + x[1]) * c + x[2];
+    let is_corner = |v: usize| place(v).iter().all(|x| x % 2 == 0);
+    let corners: Vec<usize> = (0..a * b * c).filter(|&v| is_corner(v)).collect();
+    let number = |v: usize| corners.binary_search(&v).unwrap() as u32;
+    let scaled = |w: f64| [[w, 0.0, 0.0], [0.0, w, 0.0], [0.0, 0.0, w]];
+    let row = |v: usize| {
+        let x = place(v);
+        let odd: Vec<usize> = (0..3).filter(|&d| x[d] % 2 == 1).collect();
+        let ends = (0..1usize << odd.len()).map(|which| {
+            let mut y = x;
+            odd.iter().enumerate().for_each(|(k, &d)| y[d] = x[d] + 2 * (which >> k & 1) - 1);
+            (number(at(y)), scaled(1.0 / (1 << odd.len()) as f64))
+        });
+        ends.collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = (0..a * b * c).map(row).collect();
+    let kernel = lattice(size, [1.0; 3]).1;
+    let named = |v: usize, name: &mut dyn FnMut(u32)| rows[v].iter().for_each(|entry| name(entry.0));
+    let fill = |v: usize, row: &mut blocks::Row<'_, 3, 3>| rows[v].iter().for_each(|(k, block)| *row.at(*k) = *block);
+    let prolongation = Blocks::from_rows(a * b * c, corners.len(), named, fill);
+    LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect() }
+}
+
+#[test]
+fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_functions() {
+    let (a, kernel) = lattice([7, 5, 5], [1.0; 3]);
+    let space = linear_space([7, 5, 5]);
+    let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 3 == 0).collect();
+    let spring = [[0.0; 3], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
+    let kinds = [
+        NodeConstraint { constrained: [true; 3], ..Default::default() },
+        NodeConstraint { constrained: [true, false, false], spring, ..Default::default() },
+        NodeConstraint::default(),
+    ];
+    let constraints: Vec<NodeConstraint> = (0..nodes.len()).map(|k| kinds[k % 3]).collect();
+    let (matrix, a_times_p) = galerkin(&a, &space.prolongation, &nodes).unwrap();
+    let LinearSpace { prolongation, kernel: corners } = space.clone();
+    let step = Coarser { prolongation, a_times_p, matrix, kernel: corners };
+    assert_local_changes(&a, &a, &step, &nodes, &constraints);
+    // The aggregated level below: functions of the linear level, truncated on the finest one.
+    let below = coarsen(&step.matrix, &step.kernel, Threshold::STRONG, &[]).unwrap().unwrap();
+    let support = truncation::Support::of_step(&step, &nodes).within(&below.prolongation);
+    let columns = |i: usize, name: &mut dyn FnMut(u32)| {
+        step.prolongation
+            .row(i)
+            .0
+            .iter()
+            .for_each(|&j| below.prolongation.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    let prolongation = Blocks::from_rows(a.rows, below.matrix.rows, columns, |i, row| {
+        for (j, block) in step.prolongation.entries_of(i) {
+            below.prolongation.entries_of(j as usize).for_each(|(k, value)| add_product(block, value, row.at(k)));
+        }
+    });
+    let whole = Coarser { prolongation, a_times_p: Blocks::default(), ..below };
+    let expected = truncated_galerkin(&a, &whole, &nodes, &constraints);
+    let touched = support.touched();
+    let truncation = truncation::Truncation::new(&a, &nodes, Default::default());
+    let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
+    let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
+    for k in 0..whole.matrix.rows {
+        whole.matrix.entries_of(k).for_each(|(l, block)| matrix[k][l as usize] = *block);
+    }
+    for (t, &k) in touched.iter().enumerate() {
+        for (l, block) in change.entries_of(t) {
+            let sum = matrix[k as usize][l as usize].iter_mut().flatten();
+            sum.zip(block.iter().flatten()).for_each(|(sum, d)| *sum += d);
+        }
+    }
+    let values = |m: Vec<Vec<Block<6, 6>>>| m.into_iter().flatten().flatten().flatten();
+    for (found, expected) in values(matrix).zip(values(expected)) {
+        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+    // Cycles with the linear level contract, and what is constrained does not move.
+    let mut hierarchy =
+        Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, Some(space), &Stop::never()).unwrap().unwrap();
+    hierarchy.constrain(&constraints, true);
+    let truncated = |x: &mut Vec<[f64; 3]>| {
+        for (&v, constraint) in nodes.iter().zip(&constraints) {
+            (0..3).filter(|&c| constraint.constrained[c]).for_each(|c| x[v as usize][c] = 0.0);
+        }
+    };
+    let stiff = |x: &[[f64; 3]]| {
+        let mut y = a.times(x);
+        for (&v, constraint) in nodes.iter().zip(&constraints) {
+            for (r, row) in constraint.spring.iter().enumerate() {
+                y[v as usize][r] += (0..3).map(|c| row[c] * x[v as usize][c]).sum::<f64>();
+            }
+        }
+        truncated(&mut y);
+        y
+    };
+    let mut x: Vec<[f64; 3]> = scattered(a.rows, 5).iter().map(|x: &[f32; 3]| x.map(f64::from)).collect();
+    truncated(&mut x);
+    let start = dot(&x, &stiff(&x));
+    for _ in 0..10 {
+        let r = stiff(&x);
+        let z = hierarchy.cycle(&r);
+        let mut same = z.clone();
+        truncated(&mut same);
+        assert_eq!(same, z);
+        let step = dot(&r, &z) / dot(&z, &stiff(&z));
+        x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x -= step * z);
+    }
+    let left = dot(&x, &stiff(&x)) / start;
+    assert!(left < 1e-7, "{left:e}");
+}
+
 /// A block with a slipping face, and its constrained hierarchy.
 struct SlippingFace {
     a: Blocks<3, 3>,
@@ -194,7 +308,8 @@ impl SlippingFace {
         let slips = NodeConstraint { constrained: [true, false, false], coulomb: COULOMB, ..Default::default() };
         let constraints: Vec<NodeConstraint> =
             (0..nodes.len()).map(|k| if k % 7 == 0 { NodeConstraint::default() } else { slips }).collect();
-        let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
+        let mut hierarchy =
+            Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, None, &Stop::never()).unwrap().unwrap();
         hierarchy.constrain(&constraints, true);
         SlippingFace { a, nodes, constraints, hierarchy }
     }
@@ -268,7 +383,9 @@ fn the_restricted_residual_is_that_on_truncated_functions_less_that_on_lifts() {
     let mut b: Vec<[f32; 3]> = scattered(a.rows, 77);
     nodes.iter().zip(constraints).filter(|(_, c)| c.constrained[0]).for_each(|(&v, _)| b[v as usize][0] = 0.0);
     let (x, left) = hierarchy.fine.forward(&b);
-    let found = hierarchy.restrict_residual(&x, left);
+    let truncated = hierarchy.truncated_residual(&x, left);
+    let mut found = hierarchy.first.transpose_times(&truncated, hierarchy.first_coarse());
+    hierarchy.subtract_lifted(&x, &mut found);
     let mut residual = a.times(&x.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>());
     for (r, b) in residual.iter_mut().flatten().zip(b.iter().flatten()) {
         *r = f64::from(*b) - *r;
@@ -287,7 +404,7 @@ fn the_restricted_residual_is_that_on_truncated_functions_less_that_on_lifts() {
 fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
-    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
+    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, None, &Stop::never()).unwrap().unwrap();
     // Earlier constraints of the levels do not matter.
     hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
@@ -333,7 +450,8 @@ fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
     for step in [[1.0; 3], [20.0, 20.0, 1.0]] {
         let (a, kernel) = lattice([13, 13, 13], step);
         let node = (6 * 13 + 6) * 13;
-        let hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None, &Stop::never()).unwrap().unwrap();
+        let hierarchy =
+            Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None, None, &Stop::never()).unwrap().unwrap();
         let (own, coarse) = (inverse(&a.diagonal(node)), hierarchy.coarse_compliances()[0]);
         for c in 0..3 {
             let mut u = vec![[0.0; 3]; a.rows];
@@ -351,25 +469,27 @@ fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
 }
 
 /// Compares the coarse matrix of `a` and its local change with the full product of the matrix `conditioned`.
-pub(super) fn assert_local_changes(
+pub(super) fn assert_local_changes<const C: usize>(
     a: &Blocks<3, 3>,
     conditioned: &Blocks<3, 3>,
-    step: &Coarser<3>,
+    step: &Coarser<3, C>,
     nodes: &[u32],
     constraints: &[NodeConstraint],
 ) {
-    let truncation = truncation::Truncation::new(a, step, nodes);
+    let support = truncation::Support::of_step(step, nodes);
+    let touched = support.touched();
+    let truncation = truncation::Truncation::new(a, nodes, Default::default());
     let expected = truncated_galerkin(conditioned, step, nodes, constraints);
-    let change = truncation.change(constraints, step.matrix.rows);
+    let change = truncation.change(&support, &touched, constraints, step.matrix.rows);
     for k in 0..step.matrix.rows {
         for l in 0..step.matrix.rows {
-            let before = step.matrix.place(k, l).map_or([[0.0; 6]; 6], |place| step.matrix.value[place]);
+            let before = step.matrix.place(k, l).map_or([[0.0; C]; C], |place| step.matrix.value[place]);
             // What changes has its place in the matrix.
             let room = step.matrix.place(k, l).is_some();
-            let row = truncation.touched[0].iter().position(|&t| t as usize == k);
-            let d = row.and_then(|t| change.place(t, l).map(|place| change.value[place])).unwrap_or([[0.0; 6]; 6]);
-            for r in 0..6 {
-                for c in 0..6 {
+            let row = touched.iter().position(|&t| t as usize == k);
+            let d = row.and_then(|t| change.place(t, l).map(|place| change.value[place])).unwrap_or([[0.0; C]; C]);
+            for r in 0..C {
+                for c in 0..C {
                     assert!(room || d[r][c] == 0.0, "no room at {k} {l}");
                     let found = before[r][c] + d[r][c];
                     assert!((found - expected[k][l][r][c]).abs() < 1e-11, "{k} {l}: {found} {}", expected[k][l][r][c]);

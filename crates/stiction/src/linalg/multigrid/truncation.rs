@@ -32,14 +32,11 @@ pub(super) struct Truncation {
     diagonal: Vec<Block<3, 3>>,
     /// The matrix between these nodes, by their places in `nodes`.
     among: Blocks<3, 3>,
-    /// Rows of `P` and `A P` at the nodes.
-    pub p: Blocks<3, 6>,
-    a_times_p: Blocks<3, 6>,
-    p_columns: Columns,
-    a_times_p_columns: Columns,
-    /// Coarse nodes whose rows may change, by coarse level, the coarsest last.
+    /// Their displacements by those of the first aggregated level.
+    pub support: Support<6>,
+    /// Coarse nodes whose rows may change, by aggregated level, the coarsest last.
     pub touched: Vec<Vec<u32>>,
-    /// Values of the touched rows without constraints, one row after the other, by coarse level.
+    /// Values of the touched rows without constraints, one row after the other, by aggregated level.
     pub free: Vec<Vec<Block<6, 6>>>,
     coarsest: Blocks<6, 6>,
 }
@@ -47,8 +44,71 @@ pub(super) struct Truncation {
 /// For each column the rows that contain it, with the places of the blocks.
 pub(super) type Columns = (Vec<usize>, Vec<(u32, u32)>);
 
+/// The nodes that may be constrained in a coarser space: rows of its prolongation `P` and of `A P`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Support<const C: usize> {
+    pub p: Blocks<3, C>,
+    a_times_p: Blocks<3, C>,
+    p_columns: Columns,
+    a_times_p_columns: Columns,
+}
+
+impl<const C: usize> Support<C> {
+    pub(super) fn new(p: Blocks<3, C>, a_times_p: Blocks<3, C>) -> Self {
+        let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
+        Support { p, a_times_p, p_columns, a_times_p_columns }
+    }
+
+    /// Of a step of coarsening.
+    pub(super) fn of_step(step: &Coarser<3, C>, nodes: &[u32]) -> Self {
+        let all = |k: usize, name: &mut dyn FnMut(u32)| {
+            step.prolongation.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
+        };
+        let p = Blocks::from_rows(nodes.len(), step.prolongation.cols, all, |k, row| {
+            step.prolongation.entries_of(nodes[k] as usize).for_each(|(j, block)| *row.at(j) = *block);
+        });
+        Support::new(p, step.a_times_p.clone())
+    }
+
+    /// In the space that `prolongation` embeds in this one.
+    pub(super) fn within(&self, prolongation: &Blocks<C, 6>) -> Support<6> {
+        Support::new(product(&self.p, prolongation), product(&self.a_times_p, prolongation))
+    }
+
+    /// The nodes of the coarser space whose rows may change.
+    pub(super) fn touched(&self) -> Vec<u32> {
+        let mut touched = [self.a_times_p.column.as_slice(), &self.p.column].concat();
+        touched.sort_unstable();
+        touched.dedup();
+        touched
+    }
+
+    /// Contact nodes in the support of a coarse node, by their places, and their blocks of `P`.
+    pub(super) fn p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, C>)> {
+        column(&self.p_columns, &self.p, k)
+    }
+
+    /// The same of `A P`.
+    pub(super) fn a_times_p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, C>)> {
+        column(&self.a_times_p_columns, &self.a_times_p, k)
+    }
+}
+
+/// `A B`.
+fn product<const C: usize>(a: &Blocks<3, C>, b: &Blocks<C, 6>) -> Blocks<3, 6> {
+    let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+        a.row(i).0.iter().for_each(|&j| b.row(j as usize).0.iter().for_each(|&k| name(k)));
+    };
+    Blocks::from_rows(a.rows, b.cols, reached, |i, row| {
+        for (j, block) in a.entries_of(i) {
+            b.entries_of(j as usize).for_each(|(k, value)| add_product(block, value, row.at(k)));
+        }
+    })
+}
+
 impl Truncation {
-    pub(super) fn new(a: &Blocks<3, 3>, step: &Coarser<3>, nodes: &[u32]) -> Self {
+    /// For contact `nodes` of the matrix `a` with their support in the first aggregated level.
+    pub(super) fn new(a: &Blocks<3, 3>, nodes: &[u32], support: Support<6>) -> Self {
         let mut place = vec![u32::MAX; a.rows];
         nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
         let others = |k: usize, name: &mut dyn FnMut(u32)| {
@@ -62,21 +122,9 @@ impl Truncation {
                 }
             }
         });
-        let all = |k: usize, name: &mut dyn FnMut(u32)| {
-            step.prolongation.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
-        };
-        let p = Blocks::from_rows(nodes.len(), step.prolongation.cols, all, |k, row| {
-            step.prolongation.entries_of(nodes[k] as usize).for_each(|(j, block)| *row.at(j) = *block);
-        });
-        let a_times_p = step.a_times_p.clone();
-        let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
         let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
-        let mut touched = [a_times_p.column.as_slice(), &p.column].concat();
-        touched.sort_unstable();
-        touched.dedup();
-        let (free, coarsest) = Default::default();
-        let (nodes, touched) = (nodes.to_vec(), vec![touched]);
-        Truncation { nodes, diagonal, among, p, a_times_p, p_columns, a_times_p_columns, touched, free, coarsest }
+        let (nodes, touched) = (nodes.to_vec(), vec![support.touched()]);
+        Truncation { nodes, diagonal, among, support, touched, ..Truncation::default() }
     }
 
     /// Adds a coarse level: its matrix without constraints, and the nodes of the next level that its changes reach.
@@ -89,14 +137,9 @@ impl Truncation {
         self.touched.push(next);
     }
 
-    /// Contact nodes in the support of a node of the first coarse level, by their places in `nodes`, and their blocks of `P`.
-    pub(super) fn p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
-        column(&self.p_columns, &self.p, k)
-    }
-
-    /// The same of `A P`.
-    pub(super) fn a_times_p_column(&self, k: u32) -> impl Iterator<Item = (usize, &Block<3, 6>)> {
-        column(&self.a_times_p_columns, &self.a_times_p, k)
+    /// The contact node at a place.
+    pub(super) fn node(&self, place: u32) -> u32 {
+        self.nodes[place as usize]
     }
 
     /// Sets the coarsest matrix without constraints.
@@ -106,7 +149,11 @@ impl Truncation {
 }
 
 /// The rows with a block in column `k`, and the blocks.
-fn column<'a>(columns: &'a Columns, of: &'a Blocks<3, 6>, k: u32) -> impl Iterator<Item = (usize, &'a Block<3, 6>)> {
+fn column<'a, const C: usize>(
+    columns: &'a Columns,
+    of: &'a Blocks<3, C>,
+    k: u32,
+) -> impl Iterator<Item = (usize, &'a Block<3, C>)> {
     let (start, entry) = columns;
     let own = &entry[start[k as usize]..start[k as usize + 1]];
     own.iter().map(|&(i, place)| (i as usize, &of.value[place as usize]))
@@ -127,8 +174,8 @@ impl Hierarchy {
         let rows = constraints.iter().zip(nodes).filter(|(c, _)| c.coulomb != [0.0; 2]);
         self.coulomb.extend(rows.map(|(c, &v)| (v, c.coulomb.map(|f| f as f32))));
         self.constrained.clear();
-        let some = constraints.iter().zip(nodes).filter(|(c, _)| c.constrained != [false; 3]);
-        self.constrained.extend(some.map(|(c, &v)| (v, c.constrained)));
+        let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
+        self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
         if coarse {
             self.update_coarse(constraints);
         }
@@ -136,7 +183,11 @@ impl Hierarchy {
 
     fn update_coarse(&mut self, constraints: &[NodeConstraint]) {
         let truncation = &self.truncation;
-        let change = truncation.change(constraints, self.first_coarse());
+        if let Some(linear) = &mut self.linear {
+            let change = truncation.change(&linear.support, &linear.touched, constraints, linear.level.matrix.rows);
+            change_rows(&mut linear.level, &linear.touched, &linear.free, &change);
+        }
+        let change = truncation.change(&truncation.support, &truncation.touched[0], constraints, self.first_coarse());
         self.change_coarse(0, change);
         self.couple_coarse_levels(constraints);
     }
@@ -160,32 +211,8 @@ impl Hierarchy {
         self.coulomb_coupling = CoulombCoupling::default();
         let truncation = &self.truncation;
         for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
-            let rows = &truncation.touched[k];
-            let mut free = truncation.free[k].as_slice();
-            for (t, &i) in rows.iter().enumerate() {
-                let i = i as usize;
-                let start = level.matrix.start[i];
-                let own = level.matrix.row(i).0;
-                let (before, rest) = free.split_at(own.len());
-                free = rest;
-                let mut now = before.to_vec();
-                let (columns, blocks) = change.row(t);
-                let mut place = 0;
-                for (j, block) in columns.iter().zip(blocks) {
-                    // Columns ascend in both, and the change lies within the pattern.
-                    place += own[place..].partition_point(|column| column < j);
-                    if own.get(place) == Some(j) {
-                        now[place].iter_mut().flatten().zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
-                    }
-                }
-                if let Ok(place) = own.binary_search(&(i as u32)) {
-                    level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place]));
-                }
-                let values = &mut level.matrix.value[start..start + now.len()];
-                values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
-            }
-            let prolongation = &self.further[k];
-            change = coarser_change(&change, rows, prolongation, &truncation.touched[k + 1]);
+            change_rows(level, &truncation.touched[k], &truncation.free[k], &change);
+            change = coarser_change(&change, &truncation.touched[k], &self.further[k], &truncation.touched[k + 1]);
         }
         let mut coarsest = truncation.coarsest.clone();
         for (t, &i) in truncation.touched[self.coarse.len()].iter().enumerate() {
@@ -200,21 +227,59 @@ impl Hierarchy {
     }
 }
 
+/// Sets rows of the matrix of a level to those without constraints, `free`, plus `change`, and the inverses of their diagonal
+/// blocks.
+fn change_rows<const R: usize, const W: usize>(
+    level: &mut Level<R, W>,
+    rows: &[u32],
+    mut free: &[Block<R, R>],
+    change: &Blocks<R, R>,
+) {
+    for (t, &i) in rows.iter().enumerate() {
+        let i = i as usize;
+        let start = level.matrix.start[i];
+        let own = level.matrix.row(i).0;
+        let (before, rest) = free.split_at(own.len());
+        free = rest;
+        let mut now = before.to_vec();
+        let (columns, blocks) = change.row(t);
+        let mut place = 0;
+        for (j, block) in columns.iter().zip(blocks) {
+            // Columns ascend in both, and the change lies within the pattern.
+            place += own[place..].partition_point(|column| column < j);
+            if own.get(place) == Some(j) {
+                now[place].iter_mut().flatten().zip(block.iter().flatten()).for_each(|(a, d)| *a += d);
+            }
+        }
+        if let Ok(place) = own.binary_search(&(i as u32)) {
+            level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place]));
+        }
+        let values = &mut level.matrix.value[start..start + now.len()];
+        values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
+    }
+}
+
 impl Truncation {
-    /// The change of the first coarse matrix by the constraints: a row for each of its touched nodes.
-    pub(super) fn change(&self, constraints: &[NodeConstraint], cols: usize) -> Blocks<6, 6> {
+    /// The change by the constraints of the matrix of a coarser space of `cols` nodes: a row for each of its touched nodes.
+    pub(super) fn change<const C: usize>(
+        &self,
+        support: &Support<C>,
+        touched: &[u32],
+        constraints: &[NodeConstraint],
+        cols: usize,
+    ) -> Blocks<C, C> {
         // Row i of (S A S + spring) P - S A P.
         let reached = |i: usize, name: &mut dyn FnMut(u32)| {
             if constraints[i] != NodeConstraint::default() {
-                self.a_times_p.row(i).0.iter().for_each(|&j| name(j));
+                support.a_times_p.row(i).0.iter().for_each(|&j| name(j));
                 // With relative coordinates the pattern of the rows of `A P` does not contain all of these.
                 let near = self.among.row(i).0.iter();
-                near.for_each(|&k| self.p.row(k as usize).0.iter().for_each(|&j| name(j)));
+                near.for_each(|&k| support.p.row(k as usize).0.iter().for_each(|&j| name(j)));
             }
         };
-        let inner: Blocks<3, 6> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
+        let inner: Blocks<3, C> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
             let constraint = &constraints[i];
-            let (columns, blocks) = self.p.row(i);
+            let (columns, blocks) = support.p.row(i);
             if constraint.spring != [[0.0; 3]; 3] {
                 columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&constraint.spring, p, row.at(j)));
             }
@@ -229,36 +294,35 @@ impl Truncation {
                 let constrained =
                     |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
                 let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
-                self.p.entries_of(k as usize).for_each(|(j, p)| add_product(&part, p, row.at(j)));
+                support.p.entries_of(k as usize).for_each(|(j, p)| add_product(&part, p, row.at(j)));
             }
-            for (j, block) in self.a_times_p.entries_of(i) {
+            for (j, block) in support.a_times_p.entries_of(i) {
                 let target = row.at(j);
                 for r in (0..3).filter(|&r| constraint.constrained[r]) {
-                    (0..6).for_each(|c| target[r][c] -= block[r][c]);
+                    (0..C).for_each(|c| target[r][c] -= block[r][c]);
                 }
             }
         });
-        let touched = &self.touched[0];
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
             let k = touched[t];
-            let mut near = |i: usize, of: &Blocks<3, 6>| of.row(i).0.iter().for_each(|&j| name(j));
-            self.p_column(k).for_each(|(i, _)| near(i, &inner));
-            let constrained = self.a_times_p_column(k).filter(|&(i, _)| constraints[i].constrained != [false; 3]);
-            constrained.for_each(|(i, _)| near(i, &self.p));
+            let mut near = |i: usize, of: &Blocks<3, C>| of.row(i).0.iter().for_each(|&j| name(j));
+            support.p_column(k).for_each(|(i, _)| near(i, &inner));
+            let constrained = support.a_times_p_column(k).filter(|&(i, _)| constraints[i].constrained != [false; 3]);
+            constrained.for_each(|(i, _)| near(i, &support.p));
         };
         Blocks::from_rows(touched.len(), cols, reached, |t, row| {
             let k = touched[t];
-            for (i, p) in self.p_column(k) {
+            for (i, p) in support.p_column(k) {
                 inner.entries_of(i).for_each(|(j, block)| add_transpose_product(p, block, row.at(j)));
             }
-            for (i, part) in self.a_times_p_column(k) {
+            for (i, part) in support.a_times_p_column(k) {
                 let constrained = constraints[i].constrained;
                 if constrained == [false; 3] {
                     continue;
                 }
                 let mut part = *part;
-                (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; 6] });
-                self.p.entries_of(i).for_each(|(j, p)| add_transpose_product(&part, p, row.at(j)));
+                (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; C] });
+                support.p.entries_of(i).for_each(|(j, p)| add_transpose_product(&part, p, row.at(j)));
             }
         })
     }

@@ -1,0 +1,105 @@
+use super::blocks::{Block, Blocks};
+use super::coarsen::{Coarser, Kernel};
+use super::dense::add_product;
+use super::distance::place;
+use super::packed::Packed;
+use super::smoother::Level;
+use super::truncation::Support;
+
+/// The displacements of a mesh of quadratic elements that are linear on its corners, as the first coarse space: three
+/// unknowns a corner.
+///
+/// Aggregates of quadratic nodes span several elements and miss what lies between the two spaces; a sweep does not smooth it
+/// either, and cycles reduce the error half as well. From the linear space on aggregation goes as on any linear mesh. Middles
+/// of edges much longer than others at their ends stay as they are.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearSpace {
+    /// From its nodes to all nodes.
+    pub prolongation: Blocks<3, 3>,
+    /// The near-kernel at its nodes.
+    pub kernel: Vec<Kernel<3>>,
+}
+
+/// An end of an edge that is no node: it is prescribed.
+pub(crate) const NO_NODE: u32 = u32::MAX;
+
+/// An edge is long if it exceeds this multiple of the shortest one at its ends. Long edges keep their middles: sweeps do not
+/// smooth along them, where the matrix couples weakly.
+const LONG: f64 = 2.0;
+
+impl LinearSpace {
+    /// From the ends of the edge for each node in the middle of one, [`NO_NODE`] for those that are prescribed.
+    pub(crate) fn new(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>]) -> LinearSpace {
+        let keeps = keep_middles(ends, kernel);
+        let corners: Vec<usize> = (0..ends.len()).filter(|&v| keeps[v]).collect();
+        let mut corner_of = vec![NO_NODE; ends.len()];
+        corners.iter().enumerate().for_each(|(k, &v)| corner_of[v] = k as u32);
+        // The first three motions are the translations: a row of them is the direction of an unknown.
+        let half = |v: usize, end: u32| -> Block<3, 3> {
+            let along = |r: usize, c: usize| (0..3).map(|q| kernel[v][r][q] * kernel[end as usize][c][q]).sum::<f64>();
+            std::array::from_fn(|r| std::array::from_fn(|c| 0.5 * along(r, c)))
+        };
+        let ends_of = |v: usize| ends[v].into_iter().flatten().filter(|&end| end != NO_NODE);
+        let named = |v: usize, name: &mut dyn FnMut(u32)| match corner_of[v] {
+            NO_NODE => ends_of(v).for_each(|end| name(corner_of[end as usize])),
+            own => name(own),
+        };
+        let prolongation = Blocks::from_rows(ends.len(), corners.len(), named, |v, row| match corner_of[v] {
+            NO_NODE => ends_of(v).for_each(|end| *row.at(corner_of[end as usize]) = half(v, end)),
+            own => (0..3).for_each(|c| row.at(own)[c][c] = 1.0),
+        });
+        LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect() }
+    }
+
+    /// Displacements of a node in other coordinates.
+    pub(crate) fn turn(&mut self, node: usize, to: &Block<3, 3>) {
+        let range = self.prolongation.start[node]..self.prolongation.start[node + 1];
+        for block in &mut self.prolongation.value[range] {
+            let old = std::mem::replace(block, [[0.0; 3]; 3]);
+            add_product(to, &old, block);
+        }
+    }
+}
+
+/// Which nodes the linear space keeps: corners and middles of long edges.
+fn keep_middles(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>]) -> Vec<bool> {
+    let length = |v: usize, end: u32| -> f64 {
+        let (a, b) = (place(&kernel[v]), place(&kernel[end as usize]));
+        2.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+    };
+    let known = |v: usize| ends[v].into_iter().flatten().filter(|&end| end != NO_NODE);
+    let mut shortest = vec![f64::INFINITY; ends.len()];
+    for v in 0..ends.len() {
+        for end in known(v) {
+            shortest[end as usize] = shortest[end as usize].min(length(v, end));
+        }
+    }
+    let is_long = |v: usize| {
+        let limit = known(v).map(|end| shortest[end as usize]).fold(0.0, f64::max);
+        known(v).any(|end| length(v, end) > LONG * limit)
+    };
+    (0..ends.len()).map(|v| ends[v].is_none() || is_long(v)).collect()
+}
+
+/// The level of the linear space.
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    pub level: Level<3, 4>,
+    /// From this level to the finest.
+    pub prolongation: Packed<3, 3>,
+    /// What the nodes that may be constrained contribute.
+    pub support: Support<3>,
+    /// The nodes whose rows may change, and the values of these rows without constraints.
+    pub touched: Vec<u32>,
+    pub free: Vec<Block<3, 3>>,
+}
+
+impl Linear {
+    pub(super) fn new(step: &Coarser<3, 3>, contact_nodes: &[u32]) -> Linear {
+        let support = Support::of_step(step, contact_nodes);
+        let touched = support.touched();
+        let free = touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
+        let (level, prolongation) = (Level::new(&step.matrix), Packed::new(&step.prolongation));
+        Linear { level, prolongation, support, touched, free }
+    }
+}
