@@ -61,7 +61,8 @@ impl NodalForces<'_> {
     }
 }
 
-/// Equilibrium of each body. Without a list of bodies everything counts as one.
+/// Equilibrium of each body. One without any load or contact force has nothing to count it in but the forces of the whole,
+/// as the measure of equilibrium does. Without a list of bodies everything counts as one.
 pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<PartMeasure> {
     let labels = problem.labels.bodies.as_ref();
     let names: Vec<String> =
@@ -75,13 +76,14 @@ pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<Part
     }
     let measured = |(name, sums): (String, [f64; 4])| {
         let [imbalance, load, contact, internal] = sums.map(f64::sqrt);
-        let residual = forces.measure(imbalance, ROUNDING * internal, load.max(contact));
+        let own = load.max(contact);
+        let residual = if own > 0.0 { forces.measure(imbalance, ROUNDING * internal, own) } else { 0.0 };
         PartMeasure { part: Part::Body, name, residual }
     };
     names.into_iter().zip(squares).map(measured).collect()
 }
 
-/// The law at the points of each pair, and equilibrium where they are. No force of a pair is known better than the forces
+/// The law at the points of each pair, and equilibrium where they are unless all its forces are zero. No force of a pair is known better than the forces
 /// inside the bodies it touches add up; `body` has the body of each unknown.
 pub(super) fn pairs(
     problem: &ContactProblem,
@@ -107,9 +109,11 @@ pub(super) fn pairs(
         let bodies = distinct(unknowns.iter().map(|&i| body[i as usize]).collect());
         let inside = bodies.iter().map(|&b| inside[b as usize]).sum::<f64>().sqrt();
         let error = own().map(|j| points[j].residual_squared()).sum::<f64>().sqrt();
-        let imbalance = norm(unknowns.iter().map(|&i| forces.imbalance[i as usize]));
+        let own_force = norm(rows().map(|i| lambda[i]));
+        let imbalance =
+            norm(unknowns.iter().map(|&i| if own_force > 0.0 { forces.imbalance[i as usize] } else { 0.0 }));
         let rounding = norm(own().map(|j| points[j].rounding)) + ROUNDING * inside;
-        let residual = forces.measure(error.hypot(imbalance), rounding, norm(rows().map(|i| lambda[i])));
+        let residual = forces.measure(error.hypot(imbalance), rounding, own_force);
         PartMeasure { part: Part::Pair, name: pair.name.clone(), residual }
     };
     problem.labels.pairs.iter().map(measured).collect()

@@ -2,7 +2,7 @@
 
 use stiction::certificate::{PART_TOLERANCE, Part, certify};
 use stiction::contact::{ContactProblem, Friction, Pair};
-use stiction::friction::{Settings, Status};
+use stiction::friction::{PointState, Settings, Status};
 use stiction::linalg::{Csr, SymmetricCsr};
 use stiction::{SolverPath, solve};
 use stiction_fixtures::*;
@@ -124,4 +124,40 @@ friction = { coulomb = 0.3 }
         let weak = both.certificate.parts.iter().filter(|part| part.name == "weak").map(|part| part.residual);
         assert!(weak.clone().count() == 1 && weak.fold(0.0, f64::max) <= PART_TOLERANCE, "{path}");
     }
+}
+
+/// Of two blocks far apart one has no load and rests: it is at zero whatever the other does, and what iteration leaves
+/// there is not counted in its own forces, which are none.
+#[test]
+fn a_body_without_any_force_is_not_judged_by_its_own() {
+    let text = |other: &str| {
+        format!(
+            r#"
+[mesh.parts.high]
+block = {{ size = [1, 1, 1], cells = [6, 6, 6], element = "hex8" }}
+{other}[materials.steel]
+young = 2e11
+poisson = 0.3
+[[fix]]
+on = "high.z-max"
+[[load]]
+on = "high.x-min"
+traction = [1e5, 1e5, 0]
+[solver]
+path = "multigrid"
+"#
+        )
+    };
+    let other = "[mesh.parts.low]\nblock = { size = [1, 1, 1], cells = [5, 5, 5], element = \"hex8\" }\n\
+                 move = [0, 0, -2]\n[[fix]]\non = \"low.z-min\"\n[[contact]]\non = \"high.z-min\"\n\
+                 against = \"low.z-max\"\nsearch = 2\nfriction = \"none\"\n";
+    let alone = case_run::solved(&text(
+        "[[contact]]\non = \"high.z-min\"\nagainst = { plane = { point = [0, 0, -1], normal = [0, 0, 1] } }\nfriction = \"none\"\n",
+    ))
+    .0
+    .solution;
+    let both = case_run::solved(&text(other)).0.solution;
+    assert!(both.states.iter().all(|s| *s == PointState::Open));
+    // Displacements relative to the other body take a few more.
+    assert!(both.counts.cycles <= 2 * alone.counts.cycles, "{:?} {:?}", both.counts, alone.counts);
 }
