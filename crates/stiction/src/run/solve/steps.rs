@@ -263,6 +263,8 @@ fn tighten(
             return Ok((loads, outcome));
         }
         from = Some((outcome.solution.lambda, outcome.solution.u));
+        // Only solves that fail make a step take more than one attempt.
+        march.attempts -= 1;
     }
 }
 
