@@ -47,6 +47,10 @@ impl Threshold {
     /// Steps of the fallback at the first stall; twice as many at each further one, at most 256 times.
     const STEPS: usize = 25;
     const DOUBLINGS: usize = 8;
+    /// Stalls before starts are scattered. Of singular problems of two points, drawn as in `agreement::discrete`, one in a
+    /// hundred thousand is not solved; one in ten thousand without scattered starts, and one in sixteen thousand with
+    /// alternating directions as a third fallback instead.
+    const LATE: usize = 4;
     /// Gradient steps before the first proximal step: each costs one product with `W`, and they halve the Newton steps of
     /// problems that lie open.
     const FIRST_STEPS: usize = 10;
@@ -125,12 +129,28 @@ pub(super) fn proximal(system: &Discrete<'_>, mut r: Vec<V3>, fallbacks: bool, m
 }
 
 /// Moves the iteration to another start after so many stalls: by sweeps, the cheapest where `W` is stored, and by gradients
-/// in turn, with `STEPS` steps that double from stall to stall.
+/// in turn, with `STEPS` steps that double from stall to stall. Where these have been tried twice, from scattered impulses:
+/// all starts before lead to where the iteration circles.
 fn another_start(system: &Discrete<'_>, r: &mut Vec<V3>, stalls: usize, monitor: &mut Monitor) {
+    if stalls >= Threshold::LATE {
+        scatter(system, r, stalls);
+    }
     let steps = Threshold::STEPS << stalls.min(Threshold::DOUBLINGS);
     if stalls.is_multiple_of(2) && sweep(system, r, steps) {
         monitor.counts.sweeps += steps;
     } else {
         monitor.counts.gradients += gradients(system, r, &mut 1.0, steps);
+    }
+}
+
+/// Impulses in the cones, as large as the largest, without order: the same for the same number.
+fn scatter(system: &Discrete<'_>, r: &mut [V3], number: usize) {
+    let largest = r.iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
+    for (a, (r, mu)) in r.iter_mut().zip(system.mu).enumerate() {
+        let part = |c: usize| ((3 * a + c + 1) as f64 * (number as f64 + 0.618_033_988_749_895).sqrt()).fract();
+        let normal = largest * part(0);
+        let (sin, cos) = (std::f64::consts::TAU * part(1)).sin_cos();
+        let tangential = mu * normal * part(2);
+        *r = [normal, tangential * cos, tangential * sin];
     }
 }
