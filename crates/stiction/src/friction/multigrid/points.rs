@@ -48,9 +48,13 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Poi
     let mut others: Vec<OtherNodes> = (0..m).map(|j| blocks(problem, nodes, j)).collect();
     // A tangent without friction is no row of the law, but it belongs to the frame.
     let filled = |of: &Csr, j: usize| problem.rows(j).map(|i| of.row(i).1.iter().any(|&v| v != 0.0));
-    let mut reached_by: Vec<Vec<u32>> = vec![Vec::new(); nodes.count];
+    // Of the points without a node that reach each node, their count and the sum of their numbers: of one, its number.
+    let mut reached = vec![(0u32, 0u64); nodes.count];
     for (j, blocks) in others.iter().enumerate() {
-        blocks.iter().for_each(|(v, _)| reached_by[*v as usize].push(j as u32));
+        for (v, _) in blocks {
+            let (count, sum) = &mut reached[*v as usize];
+            (*count, *sum) = (*count + 1, *sum + j as u64);
+        }
     }
     let mut points: Vec<Option<Point>> = (0..m).map(|_| None).collect();
     let mut next: Vec<u32> = (0..m as u32).rev().collect();
@@ -58,12 +62,12 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Poi
         let j = j as usize;
         let in_frame = filled(&problem.contact.B, j);
         let is_own =
-            |(v, block): &(u32, Block<3, 3>)| reached_by[*v as usize] == [j as u32] && is_frame(block, &in_frame);
+            |(v, block): &(u32, Block<3, 3>)| reached[*v as usize] == (1, j as u64) && is_frame(block, &in_frame);
         let Some(own) = others[j].iter().position(is_own).filter(|_| points[j].is_none()) else { continue };
         for (v, _) in &others[j] {
-            let by = &mut reached_by[*v as usize];
-            by.retain(|&i| i != j as u32);
-            next.extend(by.iter().copied().filter(|_| by.len() == 1));
+            let (count, sum) = &mut reached[*v as usize];
+            (*count, *sum) = (*count - 1, *sum - j as u64);
+            next.extend((*count == 1).then_some(*sum as u32));
         }
         let (node, mut frame) = others[j].swap_remove(own);
         complete(&mut frame, &in_frame);
