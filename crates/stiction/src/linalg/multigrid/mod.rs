@@ -231,7 +231,8 @@ impl Hierarchy {
         let mut coarse = restrict(&residual);
         if self.has_lifts() {
             // Lifts test the forces of the finest level, as they are before the sweep on this one.
-            let (before, mut after) = (restrict(&b), restrict(&b));
+            let before = restrict(&b);
+            let mut after = before.clone();
             self.subtract_lifted(x, &mut after);
             let change = after.iter().flatten().zip(before.iter().flatten()).map(|(after, before)| after - before);
             coarse.iter_mut().flatten().zip(change).for_each(|(coarse, change)| *coarse += change);
