@@ -57,6 +57,17 @@ fn a_weak_pair_with_wrong_forces_is_refused_by_its_name() {
     }
 }
 
+/// All forces balance and the weak pair has none: its node lies in the plane by what its spring takes instead.
+#[test]
+fn a_weak_pair_that_is_open_by_mistake_is_refused() {
+    let p = two_nodes(0.0, 0.0);
+    let mut u = [0.0; 6];
+    u[5] = -PRESS[1] / SPRING;
+    let c = certify(&p, &u, &[PRESS[0], 0.0, 0.0, 0.0, 0.0, 0.0], TOLERANCE);
+    assert!(c.worst < TOLERANCE && !c.passed, "{c:?}");
+    assert!(c.worst_part().is_some_and(|part| part.part == Part::Pair && part.name == "weak"), "{c:?}");
+}
+
 #[test]
 fn both_paths_reach_the_forces_of_a_weak_pair() {
     for along in [0.2, 0.4] {
