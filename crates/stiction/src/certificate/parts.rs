@@ -83,8 +83,8 @@ pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<Part
     names.into_iter().zip(squares).map(measured).collect()
 }
 
-/// The law at the points of each pair, and equilibrium where they are unless all its forces are zero. No force of a pair is known better than the forces
-/// inside the bodies it touches add up; `body` has the body of each unknown.
+/// The law at the points of each pair, and equilibrium where they are unless all its forces are zero. No force of a pair
+/// is known better than the forces inside the bodies it touches add up; `body` has the body of each unknown.
 pub(super) fn pairs(
     problem: &ContactProblem,
     body: &[u32],
