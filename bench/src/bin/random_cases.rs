@@ -1,12 +1,17 @@
-//! How many of the cases drawn at random are certified: `random_cases [FIRST LAST [PATH]]`, seeds, 0 to 6000 if absent, by
-//! the path that the solver chooses itself if none is named.
+//! How many of the cases drawn at random are certified: `random_cases [assemblies] [FIRST LAST [PATH]]`, seeds, 0 to 6000
+//! if absent, by the path that the solver chooses itself if none is named. Assemblies have two or three bodies.
 
+use stiction_fixtures::random_assembly;
 use stiction_fixtures::random_case::{leaves, outcome, text};
 
 fn main() {
-    let numbers: Vec<u64> = std::env::args().skip(1).map_while(|a| a.parse().ok()).collect();
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let assemblies = arguments.first().is_some_and(|first| first == "assemblies");
+    arguments.drain(..usize::from(assemblies));
+    let numbers: Vec<u64> = arguments.iter().map_while(|a| a.parse().ok()).collect();
     let (first, last) = if let [first, last] = numbers[..] { (first, last) } else { (0, 6000) };
-    let path = std::env::args().nth(3).map_or(String::new(), |path| format!("[solver]\npath = \"{path}\"\n"));
+    let path = arguments.get(2).map_or(String::new(), |path| format!("[solver]\npath = \"{path}\"\n"));
+    let text = |seed| if assemblies { random_assembly::text(seed, &random_assembly::ELEMENTS) } else { text(seed) };
     let (mut steps, mut left, mut unsolved, mut refused) = (Vec::new(), 0, 0, 0);
     for seed in first..last {
         let text = text(seed) + &path;

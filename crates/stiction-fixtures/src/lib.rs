@@ -10,6 +10,7 @@ pub mod failing;
 pub mod folder;
 pub mod fuzz;
 pub mod piles;
+pub mod random_assembly;
 pub mod random_case;
 pub mod tamper;
 pub mod written;
