@@ -7,6 +7,7 @@ pub mod case_run;
 pub mod counting;
 pub mod dense;
 pub mod failing;
+pub mod faults;
 pub mod folder;
 pub mod fuzz;
 pub mod piles;

@@ -328,7 +328,7 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     let mut kept: Option<Restart> = None;
     let mut keep = |_: &Prepared, step: &Step| {
         let before = kept.take().map(|restart| restart.last);
-        kept = Some(Restart { records: step.records.to_vec(), last: step.file.clone(), before });
+        kept = Some(Restart { records: step.records.to_vec(), last: step.file.clone(), before, history: Vec::new() });
         Ok(())
     };
     let mut finished = 0;

@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::fields::body;
 use super::kept::{AGAIN, Kept, KeptStep};
 use super::masters::pair_fields;
-use super::sums::{self, SUMS, Sums};
-use super::write::{encoded, log, write_body, write_contact};
+use super::sums::{self, Sums};
+use super::write::{PHASES, encoded, log, phase_word, withdraw_result, write_body, write_contact};
 use crate::Error;
+use crate::friction::Progress;
 use crate::io::case::{AgainstSpec, Case};
 use crate::io::step::{read_step, write_step};
 use crate::io::vtu::EncodedGrid;
@@ -58,9 +60,7 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
     let grid = encoded(prepared, true)?;
     let mut files = StepFiles { folder: folder.to_path_buf(), kept, damage: None, log: String::new(), grid };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
-    for name in ["summary.json", SUMS] {
-        folder::withdraw(&folder.join(name))?;
-    }
+    withdraw_result(folder)?;
     if restart.is_none() {
         remove_steps(folder)?;
         for name in ["result.vtu", "contact.vtu"] {
@@ -212,7 +212,8 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     folder::write_text(&path, &files.kept.text())?;
     remove_after(&files.folder, records.len())?;
     write_lists(files, &records, contact)?;
-    Ok(Some(Restart { records, last, before }))
+    let history = history(&files.log, records.len());
+    Ok(Some(Restart { records, last, before, history }))
 }
 
 /// The lines of the log that belong to `steps`; those of a step that are not as they were written are left out, which is
@@ -232,6 +233,25 @@ fn finished_log(folder: &Path, steps: &[KeptStep]) -> String {
     }
     let whole = of_step.iter().zip(steps).filter(|(lines, step)| checksum::of_text(lines) == step.log);
     whole.map(|(lines, _)| &lines[..]).collect()
+}
+
+/// The iterations of step `number` in the log.
+fn history(log: &str, number: usize) -> Vec<Progress> {
+    let progress = |line: &str| {
+        let line: Value = serde_json::from_str(line).ok()?;
+        let count = |key: &str| line[key].as_u64().map(|value| value as usize);
+        let phase = PHASES.into_iter().find(|&phase| line["phase"] == phase_word(phase))?;
+        (count("step") == Some(number)).then_some(Progress {
+            phase,
+            iteration: count("iteration")?,
+            residual: line["residual"].as_f64()?,
+            products: count("products")?,
+            open: count("open")?,
+            stick: count("stick")?,
+            slip: count("slip")?,
+        })
+    };
+    log.lines().filter_map(progress).collect()
 }
 
 /// A number that differs where the posed problem, its loading, or the time axis differs (FNV-1a, by words).

@@ -62,9 +62,7 @@ pub fn write_with(
     drop(ahead.room.take());
     output_fits(&prepared.mesh)?;
     folder::create(folder)?;
-    for name in ["summary.json", SUMS] {
-        folder::withdraw(&folder.join(name))?;
-    }
+    withdraw_result(folder)?;
     // That of an earlier run would tell of other numbers.
     folder::remove(&folder.join(REPORT))?;
     let stepped = !outcome.steps.is_empty();
@@ -107,6 +105,18 @@ pub fn write_with(
         }
     }
     Ok(files)
+}
+
+/// Makes an earlier result in the folder none: first its summary goes, then its pictures, which the next one need not
+/// replace, and the list that names them.
+pub(crate) fn withdraw_result(folder: &Path) -> Result<(), Error> {
+    folder::withdraw(&folder.join("summary.json"))?;
+    // A list that cannot be read names none.
+    let listed = sums::read(folder).ok().flatten().unwrap_or_default();
+    for name in listed.keys().filter(|name| name.ends_with(".png")) {
+        folder::remove(&folder.join(name))?;
+    }
+    folder::withdraw(&folder.join(SUMS))
 }
 
 /// The file of the problem.
@@ -239,7 +249,7 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
 pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
     let line = |(progress, &seconds): (&Progress, &f64)| {
         let Progress { iteration, residual, products, open, stick, slip, .. } = *progress;
-        let phase = phase_name(progress.phase).replace(' ', "_");
+        let phase = phase_word(progress.phase);
         let mut line = json!({
             "iteration": iteration, "phase": phase, "residual": residual, "products": products,
             "open": open, "stick": stick, "slip": slip, "seconds": seconds,
@@ -250,6 +260,15 @@ pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
         format!("{line}\n")
     };
     outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
+}
+
+/// All kinds of iterations.
+pub(crate) const PHASES: [Phase; 6] =
+    [Phase::Newton, Phase::Gradient, Phase::FixedPoint, Phase::Proximal, Phase::Uzawa, Phase::Multigrid];
+
+/// What `log.jsonl` calls a kind of iteration.
+pub(crate) fn phase_word(phase: Phase) -> String {
+    phase_name(phase).replace(' ', "_")
 }
 
 /// What logs call a kind of iteration.

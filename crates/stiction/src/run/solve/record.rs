@@ -11,8 +11,8 @@ use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::contact::{Overlap, OverlapKind};
 use crate::friction::{
-    CopiesAtOnce, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting, Status,
-    Sweeps,
+    CopiesAtOnce, Counts, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
+    Status, Sweeps,
 };
 use crate::run::pose::{Prepared, Seconds, Span};
 
@@ -567,6 +567,19 @@ impl CountsRecord {
                 products: counts.products,
                 ..all
             },
+        }
+    }
+
+    /// What a solve by the default method cost; nothing of other methods.
+    pub(crate) fn counts(&self) -> Counts {
+        let Some(restarts) = self.restarts else { return Counts::default() };
+        Counts {
+            newton_steps: self.iterations,
+            restarts,
+            fixed_point_steps: self.fixed_point_steps,
+            products: self.products,
+            solves: self.solves,
+            cycles: self.cycles,
         }
     }
 

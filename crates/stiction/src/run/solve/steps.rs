@@ -16,7 +16,7 @@ use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
 use crate::contact::{ContactProblem, Moved};
-use crate::friction::{self, Counts, Method, PointState, Solution, SolverPath, Status};
+use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::run::pose::axis::Position;
@@ -50,6 +50,8 @@ pub struct Restart {
     pub last: StepFile,
     /// The one before it.
     pub before: Option<StepFile>,
+    /// Iterations of the last step, as its log tells them; none where it does not.
+    pub history: Vec<Progress>,
 }
 
 /// Keeps each step before the next one begins.
@@ -185,7 +187,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         attempts: 0,
         moved: passing::at_rest(prepared),
     };
-    let Some(Restart { records, last, before }) = restart else { return Ok(begin) };
+    let Some(Restart { records, last, before, history }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.loading.steps).ok_or_else(|| {
         Error::new("", "the last finished step lies beyond the steps of the case", "solve the case from its beginning")
     })?;
@@ -199,7 +201,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &loads, &last.u);
     let moved = passing::moved(prepared, &last.u, last.t)?;
-    let outcome = restored(prepared, settings, &last, records.last().map(|record| record.answer.path));
+    let outcome = restored(prepared, settings, &last, records.last(), history);
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
     let answer =
@@ -210,18 +212,24 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
 }
 
 /// The answer of a step that an earlier run has found, judged anew.
-fn restored(prepared: &Prepared, settings: &Settings, last: &StepFile, path: Option<SolverPath>) -> Outcome {
+fn restored(
+    prepared: &Prepared,
+    settings: &Settings,
+    last: &StepFile,
+    record: Option<&StepRecord>,
+    history: Vec<Progress>,
+) -> Outcome {
     let certificate = certify(&prepared.problem, &last.u, &last.lambda, settings.solver.tolerance);
     let status = if certificate.passed { Status::Solved } else { Status::Uncertified };
     let solution = Solution {
         status,
-        path: path.unwrap_or(SolverPath::Solves),
+        path: record.map_or(SolverPath::Solves, |record| record.answer.path),
         u: last.u.clone(),
         lambda: last.lambda.clone(),
         states: last.states.iter().filter_map(|&code| PointState::of_code(code)).collect(),
         certificate,
-        counts: Counts::default(),
-        history: Vec::new(),
+        counts: record.map_or(Counts::default(), |record| record.answer.counts.counts()),
+        history,
     };
     Outcome::new(solution, settings)
 }
