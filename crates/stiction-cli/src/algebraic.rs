@@ -109,7 +109,7 @@ fn solve(path: &Path, arguments: &Arguments, many: bool, say: fn(&str)) -> Resul
         }
     }
     if arguments.json {
-        output::out(&format!("{}\n", algebraic::summary(&name, &contents, &answer)));
+        output::data(&format!("{}\n", algebraic::summary(&name, &contents, &answer)));
     }
     Ok(match (answer.passed(), answer.solution.status) {
         (true, _) => 0,

@@ -6,9 +6,15 @@ use std::panic::PanicHookInfo;
 use std::sync::OnceLock;
 
 use stiction::Error;
+use stiction::io::text::plain;
 
-/// Prints to standard output.
+/// Prints to standard output; names in the text command no terminal.
 pub fn out(text: &str) {
+    data(&plain(text));
+}
+
+/// Prints to standard output what another program reads.
+pub fn data(text: &str) {
     let mut stdout = io::stdout();
     keep(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()));
 }
@@ -34,9 +40,9 @@ pub fn lost() -> Option<Error> {
     })
 }
 
-/// Prints to standard error.
+/// Prints to standard error; names in the text command no terminal.
 pub fn note(text: &str) {
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = io::stderr().write_all(plain(text).as_bytes());
 }
 
 /// Prints what is wrong, where, and the remedy.

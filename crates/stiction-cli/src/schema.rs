@@ -10,6 +10,6 @@ use crate::output;
 pub struct Arguments {}
 
 pub fn run(_: &Arguments) -> Result<u8, Error> {
-    output::out(&format!("{:#}\n", case::schema()));
+    output::data(&format!("{:#}\n", case::schema()));
     Ok(0)
 }

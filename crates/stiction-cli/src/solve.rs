@@ -113,7 +113,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     say(&format!("\n{}", run::report(&prepared, &outcome)));
     say(&format!("  files        {} in {}\n", files.join(", "), folder.display()));
     if arguments.json {
-        output::out(&folder::read_text(&folder.join("summary.json"))?);
+        output::data(&folder::read_text(&folder.join("summary.json"))?);
     }
     Ok(match outcome.solution.status {
         Status::Solved => 0,

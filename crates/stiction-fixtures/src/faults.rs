@@ -200,7 +200,11 @@ impl Runner<'_> {
         // What a run that was killed leaves behind for the next one to remove.
         found.retain(|name, _| !name.starts_with('.'));
         if interrupted(&found) {
-            // The steps that were finished, and nothing that claims to be more.
+            // The steps that were finished, and nothing that claims to be more. Before a case is solved again with a
+            // wider search its steps are others.
+            if scene.name.ends_with("widened") {
+                return None;
+            }
             let steps = found.iter().filter(|(name, _)| name.contains("-000"));
             let wrong: Vec<&String> =
                 steps.filter(|(name, bytes)| scene.result.get(*name) != Some(bytes)).map(|(name, _)| name).collect();

@@ -5,12 +5,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, LocalProblem};
+use stiction::io::case::{MeshSource, MeshSpec};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
 use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, surface, vtu_read};
 use stiction::linalg::Csr;
 
-use crate::counting;
+use crate::{counting, mutate};
 
 /// A reader, files it reads, and the ending of further ones.
 pub struct Target {
@@ -35,6 +36,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "stl", ending: "stl", seeds: stl_files, free: SLACK, read: |b| surface::parse_stl(b, "f", 1.0).is_ok() },
     Target { name: "obj", ending: "obj", seeds: obj_files, free: SLACK, read: |b| surface::parse_obj(b, "f", 1.0).is_ok() },
     Target { name: "case", ending: "toml", seeds: case_files, free: SLACK, read: |b| str::from_utf8(b).is_ok_and(|t| case::parse(t, "f", &[]).is_ok()) },
+    Target { name: "posed", ending: "toml", seeds: posed_files, free: 1 << 26, read: posed },
     Target { name: "storage", ending: "-", seeds: storages, free: SLACK, read: read_storage },
 ];
 
@@ -64,7 +66,10 @@ pub fn fuzz(target: &Target, seeds: &[Vec<u8>], number: u64, enough: &dyn Fn(usi
     let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ (number + 1).wrapping_mul(0xd134_2543_de82_ef95));
     let mut report = Report::default();
     while !enough(report.executions) {
-        let file = mutated(seeds, &mut random);
+        let file = match random.below(2) {
+            0 => mutated(seeds, &mut random),
+            _ => mutate::structured(seeds, &mut random),
+        };
         report.executions += 1;
         let start = Instant::now();
         let (ended, memory) = counting::measured(|| catch_unwind(AssertUnwindSafe(|| (target.read)(&file))));
@@ -106,9 +111,9 @@ impl Random {
 /// Values that lengths and indices break at.
 const EDGES: [u64; 12] =
     [0, 1, 2, 7, 255, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
-const WORDS: [&str; 12] =
+pub(crate) const WORDS: [&str; 12] =
     ["-1", "0", "99999999999", "1e400", "nan", "inf", "-0", "1.5", "4294967296", "18446744073709551615", "", "\n"];
-const MOST: usize = 1 << 17;
+pub(crate) const MOST: usize = 1 << 17;
 
 /// One to four changes of a file.
 fn mutated(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
@@ -289,6 +294,33 @@ fn matrix_market_files() -> Vec<Vec<u8>> {
 }
 
 /// Kind, order, then three lists behind their lengths; little-endian integers.
+/// Cases of so few cells that posing one takes a millisecond.
+fn posed_files() -> Vec<Vec<u8>> {
+    let small = |text: &str| text.replace("[9, 3, 3]", "[2, 1, 1]").into_bytes();
+    let bodies = "[mesh.parts.a]\nblock = { size = [2, 2, 1], cells = [2, 1, 1], element = \"hex8\" }\n\
+         [mesh.parts.b]\nblock = { size = [1, 2, 1], cells = [1, 1, 1], element = \"tet10\", origin = [0.5, 0, 1.1] }\n\
+         [materials.s]\nyoung = 1000\npoisson = 0.3\ndensity = 1e-3\n[[fix]]\non = \"a.z-min\"\nvalue = [0, 0, \"0.1*t\"]\n\
+         [[spring]]\non = \"b.z-max\"\nnormal = 1\ntangential = 0.1\n[[load]]\non = \"b.z-max\"\npressure = \"1 + x\"\n\
+         [[load]]\ngravity = [0, 0, -9.81]\n[[contact]]\non = \"b.z-min\"\nagainst = \"a.z-max\"\nsearch = 0.5\n\
+         friction = { coulomb = \"0.3 + 0.01*x\" }\n[solver]\ntolerance = 1e-8\n";
+    vec![small(crate::case_run::CASE), small(&crate::tamper::stepped_case()), bodies.as_bytes().to_vec()]
+}
+
+fn posed(bytes: &[u8]) -> bool {
+    let case = str::from_utf8(bytes).ok().and_then(|text| case::parse(text, "f", &[]).ok());
+    case.is_some_and(|case| few_cells(&case.mesh) && stiction::run::prepare(&case).is_ok())
+}
+
+fn few_cells(mesh: &MeshSpec) -> bool {
+    let few = |cells: &[usize; 3]| cells.iter().fold(1usize, |all, &n| all.saturating_mul(n)) <= 100;
+    match &mesh.source {
+        MeshSource::Block(block) => few(&block.cells),
+        MeshSource::Ring(ring) => few(&ring.cells),
+        MeshSource::File { .. } => false,
+        MeshSource::Parts(parts) => parts.len() < 5 && parts.iter().all(|(_, part)| few_cells(part)),
+    }
+}
+
 fn storages() -> Vec<Vec<u8>> {
     let file = |kind: i32, p: &[i32], i: &[i32]| -> Vec<u8> {
         let head = [kind, 2, 3, p.len() as i32, i.len() as i32];

@@ -10,6 +10,8 @@ pub mod failing;
 pub mod faults;
 pub mod folder;
 pub mod fuzz;
+pub mod hostile;
+mod mutate;
 pub mod piles;
 pub mod random_assembly;
 pub mod random_case;

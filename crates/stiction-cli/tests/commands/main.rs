@@ -5,6 +5,7 @@ mod algebraic;
 mod bad_input;
 mod both_sides;
 mod durable;
+mod faults;
 mod folder;
 mod interrupt;
 mod memory;

@@ -297,3 +297,15 @@ fn a_browser_draws_the_view_without_complaint() {
     println!("{colours} colours");
     assert!(colours > 300, "{colours}");
 }
+
+/// The long run is `bench/campaigns/hostile`.
+#[test]
+fn hostile_names_become_neither_markup_nor_commands_of_a_terminal() {
+    let browser = browser();
+    let command = Path::new(env!("CARGO_BIN_EXE_stiction"));
+    let report = stiction_fixtures::hostile::campaign(command, browser.as_deref(), 1, 8);
+    assert!(report.findings.is_empty() && report.solved > 3, "{report:#?}");
+    // Messages and the text of the report need no browser.
+    let report = stiction_fixtures::hostile::campaign(command, None, 2, 40);
+    assert!(report.findings.is_empty() && report.solved > 20, "{report:#?}");
+}

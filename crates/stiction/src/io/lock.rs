@@ -160,7 +160,8 @@ mod tests {
         assert!(!root.exists());
 
         fs::create_dir_all(&folder).unwrap();
-        let own = [".result.vtu.17.part", ".problem.npz.4194304.part", "..stiction-probe.1.part"];
+        let own =
+            [".result.vtu.17.part", ".SHA256SUMS.17.part", ".problem.npz.4194304.part", "..stiction-probe.1.part"];
         let others = [".film.mp4.17.part", ".result.vtu.part", "result.vtu.17.part", ".notes.json.x.part"];
         own.iter().chain(&others).for_each(|name| fs::write(folder.join(name), "x").unwrap());
         fs::write(folder.join(NAME), "process 17 on \u{1b}[1mhere\nanother line").unwrap();

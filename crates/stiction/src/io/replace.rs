@@ -61,7 +61,7 @@ pub(crate) fn clear_parts(folder: &Path) {
 /// Whether [`Pending`] gives such names to files of results.
 fn is_part(name: &str) -> bool {
     let split = || name.strip_prefix('.')?.strip_suffix(".part")?.rsplit_once('.');
-    let ours = [".vtu", ".pvd", ".npz", ".json", ".jsonl", ".toml", ".png", ".html", ".stiction-probe"];
+    let ours = [".vtu", ".pvd", ".npz", ".json", ".jsonl", ".toml", ".png", ".html", ".stiction-probe", "SHA256SUMS"];
     split().is_some_and(|(file, process)| {
         ours.iter().any(|end| file.ends_with(end)) && !process.is_empty() && process.bytes().all(|b| b.is_ascii_digit())
     })

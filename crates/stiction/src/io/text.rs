@@ -19,11 +19,23 @@ pub fn escaped(text: &str) -> String {
             '"' => out += "&quot;",
             '\'' => out += "&#39;",
             // Control characters may not stand there at all.
-            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c if misleads(c) => out.push('\u{fffd}'),
             c => out.push(c),
         }
     }
     out
+}
+
+/// `text` without what would command a terminal, or show it in another order than it has.
+pub fn plain(text: &str) -> String {
+    text.chars().map(|c| if misleads(c) { '\u{fffd}' } else { c }).collect()
+}
+
+/// Control characters except ends of lines and tabs, and those that turn the direction of what follows (Unicode Standard
+/// Annex 9).
+fn misleads(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || c.is_control() && !matches!(c, '\n' | '\t')
 }
 
 /// Three numbers of five digits.
@@ -41,6 +53,12 @@ mod tests {
     #[test]
     fn nothing_of_a_text_can_become_markup() {
         assert_eq!(escaped("<a href='x'>&\"\u{1b}ü"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;\u{fffd}ü");
+    }
+
+    #[test]
+    fn nothing_of_a_text_commands_a_terminal_or_turns_what_follows() {
+        assert_eq!(plain("a\u{1b}[2J\rb\u{202e}c\u{9b}\td\n<ü>"), "a\u{fffd}[2J\u{fffd}b\u{fffd}c\u{fffd}\td\n<ü>");
+        assert_eq!(escaped("a\u{2066}b\u{0}"), "a\u{fffd}b\u{fffd}");
     }
 
     #[test]
