@@ -304,16 +304,29 @@ fn contents(folder: &Path, without_times: bool) -> Contents {
     files.filter_map(timeless).collect()
 }
 
-/// Takes times, memory and what depends on them from a value.
+/// Takes times, memory and what depends on them from a value, and what a run estimates of other solutions: one that is
+/// resumed after its last step has solved nothing, and does not estimate.
 fn strip(value: &mut Value) {
     match value {
         Value::Object(map) => {
-            for key in ["seconds", "cpu_seconds", "peak_memory_bytes", "command", "log", "checksum"] {
+            for key in [
+                "seconds",
+                "cpu_seconds",
+                "peak_memory_bytes",
+                "command",
+                "log",
+                "checksum",
+                "coulomb",
+                "coulomb_products",
+            ] {
                 map.remove(key);
             }
             map.values_mut().for_each(strip);
         }
-        Value::Array(list) => list.iter_mut().for_each(strip),
+        Value::Array(list) => {
+            list.retain(|row| row["label"] != "uniqueness");
+            list.iter_mut().for_each(strip);
+        }
         _ => {}
     }
 }

@@ -8,7 +8,8 @@ use std::process::Command;
 use crate::folder::Folder;
 use crate::fuzz::Random;
 
-/// Pieces of hostile words. A script that runs, or an element that is made, leaves `owned` in the page.
+/// Pieces of hostile words. A script that runs gives the body an attribute, an element that is made
+/// is one more: the structure tells both.
 const PIECES: [&str; 24] = [
     "<script>document.body.id='owned'</script>",
     "<img src=x onerror=\"document.body.id='owned'\">",
@@ -81,9 +82,10 @@ pub fn campaign(command: &Path, browser: Option<&Path>, seed: u64, count: usize)
             let dom = browse(&folder, browser);
             report.browsed += 1;
             seen.push(("the page in the browser", structure(&dom) == *wanted));
-            seen.push(("the body of the page", !dom.contains("id=\"owned\"")));
         }
-        seen.push(("the text of the report", !html.chars().any(commands)));
+        // Data of the script are strings of JSON, which is shown as text.
+        let markup = html.split_once("<script").map_or(&html[..], |(markup, _)| markup);
+        seen.push(("the text of the report", !markup.chars().any(commands)));
         seen.push(("the folder", !folder.exists("owned")));
         let wrong = seen.iter().filter(|(_, right)| !right);
         report.findings.extend(wrong.map(|(what, _)| format!("{names:?}: {what} is not as with plain names")));

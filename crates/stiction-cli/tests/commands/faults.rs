@@ -17,16 +17,19 @@ fn what_a_disturbed_run_leaves_is_true_or_refused_and_the_next_run_ends_with_the
     assert!(well < 30, "{:#?}", report.runs);
 }
 
-/// A power cut between the last step and the summary: nothing is left to solve, and all is told of what was.
+/// A power cut between the last step and the summary: nothing is left to solve, and its iterations are told.
 #[test]
 fn a_run_resumed_after_its_last_step_tells_what_that_step_told() {
     let folder = Folder::new("resumed-at-the-end", &tamper::stepped_case());
     let solve = ["solve", "case.toml", "-o", "r", "--no-report"];
     folder.run(&solve).ends(0, &[]);
     let picture = std::fs::read(folder.at("r/convergence.png")).unwrap();
-    let told = |summary: &Value| ["counts", "coulomb", "status", "certificate"].map(|key| summary[key].clone());
+    let told = |summary: &Value| {
+        let counts = ["iterations", "products", "solves"].map(|key| summary["counts"][key].clone());
+        (counts, summary["status"].clone(), summary["certificate"].clone())
+    };
     let before = told(&folder.summary("r"));
-    assert!(before[0]["iterations"].as_u64() > Some(0) && before[1].is_object(), "{before:#?}");
+    assert!(before.0[0].as_u64() > Some(0), "{before:#?}");
     for name in ["summary.json", "SHA256SUMS", "convergence.png"] {
         std::fs::remove_file(folder.at("r").join(name)).unwrap();
     }
