@@ -11,8 +11,8 @@ use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::contact::{Overlap, OverlapKind};
 use crate::friction::{
-    CopiesAtOnce, CoulombFacts, Counts, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath,
-    Splitting, Status, Sweeps,
+    CopiesAtOnce, Counts, Coupling, End, Given, MethodReport, MethodSettings, Minimization, SolverPath, Splitting,
+    Status, Sweeps,
 };
 use crate::run::pose::{Prepared, Seconds, Span};
 
@@ -538,18 +538,6 @@ impl MethodDetails {
             rho: by_squares.then_some(report.penalty),
             disagreement: by_squares.then_some(report.disagreement),
             tolerance: settings.tolerance,
-        })
-    }
-}
-
-impl AnswerRecord {
-    /// What is known of other solutions, as it was found.
-    pub(crate) fn coulomb_facts(&self) -> Option<CoulombFacts> {
-        self.coulomb.map(|facts| CoulombFacts {
-            contraction: facts.contraction,
-            uniqueness_bound: facts.uniqueness_bound,
-            largest_coefficient: facts.largest_coefficient,
-            products: self.counts.coulomb_products,
         })
     }
 }

@@ -231,8 +231,7 @@ fn restored(
         counts: record.map_or(Counts::default(), |record| record.answer.counts.counts()),
         history,
     };
-    let coulomb = record.and_then(|record| record.answer.coulomb_facts());
-    Outcome { coulomb, ..Outcome::new(solution, settings) }
+    Outcome::new(solution, settings)
 }
 
 /// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)
