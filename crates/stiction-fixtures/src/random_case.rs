@@ -119,12 +119,12 @@ pub fn outcome(text: &str) -> Result<usize, String> {
     solved(text, &mut |_, _, _| ())
 }
 
-/// The same, with what `each` makes of each answer: the number of its load step (1 without load steps), its problem and
-/// itself. A case whose surfaces come from beyond `search` begins again with step 1, as by the command.
+/// The same, with what `each` makes of each answer: the time of its load step (1 without load steps), its problem and
+/// itself. A case whose surfaces come from beyond `search` begins again with its first step, as by the command.
 ///
 /// # Errors
 /// Why it is not certified.
-pub fn solved(text: &str, each: &mut dyn FnMut(usize, &Prepared, &Outcome)) -> Result<usize, String> {
+pub fn solved(text: &str, each: &mut dyn FnMut(f64, &Prepared, &Outcome)) -> Result<usize, String> {
     let mut case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     loop {
         let mut prepared = prepare(&case).map_err(|e| e.to_string())?;
@@ -132,10 +132,10 @@ pub fn solved(text: &str, each: &mut dyn FnMut(usize, &Prepared, &Outcome)) -> R
         let go_on = &mut |_: &Event| ControlFlow::Continue(());
         let outcome = if case.steps.is_empty() {
             let outcome = solve(&prepared, &settings, go_on);
-            outcome.inspect(|outcome| each(1, &prepared, outcome))
+            outcome.inspect(|outcome| each(1.0, &prepared, outcome))
         } else {
             let mut keep = |prepared: &Prepared, step: &stiction::run::Step| {
-                each(step.number, prepared, step.outcome);
+                each(step.file.t, prepared, step.outcome);
                 Ok(())
             };
             solve_steps(&mut prepared, &settings, None, &mut keep, go_on)

@@ -99,10 +99,12 @@ pub(super) fn balances(
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)
     };
     let (force_scale, moment_scale) = (scale(0..3), scale(3..6));
+    // What a body's rounding leaves open is handed on to those it touches.
+    let rounding: [f64; 6] = std::array::from_fn(|k| sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k])));
     let balance = |(name, s): (String, &Sums)| {
         // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
         let worst = |range: std::ops::Range<usize>, scale: f64| {
-            range.map(|k| measure(s.sum[k].abs(), s.rounding[k], scale)).fold(0.0, f64::max)
+            range.map(|k| measure(s.sum[k].abs(), rounding[k], scale)).fold(0.0, f64::max)
         };
         let balance = Balance { force: worst(0..3, force_scale), moment: worst(3..6, moment_scale) };
         BodyBalance { name, load: s.load, support: s.support, contact: s.contact, balance }
