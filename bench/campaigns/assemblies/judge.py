@@ -13,6 +13,7 @@ from assembly import Assembly
 
 POSED = 1e-10       # the posed problem, in its own largest terms
 ANSWER = 1e-6       # a measure above this is a false success
+BATCH = 200
 NONE, GIVEN, COULOMB, BONDED, LIMITED = range(5)
 
 
@@ -117,7 +118,8 @@ class Judge:
         for name, end in zip(pairs, file["pair_ends"]):
             contact = contacts[name.removesuffix("-held")]
             span, begin = slice(begin, int(end)), int(end)
-            ranges.append((name, span, contact))
+            touched = np.abs(R0).sum(2) > 0 if (R0 := rows[0, span]).size else np.zeros((0, len(own.x)), bool)
+            ranges.append((touched, span, contact))
             gap = file["gap"][span] + imposed[:m][span]     # before any displacement
             R, area = rows[:, span], file["area"][span]
             if isinstance(contact["against"], dict):
@@ -227,9 +229,12 @@ class Judge:
         overlap = convex_overlap(outline(own.x[a][:, :2]), outline(own.x[b][:, :2]))
         spans = [span for _, span, of in ranges if of is contact]
         area = sum(file["area"][span].sum() for span in spans)
-        points = sum(span.stop - span.start for span in spans)
-        whole = [own.areas(own.side(contact[key])).sum() for key in ("on", "against")]
-        covered = any(points == len(nodes) and abs(overlap / full - 1) < 1e-12 for nodes, full in zip((a, b), whole))
+        covered = False
+        for key, nodes in (("on", a), ("against", b)):
+            # The surface with the points has one node of its own in each row.
+            on = np.concatenate([touched[:, nodes] for touched, _, of in ranges if of is contact])
+            slave = len(on) == len(nodes) and (on.sum(1) == 1).all() and (on.sum(0) == 1).all()
+            covered |= slave and abs(overlap / own.areas(own.side(contact[key])).sum() - 1) < 1e-12
         error = (area - overlap) / overlap
         worst["area"] = max(worst["area"], abs(error) if covered else max(error, 0.0))
 
@@ -277,45 +282,47 @@ def main():
     program, first, last = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     counts = dict.fromkeys(["cases", "solved", "left", "unsolved", "answers judged", "posed otherwise", "false successes"], 0)
     worst = {}
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        run = subprocess.Popen([program, str(folder), str(first), str(last)], stdout=subprocess.PIPE, text=True)
-        answers = []
-        for line in run.stdout:
-            kind, name, rest = line.rstrip("\n").split(" ", 2)
-            if kind == "answer":
-                answers.append((name, *rest.split(" ")))
-                continue
-            counts["cases"] += 1
-            leaves = "resists a motion" in rest or rest.startswith("NoEquilibrium")
-            counts["solved" if rest == "Solved" else "left" if leaves else "unsolved"] += 1
-            text = (folder / f"{name}.toml").read_text()
-            judge, past = Judge(text), 0.0
-            for answer, t, status in answers:
-                if float(t) <= past:    # from its first step again, with a larger search
-                    judge.slid = None
-                past = float(t)
-                with np.load(folder / f"{answer}-problem.npz") as file:
-                    file = dict(file)
-                with np.load(folder / f"{answer}-solution.npz") as solution:
-                    solution = dict(solution)
-                errors, posed = judge.posed(file, float(t))
-                counts["answers judged"] += 1
-                if max(errors.values()) > POSED:
-                    counts["posed otherwise"] += 1
-                    print(f"POSED OTHERWISE {answer} t = {t}:", {k: f"{v:.1e}" for k, v in errors.items() if v > POSED})
-                measured = judge.measures(file, solution, posed) if posed else {"unknowns": 1.0}
-                if status == "Solved":
-                    for key, error in [*errors.items(), *measured.items()]:
-                        worst[key] = max(worst.get(key, 0.0), error)
-                    if max(measured.values()) > ANSWER:
-                        counts["false successes"] += 1
-                        print(f"FALSE SUCCESS {answer} t = {t}:", {k: f"{v:.1e}" for k, v in measured.items() if v > ANSWER})
+    # In batches: the program runs ahead of the judge, and the disk holds what is in between.
+    for begin in range(first, last, BATCH):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            run = subprocess.Popen([program, str(folder), str(begin), str(min(begin + BATCH, last))], stdout=subprocess.PIPE, text=True)
             answers = []
-            for path in folder.glob(f"{name}*"):
-                path.unlink()
-        if run.wait() != 0:
-            sys.exit("the program ended with an error")
+            for line in run.stdout:
+                kind, name, rest = line.rstrip("\n").split(" ", 2)
+                if kind == "answer":
+                    answers.append((name, *rest.split(" ")))
+                    continue
+                counts["cases"] += 1
+                leaves = "resists a motion" in rest or rest.startswith("NoEquilibrium")
+                counts["solved" if rest == "Solved" else "left" if leaves else "unsolved"] += 1
+                text = (folder / f"{name}.toml").read_text()
+                judge, past = Judge(text), 0.0
+                for answer, t, status in answers:
+                    if float(t) <= past:    # from its first step again, with a larger search
+                        judge.slid = None
+                    past = float(t)
+                    with np.load(folder / f"{answer}-problem.npz") as file:
+                        file = dict(file)
+                    with np.load(folder / f"{answer}-solution.npz") as solution:
+                        solution = dict(solution)
+                    errors, posed = judge.posed(file, float(t))
+                    counts["answers judged"] += 1
+                    if max(errors.values()) > POSED:
+                        counts["posed otherwise"] += 1
+                        print(f"POSED OTHERWISE {answer} t = {t}:", {k: f"{v:.1e}" for k, v in errors.items() if v > POSED})
+                    measured = judge.measures(file, solution, posed) if posed else {"unknowns": 1.0}
+                    if status == "Solved":
+                        for key, error in [*errors.items(), *measured.items()]:
+                            worst[key] = max(worst.get(key, 0.0), error)
+                        if max(measured.values()) > ANSWER:
+                            counts["false successes"] += 1
+                            print(f"FALSE SUCCESS {answer} t = {t}:", {k: f"{v:.1e}" for k, v in measured.items() if v > ANSWER})
+                answers = []
+                for path in folder.glob(f"{name}*"):
+                    path.unlink()
+            if run.wait() != 0:
+                sys.exit("the program ended with an error")
     print(", ".join(f"{number} {what}" for what, number in counts.items()))
     print("worst of all answers called solved:", ", ".join(f"{k} {v:.1e}" for k, v in worst.items()))
     good = counts["cases"] == last - first and counts["answers judged"] > 0
