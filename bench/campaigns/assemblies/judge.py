@@ -264,16 +264,20 @@ class Judge:
         held = np.hypot(t1, t2 / np.maximum(across, 1e-300))
         work = max(force * length, 1e-300)
         result = {}
-        rounding = 1e-15 * np.linalg.norm(np.abs(K) @ np.abs(u))
+        # Where nothing but rounding is carried there is nothing to be measured in: 1e-14 of the terms of K u, of a bound
+        # and of the displacements is no error.
+        internal = np.abs(K) @ np.abs(u)
+        rounding, least = 1e-15 * np.linalg.norm(internal), 1e-14 * internal.max(initial=0)
+        idle = (least + 1e-14 * bound.max(initial=0)) * length
         load = max(np.linalg.norm(f), np.linalg.norm(contact))
         result["equilibrium"] = max(np.linalg.norm(f - K @ u - contact) - 30 * rounding, 0) / max(load, 1e-300)
         if m:
             result["penetration"] = ratio(np.maximum(-opening, 0)[loose], length)
             result["tie"] = ratio(np.concatenate([opening[tied], s1[tied], s2[tied]]), length)
-            result["tension"] = ratio(np.maximum(-normal, 0)[loose], force)
-            result["cone"] = ratio(np.maximum(held - bound, 0)[loose], force)
-            result["complementarity"] = ratio((normal * opening)[loose], work)
-            result["sliding"] = ratio((bound * slip - t1 * s1 - t2 * s2)[loose], work)
+            result["tension"] = ratio(np.maximum(-normal - least, 0)[loose], force)
+            result["cone"] = ratio(np.maximum(held - bound - least, 0)[loose], force)
+            result["complementarity"] = ratio(np.maximum(np.abs(normal * opening) - idle, 0)[loose], work)
+            result["sliding"] = ratio(np.maximum(np.abs(bound * slip - t1 * s1 - t2 * s2) - idle, 0)[loose], work)
         self.slid = jump[m:] + imposed[m:]
         return result
 
