@@ -387,3 +387,26 @@ fn the_check_of_a_folder_refuses_one_number_off_by_a_millionth() {
         assert!(check(&folder).unwrap().passed());
     }
 }
+
+/// Nothing is loaded and nothing touches but by rounding: block c moves as a whole, a and b rest. Reactions on c are rounding
+/// of its stiffness, far larger than the rounding of the heights at which a and b meet, and a holds that force with no
+/// stiffness in motion of its own.
+#[test]
+fn bodies_that_nothing_loads_are_in_balance() {
+    let text = r#"
+        mesh.parts.a.block = { size = [8, 50, 20], cells = [2, 2, 3], element = "tet10" }
+        mesh.parts.b.block = { size = [5.781454949080084, 46.684325750289034, 2.3999999999999986], cells = [4, 4, 4], element = "hex8", origin = [1.5256458968490627, 1.7053946118295693, 20], grading = [0.5, 1, 3] }
+        mesh.parts.c.block = { size = [3.6692994351712556, 44.33690816435416, 12], cells = [3, 3, 4], element = "hex8", origin = [2.536817337377045, 1.9751315207195523, 22.40009710551972], grading = [3, 1, 3] }
+        materials.a = { on = "a", young = 5252.896313242924, poisson = 0 }
+        materials.b = { on = "b", young = 46414.49353689401, poisson = 0.4 }
+        materials.c = { on = "c", young = 18601.795258235095, poisson = 0 }
+        fix = [{ on = "b.x-min" }, { on = "c.z-max", value = [1.6992422609111727e-4, 6.912004364443106e-5, -6.952731855069025e-5] }]
+        contact = [
+            { on = "a.z-min", against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }, friction = { coulomb = 1.8347134237031324 } },
+            { on = "b.z-min", against = "a.z-max", friction = "none" },
+            { on = "c.z-min", against = "b.z-max", friction = "none" },
+        ]
+    "#;
+    let outcome = stiction_fixtures::random_case::outcome(text);
+    assert!(outcome.is_ok(), "{outcome:?}");
+}

@@ -111,7 +111,8 @@ pub fn solve(
             solver.return_to_best();
         }
         let mut solution = solver.finish(end, settings.tolerance);
-        if end == End::Converged && !solution.certificate.is_as_good_as_the_data() && !solver.refines {
+        let ended = matches!(end, End::Converged | End::Stalled);
+        if ended && !solution.certificate.is_as_good_as_the_data() && !solver.refines {
             solver.refines = true;
             solution = solver.finish(end, settings.tolerance);
         }
