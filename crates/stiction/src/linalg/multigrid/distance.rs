@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::aggregate::marks;
 use super::blocks::Blocks;
 use super::coarsen::Kernel;
+use super::dense::square;
 
 /// A neighbour is far if its distance exceeds this multiple of the nearest neighbour's: it lies along the long side of
 /// stretched cells. In a cube and in its tetrahedra the largest ratio is 1.74.
@@ -15,21 +16,35 @@ const FAR: f64 = 2.0;
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are computed from the
 /// rigid motions; where these do not contain the coordinates, nothing is far.
 pub(super) fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
-    let place: Vec<[f64; 3]> = kernel.par_iter().map(place).collect();
-    let square = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
+    let place = completed(a, kernel.par_iter().map(place).collect());
+    let distance = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)
         .into_par_iter()
         .map(|i| {
             let strong = (a.start[i]..a.start[i + 1]).filter(|&place| strong[place]);
-            let distances = strong.map(|place| square(i, a.column[place])).filter(|&d| d > 0.0);
+            let distances = strong.map(|place| distance(i, a.column[place])).filter(|&d| d > 0.0);
             distances.fold(f64::INFINITY, f64::min)
         })
         .collect();
     marks(a, |i, place| {
         let j = a.column[place];
-        let far = square(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
+        let far = distance(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
         strong[place] && !far
     })
+}
+
+/// The places with each unknown coordinate taken from the most strongly coupled neighbour that knows it: nodes with
+/// prescribed components, on planes of symmetry for instance, do not show all of theirs. Stretched cells couple most strongly
+/// across their short sides, where the other coordinates are the same.
+fn completed<const R: usize>(a: &Blocks<R, R>, place: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    let strength = |at: usize| square(&a.value[at]) / square(&a.diagonal(a.column[at] as usize)).sqrt();
+    let known = |i: usize, c: usize| -> f64 {
+        let neighbours = (a.start[i]..a.start[i + 1]).filter(|&at| place[a.column[at] as usize][c].is_finite());
+        let strongest = neighbours.max_by(|&p, &q| strength(p).total_cmp(&strength(q)));
+        strongest.map_or(f64::NAN, |at| place[a.column[at] as usize][c])
+    };
+    let complete = |i: usize| std::array::from_fn(|c| if place[i][c].is_finite() { place[i][c] } else { known(i, c) });
+    (0..a.rows).into_par_iter().map(complete).collect()
 }
 
 /// The coordinates of a node or the centre of an aggregate from its rigid motions `B = [T, T x]`, with `T x` the rotations
