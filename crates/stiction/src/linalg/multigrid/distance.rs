@@ -14,7 +14,7 @@ const FAR: f64 = 2.0;
 /// The entries of the matrix do not show it: trilinear elements couple along the long side with a quarter of the
 /// strength across the short one however long they are, although nothing smooths along it. Distances do (as in
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are computed from the
-/// rigid motions; where these do not contain the coordinates, nothing is far.
+/// rigid motions, and from neighbours ([`completed`]) where these do not contain them.
 pub(super) fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
     let place = completed(a, kernel.par_iter().map(place).collect());
     let distance = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
