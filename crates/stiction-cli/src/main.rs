@@ -73,9 +73,15 @@ fn main() -> std::process::ExitCode {
     memory::keep_freed();
     memory::end_without_memory();
     std::panic::set_hook(Box::new(|info| {
-        output::internal_error(info);
+        let code = if memory::is_lack_of_memory(info) {
+            output::note(memory::ENDED);
+            code::INPUT
+        } else {
+            output::internal_error(info);
+            code::INTERNAL
+        };
         hold::release();
-        std::process::exit(code::INTERNAL.into());
+        std::process::exit(code.into());
     }));
     let code = match Arguments::try_parse() {
         Ok(arguments) => run(arguments.command),

@@ -2,6 +2,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::panic::PanicHookInfo;
 
 /// Keeps what is freed for what comes next, instead of giving it back to the system: pages that are fresh have to be zeroed,
 /// and on virtual machines found first, at two seconds a gigabyte. A solve frees and takes its largest arrays several times:
@@ -77,9 +78,14 @@ unsafe impl GlobalAlloc for Remembering {
 }
 
 /// What is said where memory has ended, after the standard library has said how much was asked for.
-#[cfg(unix)]
-const ENDED: &[u8] = b"error: there is no memory left\n\
+pub const ENDED: &str = "error: there is no memory left\n\
     remedy: coarsen the mesh, use a machine with more memory, or raise the limit of the process (`ulimit -v`)\n";
+
+/// Whether the panic is that of a thread which finds no memory for the stack of its signal handlers: the standard library asks
+/// for it when the thread begins, and knows no other way to say so.
+pub fn is_lack_of_memory(info: &PanicHookInfo) -> bool {
+    info.payload_as_str().is_some_and(|message| message.starts_with("failed to allocate an alternative stack"))
+}
 
 /// From now on a process that finds no memory ends with exit code 2 and not by a signal. Files of results are whole or absent
 /// then as after any other end; the lock of the result folder stays and is told by the next run.
