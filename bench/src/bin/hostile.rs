@@ -7,21 +7,11 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use stiction_fixtures::campaign::Arguments;
 use stiction_fixtures::hostile;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let (mut seed, mut count) = (1u64, 500usize);
-    let mut command = std::env::current_exe()?.with_file_name("stiction");
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        let value = arguments.next().ok_or(format!("{argument} needs a value"))?;
-        match argument.as_str() {
-            "--seed" => seed = value.parse()?,
-            "--count" => count = value.parse()?,
-            "--command" => command = value.into(),
-            _ => return Err(format!("{argument} is none of --seed, --count, --command").into()),
-        }
-    }
+    let Arguments { seed, count, command } = Arguments::read(500)?;
     let browser = std::env::var_os("STICTION_BROWSER").map_or_else(|| PathBuf::from("chromium"), PathBuf::from);
     let report = hostile::campaign(&command, Some(&browser), seed, count);
     let hostile::Report { cases, solved, browsed, findings } = report;

@@ -6,21 +6,13 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use stiction_fixtures::campaign::Arguments;
 use stiction_fixtures::case_run::CASE;
 use stiction_fixtures::folder::Folder;
 use stiction_fixtures::tamper;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let (mut seed, mut count) = (1u64, 5000usize);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        let value = arguments.next().ok_or(format!("{argument} needs a value"))?;
-        match argument.as_str() {
-            "--seed" => seed = value.parse()?,
-            "--count" => count = value.parse()?,
-            _ => return Err(format!("{argument} is neither --seed nor --count").into()),
-        }
-    }
+    let Arguments { seed, count, .. } = Arguments::read(5000)?;
     let mut unnoticed = 0;
     for (what, text, count) in
         [("static", CASE.to_string(), count / 2), ("stepped", tamper::stepped_case(), count - count / 2)]

@@ -3,6 +3,7 @@
 //! Makers panic where the library refuses what they made: that is a mistake of the test.
 
 pub mod bricks;
+pub mod campaign;
 pub mod case_run;
 pub mod counting;
 pub mod dense;
