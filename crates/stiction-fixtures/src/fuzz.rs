@@ -293,7 +293,6 @@ fn matrix_market_files() -> Vec<Vec<u8>> {
     .to_vec()
 }
 
-/// Kind, order, then three lists behind their lengths; little-endian integers.
 /// Cases of so few cells that posing one takes a millisecond.
 fn posed_files() -> Vec<Vec<u8>> {
     let small = |text: &str| text.replace("[9, 3, 3]", "[2, 1, 1]").into_bytes();
@@ -321,6 +320,7 @@ fn few_cells(mesh: &MeshSpec) -> bool {
     }
 }
 
+/// Kind, order, then three lists behind their lengths; little-endian integers.
 fn storages() -> Vec<Vec<u8>> {
     let file = |kind: i32, p: &[i32], i: &[i32]| -> Vec<u8> {
         let head = [kind, 2, 3, p.len() as i32, i.len() as i32];
