@@ -7,12 +7,12 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use stiction_fixtures::campaign::Arguments;
+use stiction_fixtures::campaign::{command, seed_and_count};
 use stiction_fixtures::faults;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let Arguments { seed, count, command } = Arguments::read(2000)?;
-    let report = faults::campaign(&command, seed, count);
+    let (seed, count) = seed_and_count(2000)?;
+    let report = faults::campaign(&command()?, seed, count);
     println!("{} disturbed runs", report.runs.values().sum::<usize>());
     report.runs.iter().for_each(|(kind, number)| println!("  {number:5} {kind}"));
     report.findings.iter().for_each(|finding| println!("  FOUND: {finding}"));

@@ -7,13 +7,13 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use stiction_fixtures::campaign::Arguments;
+use stiction_fixtures::campaign::{command, seed_and_count};
 use stiction_fixtures::hostile;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let Arguments { seed, count, command } = Arguments::read(500)?;
+    let (seed, count) = seed_and_count(500)?;
     let browser = std::env::var_os("STICTION_BROWSER").map_or_else(|| PathBuf::from("chromium"), PathBuf::from);
-    let report = hostile::campaign(&command, Some(&browser), seed, count);
+    let report = hostile::campaign(&command()?, Some(&browser), seed, count);
     let hostile::Report { cases, solved, browsed, findings } = report;
     findings.iter().for_each(|finding| println!("  FOUND: {finding}"));
     println!("{cases} cases, {solved} solved, {browsed} opened in a browser, {} findings", findings.len());

@@ -6,13 +6,13 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use stiction_fixtures::campaign::Arguments;
+use stiction_fixtures::campaign::seed_and_count;
 use stiction_fixtures::case_run::CASE;
 use stiction_fixtures::folder::Folder;
 use stiction_fixtures::tamper;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let Arguments { seed, count, .. } = Arguments::read(5000)?;
+    let (seed, count) = seed_and_count(5000)?;
     let mut unnoticed = 0;
     for (what, text, count) in
         [("static", CASE.to_string(), count / 2), ("stepped", tamper::stepped_case(), count - count / 2)]
