@@ -323,7 +323,7 @@ def main():
                             counts["false successes"] += 1
                             print(f"FALSE SUCCESS {answer} t = {t}:", {k: f"{v:.1e}" for k, v in measured.items() if v > ANSWER})
                 answers = []
-                for path in folder.glob(f"{name}*"):
+                for path in [folder / f"{name}.toml", *folder.glob(f"{name}-*")]:
                     path.unlink()
             if run.wait() != 0:
                 sys.exit("the program ended with an error")
