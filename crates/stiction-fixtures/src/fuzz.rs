@@ -35,7 +35,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "vtu", ending: "vtu", seeds: vtu_files, free: SLACK, read: |b| vtu_read::parse(b, "f", 1.0).is_ok() },
     Target { name: "stl", ending: "stl", seeds: stl_files, free: SLACK, read: |b| surface::parse_stl(b, "f", 1.0).is_ok() },
     Target { name: "obj", ending: "obj", seeds: obj_files, free: SLACK, read: |b| surface::parse_obj(b, "f", 1.0).is_ok() },
-    Target { name: "case", ending: "toml", seeds: case_files, free: SLACK, read: |b| str::from_utf8(b).is_ok_and(|t| case::parse(t, "f", &[]).is_ok()) },
+    Target { name: "case", ending: "toml", seeds: case_files, free: TREE, read: |b| str::from_utf8(b).is_ok_and(|t| case::parse(t, "f", &[]).is_ok()) },
     Target { name: "posed", ending: "toml", seeds: posed_files, free: 1 << 26, read: posed },
     Target { name: "storage", ending: "-", seeds: storages, free: SLACK, read: read_storage },
 ];
@@ -45,6 +45,8 @@ const FACTOR: usize = 10;
 const SLACK: usize = 1 << 18;
 /// The library for HDF5 may reserve 1.1 MB, in files of 15 kB and of 32 kB alike.
 const HDF5: usize = 1 << 21;
+/// The tree of a case takes up to 250 times its text, which `case::read` bounds.
+const TREE: usize = 250 * MOST;
 /// So is a file of a few thousand bytes that takes so long.
 const SLOW: Duration = Duration::from_secs(2);
 

@@ -10,9 +10,11 @@ use std::io::{self, BufReader, Read, Seek, Write};
 use std::ops::Range;
 use std::path::Path;
 
+use memchr::memmem;
+use zip::read::read_zipfile_from_stream;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::replace::Pending;
 use crate::Error;
@@ -225,28 +227,36 @@ pub fn parse(bytes: &[u8]) -> Result<Arrays, Error> {
     archive(io::Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn archive(file: impl Read + Seek, size: u64) -> Result<Arrays, Error> {
+fn archive(mut file: impl Read, size: u64) -> Result<Arrays, Error> {
     let damaged = |what: String| Error::new("", what, "the file is damaged or incomplete; write it again");
-    let mut archive = ZipArchive::new(file).map_err(|e| damaged(format!("not an npz file ({e})")))?;
-    let (mut arrays, mut left) = (BTreeMap::new(), size);
-    for number in 0..archive.len() {
-        let name = archive.name_for_index(number).and_then(|name| name.strip_suffix(".npy")).map(str::to_string);
-        let Some(name) = name else { continue };
-        let unreadable = |e: &dyn std::fmt::Display| damaged(format!("array \"{name}\" cannot be read ({e})"));
-        let mut entry = archive.by_index(number).map_err(|e| match e {
-            ZipError::UnsupportedArchive(_) => {
-                let what = format!("array \"{name}\" is compressed or encrypted");
-                Error::new("", what, "write it without compression (numpy.savez)")
+    let (mut arrays, mut entries, mut left) = (BTreeMap::new(), 0usize, size);
+    // From the beginning to the end: for the entries that a directory announces `ZipArchive` reserves memory at once.
+    loop {
+        let entry = read_zipfile_from_stream(&mut file).map_err(|e| match e {
+            ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => {
+                let what = "an array is compressed or encrypted, or its length does not stand before it".to_string();
+                Error::new("", what, "write it without compression (numpy.savez) to a file, not to a pipe")
             }
-            e => unreadable(&e),
+            e if entries == 0 => damaged(format!("not an npz file ({e})")),
+            e => damaged(format!("the array after {entries} others cannot be read ({e})")),
         })?;
-        // Entries that share their bytes would take memory out of proportion.
-        let shared = || damaged("its arrays are larger than it is".to_string());
-        left = left.checked_sub(entry.size()).ok_or_else(shared)?;
+        let Some(mut entry) = entry else { break };
+        entries += 1;
+        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_string) else { continue };
+        let unreadable = |e: &dyn std::fmt::Display| damaged(format!("array \"{name}\" cannot be read ({e})"));
+        let larger = || damaged("its arrays are larger than it is".to_string());
+        left = left.checked_sub(entry.size()).ok_or_else(larger)?;
         let mut bytes = Vec::with_capacity(usize::try_from(entry.size()).map_err(|e| unreadable(&e))?);
         entry.read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
         let array = npy(&bytes).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
         arrays.insert(name, array);
+    }
+    // The last record of the directory tells how many entries there are: nothing is cut off, nothing left out.
+    let mut directory = Vec::new();
+    file.read_to_end(&mut directory).map_err(|e| damaged(format!("its directory cannot be read ({e})")))?;
+    let end = memmem::rfind(&directory, b"PK\x05\x06").and_then(|at| directory[at..].get(..22));
+    if end.map(|end| &end[10..12]) != Some(&(entries.min(0xffff) as u16).to_le_bytes()[..]) {
+        return Err(damaged(format!("its directory does not end after {entries} arrays")));
     }
     Ok(arrays)
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use stiction::contact::{Side, Triangles};
-use stiction::io::{abaqus, gmsh, surface, vtu, vtu_read};
+use stiction::io::{abaqus, arrays, case, gmsh, npz, surface, vtu, vtu_read};
 use stiction::mesh::{Block, BlockElement, block};
 use stiction::run::read_mesh;
 
@@ -14,6 +14,8 @@ use crate::ALONE;
 
 /// Memory besides ten times the file: what the readers grant small files.
 const BESIDES: usize = 128 << 20;
+/// The same in the promise to users.
+const GRANTED: usize = 64 << 20;
 
 const TET: &str = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n";
 
@@ -129,7 +131,53 @@ fn memory_stays_in_proportion_to_the_file() {
     }
 }
 
-/// Part of the test above, since the counter is the process's: meshes as other programs write them, the file included.
+/// The tree of a case file takes much more than its text: a limit on the file keeps it within what is granted.
+#[test]
+fn the_largest_case_file_takes_no_more_memory_than_any_file_may() {
+    let _alone = ALONE.lock();
+    let most = 1 << 18;
+    let texts = [
+        ("empty lists", lines("a = [", most, |_, t| t.push_str("[],")) + "]"),
+        ("numbers", lines("a = [", most, |_, t| t.push_str("0,")) + "]"),
+        ("inline tables", lines("a = [", most, |_, t| t.push_str("{a=0},")) + "]"),
+        ("keys", lines("", most, |i, t| writeln!(t, "{i:x}=0").unwrap())),
+        ("dotted keys", lines("", most, |i, t| writeln!(t, "{i:x}.a.a.a=0").unwrap())),
+        ("tables", lines("", most, |i, t| writeln!(t, "[{i:x}]").unwrap())),
+        ("lists of tables", lines("", most, |_, t| t.push_str("[[a]]\n"))),
+        ("the same key", lines("", most, |_, t| t.push_str("a={b=[0,0]}\n"))),
+        ("no TOML", lines("", most, |_, t| t.push_str("]\n"))),
+    ];
+    for (name, text) in &texts {
+        let (read, used) = counting::measured(|| case::parse(text, "case.toml", &[]).map(|_| ()));
+        let factor = used.peak as f64 / text.len() as f64;
+        assert!(read.is_err() && used.peak <= 10 * text.len() + GRANTED, "{name}: {factor} times the file");
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("large.toml");
+    std::fs::write(&path, "#".repeat(most + 1)).unwrap();
+    assert!(case::read(&path, &[]).unwrap_err().to_string().contains("more than 256 kB"));
+    std::fs::write(&path, "#".repeat(most)).unwrap();
+    assert!(!case::read(&path, &[]).unwrap_err().to_string().contains("more than"));
+}
+
+/// For every entry that the end of an archive announces `zip` reserves 200 bytes before it looks for one.
+#[test]
+fn an_archive_takes_no_memory_for_entries_that_it_only_announces() {
+    let _alone = ALONE.lock();
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("announced.npz");
+    npz::write(&path, &[("q", npz::Array::f64(&[1.0; 20_000]))]).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let read = |bytes: &[u8]| counting::measured(|| arrays::parse_npz(bytes).map(|_| ()).unwrap_err().to_string());
+    let (missing, used) = read(&whole);
+    assert!(missing.contains("no matrix") && used.peak < 3 * whole.len(), "{missing}: {} bytes", used.peak);
+    let mut lies = whole.clone();
+    let end = lies.len() - 22;
+    assert_eq!(lies[end..][8..12], [1, 0, 1, 0]);
+    lies[end + 8..end + 12].fill(0xff);
+    let (error, used) = read(&lies);
+    assert!(error.contains("does not end after 1 array") && used.peak < 3 * whole.len(), "{error}: {}", used.peak);
+}
+
+/// Part of the first test, since the counter is the process's: meshes as other programs write them, the file included.
 fn from_disk() {
     for element in [BlockElement::Hex8, BlockElement::Tet4Six] {
         // sizes that do not end after a few digits
