@@ -104,9 +104,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         }
     };
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
-    if !arguments.no_report {
-        report(&folder, &prepared, &mut files);
-    }
+    let unlisted = if arguments.no_report { None } else { report(&folder, &prepared, &mut files) };
     if cfg!(not(feature = "plots")) {
         output::note("no pictures: they are not built into this program (feature \"plots\")\n");
     }
@@ -115,7 +113,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     if arguments.json {
         output::data(&folder::read_text(&folder.join("summary.json"))?);
     }
-    Ok(match outcome.solution.status {
+    let code = match outcome.solution.status {
         Status::Solved => 0,
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
@@ -141,7 +139,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             ));
             code::SHORT
         }
-    })
+    };
+    unlisted.map_or(Ok(code), Err)
 }
 
 /// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most.
@@ -203,17 +202,26 @@ fn attempt(
 }
 
 #[cfg(feature = "report")]
-fn report(folder: &Path, prepared: &Prepared, files: &mut Vec<String>) {
-    match run::write_report_on(folder, Some(&prepared.mesh)) {
-        Ok(_) => files.push(run::REPORT.into()),
-        // The results are whole without it.
-        Err(error) => output::note(&format!("warning: {} was not written: {error}\n", run::REPORT)),
+fn report(folder: &Path, prepared: &Prepared, files: &mut Vec<String>) -> Option<Error> {
+    let error = match run::write_report_on(folder, Some(&prepared.mesh)) {
+        Ok(_) => {
+            files.push(run::REPORT.into());
+            return None;
+        }
+        Err(error) => error,
+    };
+    // The results are whole without it, and not with one that could neither be listed nor removed.
+    let unlisted = folder.join(run::REPORT).exists();
+    if !unlisted {
+        output::note(&format!("warning: {} was not written: {error}\n", run::REPORT));
     }
+    unlisted.then_some(error)
 }
 
 #[cfg(not(feature = "report"))]
-fn report(_: &Path, _: &Prepared, _: &mut [String]) {
+fn report(_: &Path, _: &Prepared, _: &mut [String]) -> Option<Error> {
     output::note("no report.html: it is not built into this program (feature \"report\")\n");
+    None
 }
 
 fn resumed(restart: &Restart, folder: &Path) -> String {

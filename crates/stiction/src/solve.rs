@@ -95,14 +95,6 @@ impl Kept {
         }
     }
 
-    /// The factor, if the last solve ended with one.
-    pub fn factor(&self) -> Option<&Dual> {
-        match &self.operator {
-            Some(Operator::Factor(dual)) => Some(dual),
-            _ => None,
-        }
-    }
-
     /// Refuses a problem whose hierarchy does not fit, unless it stands already.
     pub(crate) fn fits(&self, problem: &ContactProblem, settings: &Settings) -> Result<(), Error> {
         match &self.operator {

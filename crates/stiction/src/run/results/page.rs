@@ -46,8 +46,12 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let view = view?;
     let text = html(&summary, &case_text, &pictures, &view);
     folder::write_text(&folder.join(REPORT), &text)?;
-    sums::renew(folder, REPORT)?;
-    Ok(text.len())
+    let renewed = sums::renew(folder, REPORT);
+    if renewed.is_err() && !sums::lists(folder, REPORT) {
+        // No file may be there that the list does not know.
+        folder::remove(&folder.join(REPORT))?;
+    }
+    renewed.map(|()| text.len())
 }
 
 /// Compresses pictures as far as it goes in little time.

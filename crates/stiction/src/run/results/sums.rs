@@ -96,6 +96,12 @@ pub(crate) fn read(folder: &Path) -> Result<Option<Sums>, Error> {
     Ok(Some(sums))
 }
 
+/// Whether the list can be read and has this file.
+#[cfg(feature = "report")]
+pub(crate) fn lists(folder: &Path, name: &str) -> bool {
+    read(folder).is_ok_and(|sums| sums.is_some_and(|sums| sums.contains_key(name)))
+}
+
 /// Replaces the checksum of one file, which has been written again; a folder without a list gets none.
 ///
 /// # Errors

@@ -177,7 +177,7 @@ pub fn solve(
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
     passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
-    uniqueness_facts(prepared, &kept, &mut outcome, observer);
+    uniqueness_facts(prepared, settings, &mut kept, &mut outcome, observer);
     Ok(outcome)
 }
 
@@ -309,20 +309,24 @@ pub(crate) fn sliding(prepared: &Prepared, status: Status, lambda: &[f64]) -> Op
 /// Adds the estimates of contraction and uniqueness, which need the direct path, to an answer it has found.
 pub(crate) fn uniqueness_facts(
     prepared: &Prepared,
-    kept: &Kept,
+    settings: &Settings,
+    kept: &mut Kept,
     outcome: &mut Outcome,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) {
-    let Some(dual) = kept.factor() else { return };
-    let solution = &outcome.solution;
+    let (problem, solution) = (&prepared.problem, &outcome.solution);
     let unsettled = matches!(solution.status, Status::Interrupted | Status::NoEquilibrium);
-    if unsettled || solution.path == SolverPath::Multigrid || dual.stop().asked() {
+    let is_coulomb = problem.contact.friction.iter().any(|law| law.coefficient().is_some());
+    if unsettled || !is_coulomb || solution.path == SolverPath::Multigrid || settings.solver.stop.asked() {
         return;
     }
     let mut lap = stopwatch();
     if observer(&Event::Coulomb).is_break() {
         return;
     }
-    outcome.coulomb = coulomb_facts(&prepared.problem, dual, &outcome.solution);
+    // It stands already, unless the answer was found by an earlier run that this one resumes.
+    if let Ok(dual) = kept.factorised(problem, &settings.solver, &mut |_| ControlFlow::Continue(())) {
+        outcome.coulomb = coulomb_facts(problem, dual, &outcome.solution);
+    }
     outcome.seconds.coulomb = lap();
 }

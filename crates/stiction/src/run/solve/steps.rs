@@ -153,7 +153,7 @@ pub fn solve_steps(
         }
         let _ = observer(&Event::Finished(line));
     }
-    end(prepared, march, seconds, &kept, interrupted, observer)
+    end(prepared, settings, march, seconds, &mut kept, interrupted, observer)
 }
 
 /// Halves the increment; false where it is as short as it may be.
@@ -395,9 +395,10 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
 
 fn end(
     prepared: &mut Prepared,
+    settings: &Settings,
     march: March,
     seconds: Seconds,
-    kept: &Kept,
+    kept: &mut Kept,
     interrupted: bool,
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
@@ -411,7 +412,7 @@ fn end(
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {
-        uniqueness_facts(prepared, kept, &mut outcome, observer);
+        uniqueness_facts(prepared, settings, kept, &mut outcome, observer);
     }
     let doubtful = records.iter().any(|record| record.answer.status == Status::Uncertified);
     outcome.solution.status = match outcome.solution.status {
