@@ -23,7 +23,7 @@ use clap::{Parser, Subcommand};
 
 /// Certified elastic contact with friction in 3D
 #[derive(Parser)]
-#[command(name = "stiction", version, arg_required_else_help = true, max_term_width = 100)]
+#[command(name = "stiction", bin_name = "stiction", version, arg_required_else_help = true, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -85,11 +85,12 @@ fn main() -> std::process::ExitCode {
     }));
     let code = match Arguments::try_parse() {
         Ok(arguments) => run(arguments.command),
-        // Help that was asked for goes to standard output.
         Err(other) => {
-            let printed = other.print();
-            if !other.use_stderr() {
-                output::keep(printed);
+            match other.use_stderr() {
+                // It quotes arguments, among which control characters may be.
+                true => output::note(&other.render().to_string()),
+                // Help that was asked for, in the words of this program.
+                false => output::keep(other.print()),
             }
             other.exit_code().try_into().unwrap_or(code::INPUT)
         }

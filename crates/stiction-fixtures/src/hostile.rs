@@ -2,8 +2,9 @@
 //! nor a message lets them.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::folder::Folder;
 use crate::fuzz::Random;
@@ -49,6 +50,9 @@ pub struct Report {
     pub findings: Vec<String>,
 }
 
+/// Reports that a browser opens one after the other: its start takes longer than all of them.
+const PAGES: usize = 100;
+
 /// Solves `count` cases by `command` and looks at messages and reports, in `browser` if there is one.
 pub fn campaign(command: &Path, browser: Option<&Path>, seed: u64, count: usize) -> Report {
     let folder = Folder::new("hostile");
@@ -57,7 +61,7 @@ pub fn campaign(command: &Path, browser: Option<&Path>, seed: u64, count: usize)
     let benign = ["title", "units", "steel", "half", "bottom", "part"].map(String::from);
     let wanted = solve(&folder, command, &benign).unwrap_or_else(|finding| panic!("{finding}"));
     let wanted = wanted.expect("a case of plain names is solved");
-    let wanted_dom = browser.map(|browser| structure(&browse(&folder, browser)));
+    let mut pages = Vec::new();
     while report.cases < count {
         report.cases += 1;
         let mut names = benign.clone();
@@ -68,6 +72,8 @@ pub fn campaign(command: &Path, browser: Option<&Path>, seed: u64, count: usize)
                 names[at] = names[at].repeat(1 + random.below(200));
             }
         }
+        let word = &names[random.below(names.len())];
+        report.findings.extend(refused(&folder, command, word).map(|finding| format!("argument {word:?}: {finding}")));
         let html = match solve(&folder, command, &names) {
             Ok(Some(html)) => html,
             Ok(None) => continue,
@@ -78,19 +84,59 @@ pub fn campaign(command: &Path, browser: Option<&Path>, seed: u64, count: usize)
         };
         report.solved += 1;
         let mut seen = vec![("report.html", structure(&html) == structure(&wanted))];
-        if let (Some(browser), Some(wanted)) = (browser, &wanted_dom) {
-            let dom = browse(&folder, browser);
-            report.browsed += 1;
-            seen.push(("the page in the browser", structure(&dom) == *wanted));
-        }
         // Data of the script are strings of JSON, which is shown as text.
         let markup = html.split_once("<script").map_or(&html[..], |(markup, _)| markup);
         seen.push(("the text of the report", !markup.chars().any(commands)));
         seen.push(("the folder", !folder.exists("owned")));
         let wrong = seen.iter().filter(|(_, right)| !right);
         report.findings.extend(wrong.map(|(what, _)| format!("{names:?}: {what} is not as with plain names")));
+        pages.push((names, html));
+        if pages.len() == PAGES || report.cases == count {
+            report.browse(&folder, browser, &wanted, &mut pages);
+        }
     }
+    report.browse(&folder, browser, &wanted, &mut pages);
     report
+}
+
+impl Report {
+    /// Opens all pages in the browser.
+    fn browse(
+        &mut self,
+        folder: &Folder,
+        browser: Option<&Path>,
+        wanted: &str,
+        pages: &mut Vec<([String; 6], String)>,
+    ) {
+        let pages = std::mem::take(pages);
+        let Some(browser) = browser.filter(|_| !pages.is_empty()) else { return };
+        // The last page is open to what the others are closed to: the browser has to see it.
+        let (head, body) = wanted.split_once("<h1").expect("a report has a heading");
+        let open = format!("{head}{}<h1{body}", PIECES[0]);
+        let html = pages.iter().map(|(_, html)| html).chain([&open]);
+        let same = browse(folder, browser, std::iter::once(wanted).chain(html.map(|html| &html[..])));
+        let [same @ .., false] = &same[..] else { panic!("the browser does not see a script that runs") };
+        self.browsed += same.len();
+        let wrong = pages.iter().zip(same).filter(|(_, same)| !**same);
+        let wrong =
+            wrong.map(|((names, _), _)| format!("{names:?}: the page in the browser is not as with plain names"));
+        self.findings.extend(wrong);
+    }
+}
+
+/// What is wrong with the messages about an argument that is none.
+fn refused(folder: &Folder, command: &Path, word: &str) -> Option<String> {
+    let word: String = word.chars().filter(|&c| c != '\0').take(1000).collect();
+    let option = format!("--{word}");
+    let calls = [vec![&word[..]], vec!["solve", "--threads", &word], vec!["check", &option]];
+    calls.into_iter().find_map(|arguments| {
+        let output =
+            Command::new(command).args(arguments).current_dir(&folder.path).output().expect("the command runs");
+        let text = String::from_utf8_lossy(&output.stderr);
+        let found = text.chars().find(|&c| commands(c)).map(|c| format!("standard error has {c:?}: {text:?}"));
+        let code = output.status.code().filter(|code| *code != 2).map(|code| format!("the command ends with {code}"));
+        found.or(code)
+    })
 }
 
 /// Solves a case with these names of title, units, material, step, group and file. The report, if it is solved; an error
@@ -161,16 +207,31 @@ fn cube(bottom: &str) -> String {
     )
 }
 
-/// The page after its scripts have run.
-fn browse(folder: &Folder, browser: &Path) -> String {
-    let output = Command::new(browser)
-        .args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--no-first-run"])
-        .args(["--virtual-time-budget=1000", "--window-size=1200,1400", "--dump-dom"])
+/// Which pages have, after their scripts have run, the elements of the first one.
+fn browse<'a>(folder: &Folder, browser: &Path, pages: impl Iterator<Item = &'a str>) -> Vec<bool> {
+    let _ = fs::remove_dir_all(folder.at("pages"));
+    fs::create_dir(folder.at("pages")).expect("a new folder");
+    let count = pages.enumerate().map(|(k, html)| folder.write(&format!("pages/{k}.html"), html)).count() - 1;
+    let judge = folder.write("pages/judge.html", include_str!("hostile.html").replace("COUNT", &count.to_string()));
+    let mut child = Command::new(browser)
+        .args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader"])
+        .args(["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-first-run", "--window-size=1200,1400"])
+        .args(["--enable-logging=stderr", "--allow-file-access-from-files"])
         .arg(format!("--user-data-dir={}", folder.at("profile").display()))
-        .arg(format!("file://{}", folder.at("r/report.html").display()))
-        .output();
-    let output = output.unwrap_or_else(|e| panic!("{}: {e}", browser.display()));
-    String::from_utf8_lossy(&output.stdout).into_owned()
+        .arg(format!("file://{}", judge.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap_or_else(|e| panic!("{}: {e}", browser.display()));
+    // The page tells what it has found on the console.
+    let told = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    let found = told.filter_map(|line| Some(line.split_once("JUDGED ")?.1.split_once(" END")?.0.to_string())).next();
+    let _ = child.kill();
+    let _ = child.wait();
+    let found = found.unwrap_or_else(|| panic!("{} has not opened the pages", browser.display()));
+    let same: Vec<bool> = found.split(' ').map(|word| word == "same").collect();
+    assert_eq!(same.len(), count, "{found}");
+    same
 }
 
 /// Elements of a page with the names of their attributes, in order.
