@@ -16,6 +16,7 @@ mod mutate;
 pub mod piles;
 pub mod random_assembly;
 pub mod random_case;
+pub mod renumbered;
 pub mod tamper;
 pub mod written;
 

@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use stiction::friction::Status;
-use stiction::io::case;
+use stiction::io::case::{self, Case};
 use stiction::run::{Event, Outcome, Prepared, Settings, prepare, solve, solve_steps, widened};
 
 /// A small linear congruential generator: one number seeds a whole case.
@@ -125,7 +125,14 @@ pub fn outcome(text: &str) -> Result<usize, String> {
 /// # Errors
 /// Why it is not certified.
 pub fn solved(text: &str, each: &mut dyn FnMut(f64, &Prepared, &Outcome)) -> Result<usize, String> {
-    let mut case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    solved_case(case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}")), each)
+}
+
+/// The same of a case that was read.
+///
+/// # Errors
+/// Why it is not certified.
+pub fn solved_case(mut case: Case, each: &mut dyn FnMut(f64, &Prepared, &Outcome)) -> Result<usize, String> {
     loop {
         let mut prepared = prepare(&case).map_err(|e| e.to_string())?;
         let settings = Settings::of(&case.solver);
@@ -147,7 +154,7 @@ pub fn solved(text: &str, each: &mut dyn FnMut(f64, &Prepared, &Outcome)) -> Res
         }
         let Outcome { solution, steps, .. } = &outcome;
         if solution.status == Status::Solved {
-            assert!(solution.certificate.passed, "{text}");
+            assert!(solution.certificate.passed, "{case:?}");
             let of_steps = steps.iter().map(|step| step.answer.counts.steps()).sum();
             return Ok(if steps.is_empty() { solution.counts.newton_steps + solution.counts.cycles } else { of_steps });
         }
