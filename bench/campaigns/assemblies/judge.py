@@ -270,8 +270,12 @@ class Judge:
         rounding, least = 1e-15 * np.linalg.norm(internal), 1e-14 * internal.max(initial=0)
         idle = (least + 1e-14 * bound.max(initial=0)) * length
         load = max(np.linalg.norm(f), np.linalg.norm(contact))
-        result["equilibrium"] = max(np.linalg.norm(f - K @ u - contact) - 30 * rounding, 0) / max(load, 1e-300)
+        left = f - K @ u - contact
+        result["equilibrium"] = max(np.linalg.norm(left) - 30 * rounding, 0) / max(load, 1e-300)
         if m:
+            # What contact carries may be little beside the loads: there it is measured by itself.
+            left = left[np.asarray(abs(B[:, free]).sum(0)).ravel() > 0]
+            result["contact forces"] = max(np.linalg.norm(left) - 30 * rounding, 0) / max(np.linalg.norm(contact), 1e-300)
             result["penetration"] = ratio(np.maximum(-opening, 0)[loose], length)
             result["tie"] = ratio(np.concatenate([opening[tied], s1[tied], s2[tied]]), length)
             result["tension"] = ratio(np.maximum(-normal - least, 0)[loose], force)
