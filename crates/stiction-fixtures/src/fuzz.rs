@@ -45,8 +45,8 @@ const FACTOR: usize = 10;
 const SLACK: usize = 1 << 18;
 /// The library for HDF5 may reserve 1.1 MB, in files of 15 kB and of 32 kB alike.
 const HDF5: usize = 1 << 21;
-/// The tree of a case takes up to 250 times its text, which `case::read` bounds.
-const TREE: usize = 250 * MOST;
+/// The tree of a case takes up to 560 times its text, which `case::read` bounds.
+const TREE: usize = 1 << 26;
 /// So is a file of a few thousand bytes that takes so long.
 const SLOW: Duration = Duration::from_secs(2);
 
