@@ -127,7 +127,11 @@ static void *later(void *unused) {
     (void)unused;
     usleep(atol(getenv("SHIM_AFTER")));
     if (asked("kill")) die();
-    kill(getpid(), asked("int") ? SIGINT : SIGTERM);
+    int number = asked("int") ? SIGINT : SIGTERM;
+    struct sigaction now;
+    /* Before the program listens a signal ends it as it ends any program. */
+    while (sigaction(number, 0, &now) == 0 && now.sa_handler == SIG_DFL) usleep(100);
+    kill(getpid(), number);
     return 0;
 }
 

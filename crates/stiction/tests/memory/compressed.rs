@@ -59,3 +59,32 @@ fn what_zlib_promises_is_refused_before_it_takes_memory() {
         }
     }
 }
+
+/// Found by the fuzzer: an array was begun for all nodes that lie between two ends.
+#[test]
+fn a_line_that_ends_beyond_all_nodes_takes_no_memory_for_them() {
+    let _alone = ALONE.lock();
+    let array = |kind: &str, name: &str, values: &str| {
+        format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n")
+    };
+    let points = array("Float64", "Points", "0 0 0 1 0 0 0 1 0 0 0 1").replace("Name", "NumberOfComponents=\"3\" Name");
+    let file = |end: u32| {
+        let cells = [
+            array("Int64", "connectivity", "0 1 2 3 0 1 0 1 2 3"),
+            array("Int64", "offsets", &format!("4 {end} 10")),
+            array("UInt8", "types", "10 3 10"),
+        ];
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"3\">\n\
+             <Points>{points}</Points>\n<Cells>{}</Cells>\n</Piece></UnstructuredGrid></VTKFile>\n",
+            cells.concat()
+        )
+    };
+    for (end, wanted) in [(6, "twice"), (u32::MAX, "its nodes end at 4294967295"), (11, "its nodes end at 11")] {
+        let text = file(end);
+        let (read, memory) = measured(|| vtu_read::parse(text.as_bytes(), "a.vtu", 1.0).map(|_| ()));
+        let error = read.unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+        assert!(memory.peak < 1 << 16, "{end}: {} bytes: {error}", memory.peak);
+    }
+}

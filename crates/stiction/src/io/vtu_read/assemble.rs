@@ -110,7 +110,7 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     // Nearly all cells of nearly every file are of one kind: they move to the front of the list they come in.
     let major = major(&codes, &ends);
     let mut front = 0;
-    let others = others(&codes, &ends);
+    let others = others(&codes, &ends, nodes.len());
     let mut sorted = Sorted {
         blocks: CellKind::ALL.map(block),
         places: Vec::with_capacity(codes.len()),
@@ -201,8 +201,8 @@ struct Others {
     line_nodes: usize,
 }
 
-/// How many of them there are: arrays that grow take up to three times what they hold.
-fn others(codes: &[u8], ends: &[u32]) -> Others {
+/// How many of them there are, of `nodes` altogether: arrays that grow take up to three times what they hold.
+fn others(codes: &[u8], ends: &[u32], nodes: usize) -> Others {
     let (mut found, mut from) = (Others::default(), 0);
     for (&code, &end) in codes.iter().zip(ends) {
         let count = end.saturating_sub(from) as usize;
@@ -213,8 +213,8 @@ fn others(codes: &[u8], ends: &[u32]) -> Others {
         }
         from = from.max(end);
     }
-    // Ends that do not ascend are refused where cells are read.
-    found.line_nodes = found.line_nodes.min(from as usize);
+    // Ends that do not ascend, or lie beyond the nodes, are refused where cells are read.
+    found.line_nodes = found.line_nodes.min(nodes);
     found
 }
 
