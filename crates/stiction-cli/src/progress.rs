@@ -115,6 +115,7 @@ fn words(event: &Event) -> String {
             s.slip,
             s.dissipation
         ),
+        Event::OtherStarts => "looking for further solutions".into(),
         Event::Coulomb => "estimating contraction and uniqueness".into(),
     }
 }

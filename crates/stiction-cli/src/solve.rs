@@ -30,6 +30,9 @@ pub struct Arguments {
     /// The method, short for --set solver.method=NAME: newton, alg1, alg2, smalbe, discs, msa1, msa2, cfs1, cfs2
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// Look for further solutions from so many starts, short for --set solver.starts=N
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    starts: Option<u16>,
     /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
     #[arg(long, value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -64,6 +67,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     let say = if arguments.json { output::note } else { output::out };
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
+    overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
     let mut case = case::read(&arguments.case, &overrides)?;
     case.mesh.include_from(&arguments.include);
     let origin = Origin {

@@ -77,4 +77,7 @@ pub use contact::{Contact, ContactProblem, Elastic, Friction, Labels};
 pub use error::Error;
 pub use friction::{PointState, Progress, Settings, Solution, SolverPath, Status};
 pub use linalg::{Csr, SymmetricCsr};
-pub use solve::{Kept, Observer, SolveEvent, multigrid_is_faster, solve, solve_with_kept};
+pub use solve::{
+    Attempt, Kept, Observer, Solutions, SolveEvent, Start, multigrid_is_faster, solve, solve_from_starts,
+    solve_with_kept,
+};

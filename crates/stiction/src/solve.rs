@@ -1,6 +1,8 @@
 //! One call from matrices to a certified solution: validates the problem, chooses multigrid or a Cholesky factor, solves
 //! and certifies.
 
+mod starts;
+
 use std::ops::ControlFlow;
 
 use crate::Error;
@@ -10,6 +12,8 @@ use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
     self, Multigrid, Progress, Settings, Solution, SolverPath, Status, multigrid_fits, solve_multigrid,
 };
+
+pub use starts::{Attempt, Solutions, Start, solve_from_starts};
 
 /// What [`solve_with_kept`] is about to do. The observer's `Break` ends it: at an iteration with the status
 /// [`Interrupted`](Status::Interrupted), before the first one with [`Error::interrupted`]. Between two events
@@ -104,7 +108,7 @@ impl Kept {
     }
 
     /// The hierarchy for `problem`, set up if it does not stand yet.
-    fn set_up(
+    pub(crate) fn set_up(
         &mut self,
         problem: &ContactProblem,
         settings: &Settings,

@@ -9,7 +9,7 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{Origin, Outcome, Prepared, Settings, Step, prepare, solve, solve_steps, summary};
 
-const CASES: [&str; 14] = [
+const CASES: [&str; 15] = [
     "block",
     "brick",
     "cattaneo",
@@ -23,6 +23,7 @@ const CASES: [&str; 14] = [
     "patch",
     "pretension",
     "rings",
+    "several",
     "slide",
 ];
 
@@ -44,6 +45,11 @@ fn the_cylinder_agrees_with_hertz_and_nafems() {
 #[test]
 fn a_cone_from_a_file_presses_as_in_the_closed_form() {
     run_case("cone");
+}
+
+#[test]
+fn a_body_that_may_stick_slip_or_open_is_found_in_all_three_states() {
+    run_case("several");
 }
 
 #[test]

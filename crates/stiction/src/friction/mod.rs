@@ -12,14 +12,16 @@ pub mod multigrid;
 pub mod reference;
 mod solution;
 pub(crate) mod system;
+mod uniqueness;
 
-pub use direct::{CoulombFacts, coulomb_facts, rigid_equilibrium, solve};
+pub use direct::{coulomb_facts, rigid_equilibrium, solve};
 pub use law::PointState;
 pub(crate) use multigrid::multigrid_fits;
-pub use multigrid::{Multigrid, solve_multigrid};
+pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
     Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method,
     solve_with,
 };
 pub use solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
+pub use uniqueness::CoulombFacts;

@@ -20,10 +20,10 @@ pub use results::{
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
 pub use solve::{
-    AnswerRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Event, KeepStep,
-    MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
-    SlidingRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, bolt_states, escape_mode, pair_totals, solve,
-    solve_steps, totals, widened,
+    AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord,
+    DistinctRecord, Event, KeepStep, MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord,
+    Restart, Settings, SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord,
+    bolt_states, escape_mode, pair_totals, solve, solve_steps, totals, widened,
 };
 
 /// Discrete problems given as matrices.

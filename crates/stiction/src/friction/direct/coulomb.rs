@@ -1,43 +1,11 @@
 use super::dual_system::DualSystem;
-use crate::contact::{ContactProblem, Friction};
+use crate::contact::ContactProblem;
 use crate::dual::{Dual, Inverse};
 use crate::friction::law::{Linearisation, frozen, parameters, slope};
 use crate::friction::solution::Solution;
 use crate::friction::system::{System, by_component, by_point};
-use crate::linalg::{largest_eigenvalue, norm};
-
-/// What can be said about other solutions of a problem with Coulomb friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CoulombFacts {
-    /// Estimated spectral radius of the fixed-point map `g -> F lambda_n(g)` at the solution: below one the solution
-    /// is isolated and the fixed point would converge to it.
-    pub contraction: f64,
-    /// The solution is unique if every friction coefficient is below this; `None` if it is not known for this `B`.
-    pub uniqueness_bound: Option<f64>,
-    /// The largest friction coefficient of the problem.
-    pub largest_coefficient: f64,
-    /// Products with `Q` spent.
-    pub products: usize,
-}
-
-impl CoulombFacts {
-    /// Whether uniqueness is proved.
-    pub fn proved_unique(&self) -> bool {
-        self.uniqueness_bound.is_some_and(|b| self.largest_coefficient < b)
-    }
-}
-
-/// Thresholds of the two figures: a bound and an estimate, not results, which deserve no more
-/// products.
-struct Threshold;
-
-impl Threshold {
-    /// Relative accuracy.
-    const ROUGH: f64 = 0.02;
-    /// Most power steps, and most products of a linear system in each.
-    const POWER_STEPS: usize = 12;
-    const INNER_LIMIT: usize = 40;
-}
+use crate::friction::uniqueness::{CoulombFacts, Threshold, bound, growth, largest_coefficient};
+use crate::linalg::largest_eigenvalue;
 
 /// Estimates the contraction of `g -> F lambda_n(g)` by power steps, each a linearised problem with given friction,
 /// and the uniqueness bound `1 / sqrt(lmax(Q_tt) lmax((Q⁻¹)_nn))`.
@@ -47,7 +15,7 @@ impl Threshold {
 /// `|lambda_n| <= sqrt(lmax((Q⁻¹)_nn)) |u|_K`, so below it the map contracts. Both eigenvalues enter as upper
 /// estimates (Ritz value plus residual), and `Q⁻¹` by an upper bound of it. `None` where no friction is Coulomb's.
 pub fn coulomb_facts(problem: &ContactProblem, dual: &Dual, solution: &Solution) -> Option<CoulombFacts> {
-    let largest_coefficient = problem.contact.friction.iter().filter_map(Friction::coefficient).reduce(f64::max)?;
+    let largest_coefficient = largest_coefficient(problem)?;
     let mut lambda = solution.lambda.clone();
     problem.to_isotropic(&mut lambda);
     let problem = &*problem.isotropic();
@@ -68,28 +36,13 @@ fn contraction(problem: &ContactProblem, dual: &Dual, lambda: &[f64], u: &[f64])
         points.iter().enumerate().filter_map(|(j, p)| p.slip.map(|(e, _)| (j, e))).collect();
     points.iter_mut().for_each(|point| (point.known, point.rhs) = ([0.0; 3], [0.0; 3]));
     let slope = |j: usize| slope(problem.contact.friction[j], lambda[j][0]);
-    let mut g: Vec<f64> = slips.iter().map(|&(j, _)| slope(j) * lambda[j][0]).collect();
+    let bounds = slips.iter().map(|&(j, _)| slope(j) * lambda[j][0]).collect();
     let balanced = vec![0.0; dual.floating.len()];
-    let (mut radius, mut quiet) = (0.0, 0);
-    for step in 0..Threshold::POWER_STEPS {
-        let size = norm(&g);
-        if size == 0.0 {
-            break;
-        }
-        g.iter_mut().for_each(|x| *x /= size);
-        // The answer of the points to a change of the bounds of those that slip.
-        slips.iter().zip(&g).for_each(|(&(j, e), g)| points[j].known = [0.0, g * e[0], g * e[1]]);
-        let answer = system.solve(&points, &balanced, Threshold::ROUGH, Threshold::INNER_LIMIT);
-        g = slips.iter().map(|&(j, _)| slope(j) * answer.lambda[j][0]).collect();
-        let growth = norm(&g);
-        // One quiet step may be the turning point of a growth that first rises and then falls.
-        quiet = if step > 0 && (growth - radius).abs() <= 2.0 * Threshold::ROUGH * growth { quiet + 1 } else { 0 };
-        radius = growth;
-        if quiet == 2 {
-            break;
-        }
-    }
-    radius
+    growth(bounds, |g| {
+        slips.iter().zip(g).for_each(|(&(j, e), g)| points[j].known = [0.0, g * e[0], g * e[1]]);
+        let answer = system.solve(&points, &balanced, Threshold::ACCURACY, Threshold::INNER_LIMIT);
+        slips.iter().map(|&(j, _)| slope(j) * answer.lambda[j][0]).collect()
+    })
 }
 
 fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
@@ -106,10 +59,9 @@ fn uniqueness_bound(problem: &ContactProblem, dual: &Dual) -> Option<f64> {
         let full: Vec<f64> = x.iter().copied().chain(std::iter::repeat_n(0.0, 2 * m)).collect();
         dual.approximate_inverse(&full, Inverse::Dirichlet)[..m].to_vec()
     };
-    let q = largest_eigenvalue(2 * m, tangential, Threshold::ROUGH, 60);
-    let s = largest_eigenvalue(m, normal, Threshold::ROUGH, 200);
-    let product = (q.value + q.residual) * (s.value + s.residual);
-    (product > 0.0 && product.is_finite()).then(|| 1.0 / product.sqrt())
+    let q = largest_eigenvalue(2 * m, tangential, Threshold::ROUGH, Threshold::TANGENTIAL_LIMIT);
+    let s = largest_eigenvalue(m, normal, Threshold::ROUGH, Threshold::NORMAL_LIMIT);
+    bound(&q, &s)
 }
 
 /// Whether `B Bᵀ` is diagonal; only then is `Dual::approximate_inverse` an upper bound of `Q⁻¹`.

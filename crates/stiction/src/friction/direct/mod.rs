@@ -7,7 +7,7 @@ pub(super) mod rigid_start;
 mod solve;
 mod starts;
 
-pub use coulomb::{CoulombFacts, coulomb_facts};
+pub use coulomb::coulomb_facts;
 pub use rigid_start::rigid_equilibrium;
 pub use solve::solve;
 pub(super) use solve::{make_admissible, path_of};

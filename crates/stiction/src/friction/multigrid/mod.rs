@@ -22,6 +22,8 @@ mod strategy;
 #[cfg(test)]
 mod tests;
 mod transform;
+mod uniqueness;
 
 pub(crate) use memory::multigrid_fits;
 pub use solve::{Multigrid, solve_multigrid};
+pub use uniqueness::coulomb_facts_by_multigrid;

@@ -22,8 +22,8 @@ use crate::linalg::multigrid::Hierarchy;
 /// kept as long as `K` and `B` do not change.
 #[derive(Debug)]
 pub struct Multigrid {
-    transformed: Transformed,
-    hierarchy: Hierarchy,
+    pub(super) transformed: Transformed,
+    pub(super) hierarchy: Hierarchy,
 }
 
 impl Multigrid {

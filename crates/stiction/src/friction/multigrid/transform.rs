@@ -145,6 +145,11 @@ impl Transformed {
         Ok((transformed, hierarchy))
     }
 
+    /// Whether rows of `B` reach other nodes than the points' own.
+    pub(super) fn relates_points(&self) -> bool {
+        self.relative.is_some()
+    }
+
     /// Replaces the load.
     pub(super) fn set_load(&mut self, f: &[f64]) {
         self.f = self.nodes.gather(f);

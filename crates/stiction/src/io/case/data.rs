@@ -332,6 +332,8 @@ pub struct SolverSpec {
     pub memory: Option<f64>,
     /// Factor or multigrid.
     pub path: SolverPath,
+    /// From how many starts solutions are looked for; `None` is the default one alone.
+    pub starts: Option<usize>,
     /// As the case calls the method.
     pub method_name: String,
     /// The method, with its own tolerances.
@@ -342,6 +344,6 @@ impl Default for SolverSpec {
     fn default() -> Self {
         let method = MethodSettings::new(Method::Newton);
         let (tolerance, max_iterations, path, method_name) = (1e-8, 200, SolverPath::Auto, "newton".into());
-        SolverSpec { tolerance, max_iterations, memory: None, path, method_name, method }
+        SolverSpec { tolerance, max_iterations, memory: None, path, starts: None, method_name, method }
     }
 }

@@ -27,6 +27,10 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
         let remedy = "take \"newton\", \"msa1\", \"msa2\", \"cfs1\" or \"cfs2\", or friction = { tresca = ... }";
         return Err(table.error("method", what, remedy));
     }
+    if table.given("starts").is_some() && method.method != Method::Newton {
+        let what = format!("`starts` is not used by the method {:?}", table.text("method"));
+        return Err(table.error("starts", what, "take it out, or method = \"newton\""));
+    }
     Ok(SolverSpec {
         tolerance: table.number("tolerance"),
         max_iterations: most_iterations(&table, method.method),
@@ -37,6 +41,7 @@ pub(super) fn solver(case: &View, contacts: &[ContactSpec]) -> Result<SolverSpec
             "multigrid" => SolverPath::Multigrid,
             _ => SolverPath::Auto,
         },
+        starts: table.given("starts").map(|_| table.count("starts")),
         method_name: table.text("method"),
         method,
     })

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check_steps::{CheckedStep, check_steps};
 use super::overlap_text::{is_refused, sentence};
+use super::write::other_solution;
 use super::{summary, sums};
 use crate::Error;
 use crate::certificate::{Certificate, certify};
@@ -83,7 +84,15 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let certificate = certify(&problem, &u, &lambda, tolerance);
     let summary = summary::read(&folder.join("summary.json"))?;
     let normal_force: f64 = lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
-    let differences = compare(&summary.answer, &certificate, normal_force)?;
+    let mut differences = compare(&summary.answer, &certificate, normal_force)?;
+    for (number, other) in (1..).zip(summary.answer.solutions.iter().flat_map(|found| &found.distinct)).skip(1) {
+        let name = other_solution(number);
+        let (u, lambda) = problem::read_solution(&folder.join(&name), &problem)?;
+        let new = certify(&problem, &u, &lambda, tolerance).worst;
+        if new > tolerance || (new - other.worst).abs() > SAME * tolerance {
+            differences.push((format!("worst measure of {name}"), other.worst, new));
+        }
+    }
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();

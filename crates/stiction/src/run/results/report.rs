@@ -6,6 +6,7 @@ use super::fields::surfaces;
 use super::method_text;
 use super::overlap_text;
 use super::rows::{Row, Rows, print};
+use crate::Solutions;
 use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::SMALL_MOTION;
 use crate::contact::equilibrium::in_words;
@@ -17,7 +18,8 @@ use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
-    BalanceRecord, BoltState, Outcome, StepRecord, Totals, bolt_states, escape_mode, pair_totals, path_name, totals,
+    BalanceRecord, BoltState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode, pair_totals,
+    path_name, totals,
 };
 
 /// The result of a run, a few lines for a person; `Display` prints it.
@@ -93,8 +95,11 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));
     } else if outcome.solution.path == SolverPath::Multigrid && has_coulomb(prepared) {
-        let why = "what can be said about others is estimated on the direct path only (path = \"solves\")";
+        let why = "others are looked for with `--starts N`, and what can be said about them is estimated then";
         rows.add("uniqueness", format!("a solution; {why}"));
+    }
+    if let Some(found) = &outcome.solutions {
+        solutions(&mut rows, prepared, found);
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
@@ -241,6 +246,29 @@ fn worst_part(c: &Certificate) -> Option<String> {
         let part = part.name();
         format!("by its own forces the worst {part} is \"{name}\": {residual:.1e} {sign} {:e}", c.part_tolerance())
     })
+}
+
+/// What several starts have found.
+fn solutions(rows: &mut Rows, prepared: &Prepared, found: &Solutions) {
+    let SolutionsRecord { starts, distinct, ended } = SolutionsRecord::of(prepared, found);
+    let failed = starts.iter().filter(|start| start.solution.is_none()).count();
+    let failures = if failed > 0 { format!(", {failed} of which failed") } else { String::new() };
+    rows.add("solutions", format!("{} from {}{failures}", distinct.len(), many(starts.len(), "start")));
+    for (k, s) in (1..).zip(&distinct) {
+        let from: Vec<&str> =
+            starts.iter().filter(|start| start.solution == Some(k)).map(|start| start.start.as_str()).collect();
+        rows.more(format!(
+            "{k}: energy {}, dissipated {}, normal force {}, open {}, stick {}, slip {}; from: {}",
+            number(s.energy),
+            number(s.dissipation),
+            number(s.normal_force),
+            s.open,
+            s.stick,
+            s.slip,
+            from.join(", ")
+        ));
+    }
+    ended.into_iter().for_each(|why| rows.more(format!("not all starts were tried: {why}")));
 }
 
 /// What is known of other solutions.

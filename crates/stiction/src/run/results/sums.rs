@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::REPORT;
 use super::step_file::{STATE, number_of};
+use super::write::is_other_solution;
 use crate::Error;
 use crate::io::{checksum, folder};
 
@@ -35,7 +36,9 @@ const NAMES: [&str; 12] = [
 /// The names in `folder` that are those of files a run writes, or of its pictures.
 pub(crate) fn written(folder: &Path, pictures: &[String]) -> Result<Vec<String>, Error> {
     let mut names = folder::names(folder)?;
-    names.retain(|name| NAMES.contains(&&name[..]) || number_of(name).is_some() || pictures.contains(name));
+    names.retain(|name| {
+        NAMES.contains(&&name[..]) || number_of(name).is_some() || is_other_solution(name) || pictures.contains(name)
+    });
     Ok(names)
 }
 

@@ -107,13 +107,24 @@ pub fn write_with(
     Ok(files)
 }
 
-/// Makes an earlier result in the folder none: first its summary goes, then its pictures, which the next one need not
-/// replace, and the list that names them.
+/// The file of solution number `number`, from 2.
+pub(crate) fn other_solution(number: usize) -> String {
+    format!("solution-{number}.npz")
+}
+
+/// Whether a file of this name holds a solution beside the answer.
+pub(crate) fn is_other_solution(name: &str) -> bool {
+    let number = name.strip_prefix("solution-").and_then(|rest| rest.strip_suffix(".npz"));
+    number.and_then(|number| number.parse().ok()).is_some_and(|number| name == other_solution(number))
+}
+
+/// Makes an earlier result in the folder none: first its summary goes, then its pictures and other solutions, which the next
+/// one need not replace, and the list that names them.
 pub(crate) fn withdraw_result(folder: &Path) -> Result<(), Error> {
     folder::withdraw(&folder.join("summary.json"))?;
     // A list that cannot be read names none.
     let listed = sums::read(folder).ok().flatten().unwrap_or_default();
-    for name in listed.keys().filter(|name| name.ends_with(".png")) {
+    for name in listed.keys().filter(|name| name.ends_with(".png") || is_other_solution(name)) {
         folder::remove(&folder.join(name))?;
     }
     folder::withdraw(&folder.join(SUMS))
@@ -151,6 +162,11 @@ fn write_numbers(
     }
     let solution = &outcome.solution;
     problem::write_solution(&folder.join("solution.npz"), &solution.u, &solution.lambda)?;
+    for (number, other) in (1..).zip(outcome.solutions.iter().flat_map(|found| &found.distinct)).skip(1) {
+        let name = other_solution(number);
+        problem::write_solution(&folder.join(&name), &other.u, &other.lambda)?;
+        files.push(name);
+    }
     if !stepped {
         folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
     }

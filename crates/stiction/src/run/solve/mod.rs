@@ -9,6 +9,7 @@ mod passing;
 mod path;
 pub(super) mod quantities;
 mod record;
+mod solutions;
 mod steps;
 mod totals;
 
@@ -24,5 +25,6 @@ pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord, UniquenessRecord,
 };
+pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

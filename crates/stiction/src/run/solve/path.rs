@@ -11,15 +11,15 @@ use crate::Error;
 use crate::contact::sliding::{Sliding, least_resisted};
 use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
-    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status,
-    coulomb_facts, solve_with,
+    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status, coulomb_facts,
+    coulomb_facts_by_multigrid, solve_with,
 };
 use crate::io::case::SolverSpec;
 use crate::io::machine;
 use crate::run::pose::loads::TIME;
 use crate::run::pose::memory::is_of_memory;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, Span, place, stopwatch};
-use crate::solve::{Kept, Observer, SolveEvent, solve_validated};
+use crate::solve::{Kept, Observer, Solutions, SolveEvent, solve_from_starts, solve_validated};
 
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,8 @@ pub struct Settings {
     pub solver: friction::Settings,
     /// What `solver.memory_limit` was taken from, for messages.
     pub memory: MemoryLimit,
+    /// From how many starts solutions are looked for; `None` is the default one alone.
+    pub starts: Option<usize>,
     /// What the summary calls the method.
     pub method_name: String,
     /// The method and its settings.
@@ -43,6 +45,7 @@ impl Settings {
         Settings {
             solver: friction::Settings { tolerance, max_iterations, path, memory_limit, ..Default::default() },
             memory,
+            starts: spec.starts,
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
         }
@@ -57,6 +60,8 @@ pub enum Event {
     Solver(SolveEvent),
     /// Estimates of contraction and uniqueness.
     Coulomb,
+    /// Further solutions are looked for.
+    OtherStarts,
     /// A load step begins that leads to time `t`.
     Step {
         /// From 1.
@@ -119,6 +124,8 @@ pub struct Outcome {
     pub overlaps: Vec<Overlap>,
     /// Where some friction is Coulomb's and the iteration was not interrupted.
     pub coulomb: Option<CoulombFacts>,
+    /// What other starts have found, if the settings ask for some; `solution` is the first of the distinct ones.
+    pub solutions: Option<Solutions>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
     pub times: Vec<f64>,
     /// Time by phase.
@@ -133,7 +140,7 @@ impl Outcome {
     /// A solution of which nothing else is known.
     pub(crate) fn new(solution: Solution, settings: &Settings) -> Self {
         let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-        let (method, sliding, overlaps, coulomb, times, seconds, steps) = Default::default();
+        let (method, sliding, overlaps, coulomb, solutions, times, seconds, steps) = Default::default();
         let peak_memory = machine::peak_memory();
         Outcome {
             solution,
@@ -143,6 +150,7 @@ impl Outcome {
             sliding,
             overlaps,
             coulomb,
+            solutions,
             times,
             seconds,
             peak_memory,
@@ -174,6 +182,7 @@ pub fn solve(
     let mut outcome = solve_again(prepared, settings, &mut kept, observer)?;
     let [mesh, assembly, contact] = prepared.seconds;
     outcome.seconds = Seconds { mesh, assembly, contact, ..outcome.seconds };
+    other_starts(prepared, settings, &mut kept, &mut outcome, observer);
     outcome.sliding = sliding(prepared, outcome.solution.status, &outcome.solution.lambda);
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
     passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
@@ -306,7 +315,35 @@ pub(crate) fn sliding(prepared: &Prepared, status: Status, lambda: &[f64]) -> Op
     (found.load >= NEARLY * found.friction).then_some(found)
 }
 
-/// Adds the estimates of contraction and uniqueness, which need the direct path, to an answer it has found.
+/// Looks for further solutions, if the settings ask for it. Where the first start has found none, that of another one is
+/// the answer.
+pub(crate) fn other_starts(
+    prepared: &Prepared,
+    settings: &Settings,
+    kept: &mut Kept,
+    outcome: &mut Outcome,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) {
+    let final_status = matches!(outcome.solution.status, Status::Interrupted | Status::NoEquilibrium);
+    let Some(starts) = settings.starts.filter(|_| !final_status && outcome.method.is_none()) else { return };
+    let mut lap = stopwatch();
+    if observer(&Event::OtherStarts).is_break() {
+        return;
+    }
+    let mut watch = |event: &SolveEvent| {
+        let flow = observer(&Event::Solver(*event));
+        if settings.solver.stop.asked() { ControlFlow::Break(()) } else { flow }
+    };
+    let found = solve_from_starts(&prepared.problem, &settings.solver, &outcome.solution, starts, kept, &mut watch);
+    if let Some(first) = found.distinct.first() {
+        outcome.solution = first.clone();
+    }
+    outcome.solutions = Some(found);
+    outcome.seconds.coulomb = lap();
+}
+
+/// Adds the estimates of contraction and uniqueness to an answer: by the factor that has found it, or, if further starts are
+/// asked for, by multigrid, where they take as long as several solves.
 pub(crate) fn uniqueness_facts(
     prepared: &Prepared,
     settings: &Settings,
@@ -317,16 +354,22 @@ pub(crate) fn uniqueness_facts(
     let (problem, solution) = (&prepared.problem, &outcome.solution);
     let unsettled = matches!(solution.status, Status::Interrupted | Status::NoEquilibrium);
     let is_coulomb = problem.contact.friction.iter().any(|law| law.coefficient().is_some());
-    if unsettled || !is_coulomb || solution.path == SolverPath::Multigrid || settings.solver.stop.asked() {
+    let by_multigrid = solution.path == SolverPath::Multigrid;
+    if unsettled || !is_coulomb || settings.solver.stop.asked() || (by_multigrid && settings.starts.is_none()) {
         return;
     }
     let mut lap = stopwatch();
     if observer(&Event::Coulomb).is_break() {
         return;
     }
-    // It stands already, unless the answer was found by an earlier run that this one resumes.
-    if let Ok(dual) = kept.factorised(problem, &settings.solver, &mut |_| ControlFlow::Continue(())) {
-        outcome.coulomb = coulomb_facts(problem, dual, &outcome.solution);
-    }
-    outcome.seconds.coulomb = lap();
+    // Factor or hierarchy stand already, unless the answer was found by an earlier run that this one resumes.
+    let quiet = &mut |_: &SolveEvent| ControlFlow::Continue(());
+    outcome.coulomb = if by_multigrid {
+        let multigrid = kept.set_up(problem, &settings.solver, quiet).ok();
+        multigrid.and_then(|multigrid| coulomb_facts_by_multigrid(problem, multigrid, solution))
+    } else {
+        let dual = kept.factorised(problem, &settings.solver, quiet).ok();
+        dual.and_then(|dual| coulomb_facts(problem, dual, solution))
+    };
+    outcome.seconds.coulomb = outcome.seconds.coulomb + lap();
 }

@@ -19,8 +19,8 @@ pub(crate) fn largest_displacement(prepared: &Prepared, outcome: &Outcome) -> (f
 
 /// `1/2 u'Ku - f'u` over all degrees of freedom, the prescribed ones included: what the body stores less the work of
 /// the loads. `problem.f` holds what the prescribed displacements demand of the unknowns, their mixed term.
-pub(crate) fn energy(prepared: &Prepared, outcome: &Outcome) -> f64 {
-    let (problem, u) = (&prepared.problem, &outcome.solution.u);
+pub(crate) fn energy(prepared: &Prepared, u: &[f64]) -> f64 {
+    let problem = &prepared.problem;
     let unknowns = potential(&problem.elastic.K.times(u), &problem.elastic.f, u);
     let supports = problem
         .labels

@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
+use super::solutions::SolutionsRecord;
 use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
@@ -72,6 +73,9 @@ pub struct AnswerRecord {
     pub peak_memory_bytes: Option<u64>,
     /// What can be said about other solutions.
     pub coulomb: Option<UniquenessRecord>,
+    /// What other starts have found, if they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solutions: Option<SolutionsRecord>,
 }
 
 /// A load step and its answer.
@@ -97,7 +101,7 @@ pub struct StepRecord {
 /// How the iteration ended, as files call it.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Status", rename_all = "snake_case")]
-enum StatusName {
+pub(super) enum StatusName {
     Solved,
     MaxIterations,
     Stalled,
@@ -374,7 +378,7 @@ pub(super) fn or_nans<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64
 }
 
 /// A measure, which is beyond all bounds where it is not finite.
-fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(super) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
@@ -400,7 +404,7 @@ impl AnswerRecord {
             bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
             bolts: bolt_states(prepared, outcome),
             displacement_max: largest_displacement(prepared, outcome).0,
-            energy: energy(prepared, outcome),
+            energy: energy(prepared, &outcome.solution.u),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),
             dofs: problem.unknowns(),
@@ -418,6 +422,7 @@ impl AnswerRecord {
                 largest_coefficient: facts.largest_coefficient,
                 unique: facts.proved_unique(),
             }),
+            solutions: outcome.solutions.as_ref().map(|found| SolutionsRecord::of(prepared, found)),
         }
     }
 }

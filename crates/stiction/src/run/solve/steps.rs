@@ -9,7 +9,7 @@ use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
 use super::passing;
-use super::path::{sliding, solve_again, uniqueness_facts};
+use super::path::{other_starts, sliding, solve_again, uniqueness_facts};
 use super::record::StepRecord;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
@@ -412,6 +412,7 @@ fn end(
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {
+        other_starts(prepared, settings, kept, &mut outcome, observer);
         uniqueness_facts(prepared, settings, kept, &mut outcome, observer);
     }
     let doubtful = records.iter().any(|record| record.answer.status == Status::Uncertified);

@@ -80,6 +80,12 @@ pub(super) static SOLVER: Rules = Rules {
             "Most memory for stored matrices; what is there if absent.",
         )
         .unit("gigabyte"),
+        key(
+            "starts",
+            Kind::Whole { from: 1, to: 10_000 },
+            "starts = 8",
+            "Looks for further solutions from so many starts, the default one included, and estimates uniqueness by multigrid too.",
+        ),
         key("path", PATH, "path = \"auto\"", "How Newton's method gets at the solution.").default("\"auto\""),
     ],
 };

@@ -78,6 +78,9 @@ fn meaning(measure: &str) -> &'static str {
 /// What is known of other solutions, as a sentence that begins with a space; empty without Coulomb friction.
 pub(super) fn uniqueness(s: &Summary) -> String {
     let Some(facts) = &s.answer.coulomb else { return String::new() };
+    if let Some(found) = s.answer.solutions.as_ref().map(|found| found.distinct.len()).filter(|found| *found > 1) {
+        return format!(" It is one of {found} solutions that were found.");
+    }
     match (facts.unique, facts.uniqueness_bound) {
         (true, _) => " The solution is unique: friction is below the proven bound.".into(),
         (false, Some(bound)) => {
@@ -94,6 +97,7 @@ pub(super) fn uniqueness(s: &Summary) -> String {
 pub(super) fn all(s: &Summary, units: &Units) -> String {
     let mut out = certificate(&s.answer.certificate, units);
     out += &contact(s, units);
+    out += &solutions(s, units);
     out += &bodies(s, units);
     out += &steps(&s.steps, units);
     out += &problem(&s.problem);
@@ -174,6 +178,34 @@ fn contact(s: &Summary, units: &Units) -> String {
         "<h2 id=\"contact\">Contact</h2>\n{}<p class=\"note\">The normal force is the sum of the forces of the points along \
          their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>.</p>\n",
         table.html()
+    )
+}
+
+fn solutions(s: &Summary, units: &Units) -> String {
+    let Some(found) = &s.answer.solutions else { return String::new() };
+    let energy = units.energy();
+    let [stored, lost] = ["Energy", "Dissipated"].map(|name| unit(name, &energy));
+    let force = unit("Normal force", units.force);
+    let mut table = Table::new(&["", &stored, &lost, &force, "Open / stick / slip", "Worst measure", "Found from"]);
+    table.words = vec![6];
+    for (k, solution) in (1..).zip(&found.distinct) {
+        let starts = found.starts.iter().filter(|start| start.solution == Some(k));
+        let states = format!("{} / {} / {}", solution.open, solution.stick, solution.slip);
+        let mut row = vec![k.to_string()];
+        row.extend([solution.energy, solution.dissipation, solution.normal_force].map(number));
+        row.extend([states, format!("{:.1e}", solution.worst)]);
+        row.push(starts.map(|start| start.start.as_str()).collect::<Vec<_>>().join(", "));
+        table.rows.push(row);
+    }
+    let several = match found.distinct.len() {
+        0 | 1 => "",
+        _ => "The first one is shown on this page, the others are in <code>solution-2.npz</code> and so on. ",
+    };
+    let ended = found.ended.as_ref().map_or(String::new(), |why| format!(" Not all were tried: {}", escaped(why)));
+    format!(
+        "<h2 id=\"solutions\">Solutions found</h2>\n{}<p class=\"note\">{several}{} starts were tried.{ended}</p>\n",
+        table.html(),
+        found.starts.len()
     )
 }
 
