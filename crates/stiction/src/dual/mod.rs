@@ -131,14 +131,13 @@ impl Dual {
 
     /// Improves `u`, a [displacement](Self::displacement) under `lambda`, by a step of iterative refinement with the residual
     /// in twice the precision (Wilkinson 1963): the compliance of a slender body turns the rounding of its factor into
-    /// displacements that contact notices. Where bodies float `u` is left as it is.
+    /// displacements that contact notices.
     pub fn refine(&self, problem: &ContactProblem, lambda: &[f64], u: &mut [f64]) {
-        if self.floating.is_empty() {
-            self.solves.fetch_add(1, Ordering::Relaxed);
-            let contact = problem.contact.B.transpose_times(lambda);
-            let force: Vec<f64> = problem.elastic.f.iter().zip(contact).map(|(f, b)| f - b).collect();
-            axpy(1.0, &self.factor.solve(&problem.elastic.K.residual(&force, u)), u);
-        }
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        let contact = problem.contact.B.transpose_times(lambda);
+        let mut force: Vec<f64> = problem.elastic.f.iter().zip(contact).map(|(f, b)| f - b).collect();
+        self.floating.springs.iter().for_each(|&(i, stiffness)| force[i as usize] -= stiffness * u[i as usize]);
+        axpy(1.0, &self.factor.solve(&problem.elastic.K.residual(&force, u)), u);
     }
 
     /// Whether products use the dense Schur complement.

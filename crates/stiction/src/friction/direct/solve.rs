@@ -40,6 +40,8 @@ impl Threshold {
     const FIRST_TARGET: f64 = 0.03;
     const FALL: f64 = 0.1;
     const LOWEST: f64 = 1e-4;
+    /// Measures up to this times the tolerance at which a stall may be one of rounding.
+    const ROUNDING: f64 = 1e3;
     /// Forces of a pair below this part of those of the largest are rounding, which no weight makes known.
     const LEAST_PAIR: f64 = 1e-12;
     /// Gradient steps after a stall, and what the parameter of the residual is divided by then.
@@ -115,6 +117,11 @@ pub fn solve(
         if ended && !solution.certificate.is_as_good_as_the_data() && !solver.refines {
             solver.refines = true;
             solution = solver.finish(end, settings.tolerance);
+            if end == End::Stalled && solution.certificate.worst <= Threshold::ROUNDING * settings.tolerance {
+                // The steps may have stalled at the rounding of `v`, which is gone now.
+                solver.best = None;
+                continue;
+            }
         }
         let certificate = &solution.certificate;
         if end != End::Converged || certificate.is_as_good_as_the_data() {
@@ -263,10 +270,25 @@ impl<'a> Solver<'a> {
         if floating.is_empty() {
             return;
         }
-        let mut v = self.dual().times(&by_component(&self.at.lambda));
+        let lambda = by_component(&self.at.lambda);
+        if self.refines {
+            self.at.v = by_point(&self.problem.gap_and_slip(&self.displacement(&lambda)));
+            return;
+        }
+        let mut v = self.dual().times(&lambda);
         axpy(1.0, &self.v0, &mut v);
         floating.close(&self.at.alpha, &mut v);
         self.at.v = by_point(&v);
+    }
+
+    /// The displacements under `lambda`, those of the rigid motions included.
+    fn displacement(&self, lambda: &[f64]) -> Vec<f64> {
+        let mut u = self.dual().displacement(self.problem, lambda);
+        if self.refines {
+            self.dual().refine(self.problem, lambda, &mut u);
+        }
+        self.dual().floating.motions.add(&self.at.alpha, &mut u);
+        u
     }
 
     /// Newton's method on `laws`.
@@ -358,11 +380,7 @@ impl<'a> Solver<'a> {
         let mut lambda = by_component(&self.at.lambda);
         make_admissible(self.friction(), &mut lambda);
         self.at.lambda = by_point(&lambda);
-        let mut u = self.dual().displacement(self.problem, &lambda);
-        if self.refines {
-            self.dual().refine(self.problem, &lambda, &mut u);
-        }
-        self.dual().floating.motions.add(&self.at.alpha, &mut u);
+        let u = self.displacement(&lambda);
         self.at.v = by_point(&self.problem.gap_and_slip(&u));
         self.given.out_of_isotropic(&mut lambda);
         let certificate = certify(self.given, &u, &lambda, tolerance);

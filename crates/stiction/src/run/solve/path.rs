@@ -11,8 +11,8 @@ use crate::Error;
 use crate::contact::sliding::{Sliding, least_resisted};
 use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
-    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status, coulomb_facts,
-    coulomb_facts_by_multigrid, solve_with,
+    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status,
+    coulomb_facts, coulomb_facts_by_multigrid, solve_with,
 };
 use crate::io::case::SolverSpec;
 use crate::io::machine;
