@@ -198,14 +198,18 @@ fn graded_cells_that_slip_everywhere_take_no_more_cycles_than_a_few_linear_solve
 
 /// Contact zones of a hundredth of the body. Cells at the planes of symmetry are up to a thousand times longer than wide, and
 /// nodes there have fewer than three unknowns, whose rigid motions do not show all coordinates. Joined to nodes along the long
-/// sides they cost 142 cycles bonded, and with the ball 212.
+/// sides they cost 142 cycles bonded, and with the ball 212. Balanced by the rotations of such cells beside the planes the
+/// coarse functions cost 55 cycles, and a start from a coarse block that does not resolve the zone costs 75.
 #[test]
 fn small_contact_zones_at_planes_of_symmetry_take_few_cycles() {
     let ball = "sphere = { center = [0, 0, -0.1], radius = 0.1 }";
     let plane = "plane = { point = [0, 0, 0], normal = [0, 0, 1] }";
-    for (cells, against, law, most) in
-        [(24, plane, "\"bonded\"", 30), (32, ball, "\"none\"", 45), (32, ball, "{ coulomb = 0.3 }", 45)]
-    {
+    for (cells, against, law, most) in [
+        (24, plane, "\"bonded\"", 25),
+        (16, ball, "\"none\"", 32),
+        (24, ball, "\"none\"", 32),
+        (32, ball, "{ coulomb = 0.3 }", 32),
+    ] {
         let grading = 1000f64.powf(1.0 - 1.0 / f64::from(cells));
         let text = format!(
             "[mesh]\nblock = {{ size = [1, 1, 1], cells = {:?}, element = \"hex8\", grading = {:?} }}\n\

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::aggregate::{aggregates, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
-use super::distance::near;
+use super::distance::{near, places};
 use crate::Error;
 use crate::linalg::in_huge_pages;
 use crate::linalg::memory::ensure;
@@ -34,7 +34,8 @@ pub(super) fn coarsen<const R: usize>(
     threshold: f64,
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
-    let kept = near(a, kernel, &strong(a, threshold));
+    let place = places(a, kernel);
+    let kept = near(a, &place, &strong(a, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
@@ -56,7 +57,7 @@ pub(super) fn coarsen<const R: usize>(
         !kept[place] && g != of[i] && !reach(g)
     });
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
-    let smoother = Smoother { inverses: &inverses, omega, of: &of, tentative: &tentative, out: &out };
+    let smoother = Smoother { inverses: &inverses, omega, of: &of, place: &place, tentative: &tentative, out: &out };
     let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
     let coarse = galerkin(a, &prolongation, wanted);
     Ok(coarse.map(|(matrix, a_times_p)| Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel }))
@@ -176,22 +177,28 @@ struct Smoother<'a, const R: usize> {
     omega: f64,
     /// Aggregate of each node, and the basis there.
     of: &'a [u32],
+    /// Coordinates of each node.
+    place: &'a [[f64; 3]],
     tentative: &'a [Block<R, 6>],
     /// Blocks of `A` that couple a node to an aggregate out of its reach.
     out: &'a [bool],
 }
 
-/// `P = (I - omega D⁻¹ A) T` within the reach of each node. Omitted blocks of a row are redistributed over the kept ones so
-/// that the near-kernel is still represented exactly: the smallest change in the sum of squares, weighted with those of the
-/// kept blocks (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without the weights
-/// stiff nodes would be tied to soft aggregates.
+/// `P = (I - omega D⁻¹ A) T` within the reach of each node. In a row with omitted blocks the others are changed so that the
+/// near-kernel is still represented exactly: the smallest change in the sum of squares, weighted with those of the blocks
+/// (the constraint of energy-minimising prolongations, Olson, Schroder & Tuminaro 2011). Without the weights stiff nodes
+/// would be tied to soft aggregates.
+///
+/// Where a support is near, the rows of `A` have forces on the near-kernel. Those on translations are kept. Those on
+/// rotations about the node are not: a rotation moves the far end of a stretched cell a thousand times as far as the nodes of
+/// the aggregate, which would have to balance that by entries of a hundred where basis functions are at most one.
 fn smoothed<const R: usize>(
     a: &Blocks<R, R>,
     smoother: &Smoother<'_, R>,
     kernel: &[Kernel<R>],
     coarse_kernel: &[Kernel<6>],
 ) -> Blocks<R, 6> {
-    let Smoother { inverses, omega, of, tentative, out } = *smoother;
+    let Smoother { inverses, omega, of, place, tentative, out } = *smoother;
     let aggregates = |i: usize, name: &mut dyn FnMut(u32)| {
         let within = a.row(i).0.iter().zip(&out[a.start[i]..]).filter(|(_, out)| !**out);
         within.for_each(|(&j, _)| name(of[j as usize]));
@@ -206,17 +213,13 @@ fn smoothed<const R: usize>(
             scaled.iter_mut().flatten().for_each(|v| *v *= -omega);
             let (columns, blocks) = a.row(i);
             // A T first, by aggregates; D⁻¹ once for each of them.
-            let (mut lost, mut complete) = ([[0.0; 6]; R], true);
-            for ((&j, block), out) in columns.iter().zip(blocks).zip(&out[a.start[i]..]) {
-                if *out {
-                    add_product(block, &kernel[j as usize], &mut lost);
-                    complete = false;
-                } else {
-                    add_product(block, &tentative[j as usize], row.at(of[j as usize]));
-                }
+            for ((&j, block), _) in columns.iter().zip(blocks).zip(&out[a.start[i]..]).filter(|(_, out)| !**out) {
+                add_product(block, &tentative[j as usize], row.at(of[j as usize]));
             }
-            if !complete {
-                spread(&lost, coarse_kernel, row);
+            if out[a.start[i]..a.start[i + 1]].contains(&true) {
+                let mut forces = [[0.0; 6]; R];
+                columns.iter().zip(blocks).for_each(|(&j, a)| add_product(a, &kernel[j as usize], &mut forces));
+                balance(&at_node(&forces, &place[i]), coarse_kernel, row);
             }
             for block in row.values.iter_mut() {
                 let mut result = [[0.0; 6]; R];
@@ -229,16 +232,24 @@ fn smoothed<const R: usize>(
     )
 }
 
-/// Adds to the blocks of a row the weighted least change that increases their product with the near-kernel by `lost`.
-fn spread<const R: usize>(lost: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Row<'_, R, 6>) {
+/// The forces on translations, and the moments that they have if they act at `place`.
+fn at_node<const R: usize>(forces: &Block<R, 6>, place: &[f64; 3]) -> Block<R, 6> {
+    let [x, y, z] = place.map(|c| if c.is_finite() { c } else { 0.0 });
+    forces.map(|f| [f[0], f[1], f[2], y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0]])
+}
+
+/// Changes the blocks of a row least, in the sum of squares with the weights of [`smoothed`], so that their product with the
+/// near-kernel is `wanted`.
+fn balance<const R: usize>(wanted: &Block<R, 6>, kernel: &[Kernel<6>], row: &mut Row<'_, R, 6>) {
     let weights: Vec<f64> = row.values.iter().map(square).collect();
-    let mut gram = [[0.0; 6]; 6];
-    for (&k, &weight) in row.columns.iter().zip(&weights) {
+    let (mut gram, mut lost) = ([[0.0; 6]; 6], *wanted);
+    for ((&k, &weight), block) in row.columns.iter().zip(&weights).zip(row.values.iter()) {
         let motions = &kernel[k as usize];
         add_transpose_product(motions, &motions.map(|r| r.map(|v| weight * v)), &mut gram);
+        add_product(&block.map(|r| r.map(|v| -v)), motions, &mut lost);
     }
     let mut multiplier = [[0.0; 6]; R];
-    add_product(lost, &inverse(&gram), &mut multiplier);
+    add_product(&lost, &inverse(&gram), &mut multiplier);
     for ((&k, &weight), block) in row.columns.iter().zip(&weights).zip(row.values.iter_mut()) {
         let motions = &kernel[k as usize];
         let transposed = std::array::from_fn(|r| std::array::from_fn(|c| weight * motions[c][r]));

@@ -13,10 +13,9 @@ const FAR: f64 = 2.0;
 ///
 /// The entries of the matrix do not show it: trilinear elements couple along the long side with a quarter of the
 /// strength across the short one however long they are, although nothing smooths along it. Distances do (as in
-/// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are computed from the
-/// rigid motions, and from neighbours ([`completed`]) where these do not contain them.
-pub(super) fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], strong: &[bool]) -> Vec<bool> {
-    let place = completed(a, kernel.par_iter().map(place).collect());
+/// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are those of the
+/// [`places`].
+pub(super) fn near<const R: usize>(a: &Blocks<R, R>, place: &[[f64; 3]], strong: &[bool]) -> Vec<bool> {
     let distance = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
     let nearest: Vec<f64> = (0..a.rows)
         .into_par_iter()
@@ -31,6 +30,11 @@ pub(super) fn near<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], stron
         let far = distance(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
         strong[place] && !far
     })
+}
+
+/// The coordinates of the nodes from their rigid motions, and from neighbours where these do not contain them.
+pub(super) fn places<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>]) -> Vec<[f64; 3]> {
+    completed(a, kernel.par_iter().map(place).collect())
 }
 
 /// The places with each unknown coordinate taken from the most strongly coupled neighbour that knows it: nodes with
