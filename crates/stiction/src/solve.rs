@@ -169,7 +169,7 @@ impl Kept {
 /// Stiffness, load, `B`, gap and laws suffice ([`ContactProblem::from_matrices`]). With `elastic.node_of` and
 /// `elastic.near_kernel` large problems can go by multigrid, which is faster from some ten thousand unknowns on, and
 /// bodies may float. Unless `settings.path` says otherwise the path is chosen by prediction, or as the one that can use the
-/// start; where multigrid does not end certified, the factor takes over.
+/// start; where one of them does not end certified, the other takes over.
 ///
 /// An iteration that ends short of its tolerance is no error: [`Solution::status`] says so, and the certificate how far.
 ///
@@ -222,7 +222,19 @@ pub(crate) fn solve_validated(
         if settings.stop.asked() { ControlFlow::Break(()) } else { flow }
     };
     if !kept.begins_with_multigrid(problem, settings) {
-        return by_factor(problem, settings, kept, observer);
+        let direct = by_factor(problem, settings, kept, observer)?;
+        // A failed warm start is tried again from zero first.
+        if settings.path != SolverPath::Auto || settings.start.is_some() || is_final(&direct) {
+            return Ok(direct);
+        }
+        // The two methods cycle on different problems.
+        return match by_multigrid(problem, settings, kept, observer) {
+            Ok(found) if found.status == Status::Solved => Ok(found),
+            Ok(Solution { status: Status::Interrupted, .. }) | Err(Error { interrupted: true, .. }) => {
+                Ok(Solution { status: Status::Interrupted, ..direct })
+            }
+            _ => Ok(direct),
+        };
     }
     let asked = settings.path == SolverPath::Multigrid;
     match by_multigrid(problem, settings, kept, observer) {

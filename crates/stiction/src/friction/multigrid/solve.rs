@@ -94,7 +94,8 @@ pub fn solve_multigrid(
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
     let floats = transformed.points.iter().any(|p| p.floats);
-    let traits = Traits { floats, convex: convex(&problem.contact.friction), max_iterations: settings.max_iterations };
+    let (convex, max_iterations) = (convex(&problem.contact.friction), settings.max_iterations);
+    let traits = Traits { floats, convex, asked: settings.path == SolverPath::Multigrid, max_iterations };
     let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed));
     let start = match given {
         Some(u) => Some(transformed.to_frames(&u)),
