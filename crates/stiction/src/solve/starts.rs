@@ -287,9 +287,13 @@ impl Search<'_, '_> {
         let problem = if varied { &self.varied } else { self.problem };
         let (mut start, mut start_displacement) = (None, None);
         if let Some((lambda, u)) = from {
-            match self.kept.operator {
-                Some(Operator::Multigrid(_)) => start_displacement = Some(u),
-                _ => start = Some(lambda),
+            let by_multigrid = match &self.kept.operator {
+                Some(operator) => matches!(operator, Operator::Multigrid(_)),
+                None => self.kept.begins_with_multigrid(problem, self.settings),
+            };
+            match by_multigrid {
+                true => start_displacement = Some(u),
+                false => start = Some(lambda),
             }
         }
         let settings = Settings { tolerance, start, start_displacement, ..self.settings.clone() };

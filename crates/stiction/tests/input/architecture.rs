@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("friction", &["linalg", "contact", "dual", "certificate", "qp"]),
     ("discrete", &["linalg", "contact", "friction"]),
     ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
-    ("solve", &["contact", "dual", "friction"]),
+    ("solve", &["linalg", "contact", "dual", "friction"]),
     ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io", "solve"]),
 ];
 

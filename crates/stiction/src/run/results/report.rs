@@ -6,7 +6,6 @@ use super::fields::surfaces;
 use super::method_text;
 use super::overlap_text;
 use super::rows::{Row, Rows, print};
-use crate::Solutions;
 use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::SMALL_MOTION;
 use crate::contact::equilibrium::in_words;
@@ -21,6 +20,7 @@ use crate::run::solve::{
     BalanceRecord, BoltState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode, pair_totals,
     path_name, totals,
 };
+use crate::solve::Solutions;
 
 /// The result of a run, a few lines for a person; `Display` prints it.
 #[derive(Debug, Clone, PartialEq, Eq)]

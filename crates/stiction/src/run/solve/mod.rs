@@ -23,8 +23,8 @@ pub(super) use record::path_name;
 pub(super) use record::status_name;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
-    OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord, UniquenessRecord,
+    OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,
 };
-pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord};
+pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord, UniquenessRecord};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

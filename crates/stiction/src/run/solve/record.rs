@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
-use super::solutions::SolutionsRecord;
+use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
@@ -326,20 +326,6 @@ pub struct CountsRecord {
     pub coulomb_products: usize,
 }
 
-/// What is known of other solutions where friction is Coulomb's.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct UniquenessRecord {
-    /// Estimated contraction of the fixed point.
-    #[serde(deserialize_with = "or_infinite")]
-    pub contraction: f64,
-    /// Bound on the coefficient below which the solution is unique.
-    pub uniqueness_bound: Option<f64>,
-    /// The largest coefficient of the problem.
-    pub largest_coefficient: f64,
-    /// Whether the coefficient is below the bound.
-    pub unique: bool,
-}
-
 /// Numbers by name, in order. In a file `null` stands for a number that is not finite and is read as infinite.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Named(pub Vec<(String, f64)>);
@@ -416,12 +402,7 @@ impl AnswerRecord {
             seconds: seconds(&outcome.seconds, |span| span.wall),
             cpu_seconds: seconds(&outcome.seconds, |span| span.cpu),
             peak_memory_bytes: outcome.peak_memory,
-            coulomb: outcome.coulomb.map(|facts| UniquenessRecord {
-                contraction: facts.contraction,
-                uniqueness_bound: facts.uniqueness_bound,
-                largest_coefficient: facts.largest_coefficient,
-                unique: facts.proved_unique(),
-            }),
+            coulomb: outcome.coulomb.as_ref().map(UniquenessRecord::of),
             solutions: outcome.solutions.as_ref().map(|found| SolutionsRecord::of(prepared, found)),
         }
     }

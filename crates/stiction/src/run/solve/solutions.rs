@@ -1,13 +1,38 @@
-//! Records of what several starts have found.
+//! Records of what is known of other solutions, and of what several starts have found.
 
 use serde::{Deserialize, Serialize};
 
 use super::quantities::energy;
 use super::record::{StatusName, or_infinite};
-use crate::friction::{PointState, Solution, Status};
+use crate::friction::{CoulombFacts, PointState, Solution, Status};
 use crate::linalg::dot;
 use crate::run::pose::Prepared;
-use crate::solve::Solutions;
+use crate::solve::{Attempt, Solutions};
+
+/// What is known of other solutions where friction is Coulomb's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UniquenessRecord {
+    /// Estimated contraction of the fixed point.
+    #[serde(deserialize_with = "or_infinite")]
+    pub contraction: f64,
+    /// Bound on the coefficient below which the solution is unique.
+    pub uniqueness_bound: Option<f64>,
+    /// The largest coefficient of the problem.
+    pub largest_coefficient: f64,
+    /// Whether the coefficient is below the bound.
+    pub unique: bool,
+}
+
+impl UniquenessRecord {
+    pub(super) fn of(facts: &CoulombFacts) -> Self {
+        UniquenessRecord {
+            contraction: facts.contraction,
+            uniqueness_bound: facts.uniqueness_bound,
+            largest_coefficient: facts.largest_coefficient,
+            unique: facts.proved_unique(),
+        }
+    }
+}
 
 /// What several starts have found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,7 +80,7 @@ pub struct DistinctRecord {
 
 impl SolutionsRecord {
     pub(crate) fn of(prepared: &Prepared, found: &Solutions) -> Self {
-        let attempt = |attempt: &crate::Attempt| AttemptRecord {
+        let attempt = |attempt: &Attempt| AttemptRecord {
             start: attempt.start.name(),
             status: attempt.status,
             solution: attempt.solution.map(|place| place + 1),
