@@ -335,8 +335,9 @@ pub(crate) fn other_starts(
         if settings.solver.stop.asked() { ControlFlow::Break(()) } else { flow }
     };
     let found = solve_from_starts(&prepared.problem, &settings.solver, &outcome.solution, starts, kept, &mut watch);
-    if let Some(first) = found.distinct.first() {
+    if let Some(first) = found.distinct.first().filter(|_| outcome.solution.status != Status::Solved) {
         outcome.solution = first.clone();
+        outcome.times.clear();
     }
     outcome.solutions = Some(found);
     outcome.seconds.coulomb = lap();

@@ -412,7 +412,10 @@ fn end(
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {
-        other_starts(prepared, settings, kept, &mut outcome, observer);
+        // The answer of a step stands in its files, and an unsolved one is not replaced.
+        if outcome.solution.status == Status::Solved {
+            other_starts(prepared, settings, kept, &mut outcome, observer);
+        }
         uniqueness_facts(prepared, settings, kept, &mut outcome, observer);
     }
     let doubtful = records.iter().any(|record| record.answer.status == Status::Uncertified);
