@@ -109,7 +109,8 @@ type State = (Vec<f64>, Vec<f64>);
 /// ones look for solutions elsewhere. Without Coulomb friction there is one solution, up to motions that nothing resists, and
 /// no other start is tried.
 ///
-/// `kept` is what the first solve has kept. A start that fails is an [`Attempt`] without a solution. The problem is copied once.
+/// Problem and settings are valid, and `first` is a solution of them: [`solve`](crate::solve) has checked the former and
+/// returned the latter. `kept` is what the first solve has kept. A start that fails is an [`Attempt`] without a solution. The problem is copied once.
 pub fn solve_from_starts(
     problem: &ContactProblem,
     settings: &Settings,

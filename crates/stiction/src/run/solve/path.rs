@@ -336,8 +336,9 @@ pub(crate) fn other_starts(
     };
     let found = solve_from_starts(&prepared.problem, &settings.solver, &outcome.solution, starts, kept, &mut watch);
     if let Some(first) = found.distinct.first().filter(|_| outcome.solution.status != Status::Solved) {
-        outcome.solution = first.clone();
-        outcome.times.clear();
+        // History and times stay those of the first start.
+        let history = std::mem::take(&mut outcome.solution.history);
+        outcome.solution = Solution { history, ..first.clone() };
     }
     outcome.solutions = Some(found);
     outcome.seconds.coulomb = lap();
