@@ -2,7 +2,7 @@
 
 from shapes import at, box, cut, fuse, part, prism, rounded
 
-H = {"50k": 1.0, "200k": 0.6, "700k": 0.38}
+H = {"50k": 1.04, "200k": 0.63, "700k": 0.41}
 # The flank runs from the neck to the shoulder, down and outwards.
 NECK, SHOULDER = (6, -2), (12, -10)
 
@@ -31,11 +31,11 @@ def build(folder, s):
         slot = rounded(slot, 1.5, (12.4, -10.5333333), (-12.4, -10.5333333), (12.4, -15), (-12.4, -15))
         cut(box((-32, -45, 0), (32, 0, 24)), slot)
 
-    part(f"{folder}/blade.msh", blade, lambda *p: s * (2.0 + 0.15 * distance(*p)), {
+    part(f"{folder}/blade.msh", s, blade, lambda *p: 2.0 + 0.15 * distance(*p), {
         "flanks": lambda x, y, z: flank(x, y),
         "tip": lambda x, y, z: at(48, y),
     })
-    part(f"{folder}/disc.msh", disc, lambda *p: s * (2.2 + 0.2 * distance(*p)), {
+    part(f"{folder}/disc.msh", s, disc, lambda *p: 2.2 + 0.2 * distance(*p), {
         "flanks": lambda x, y, z: flank(x, y),
         "sides": lambda x, y, z: at(32, abs(x)),
         "foot": lambda x, y, z: at(-45, y),

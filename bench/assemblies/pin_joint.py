@@ -4,7 +4,7 @@ from shapes import at, box, cut, cylinder, fuse, part
 
 import numpy as np
 
-H = {"50k": 1.0, "200k": 0.6, "700k": 0.38}
+H = {"50k": 1.08, "200k": 0.65, "700k": 0.42}
 PIN, HOLE = 10.0, 10.02
 
 
@@ -24,14 +24,14 @@ def build(folder, s):
         body = fuse(cylinder((0, -23, 0), (0, 46, 0), 20), box((-60, -23, -20), (0, 23, 20)))
         cut(body, box((-32, -10.5, -21), (21, 10.5, 21)), cylinder((0, -24, 0), (0, 48, 0), HOLE))
 
-    part(f"{folder}/pin.msh", lambda: cylinder((0, -26, 0), (0, 52, 0), PIN), lambda *p: s * 2.6, {
+    part(f"{folder}/pin.msh", s, lambda: cylinder((0, -26, 0), (0, 52, 0), PIN), lambda *p: 2.6, {
         "middle": lambda x, y, z: np.abs(np.hypot(x, z) - PIN) < 5e-3,
     })
-    part(f"{folder}/eye.msh", eye, lambda *p: s * (2.9 + 0.2 * away(*p)), {
+    part(f"{folder}/eye.msh", s, eye, lambda *p: 2.9 + 0.2 * away(*p), {
         "hole": lambda x, y, z: hole(x, z),
         "end": lambda x, y, z: at(70, x),
     })
-    part(f"{folder}/fork.msh", fork, lambda *p: s * (2.9 + 0.2 * away(*p)), {
+    part(f"{folder}/fork.msh", s, fork, lambda *p: 2.9 + 0.2 * away(*p), {
         "holes": lambda x, y, z: hole(x, z),
         "end": lambda x, y, z: at(-60, x),
     })

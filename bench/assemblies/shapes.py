@@ -59,11 +59,25 @@ def rounded(body, radius, *places):
     return occ.fillet([body[1]], sorted(chosen), [radius])[0]
 
 
-def part(path, shape, size, groups):
+def bolt(half, shank, head, height):
+    """A bolt with head and nut about the z axis, clamping from -half to half, cut across in the middle for its pretension."""
+    parts = []
+    for sign in (1, -1):
+        stem = cylinder((0, 0, 0), (0, 0, half * sign), shank)
+        parts.append(fuse(stem, cylinder((0, 0, half * sign), (0, 0, height * sign), head)))
+    occ.fragment(parts[:1], parts[1:])
+
+
+def bolt_groups(half):
+    return {"head": lambda x, y, z: at(half, z), "nut": lambda x, y, z: at(-half, z), "cut": lambda x, y, z: at(0, z)}
+
+
+def part(path, s, shape, size, groups, volumes={}):
     """Writes the mesh of tet10 of `shape()` to `path`.
 
-    `size(x, y, z)` is the wanted length of edges. `groups` maps a name to a function of arrays x, y, z: the faces of the body
-    all of whose nodes fulfil it. Faces between its volumes may be named too. The cells are a group with the name of the file.
+    `s * size(x, y, z)` is the wanted length of edges. `groups` maps a name to a function of arrays x, y, z: the faces of the body
+    all of whose nodes fulfil it. Faces between its volumes may be named too. `volumes` maps a name to a function of the bounding
+    box (x0, y0, z0, x1, y1, z1) of a volume; without it the cells are a group with the name of the file.
     """
     gmsh.initialize(interruptible=False)
     for option, value in [
@@ -73,7 +87,7 @@ def part(path, shape, size, groups):
         ("Mesh.MeshSizeFromPoints", 0),
         ("Mesh.ElementOrder", 2),
         ("Mesh.HighOrderOptimize", 1),
-        ("Mesh.OptimizeThreshold", 0.4),
+        ("Mesh.OptimizeNetgen", 1),
         ("Mesh.MshFileVersion", 4.1),
         ("Mesh.Binary", 1),
     ]:
@@ -87,7 +101,7 @@ def part(path, shape, size, groups):
         occ.remove([e for e in gmsh.model.getEntities(2) if e not in used], recursive=True)
         occ.remove([e for e in gmsh.model.getEntities(1) if not len(gmsh.model.getAdjacencies(1, e[1])[0])], recursive=True)
         occ.synchronize()
-        gmsh.model.mesh.setSizeCallback(lambda dim, tag, x, y, z, lc: size(x, y, z))
+        gmsh.model.mesh.setSizeCallback(lambda dim, tag, x, y, z, lc: s * size(x, y, z))
         gmsh.model.mesh.generate(3)
         faces = {}
         for _, face in gmsh.model.getEntities(2):
@@ -98,8 +112,9 @@ def part(path, shape, size, groups):
             if not chosen:
                 sys.exit(f"{path}: no face is of the group {name}")
             gmsh.model.addPhysicalGroup(2, chosen, name=name)
-        name = os.path.splitext(os.path.basename(path))[0]
-        gmsh.model.addPhysicalGroup(3, [volume for _, volume in gmsh.model.getEntities(3)], name=name)
+        for name, inside in (volumes or {os.path.splitext(os.path.basename(path))[0]: lambda *b: True}).items():
+            chosen = [volume for _, volume in body if inside(*gmsh.model.getBoundingBox(3, volume))]
+            gmsh.model.addPhysicalGroup(3, chosen, name=name)
         gmsh.write(path)
     finally:
         gmsh.finalize()
