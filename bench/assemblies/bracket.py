@@ -3,7 +3,7 @@
 import numpy as np
 from shapes import around, at, bolt, bolt_groups, box, cut, cylinder, occ, part, prism, rounded
 
-H = {"50k": 1.04, "200k": 0.63, "700k": 0.41}
+H = {"50k": 1.04, "200k": 0.55, "700k": 0.355}
 PLACES = [(60, -16), (60, 16)]
 
 

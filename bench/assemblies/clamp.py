@@ -3,7 +3,7 @@
 import numpy as np
 from shapes import around, at, bolt, bolt_groups, box, cut, cylinder, fuse, part
 
-H = {"50k": 1.1, "200k": 0.67, "700k": 0.43}
+H = {"50k": 1.1, "200k": 0.635, "700k": 0.41}
 
 
 def build(folder, s):

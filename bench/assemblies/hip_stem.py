@@ -3,7 +3,7 @@
 import numpy as np
 from shapes import at, cut, cylinder, fuse, occ, part
 
-H = {"50k": 1.13, "200k": 0.7, "700k": 0.45}
+H = {"50k": 1.13, "200k": 0.67, "700k": 0.435}
 # The cross-sections are ellipses, longer by this along x.
 LONG = 1.35
 TOP, TIP, DEEP = 8.0, 5.0, -90.0

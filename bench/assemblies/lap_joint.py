@@ -2,7 +2,7 @@
 
 from shapes import at, bolt, bolt_groups, box, cut, cylinder, part
 
-H = {"50k": 1.55, "200k": 0.92, "700k": 0.57}
+H = {"50k": 1.55, "200k": 0.82, "700k": 0.53}
 PLACES = [(x, y) for x in (20, 60) for y in (-15, 15)]
 
 

@@ -2,7 +2,7 @@
 
 from shapes import at, box, part
 
-H = {"50k": 1.14, "200k": 0.69, "700k": 0.44}
+H = {"50k": 1.14, "200k": 0.66, "700k": 0.43}
 
 
 def build(folder, s):

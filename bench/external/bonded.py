@@ -14,8 +14,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 
-def own_nodes(weight, body):
-    """One node for each contact point, all of a pair on the same side: those that carry the points."""
+def own_nodes(weight):
+    """A node for each contact point, no two alike, such that the product of the weights is largest."""
     cost = weight.copy()
     cost.data = 1 - np.log(weight.data / weight.data.max())
     point, node = min_weight_full_bipartite_matching(cost)
@@ -29,12 +29,11 @@ def carriers(weight, node, body, pair_ends):
     begin = 0
     for end in pair_ends:
         own = (entry.row >= begin) & (entry.row < end)
-        score = -np.bincount(body[entry.col[own]], minlength=body.max() + 1) / (2 * entry.nnz)
-        score = score + 0.0
-        touched = np.unique(np.stack([entry.row[own], body[entry.col[own]]]), axis=1)
-        score -= np.bincount(touched[1], minlength=len(score)) / 2
-        score += np.bincount(body[node[begin:end]], minlength=len(score))
-        keep |= own & (score[body[entry.col]] > 0)
+        # Each point touches both sides; its node is one of the side that carries the points, but for a few.
+        touched = np.unique(np.stack([entry.row[own], body[entry.col[own]]]), axis=1)[1]
+        votes = np.bincount(body[node[begin:end]], minlength=body.max() + 1)
+        carries = 2 * votes > np.bincount(touched, minlength=len(votes))
+        keep |= own & carries[body[entry.col]]
         begin = end
     return sp.csr_matrix((entry.data[keep], (entry.row[keep], entry.col[keep])), weight.shape)
 
@@ -48,9 +47,9 @@ def tie(B, points, node_of, body_of, pair_ends):
     weight = sp.csr_matrix((entry.data**2, (entry.row % points, node_of[entry.col])), (points, nodes))
     weight.sum_duplicates()
     weight.eliminate_zeros()
-    node = own_nodes(weight, body)
+    node = own_nodes(weight)
     try:
-        node = own_nodes(carriers(weight, node, body, pair_ends), body)
+        node = own_nodes(carriers(weight, node, body, pair_ends))
     except ValueError:
         pass  # a node that two pairs need: any other will do
     own = np.zeros(nodes, bool)

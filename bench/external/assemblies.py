@@ -1,0 +1,206 @@
+"""Real assemblies beside one bonded linear solve of the same parts, and beside CalculiX.
+
+    python3 bench/external/assemblies.py [--sizes 50k,200k,700k] [--only press_fit,flange] [--no-calculix] [--docs]
+
+makes a virtual environment with numpy, scipy, gmsh and pyamg beside the build (once), builds `stiction`, makes the meshes of the
+scripts in `bench/assemblies/` and solves every case with `stiction solve` by its default path on one thread. In the same
+run pyamg's smoothed aggregation with the rigid motions solves the linear problem in which the parts are tied to one another at
+the contact points (`bonded.py`), by conjugate gradients to 1e-8, and CalculiX solves the smallest size of each (`calculix.py`;
+Debian: calculix-ccx), for 20 times our CPU seconds or `--calculix-seconds`, whichever is longer.
+
+All seconds are CPU seconds of one thread, so that others may use the machine. A solve is set-up (or ordering and factor) and iteration
+of all load steps, all attempts and all solves for bolts in it; "s a step" is its mean over the load steps. Cycles are counted
+from the progress, since the summary has those of the last solve of a step.
+
+With --docs the table is written to docs/assemblies.md. `--program PATH` takes a program instead of building one, `--folder DIR`
+keeps meshes and results.
+"""
+
+import argparse
+import json
+import os
+import platform
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
+SCRIPTS = os.path.join(ROOT, "bench", "assemblies")
+SOLVE = ["setup", "ordering", "factorisation", "iteration"]
+PAGE = """# Assemblies
+
+Assemblies in quadratic tetrahedra (tet10), from the scripts in `bench/assemblies/`: meshes that do not match, Coulomb friction,
+bolts that are tightened to a force and then locked, interference, bodies that contact alone holds. Written by
+
+```sh
+python3 bench/external/assemblies.py --docs
+```
+
+- **Cycles** are those of multigrid in each load step (with bolts: of all solves of the step), or Newton steps on the direct path.
+- **s a step**: CPU seconds of set-up and iteration over the number of load steps, on one thread.
+- **Ratio**: that over the CPU seconds of one *linear* solve of the same parts tied to one another by pyamg's smoothed aggregation
+  with the rigid motions and conjugate gradients to 1e-8 (set-up and solve), in the same run.
+- **Run**: CPU seconds of the whole command, from the case file to the report.
+- **Worst**: the largest measure of the certificate (tolerance 1e-8).
+- **CalculiX** 2.20 with the same meshes, loads and steps, face-to-face penalty contact, one thread: its CPU seconds over those of our
+  whole run. It is given 20 times our seconds, and at least {} s.
+
+"""
+HEAD = """| assembly | unknowns | contact points | path | cycles | s a step | pyamg s | ratio | run s | GB | status | worst | CalculiX |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
+
+
+def environment():
+    """Runs this script again inside its own virtual environment."""
+    folder = os.path.join(TARGET, "assemblies-venv")
+    python = os.path.join(folder, "bin", "python")
+    if sys.prefix == folder or os.environ.get("ASSEMBLIES_PYTHON"):
+        return
+    if not os.path.exists(python):
+        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "numpy", "scipy", "gmsh", "pyamg"], check=True)
+    os.environ["OMP_NUM_THREADS"] = "1"
+    os.execv(python, [python, os.path.abspath(__file__), *sys.argv[1:]])
+
+
+def timed(command, **settings):
+    """The finished process and its CPU seconds."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, text=True, **settings)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def ours(program, case, results, limit):
+    command = [program, "solve", case, "-o", results, "--threads", "1", "--progress", "plain"]
+    try:
+        done, cpu = timed(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=lambda: stop_after(limit))
+    except OSError as error:
+        sys.exit(f"{program}: {error}")
+    if not os.path.exists(os.path.join(results, "summary.json")):
+        return {"failed": next((l for l in done.stderr.splitlines() if l.startswith("error")), f"stopped after {cpu:.0f} s")}
+    with open(os.path.join(results, "summary.json")) as file:
+        s = json.load(file)
+    steps = s["steps"] or [s]
+    # One line an iteration; the zeroth has done nothing yet.
+    cycles, name = [0], "multigrid" if s["path"] == "multigrid" else "newton"
+    for text in done.stderr.splitlines():
+        if re.match(rf"  {name} +[1-9]", text):
+            cycles[-1] += 1
+        elif text.startswith("  step ") and " t = " in text and "iterations" in text:
+            cycles.append(0)
+    solve = sum(sum(step["cpu_seconds"][phase] for phase in SOLVE) for step in steps)
+    return {
+        "unknowns": s["dofs"], "points": s["contact"]["points"], "path": s["path"],
+        "cycles": cycles[: len(steps)], "step": solve / len(steps), "run": cpu, "memory": s["peak_memory_bytes"],
+        "status": s["status"] if s["status"] == "solved" else s["status"] + f" in step {len(steps)}",
+        "passed": s["certificate"]["passed"], "worst": max(step["certificate"]["worst"] for step in steps),
+    }
+
+
+def stop_after(seconds):
+    resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
+
+
+def theirs(results):
+    done = subprocess.run([sys.executable, os.path.join(HERE, "bonded.py"), os.path.join(results, "problem.npz")], capture_output=True, text=True)
+    if done.returncode != 0:
+        print(done.stderr.strip().splitlines()[-1], file=sys.stderr)
+        return None
+    return json.loads(done.stdout)
+
+
+def calculix(case, folder, run, least):
+    """What CalculiX takes, as text."""
+    if not shutil.which("ccx"):
+        return "not installed"
+    deck = os.path.join(folder, "deck")
+    subprocess.run([sys.executable, os.path.join(HERE, "calculix.py"), case, deck + ".inp"], check=True)
+    limit = max(20 * run, least)
+    with open(deck + ".log", "w") as log:
+        done, cpu = timed(
+            ["nice", "-n", "19", "ccx", "deck"], cwd=folder, stdout=log, stderr=log,
+            env={**os.environ, "OMP_NUM_THREADS": "1"}, preexec_fn=lambda: stop_after(limit),
+        )
+    with open(deck + ".sta") as file:
+        reached = [l.split() for l in file if l.strip() and l.split()[0].isdigit()]
+    time_reached = float(reached[-1][4]) if reached else 0.0
+    with open(deck + ".log") as file:
+        text = file.read()
+    if "Job finished" in text and "*ERROR" not in text:
+        return f"{cpu / run:.0f} times ({cpu:.0f} s)"
+    how = "stopped" if cpu >= limit - 1 else "failed"
+    return f"{how} after {cpu / run:.0f} times ({cpu:.0f} s) in step {int(reached[-1][0]) if reached else 1}"
+
+
+def line(name, r):
+    if "failed" in r:
+        return f"| {name} | {r.get('size', '')} | | | | | | | | | {r['failed']} | | |"
+    external, ratio = (f"{r['external']['seconds']:.2f}", f"**{r['ratio']:.2f}**") if r["external"] else ("-", "-")
+    verdict = f"{r['worst']:.1e}" + ("" if r["passed"] else " (not passed)")
+    return (
+        f"| {name} | {r['unknowns']} | {r['points']} | {r['path']} | {', '.join(map(str, r['cycles']))} | {r['step']:.2f} "
+        f"| {external} | {ratio} | {r['run']:.1f} | {r['memory'] / 1e9:.2f} | {r['status']} | {verdict} | {r['calculix']} |"
+    )
+
+
+def machine():
+    with open("/proc/cpuinfo") as file:
+        model = next((l.split(":")[1].strip() for l in file if l.startswith("model name")), platform.processor())
+    return f"{model}, one thread, {time.strftime('%Y-%m-%d')}"
+
+
+def main():
+    sys.path.insert(0, SCRIPTS)
+    from build import NAMES, build
+
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--sizes", default="50k,200k,700k")
+    parser.add_argument("--only", default=",".join(NAMES))
+    parser.add_argument("--no-calculix", action="store_true")
+    parser.add_argument("--calculix-seconds", type=float, default=600)
+    parser.add_argument("--limit", type=float, default=3600, help="CPU seconds that one of our runs may take")
+    parser.add_argument("--program")
+    parser.add_argument("--folder")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    program = arguments.program or os.path.join(TARGET, "release", "stiction")
+    if not arguments.program:
+        subprocess.run(["cargo", "build", "--release", "--quiet", "--bin", "stiction"], cwd=ROOT, check=True)
+    keep = arguments.folder or tempfile.mkdtemp()
+    sizes = arguments.sizes.split(",")
+    print(machine() + "\n\n" + HEAD)
+    rows = []
+    for name in arguments.only.split(","):
+        for size in sizes:
+            folder = os.path.join(keep, f"{name}-{size}")
+            case = os.path.join(folder, f"{name}.toml")
+            if not os.path.exists(case):
+                # In a process of its own: Gmsh keeps what it has taken.
+                subprocess.run([sys.executable, os.path.join(SCRIPTS, "build.py"), name, size, folder], check=True)
+            results = os.path.join(folder, "results")
+            r = ours(os.path.abspath(program), case, results, arguments.limit)
+            r["size"] = size
+            if "failed" not in r:
+                r["external"] = theirs(results)
+                r["ratio"] = r["step"] / r["external"]["seconds"] if r["external"] else None
+                r["calculix"] = "-"
+                if size == sizes[0] and not arguments.no_calculix:
+                    r["calculix"] = calculix(case, folder, r["run"], arguments.calculix_seconds)
+            rows.append(line(name.replace("_", " "), r))
+            print(rows[-1], flush=True)
+            if not arguments.folder:
+                shutil.rmtree(folder)
+    if arguments.docs:
+        with open(os.path.join(ROOT, "docs", "assemblies.md"), "w") as file:
+            file.write(PAGE.format(f"{arguments.calculix_seconds:.0f}") + machine() + "\n\n" + HEAD + "\n" + "\n".join(rows) + "\n")
+
+
+environment()
+main()
