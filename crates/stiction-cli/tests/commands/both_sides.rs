@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::folder::Folder;
+use stiction::io::problem::read_problem;
 use stiction::io::vtu_read::{Over, Polygons, read_polygons};
 
 /// `contact.vtu` of one pair, one side: places, force, pressure and shear of its points.
@@ -47,6 +48,22 @@ fn resultant(s: &Side) -> [f64; 6] {
         }
     }
     sum
+}
+
+/// Of each contact point of a pair the area that counts in sums, and what it carries of the force.
+fn areas(folder: &Path, pair: usize) -> Vec<(f64, f64)> {
+    let labels = read_problem(&folder.join("problem.npz")).unwrap().0.labels;
+    let of = |j: usize| (labels.unity_sum[j] * labels.area[j], labels.unity_sum[j]);
+    labels.pairs[pair].points.clone().map(of).collect()
+}
+
+/// The pressures at the contact points, and their forces over their areas, both in the order of the points.
+fn at_points(slave: &Side, areas: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
+    let points = (0..slave.points.len()).filter(|&i| slave.status[i] >= 0.0);
+    let pressure: Vec<f64> = points.clone().map(|i| slave.pressure[i]).collect();
+    let quotient: Vec<f64> = points.zip(areas).map(|(i, area)| slave.lambda[i][2].abs() / area.0).collect();
+    assert_eq!((pressure.len(), quotient.len()), (areas.len(), areas.len()));
+    (pressure, quotient)
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -96,7 +113,12 @@ fn both_sides_of_a_pair_have_one_resultant_and_what_nothing_reaches_has_no_press
         // Moments over the outer radius of the gasket, 65.
         let apart: Vec<f64> = (0..6).map(|c| (a[c] - b[c]) / if c < 3 { 1.0 } else { 65.0 }).collect();
         assert!(largest(&apart) < 1e-10 * normal, "{name}: {a:?} {b:?}");
-        let within = slave.pressure.iter().fold((0.0, 0.0), |(a, b), p| (f64::min(a, *p), f64::max(b, *p)));
+        let areas = areas(&folder.path.join("out"), pair);
+        let (pressure, quotient) = at_points(&slave, &areas);
+        let sum: f64 = pressure.iter().zip(&areas).map(|(p, area)| p * area.0).sum();
+        assert!((sum / normal - 1.0).abs() < 1e-3, "{name}: the pressures amount to {sum}, the force is {normal}");
+        let within = quotient.iter().fold((0.0, 0.0), |(a, b), p| (f64::min(a, *p), f64::max(b, *p)));
+        assert!(pressure.iter().all(|p| (within.0..=within.1).contains(p)), "{name} {within:?}");
         let told = master.pressure.iter().filter(|p| !p.is_nan());
         assert!(told.clone().count() > 20 && told.clone().all(|p| (within.0..=within.1).contains(p)), "{within:?}");
         for ((x, pressure), lambda) in master.points.iter().zip(&master.pressure).zip(&master.lambda) {
@@ -158,5 +180,62 @@ slave = "on"
             seen += usize::from(!pressure.is_nan() && !reached(x));
         }
         assert!(seen > 3, "{plate}: {seen} nodes beside the block");
+    }
+}
+
+/// A stiff plate presses an elastic bed that hears no more than columns do, nearly: the pressure is `E d / h`. The faces of
+/// the plate hang over the edges of the bed by all but a sliver, and its nodes are more than the bed can tell apart. Force
+/// over area of a point then says anything; pressures are uniform.
+#[test]
+fn pressures_beside_an_edge_that_the_slave_hangs_over_are_uniform() {
+    for (plate, bed, cells) in [("tet4", "hex8", 3), ("hex8", "tet4", 3), ("tet10", "hex20", 4), ("hex20", "tet10", 3)]
+    {
+        let mut worst: f64 = 0.0;
+        for covered in [0.5, 0.1, 0.01, 0.001] {
+            let (size, start) = (6.0 / (4.0 + 2.0 * covered), (covered - 1.0) / (4.0 + 2.0 * covered));
+            let text = format!(
+                r#"
+[mesh.parts.bed]
+block = {{ size = [1, 1, 0.25], cells = [{cells}, {cells}, 2], element = "{bed}" }}
+[mesh.parts.plate]
+block = {{ size = [{size}, {size}, 0.4], cells = [6, 6, 2], element = "{plate}" }}
+move = [{start}, {start}, 0.25]
+[materials.soft]
+on = "bed"
+young = 200
+poisson = 0
+[materials.stiff]
+on = "plate"
+young = 2e5
+poisson = 0.3
+[[fix]]
+on = "bed.z-min"
+[[fix]]
+on = "plate.z-max"
+value = [0, 0, -1e-3]
+[[contact]]
+on = "plate.z-min"
+against = "bed.z-max"
+friction = "none"
+slave = "on"
+"#
+            );
+            let folder = Folder::new(&format!("sliver-{plate}-{covered}"), &text);
+            folder.run(&["solve", "case.toml", "-o", "out"]).ends(0, &[]);
+            let out = folder.path.join("out");
+            let [slave, master] = [0, 1].map(|number| side(&out.join("contact.vtu"), 0, number));
+            let (pressure, quotient) = at_points(&slave, &areas(&out, 0));
+            let exact = 200.0 * 1e-3 / 0.25;
+            for told in pressure.iter().chain(&master.pressure) {
+                // The plate gives way by a part in a thousand.
+                assert!((told / exact - 1.0).abs() < 0.01, "{plate} {bed} {covered}: {told} for {exact}");
+            }
+            assert_eq!(
+                folder.summary("out")["contact"]["max_pressure"],
+                *pressure.iter().max_by(|a, b| a.total_cmp(b)).unwrap()
+            );
+            worst = quotient.iter().fold(worst, |worst, q| worst.max((q / exact - 1.0).abs()));
+        }
+        assert!(worst > 0.5, "{plate}: forces over areas are nearly uniform as well, {worst}: nothing is tested");
     }
 }

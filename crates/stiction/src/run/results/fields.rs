@@ -8,6 +8,7 @@ use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 use crate::run::solve::Outcome;
 use crate::run::solve::quantities::reaction;
+use crate::run::solve::tractions::{Tractions, tractions};
 
 /// Fields over the whole body.
 #[derive(Debug, Clone)]
@@ -56,9 +57,9 @@ pub(crate) struct SurfaceFields {
     pub borders: Vec<Vec<u32>>,
     /// Number of the node in the mesh.
     pub nodes: Vec<i32>,
-    /// `lambda_n` over area.
+    /// See [`tractions`].
     pub pressure: Vec<f64>,
-    /// `lambda_t` over area: what the body exerts on its counterpart, along the slip.
+    /// What the body exerts on its counterpart, along the slip.
     pub shear: Vec<[f64; 3]>,
     /// Sliding of the body over its counterpart, with load steps that of the last one.
     pub slip: Vec<[f64; 3]>,
@@ -72,16 +73,38 @@ pub(crate) struct SurfaceFields {
     pub lambda: Vec<[f64; 3]>,
 }
 
+impl SurfaceFields {
+    fn place(&self, frame: &PointFrame) -> usize {
+        self.nodes.partition_point(|&node| node < frame.node as i32)
+    }
+}
+
 /// The fields of each contact surface.
 pub(crate) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
+    let tractions = tractions(prepared, outcome, &frames);
+    surfaces_with(prepared, outcome, &frames, &tractions)
+}
+
+/// The same with frames and tractions of all points.
+pub(crate) fn surfaces_with(
+    prepared: &Prepared,
+    outcome: &Outcome,
+    frames: &[PointFrame],
+    tractions: &Tractions,
+) -> Vec<SurfaceFields> {
     let gap_and_slip = prepared.problem.gap_and_slip(&outcome.solution.u);
     let pairs = prepared.surfaces.iter().zip(&prepared.problem.labels.pairs).enumerate();
     pairs
         .map(|(number, (surface, pair))| {
             let mut fields = empty(prepared, &surface.name, &surface.faces);
             fields.pair = number;
-            pair.points.clone().for_each(|j| fill(&mut fields, prepared, outcome, &frames[j], &gap_and_slip, j));
+            pair.points.clone().for_each(|j| {
+                fill(&mut fields, prepared, outcome, &frames[j], &gap_and_slip, j);
+                let (at, [pressure, shear @ ..]) = (fields.place(&frames[j]), tractions.points[j]);
+                fields.pressure[at] = pressure;
+                fields.shear[at] = shear.map(|shear| frames[j].sign * shear);
+            });
             fields
         })
         .collect()
@@ -121,12 +144,10 @@ fn fill(
 ) {
     let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
     let m = problem.points();
-    let at = fields.nodes.partition_point(|&node| node < frame.node as i32);
+    let at = fields.place(frame);
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
-    fields.pressure[at] = normal / problem.labels.area[j];
     let share = problem.labels.unity_sum[j];
     let scale = frame.sign / share;
-    fields.shear[at] = friction.map(|force| frame.sign * force / problem.labels.area[j]);
     fields.slip[at] = frame.tangential([-gap_and_slip[m + j], -gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
     fields.gap[at] = gap_and_slip[j] / share;
     let before = &prepared.loading.slid;

@@ -12,6 +12,7 @@ mod record;
 mod solutions;
 mod steps;
 mod totals;
+pub(super) mod tractions;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};

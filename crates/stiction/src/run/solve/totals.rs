@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Outcome;
 use super::record::{or_nan, or_nans};
+use super::tractions::{Tractions, tractions};
 use crate::friction::PointState;
+use crate::mesh::v3::norm;
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, frames};
 
@@ -37,27 +39,36 @@ pub struct Totals {
     pub max_lambda_n: f64,
     /// Largest `|lambda_t|`.
     pub max_lambda_t: f64,
-    /// Largest `lambda_n` over the area of its point, and where.
+    /// The largest pressure at a point.
     pub max_pressure: f64,
     /// Where it is.
     pub max_pressure_at: Option<[f64; 3]>,
-    /// Largest `|lambda_t|` over the area of its point.
+    /// The largest shear at a point.
     pub max_shear: f64,
 }
 
 /// The totals of all pairs together.
 pub fn totals(prepared: &Prepared, outcome: &Outcome) -> Totals {
-    over(prepared, outcome, &frames(prepared), 0..prepared.problem.points())
+    let frames = frames(prepared);
+    let tractions = tractions(prepared, outcome, &frames);
+    over(prepared, outcome, &frames, &tractions, 0..prepared.problem.points())
 }
 
 /// The totals of each pair with its name.
 pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Totals)> {
     let frames = frames(prepared);
-    let pairs = prepared.problem.labels.pairs.iter();
-    pairs.map(|pair| (pair.name.clone(), over(prepared, outcome, &frames, pair.points.clone()))).collect()
+    let tractions = tractions(prepared, outcome, &frames);
+    let of = |points: &Range<usize>| over(prepared, outcome, &frames, &tractions, points.clone());
+    prepared.problem.labels.pairs.iter().map(|pair| (pair.name.clone(), of(&pair.points))).collect()
 }
 
-fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: Range<usize>) -> Totals {
+fn over(
+    prepared: &Prepared,
+    outcome: &Outcome,
+    frames: &[PointFrame],
+    tractions: &Tractions,
+    points: Range<usize>,
+) -> Totals {
     let (m, lambda) = (prepared.problem.points(), &outcome.solution.lambda);
     let mut t = Totals { points: points.len(), ..Totals::default() };
     for j in points {
@@ -77,12 +88,11 @@ fn over(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame], points: R
         (0..3).for_each(|c| t.tangential_force[c] -= frames[j].sign * share * along[c]);
         t.max_lambda_n = t.max_lambda_n.max(normal);
         t.max_lambda_t = t.max_lambda_t.max(size);
-        if area > 0.0 {
-            t.max_shear = t.max_shear.max(size / area);
-            if normal / area > t.max_pressure {
-                t.max_pressure = normal / area;
-                t.max_pressure_at = prepared.mesh.nodes.get(frames[j].node as usize).copied();
-            }
+        let [pressure, shear @ ..] = tractions.points[j];
+        t.max_shear = t.max_shear.max(norm(shear));
+        if pressure > t.max_pressure {
+            t.max_pressure = pressure;
+            t.max_pressure_at = prepared.mesh.nodes.get(frames[j].node as usize).copied();
         }
     }
     t

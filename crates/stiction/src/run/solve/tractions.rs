@@ -1,0 +1,245 @@
+//! Pressure and shear of the surfaces in contact, in the results only: no solver and no certificate knows them.
+//!
+//! Against an obstacle they are force over area of a point. Between two bodies that quotient says more than the other
+//! surface can hear: forces of several points that add up to nothing at each node of the master are settled by the slave
+//! alone, and where a face of the slave hangs over the edge of the master, the points beyond the edge have hardly any
+//! area and yet an arm, so that single values are many times those beside them. What the bodies give to one another is
+//! the force `sum_j int psi_j phi_k lambda_j / D_jj` on each node `k` of the master. Over the area `int phi_k` that the
+//! slave covers there it is the pressure of the master. A point of the slave takes the mean of the nodes of the master
+//! that it shares area with. Resultants stay, a constant pressure stays at each node whatever is covered, and with
+//! matching meshes nothing changes.
+
+use crate::contact::{Counterpart, Master, tributary_areas};
+use crate::mesh::v3::dot;
+use crate::run::pose::Prepared;
+use crate::run::pose::frames::{PointFrame, entries};
+use crate::run::solve::Outcome;
+
+/// Pressure, then shear in global axes: the force of the slave on its counterpart, per area.
+pub(crate) type Traction = [f64; 4];
+
+pub(crate) struct Tractions {
+    /// At each contact point.
+    pub points: Vec<Traction>,
+    /// For each pair at the nodes of its master, ascending; none where no point reaches, nothing on obstacles.
+    pub masters: Vec<Vec<Option<Traction>>>,
+}
+
+/// Part of the area of a point at a node of the master; area. Negative where the function of the point is.
+type Shared = Vec<(usize, f64)>;
+
+/// Sweeps of what is repeated until areas and forces add up.
+const SWEEPS: usize = 20;
+
+pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame]) -> Tractions {
+    let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
+    let quotient = |(j, frame): (usize, &PointFrame)| {
+        let [n, t1, t2] = problem.rows(j).map(|row| lambda[row]);
+        let [x, y, z] = frame.tangential([t1, t2]);
+        [n, x, y, z].map(|force| force / problem.labels.area[j])
+    };
+    let mut points: Vec<Traction> = frames.iter().enumerate().map(quotient).collect();
+    let mut masters = Vec::new();
+    for (surface, pair) in prepared.surfaces.iter().zip(&problem.labels.pairs) {
+        let Counterpart::Surface(master) = &surface.against else {
+            masters.push(Vec::new());
+            continue;
+        };
+        let (shared, count) = shared(prepared, master, frames, pair.points.clone());
+        let (of_points, of_nodes) = project(&shared, &points[pair.points.clone()], count);
+        points[pair.points.clone()].copy_from_slice(&of_points);
+        masters.push(of_nodes);
+    }
+    Tractions { points, masters }
+}
+
+/// What each of these points shares with the nodes of the master, `int psi_j phi`, with the partition of unity in it, and
+/// how many nodes these are. On quadratic faces `phi` are the functions with positive integrals.
+fn shared(
+    prepared: &Prepared,
+    master: &Master,
+    frames: &[PointFrame],
+    points: std::ops::Range<usize>,
+) -> (Vec<Shared>, usize) {
+    let patches = tributary_areas(&prepared.mesh, &master.faces);
+    let place = |node: u32| patches.binary_search_by_key(&node, |patch| patch.node).ok();
+    let of_point = |j: usize| {
+        let (frame, area) = (&frames[j], prepared.problem.labels.area[j]);
+        // Any row gives the weights: they stand before the same axis at the point's own node, with the other sign.
+        let axes = [frame.normal, frame.tangents[0], frame.tangents[1]];
+        let mut shared = Shared::new();
+        let Some((row, axis)) =
+            prepared.problem.rows(j).into_iter().zip(axes).find(|(_, axis)| dot(*axis, *axis) > 0.0)
+        else {
+            return shared;
+        };
+        for (dof, value) in entries(prepared, row).filter(|(dof, _)| dof / 3 != frame.node) {
+            let Some(at) = place(dof / 3) else { continue };
+            let part = -area * value * dot(prepared.model.dofs.direction(dof), axis) / dot(axis, axis);
+            shared.push((at, part * patches[at].unity_sum()));
+            let ends = patches[at].others.iter().filter_map(|&(end, weight)| Some((place(end)?, -part * weight)));
+            shared.extend(ends);
+        }
+        shared.sort_by_key(|entry| entry.0);
+        let same = shared.chunk_by(|a, b| a.0 == b.0);
+        same.map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
+    };
+    (points.map(of_point).collect(), patches.len())
+}
+
+/// From the points to the nodes of the master and back; `told` is force over area of each point.
+fn project(shared: &[Shared], told: &[Traction], count: usize) -> (Vec<Traction>, Vec<Option<Traction>>) {
+    let mut nodes = vec![Received::default(); count];
+    for (row, traction) in shared.iter().zip(told) {
+        row.iter().for_each(|&(k, area)| nodes[k].add(area, traction));
+    }
+    let parts = positive_parts(shared, &nodes);
+    let mut received: Vec<Traction> = nodes.iter().map(Received::quotient).collect();
+    // Of a sliver beyond the edge of the slave, or of the rim of the contact, the quotient is an extrapolation: what is
+    // beyond the least and the greatest of its points goes to the neighbours.
+    for _ in 0..SWEEPS {
+        let within: Vec<Traction> = nodes.iter().zip(&received).map(|(node, told)| node.within(told)).collect();
+        let excess: Vec<Traction> = received.iter().zip(&within).map(|(a, b)| subtracted(a, b)).collect();
+        received = within;
+        if excess.iter().flatten().all(|&e| e == 0.0) {
+            break;
+        }
+        let passed = to_nodes(&parts, &to_points(&parts, &excess), &nodes);
+        received.iter_mut().flatten().zip(passed.iter().flatten()).for_each(|(sum, passed)| *sum += passed);
+    }
+    let received: Vec<Traction> = nodes.iter().zip(&received).map(|(node, told)| node.within(told)).collect();
+    let points = to_points(&parts, &received);
+    let heard = parts.iter().zip(points).zip(told);
+    let points = heard.map(|((row, mean), told)| if row.is_empty() { *told } else { mean }).collect();
+    (points, nodes.iter().zip(received).map(|(node, told)| (node.area > 0.0).then_some(told)).collect())
+}
+
+/// The positive parts of the shared areas, scaled in turn to the areas of points and of nodes (Sinkhorn 1964).
+fn positive_parts(shared: &[Shared], nodes: &[Received]) -> Vec<Shared> {
+    let positive = |row: &Shared| {
+        let whole = sum(row) > 0.0;
+        row.iter().copied().filter(|&(k, area)| whole && area > 0.0 && nodes[k].area > 0.0).collect()
+    };
+    let mut parts: Vec<Shared> = shared.iter().map(positive).collect();
+    for _ in 0..SWEEPS {
+        for (row, whole) in parts.iter_mut().zip(shared) {
+            let factor = sum(whole) / sum(row);
+            row.iter_mut().for_each(|(_, part)| *part *= factor);
+        }
+        let mut sums = vec![0.0; nodes.len()];
+        parts.iter().flatten().for_each(|&(k, part)| sums[k] += part);
+        parts.iter_mut().flatten().for_each(|(k, part)| *part *= nodes[*k].area / sums[*k]);
+    }
+    parts
+}
+
+fn sum(row: &Shared) -> f64 {
+    row.iter().map(|entry| entry.1).sum()
+}
+
+/// The mean of the nodes at each point.
+fn to_points(parts: &[Shared], nodes: &[Traction]) -> Vec<Traction> {
+    let mean = |row: &Shared| {
+        let whole = sum(row);
+        [0, 1, 2, 3].map(|c| row.iter().map(|&(k, part)| part * nodes[k][c]).sum::<f64>() / whole)
+    };
+    parts.iter().map(|row| if row.is_empty() { [0.0; 4] } else { mean(row) }).collect()
+}
+
+/// The mean of the points at each node.
+fn to_nodes(parts: &[Shared], points: &[Traction], nodes: &[Received]) -> Vec<Traction> {
+    let mut means = vec![[0.0; 4]; nodes.len()];
+    for (row, told) in parts.iter().zip(points) {
+        for &(k, part) in row {
+            (0..4).for_each(|c| means[k][c] += part / nodes[k].area * told[c]);
+        }
+    }
+    means
+}
+
+fn subtracted(a: &Traction, b: &Traction) -> Traction {
+    [0, 1, 2, 3].map(|c| a[c] - b[c])
+}
+
+/// What a node of the master receives.
+#[derive(Clone)]
+struct Received {
+    area: f64,
+    force: Traction,
+    /// The least and the greatest of what its points tell.
+    range: [Traction; 2],
+}
+
+impl Default for Received {
+    fn default() -> Self {
+        Received { area: 0.0, force: [0.0; 4], range: [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]] }
+    }
+}
+
+impl Received {
+    fn add(&mut self, area: f64, traction: &Traction) {
+        self.area += area;
+        for (c, &told) in traction.iter().enumerate() {
+            self.force[c] += area * told;
+            self.range[0][c] = self.range[0][c].min(told);
+            self.range[1][c] = self.range[1][c].max(told);
+        }
+    }
+
+    fn quotient(&self) -> Traction {
+        if self.area > 0.0 { self.force.map(|force| force / self.area) } else { [0.0; 4] }
+    }
+
+    fn within(&self, told: &Traction) -> Traction {
+        let [least, greatest] = self.range;
+        // No force is no pressure, without a sign.
+        let of = |c: usize| 0.0 + told[c].max(least[c]).min(greatest[c]);
+        if self.area > 0.0 { [0, 1, 2, 3].map(of) } else { [0.0; 4] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn with_matching_meshes_pressures_are_forces_over_areas() {
+        let shared = [vec![(0, 0.5)], vec![(2, 0.1)], vec![(1, 0.7)]];
+        let told = [[3.0, 1.0, 0.0, 0.5], [0.0; 4], [-2.0, 0.0, -1.0, 4.0]];
+        let (points, nodes) = project(&shared, &told, 4);
+        for (c, value) in points.iter().flatten().zip(told.iter().flatten()) {
+            assert!((c - value).abs() < 1e-15);
+        }
+        assert_eq!(nodes, [Some(told[0]), Some(told[2]), Some(told[1]), None]);
+    }
+
+    /// Of the forces 3 and -1 over areas 1 and 3, which two points put on the same node, it hears that there are none.
+    #[test]
+    fn what_the_master_cannot_hear_is_not_told() {
+        let shared = [vec![(0, 1.0)], vec![(0, 3.0)]];
+        let (points, nodes) = project(&shared, &[[3.0; 4], [-1.0; 4]], 1);
+        assert_eq!((points, nodes), (vec![[0.0; 4]; 2], vec![Some([0.0; 4])]));
+    }
+
+    /// With functions that change their sign, and with a sliver: 1e-6 of the area of its neighbours.
+    #[test]
+    fn the_resultant_stays_and_a_constant_stays() {
+        let shared = [
+            vec![(0, 0.6), (1, 0.5), (2, -0.1)],
+            vec![(0, -0.2), (1, 0.9), (2, 0.3)],
+            vec![(1, 0.4), (2, 0.7), (3, -1e-8)],
+            vec![(2, 1e-6), (3, 1e-7)],
+        ];
+        let told = [[1.0, 0.3, 0.0, 0.0], [2.0, -0.3, 0.0, 0.0], [4.0, 0.0, 0.1, 0.0], [1e4, 0.0, 0.0, 0.0]];
+        let (points, _) = project(&shared, &told, 4);
+        for c in 0..4 {
+            let force = |of: &[Traction]| shared.iter().zip(of).map(|(row, t)| sum(row) * t[c]).sum::<f64>();
+            assert!((force(&points) - force(&told)).abs() < 1e-3, "{} {}", force(&points), force(&told));
+        }
+        assert!(points[3][0] < 1e3, "{points:?}");
+        let (points, nodes) = project(&shared, &[[2.0, 1.0, -1.0, 0.0]; 4], 4);
+        for told in points.into_iter().chain(nodes.into_iter().flatten()) {
+            assert!((0..4).all(|c| (told[c] - [2.0, 1.0, -1.0, 0.0][c]).abs() < 1e-14), "{told:?}");
+        }
+    }
+}
