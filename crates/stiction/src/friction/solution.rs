@@ -195,6 +195,18 @@ pub struct Counts {
     pub cycles: usize,
 }
 
+impl Counts {
+    /// Adds those of another solve.
+    pub(crate) fn add(&mut self, other: &Counts) {
+        self.newton_steps += other.newton_steps;
+        self.restarts += other.restarts;
+        self.fixed_point_steps += other.fixed_point_steps;
+        self.products += other.products;
+        self.solves += other.solves;
+        self.cycles += other.cycles;
+    }
+}
+
 /// A solution with its certificate.
 #[derive(Debug, Clone)]
 pub struct Solution {

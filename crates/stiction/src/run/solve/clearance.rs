@@ -71,12 +71,20 @@ fn reached(mesh: &Mesh, from: &[u32], at_cut: &dyn Fn(u32) -> bool) -> Vec<bool>
     reached
 }
 
-/// Adds to the shortening each bolt is searched from what its parts approach each other by before they bear its force;
-/// `from_rest` marks the bolts that have no shortening of an earlier step.
-pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest: &[bool], shortening: &mut [f64]) {
+/// The part of a bolt's force under which it has closed its clearance and hardly more.
+const HARDLY: f64 = 1e-6;
+
+/// For each bolt with a rigid mode that begins from rest (`from_rest`) and whose force is given: its number, its clearance,
+/// and what its parts approach each other by before they bear the force; lengths.
+pub(crate) fn clearances(
+    prepared: &Prepared,
+    targets: &[Target],
+    from_rest: &[bool],
+    shortening: &[f64],
+) -> Vec<(usize, f64, f64)> {
     let wanted = |target: &Target| if let Target::Force(force) = target { Some(*force) } else { None };
     if !targets.iter().zip(from_rest).any(|(target, from_rest)| *from_rest && wanted(target).is_some()) {
-        return;
+        return Vec::new();
     }
     let modes = rigid_modes(prepared);
     let (mut columns, mut pull, mut bolts) = (Vec::new(), Vec::new(), Vec::new());
@@ -92,10 +100,14 @@ pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest
             None => axpy(shortening[number], mode, &mut u),
         }
     }
-    if !columns.is_empty() {
-        let (_, way) = rigid_equilibrium(&prepared.problem, &prepared.motions, &columns, &pull, u);
-        bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way.max(0.0));
+    if columns.is_empty() {
+        return Vec::new();
     }
+    let way = |part: f64| {
+        let pull: Vec<f64> = pull.iter().map(|force| part * force).collect();
+        rigid_equilibrium(&prepared.problem, &prepared.motions, &columns, &pull, u.clone()).1
+    };
+    bolts.into_iter().zip(way(HARDLY)).zip(way(1.0)).map(|((bolt, least), way)| (bolt, least, way)).collect()
 }
 
 /// Displacements of the parts as rigid bodies with the bolts as they stand now; `None` without a bolt that has a rigid mode.
