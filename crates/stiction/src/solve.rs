@@ -10,7 +10,8 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::no_equilibrium;
 use crate::dual::{Dual, DualSettings, Form, choose, estimate};
 use crate::friction::{
-    self, Multigrid, Progress, Settings, Solution, SolverPath, Status, multigrid_fits, solve_multigrid,
+    self, Multigrid, Progress, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, multigrid_fits,
+    solve_multigrid, tighten_by_multigrid,
 };
 
 pub use starts::{Attempt, Solutions, Start, solve_from_starts};
@@ -280,6 +281,36 @@ fn by_multigrid(
     let solution = solve_multigrid(problem, multigrid, &settings, &mut report);
     let status = if departs { Status::NoEquilibrium } else { solution.status };
     Ok(Solution { status, ..solution })
+}
+
+/// Solves for the shortenings of bolts whose force is given as well, by multigrid; `None` where that finds nothing, or is
+/// not for the problem and not asked for.
+///
+/// # Errors
+/// As [`solve`], and if it is stopped [`Error::interrupted`].
+pub(crate) fn tighten(
+    problem: &ContactProblem,
+    sought: &[SoughtForce],
+    settings: &Settings,
+    kept: &mut Kept,
+    observer: &mut Observer,
+) -> Result<Option<Tightened>, Error> {
+    let multigrid = match kept.set_up(problem, settings, observer) {
+        Ok(multigrid) => multigrid,
+        Err(error) if error.interrupted || settings.path == SolverPath::Multigrid => return Err(error),
+        Err(_) => return Ok(None),
+    };
+    begin(observer, SolveEvent::Solving)?;
+    let max_iterations = Threshold::CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
+    let settings = friction::Settings { max_iterations, ..settings.clone() };
+    let mut interrupted = false;
+    let mut report = |progress: &Progress| {
+        let flow = observer(&SolveEvent::Iteration(*progress));
+        interrupted |= flow.is_break();
+        flow
+    };
+    let found = tighten_by_multigrid(problem, multigrid, sought, &settings, &mut report);
+    if interrupted { Err(Error::interrupted()) } else { Ok(found) }
 }
 
 fn by_factor(

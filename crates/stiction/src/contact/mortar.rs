@@ -252,7 +252,9 @@ const RINGS: usize = 2;
 /// Who carries for each dropped node with a covered patch, and which part of it: the kept nodes next to it.
 type Carriers = BTreeMap<u32, Vec<(u32, f64)>>;
 
-fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool) -> Carriers {
+/// Middles of edges (`edges`) leave their functions to other middles where there are any: ends of the edge would depend
+/// on one another through it.
+fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl Fn(u32) -> bool) -> Carriers {
     let mut near: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
     for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         let nodes = mesh.faces[face as usize].nodes();
@@ -264,8 +266,11 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool
     for _ in 0..RINGS {
         let mut ring = Carriers::new();
         for (&node, others) in near.iter().filter(|(node, _)| !carriers.contains_key(node)) {
+            let is_kept_middle = |other: &&u32| edges.contains_key(other) && keep(**other);
+            let middles = edges.contains_key(&node) && others.iter().any(|other| is_kept_middle(&other));
             let of = |other: &u32| if keep(*other) { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() };
-            let known: Vec<Vec<(u32, f64)>> = others.iter().filter_map(of).collect();
+            let known: Vec<Vec<(u32, f64)>> =
+                others.iter().filter(|other| !middles || is_kept_middle(other)).filter_map(of).collect();
             let part = 1.0 / known.len() as f64;
             let mut parts: BTreeMap<u32, f64> = BTreeMap::new();
             known.iter().flatten().for_each(|&(other, weight)| *parts.entry(other).or_default() += part * weight);
@@ -284,9 +289,9 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], keep: &impl Fn(u32) -> bool
 /// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
 /// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
 pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
-    let carriers = carriers(mesh, slave, met, &keep);
-    let mut sums: HashMap<u32, Sums> = HashMap::new();
     let edges = edges(mesh, slave);
+    let carriers = carriers(mesh, slave, met, &edges, &keep);
+    let mut sums: HashMap<u32, Sums> = HashMap::new();
     let stands_for = |node: &u32, area: f64| if edges.contains_key(node) { (1.0 - 2.0 * END) * area } else { area };
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
@@ -322,7 +327,9 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -
 }
 
 /// The ends of the edge for each node in the middle of one.
-fn edges(mesh: &Mesh, faces: &[u32]) -> HashMap<u32, [u32; 2]> {
+type Edges = HashMap<u32, [u32; 2]>;
+
+fn edges(mesh: &Mesh, faces: &[u32]) -> Edges {
     let of_face = |&face: &u32| {
         let nodes = mesh.faces[face as usize].nodes();
         (0..nodes.len()).filter_map(move |i| Some((nodes[i], ends(nodes.len(), i)?.map(|end| nodes[end]))))
@@ -347,7 +354,7 @@ impl Sums {
     }
 
     /// The row, scaled so that its own node counts once; none if hardly anything of that node is left.
-    fn row(mut self, node: u32, edges: &HashMap<u32, [u32; 2]>) -> Option<Row> {
+    fn row(mut self, node: u32, edges: &Edges) -> Option<Row> {
         let mut slave: BTreeMap<u32, f64> = BTreeMap::new();
         let mut count = |node: u32, weight: f64| {
             *slave.entry(node).or_default() += weight;

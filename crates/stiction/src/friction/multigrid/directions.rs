@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::iteration::Iterate;
 use super::points::Point;
+use super::tightening::Tightening;
 use crate::linalg::multigrid::NodeConstraint;
 
 /// A vector of nodes with three components.
@@ -12,6 +13,8 @@ pub(super) type Vector = Vec<[f64; 3]>;
 pub(super) struct Direction {
     pub p: Vector,
     pub kp: Vector,
+    /// Of the bolts whose force is given, as part of the direction.
+    pub shortening: Vec<f64>,
 }
 
 /// Nodes of a partial sum; sums do not depend on the number of threads.
@@ -33,9 +36,22 @@ pub(super) fn norm(x: &Vector) -> f64 {
 /// `(Sᵀ M S) y = Sᵀ r`, with `M` the sum of `K`, the springs of slipping points and their Coulomb coupling, and makes that
 /// combination the first direction. Without the coupling it minimises the energy. Minimising the residual instead stalls:
 /// steps shrink whenever the active sets change.
-pub(super) fn minimise(directions: &mut [Direction], r: &Vector, points: &[Point], at: &mut Iterate) {
-    let Iterate { u, ku, conditions } = at;
-    let (mut a, b) = gram(directions, r);
+pub(super) fn minimise(
+    directions: &mut [Direction],
+    r: &Vector,
+    points: &[Point],
+    tightening: Option<&Tightening>,
+    at: &mut Iterate,
+) {
+    let (mut a, mut b) = gram(directions, r);
+    if let Some(tightening) = tightening {
+        let missing = tightening.missing(at);
+        for (i, x) in directions.iter().enumerate() {
+            b[i] += x.shortening.iter().zip(&missing).map(|(s, m)| s * m).sum::<f64>();
+            directions.iter().enumerate().for_each(|(j, y)| a[i][j] += tightening.coupled(x, y));
+        }
+    }
+    let Iterate { u, ku, shortening, conditions } = at;
     let mut coupling = [[0.0; MOST_DIRECTIONS]; MOST_DIRECTIONS];
     for (p, condition) in points.iter().zip(conditions) {
         let NodeConstraint { spring, coulomb, .. } = &condition.constraint;
@@ -59,6 +75,10 @@ pub(super) fn minimise(directions: &mut [Direction], r: &Vector, points: &[Point
     let Some((first, rest)) = directions.split_first_mut() else { return };
     combine(&mut first.p, y[0], rest.iter().zip(&y[1..]).map(|(d, &y)| (y, &d.p)).collect(), u);
     combine(&mut first.kp, y[0], rest.iter().zip(&y[1..]).map(|(d, &y)| (y, &d.kp)).collect(), ku);
+    for (bolt, (s, sum)) in first.shortening.iter_mut().zip(shortening).enumerate() {
+        *s = y[0] * *s + rest.iter().zip(&y[1..]).map(|(d, y)| y * d.shortening[bolt]).sum::<f64>();
+        *sum += *s;
+    }
 }
 
 /// `x = a x + sum of the others`, and `sum += x`.

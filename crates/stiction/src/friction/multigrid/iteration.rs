@@ -1,10 +1,11 @@
 use std::ops::ControlFlow;
 
 use super::active_set::{ContactCondition, PointLaw, closed_condition, contact_condition, forced_stick, slip_reverses};
-use super::directions::{Direction, MOST_DIRECTIONS, Vector, minimise, norm};
+use super::directions::{Direction, MOST_DIRECTIONS, Vector, dot, minimise, norm};
 use super::floating::FloatingBodies;
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
+use super::tightening::Tightening;
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
 use crate::linalg::multigrid::{Block, Blocks, Hierarchy, NodeConstraint};
@@ -22,6 +23,8 @@ pub(super) struct Subproblem<'a> {
     pub max_resets: usize,
     /// Floating bodies, which are balanced as rigid ones before each cycle as long as the residual is large.
     pub floating: Option<&'a FloatingBodies<'a>>,
+    /// Bolts whose force is given, for [`run`].
+    pub tightening: Option<&'a Tightening>,
 }
 
 impl<'a> Subproblem<'a> {
@@ -35,7 +38,10 @@ impl<'a> Subproblem<'a> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Iterate {
     pub u: Vector,
+    /// Less the forces of the shortenings.
     pub ku: Vector,
+    /// Of the bolts whose force is given, beyond what the load contains; length.
+    pub shortening: Vec<f64>,
     pub conditions: Vec<ContactCondition>,
 }
 
@@ -96,6 +102,9 @@ pub(super) fn run(
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
             floating.balance(problem, &mut state.iterate);
         }
+        if let Some(tightening) = problem.tightening {
+            tightening.balance(problem.transformed, &mut state.iterate);
+        }
         let guessed = state.update_conditions(problem);
         let violated = violation(problem, &state.iterate);
         state.monitor.record(violated);
@@ -130,8 +139,13 @@ pub(super) fn run(
             let r = residual(problem, &state.iterate);
             let p = hierarchy.cycle(&r);
             let kp = problem.transformed.k.times(&p);
-            state.directions.insert(0, Direction { p, kp });
-            minimise(&mut state.directions, &r, &problem.transformed.points, &mut state.iterate);
+            let mut direction = Direction { p, kp, shortening: Vec::new() };
+            if let Some(tightening) = problem.tightening {
+                tightening.make_conjugate(&mut direction);
+            }
+            state.directions.insert(0, direction);
+            let points = &problem.transformed.points;
+            minimise(&mut state.directions, &r, points, problem.tightening, &mut state.iterate);
             state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { Threshold::KEPT_FAR });
             state.cycles += 1;
         }
@@ -141,13 +155,13 @@ pub(super) fn run(
 impl State {
     /// At zero displacements of so many nodes; the first contact conditions are a guess.
     pub(super) fn zero(nodes: usize) -> State {
-        let iterate = Iterate { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], conditions: Vec::new() };
+        let iterate = Iterate { u: vec![[0.0; 3]; nodes], ku: vec![[0.0; 3]; nodes], ..Iterate::default() };
         State { iterate, guess: true, ..State::default() }
     }
 
     /// At displacements `u`, whose law decides the first contact conditions.
     pub(super) fn at(u: Vector, k: &Blocks<3, 3>) -> State {
-        State { iterate: Iterate { ku: k.times(&u), u, conditions: Vec::new() }, ..State::default() }
+        State { iterate: Iterate { ku: k.times(&u), u, ..Iterate::default() }, ..State::default() }
     }
 
     /// The same with the counts of an earlier stage. A guess that has failed is not repeated.
@@ -200,8 +214,11 @@ impl State {
 
     /// Replaces `K u`, which was updated along with `u`, by a fresh product; whether the two agree.
     fn refresh_forces(&mut self, problem: &Subproblem<'_>) -> bool {
-        let Iterate { u, ku, .. } = &mut self.iterate;
-        let fresh = problem.transformed.k.times(u);
+        let Iterate { u, ku, shortening, .. } = &mut self.iterate;
+        let mut fresh = problem.transformed.k.times(u);
+        if let Some(tightening) = problem.tightening {
+            tightening.take_off(shortening, &mut fresh);
+        }
         let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
         *ku = fresh;
         norm(&drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
@@ -240,7 +257,7 @@ impl State {
     /// Constrained components take their target values, and those of the directions become zero.
     fn apply_targets(&mut self, problem: &Subproblem<'_>) {
         let k = &problem.transformed.k;
-        let Iterate { u, ku, conditions } = &mut self.iterate;
+        let Iterate { u, ku, conditions, .. } = &mut self.iterate;
         for (condition, (p, law)) in conditions.iter().zip(problem.points()) {
             for c in (0..3).filter(|&c| condition.constraint.constrained[c]) {
                 let change = law.target[c] - std::mem::replace(&mut u[p.node][c], law.target[c]);
@@ -312,8 +329,9 @@ fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
             }
         }
     }
-    let scale = load(problem.transformed, &at.ku);
-    if scale > 0.0 { norm(&r) / scale } else { norm(&r) }
+    let missing = problem.tightening.map_or(0.0, |t| t.missing(at).iter().map(|m| m * m).sum());
+    let (scale, left) = (load(problem.transformed, &at.ku), (dot(&r, &r) + missing).sqrt());
+    if scale > 0.0 { left / scale } else { left }
 }
 
 /// The larger of the load and the contact forces, newton.

@@ -96,16 +96,7 @@ pub fn solve_multigrid(
     let floats = transformed.points.iter().any(|p| p.floats);
     let (convex, max_iterations) = (convex(&problem.contact.friction), settings.max_iterations);
     let traits = Traits { floats, convex, asked: settings.path == SolverPath::Multigrid, max_iterations };
-    let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed));
-    let start = match given {
-        Some(u) => Some(transformed.to_frames(&u)),
-        None if floats => None,
-        None => coarse_start::start(transformed, &laws, hierarchy),
-    };
-    let begin = || match &start {
-        Some(u) => State::at(u.clone(), &transformed.k),
-        None => State::zero(transformed.f.len()),
-    };
+    let begin = start(problem, transformed, &laws, hierarchy, settings);
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, conditions: &[ContactCondition]| {
         let progress = progress(cycle, residual, conditions);
@@ -121,7 +112,7 @@ pub fn solve_multigrid(
         if stage.balances_floating_bodies && floating.is_none() {
             floating = FloatingBodies::new(problem, transformed);
         }
-        state = begin().after(&state);
+        state = begin.clone().after(&state);
         let subproblem = Subproblem {
             transformed,
             laws: &laws,
@@ -129,6 +120,7 @@ pub fn solve_multigrid(
             max_cycles: (stage.budget)(state.cycles, &traits),
             max_resets: (stage.max_resets)(&traits),
             floating: floating.as_ref().filter(|_| stage.balances_floating_bodies),
+            tightening: None,
         };
         loop {
             let subproblem = Subproblem { tolerance: target, ..subproblem };
@@ -163,13 +155,34 @@ pub fn solve_multigrid(
     Solution { history, ..solution }
 }
 
+/// Where the iteration begins: at the displacements given, or else where its start looks for them.
+pub(super) fn start(
+    problem: &ContactProblem,
+    transformed: &Transformed,
+    laws: &[PointLaw],
+    hierarchy: &mut Hierarchy,
+    settings: &Settings,
+) -> State {
+    let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed));
+    let floats = transformed.points.iter().any(|p| p.floats);
+    let u = match given {
+        Some(u) => Some(transformed.to_frames(&u)),
+        None if floats => None,
+        None => coarse_start::start(transformed, laws, hierarchy),
+    };
+    match u {
+        Some(u) => State::at(u, &transformed.k),
+        None => State::zero(transformed.f.len()),
+    }
+}
+
 /// The factor for the target after a certificate that does not pass.
 fn reduction(certificate: &Certificate) -> f64 {
     let wanted = 0.5 / certificate.missed();
     if wanted.is_nan() { REDUCTION[0] } else { wanted.clamp(REDUCTION[0], REDUCTION[1]) }
 }
 
-fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Progress {
+pub(super) fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Progress {
     let count = |s| conditions.iter().filter(|x| x.state == s).count();
     Progress {
         phase: Phase::Multigrid,
@@ -219,13 +232,12 @@ fn convex(friction: &[Friction]) -> bool {
     friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0))
 }
 
-/// Multipliers from the balance at the contact nodes, made admissible, and their certificate.
-fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, end: End, tolerance: f64) -> Solution {
+/// Multipliers from the balance at the contact nodes, made admissible.
+pub(super) fn multipliers(problem: &ContactProblem, transformed: &Transformed, at: &Iterate) -> Vec<f64> {
     let m = problem.points();
     let mut lambda = vec![0.0; 3 * m];
-    let conditions = &state.iterate.conditions;
-    for (j, (p, condition)) in transformed.points.iter().zip(conditions).enumerate() {
-        let force = state.iterate.force(transformed, p.node);
+    for (j, (p, condition)) in transformed.points.iter().zip(&at.conditions).enumerate() {
+        let force = at.force(transformed, p.node);
         let friction = if condition.state == PointState::Slip { condition.friction } else { [force[1], force[2]] };
         let normal = if condition.constraint.constrained[0] { force[0] } else { 0.0 };
         let values = [normal, friction[0], friction[1]];
@@ -235,10 +247,16 @@ fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, 
     }
     make_admissible(&problem.contact.friction, &mut lambda);
     problem.out_of_isotropic(&mut lambda);
+    lambda
+}
+
+/// The iterate with its multipliers and their certificate.
+fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, end: End, tolerance: f64) -> Solution {
+    let lambda = multipliers(problem, transformed, &state.iterate);
     let u = transformed.out_of_frames(&state.iterate.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = end.status(certificate.passed);
-    let states = conditions.iter().map(|s| s.state).collect();
+    let states = state.iterate.conditions.iter().map(|s| s.state).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };
     let path = SolverPath::Multigrid;
     Solution { status, path, u, lambda, states, certificate, counts, history: Vec::new() }

@@ -93,6 +93,7 @@ fn descend_for(problem: &ContactProblem, cycles: usize) -> (End, usize, Vec<f64>
         max_cycles: cycles,
         max_resets: 0,
         floating: None,
+        tightening: None,
     };
     let end = descend(&subproblem, &mut hierarchy, &mut state, &mut |_, _, _| ControlFlow::Continue(()));
     (end, state.cycles, transformed.out_of_frames(&state.iterate.u))

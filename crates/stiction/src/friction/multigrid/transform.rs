@@ -152,13 +152,19 @@ impl Transformed {
 
     /// Replaces the load.
     pub(super) fn set_load(&mut self, f: &[f64]) {
-        self.f = self.nodes.gather(f);
+        self.f = self.forces(f);
+    }
+
+    /// Forces on the unknowns in the frames.
+    pub(super) fn forces(&self, f: &[f64]) -> Vec<[f64; 3]> {
+        let mut f = self.nodes.gather(f);
         for p in &self.points {
-            self.f[p.node] = times(&p.forces(), &self.f[p.node]);
+            f[p.node] = times(&p.forces(), &f[p.node]);
         }
         if let Some(relative) = &self.relative {
-            relative.forces(&mut self.f);
+            relative.forces(&mut f);
         }
+        f
     }
 
     /// Displacements of unknowns in the frames.

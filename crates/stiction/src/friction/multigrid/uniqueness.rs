@@ -24,7 +24,7 @@ pub fn coulomb_facts_by_multigrid(
     transformed.set_load(&problem.elastic.f);
     let laws = point_laws(problem, transformed);
     let u = transformed.to_frames(&solution.u);
-    let at = Iterate { ku: transformed.k.times(&u), u, conditions: Vec::new() };
+    let at = Iterate { ku: transformed.k.times(&u), u, ..Iterate::default() };
     let frozen = |(p, law)| {
         let mut condition = contact_condition(law, p, at.force(transformed, p.node), at.u[p.node]);
         condition.constraint.coulomb = [0.0; 2];
@@ -53,8 +53,8 @@ impl Linear<'_> {
     /// Improves `at` until it balances the friction forces of its conditions.
     fn solve(&mut self, at: &mut Iterate) {
         let Linear { transformed, laws, .. } = *self;
-        let (tolerance, max_cycles, max_resets, floating) = (Threshold::ACCURACY, 0, 0, None);
-        let problem = Subproblem { transformed, laws, tolerance, max_cycles, max_resets, floating };
+        let (tolerance, max_cycles, max_resets, floating, tightening) = (Threshold::ACCURACY, 0, 0, None, None);
+        let problem = Subproblem { transformed, laws, tolerance, max_cycles, max_resets, floating, tightening };
         let load = at.conditions.iter().flat_map(|c| c.friction).map(|x| x * x).sum::<f64>().sqrt();
         let mut directions: Vec<Direction> = Vec::new();
         for _ in 0..Threshold::INNER_LIMIT {
@@ -65,8 +65,8 @@ impl Linear<'_> {
             }
             let p = self.hierarchy.cycle(&r);
             let kp = transformed.k.times(&p);
-            directions.insert(0, Direction { p, kp });
-            minimise(&mut directions, &r, &transformed.points, at);
+            directions.insert(0, Direction { p, kp, shortening: Vec::new() });
+            minimise(&mut directions, &r, &transformed.points, None, at);
             directions.truncate(MOST_DIRECTIONS - 1);
             self.cycles += 1;
         }
@@ -77,7 +77,7 @@ impl Linear<'_> {
         let constraints: Vec<NodeConstraint> = conditions.iter().map(|c| c.constraint).collect();
         self.hierarchy.constrain(&constraints, true);
         let zero = vec![[0.0; 3]; self.transformed.f.len()];
-        Iterate { u: zero.clone(), ku: zero, conditions }
+        Iterate { u: zero.clone(), ku: zero, conditions, ..Iterate::default() }
     }
 }
 

@@ -20,13 +20,8 @@ fn rigid_modes(prepared: &Prepared) -> Vec<Option<Vec<f64>>> {
 }
 
 fn rigid_mode(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
-    let (mesh, dofs, k) = (&prepared.mesh, &prepared.model.dofs, &prepared.problem.elastic.K);
-    let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
-    let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
-    let mut before = reached(mesh, &cells_before(mesh, bolt), &at_cut);
-    for &node in &bolt.cut.nodes {
-        (beyond[node as usize], before[node as usize]) = (false, true);
-    }
+    let (dofs, k) = (&prepared.model.dofs, &prepared.problem.elastic.K);
+    let [before, beyond] = sides(&prepared.mesh, bolt);
     let mut wanted = vec![0.0; k.rows];
     for &(dof, force) in &bolt.cut.force {
         if let Some(wanted) = wanted.get_mut(dofs.unknown[dof as usize] as usize) {
@@ -41,6 +36,17 @@ fn rigid_mode(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
         (!strains).then_some(motion)
     };
     moving(&beyond, -1.0).or_else(|| moving(&before, 1.0))
+}
+
+/// Nodes on the side of the cut its axis comes from, those of the cut included, and on the other.
+pub(super) fn sides(mesh: &Mesh, bolt: &Bolt) -> [Vec<bool>; 2] {
+    let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
+    let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
+    let mut before = reached(mesh, &cells_before(mesh, bolt), &at_cut);
+    for &node in &bolt.cut.nodes {
+        (beyond[node as usize], before[node as usize]) = (false, true);
+    }
+    [before, beyond]
 }
 
 /// Cells at the cut on the side its axis comes from.
@@ -71,20 +77,12 @@ fn reached(mesh: &Mesh, from: &[u32], at_cut: &dyn Fn(u32) -> bool) -> Vec<bool>
     reached
 }
 
-/// The part of a bolt's force under which it has closed its clearance and hardly more.
-const HARDLY: f64 = 1e-6;
-
-/// For each bolt with a rigid mode that begins from rest (`from_rest`) and whose force is given: its number, its clearance,
-/// and what its parts approach each other by before they bear the force; lengths.
-pub(crate) fn clearances(
-    prepared: &Prepared,
-    targets: &[Target],
-    from_rest: &[bool],
-    shortening: &[f64],
-) -> Vec<(usize, f64, f64)> {
+/// Adds to the shortening each bolt is searched from what its parts approach each other by before they bear its force;
+/// `from_rest` marks the bolts that have no shortening of an earlier step.
+pub(crate) fn close_clearance(prepared: &Prepared, targets: &[Target], from_rest: &[bool], shortening: &mut [f64]) {
     let wanted = |target: &Target| if let Target::Force(force) = target { Some(*force) } else { None };
     if !targets.iter().zip(from_rest).any(|(target, from_rest)| *from_rest && wanted(target).is_some()) {
-        return Vec::new();
+        return;
     }
     let modes = rigid_modes(prepared);
     let (mut columns, mut pull, mut bolts) = (Vec::new(), Vec::new(), Vec::new());
@@ -100,14 +98,10 @@ pub(crate) fn clearances(
             None => axpy(shortening[number], mode, &mut u),
         }
     }
-    if columns.is_empty() {
-        return Vec::new();
+    if !columns.is_empty() {
+        let (_, way) = rigid_equilibrium(&prepared.problem, &prepared.motions, &columns, &pull, u);
+        bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way.max(0.0));
     }
-    let way = |part: f64| {
-        let pull: Vec<f64> = pull.iter().map(|force| part * force).collect();
-        rigid_equilibrium(&prepared.problem, &prepared.motions, &columns, &pull, u.clone()).1
-    };
-    bolts.into_iter().zip(way(HARDLY)).zip(way(1.0)).map(|((bolt, least), way)| (bolt, least, way)).collect()
 }
 
 /// Displacements of the parts as rigid bodies with the bolts as they stand now; `None` without a bolt that has a rigid mode.

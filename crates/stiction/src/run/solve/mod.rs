@@ -11,6 +11,7 @@ pub(super) mod quantities;
 mod record;
 mod solutions;
 mod steps;
+mod stretch;
 mod totals;
 pub(super) mod tractions;
 

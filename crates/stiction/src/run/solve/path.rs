@@ -11,15 +11,15 @@ use crate::Error;
 use crate::contact::sliding::{Sliding, least_resisted};
 use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
-    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, Status,
-    coulomb_facts, coulomb_facts_by_multigrid, solve_with,
+    self, Answer, CoulombFacts, Method, MethodReport, MethodSettings, Progress, Solution, SolverPath, SoughtForce,
+    Status, Tightened, coulomb_facts, coulomb_facts_by_multigrid, solve_with,
 };
 use crate::io::case::SolverSpec;
 use crate::io::machine;
 use crate::run::pose::loads::TIME;
 use crate::run::pose::memory::is_of_memory;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, Span, place, stopwatch};
-use crate::solve::{Kept, Observer, Solutions, SolveEvent, solve_from_starts, solve_validated};
+use crate::solve::{Kept, Observer, Solutions, SolveEvent, solve_from_starts, solve_validated, tighten};
 
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -224,6 +224,34 @@ pub(crate) fn solve_again(
     let answer = answer.map_err(|error| placed(prepared, settings, error))?;
     let Clock { seconds, times, .. } = clock.stopped();
     Ok(Outcome { method: answer.method, times, seconds, ..Outcome::new(answer.solution, settings) })
+}
+
+/// Shortenings of bolts whose force is given together with the contact forces, where the next solve goes by multigrid;
+/// `None` where it does not, or nothing is found.
+///
+/// # Errors
+/// As [`solve_again`].
+pub(crate) fn tightened_by_multigrid(
+    prepared: &Prepared,
+    settings: &Settings,
+    sought: &[SoughtForce],
+    kept: &mut Kept,
+    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+) -> Result<Option<(Tightened, Seconds)>, Error> {
+    let (problem, mut solver) = (&prepared.problem, settings.solver.clone());
+    if sought.is_empty() || settings.method.method != Method::Newton || !kept.begins_with_multigrid(problem, &solver) {
+        return Ok(None);
+    }
+    let mut clock = Clock::new();
+    let mut watch = |event: &SolveEvent| {
+        clock.event(event);
+        let flow = observer(&Event::Solver(*event));
+        if settings.solver.stop.asked() { ControlFlow::Break(()) } else { flow }
+    };
+    solver.start_displacement = solver.start_displacement.or_else(|| clearance::start(prepared));
+    let found =
+        tighten(problem, sought, &solver, kept, &mut watch).map_err(|error| placed(prepared, settings, error))?;
+    Ok(found.map(|found| (found, clock.stopped().seconds)))
 }
 
 /// One of the methods of the source paper and their kin, on the factor.

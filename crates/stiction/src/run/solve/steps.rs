@@ -6,11 +6,12 @@
 use std::ops::ControlFlow;
 
 use super::balance::{Balance, BodyState, balance};
-use super::bolts::{BoltSearch, beyond, bolt_states};
-use super::clearance::clearances;
+use super::bolts::{BoltSearch, bolt_states};
+use super::clearance::close_clearance;
 use super::passing;
-use super::path::{other_starts, sliding, solve_again, uniqueness_facts};
+use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
 use super::record::StepRecord;
+use super::stretch::sought_forces;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
@@ -81,13 +82,6 @@ struct Answer {
     gap: Vec<f64>,
     u: Vec<f64>,
     lambda: Vec<f64>,
-}
-
-impl Answer {
-    /// Of the problem as it stands.
-    fn now(problem: &ContactProblem, t: f64, u: Vec<f64>, lambda: Vec<f64>) -> Self {
-        Answer { t, f: problem.elastic.f.clone(), gap: problem.contact.gap.clone(), u, lambda }
-    }
 }
 
 /// Solves all load steps of a prepared case, from the start or from where `restart` ends; the answer is that of the
@@ -241,10 +235,10 @@ fn restored(
     Outcome::new(solution, settings)
 }
 
-/// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached, by Broyden's method (1965)
-/// for the shortenings: the force through a cut grows with them, at most by the stiffness of its cells, and in proportion
-/// as long as no point changes its state. Each solve begins on the line through the last two and is as accurate as the
-/// search can use, so that all of them together take little more than one.
+/// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached: multigrid finds their
+/// shortenings beside the displacements. From there, or without it, Broyden's method (1965) goes on: the force through a
+/// cut grows with the shortening, at most by the stiffness of its cells, and in proportion as long as no point changes
+/// its state.
 fn tighten(
     prepared: &mut Prepared,
     settings: &Settings,
@@ -255,48 +249,45 @@ fn tighten(
 ) -> Result<(LoadState, Outcome), Error> {
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
-    let mut before = march.body.loads.initial.shortening.clone();
-    before.resize(targets.len(), 0.0);
-    let mut search = BoltSearch::new(&prepared.loading.bolts, &targets, &before, settings.solver.tolerance);
-    let from_rest: Vec<bool> = before.iter().map(|&s| s == 0.0).collect();
+    let before = &march.body.loads.initial.shortening;
+    let mut search = BoltSearch::new(&prepared.loading.bolts, &targets, before, settings.solver.tolerance);
+    let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
-    for (bolt, clearance, way) in clearances(prepared, &targets, &from_rest, &search.shortening) {
-        search.close(bolt, clearance, way);
-    }
-    let mut settings = settings.clone();
+    close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
-    // Shortenings with their answers: that of the last step first, then the last two solves.
-    let mut found: Vec<(Vec<f64>, Answer)> = vec![(before, last_answer(prepared, march))];
+    let mut from = None;
+    if !search.sought().is_empty() {
+        apply(prepared, &tightened(prepared, base.clone(), &search.shortening), &march.slid);
+        let start_displacement = march.body.lambda.iter().any(|&x| x != 0.0).then(|| predicted(prepared, march, t).1);
+        let solver = friction::Settings { start_displacement, ..settings.solver.clone() };
+        let sought = sought_forces(prepared, search.sought());
+        let found =
+            tightened_by_multigrid(prepared, &Settings { solver, ..settings.clone() }, &sought, kept, observer)?;
+        if let Some((found, seconds)) = found {
+            search.lengthen(&found.shortening);
+            spent.add(&seconds);
+            counts.add(&found.counts);
+            from = Some((found.lambda, found.u));
+        }
+    }
     loop {
         let loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);
-        let start = match &found[..] {
-            [(before, first), (last, second)] => {
-                on_line(&prepared.problem, first, second, beyond(before, last, &search.shortening))
-                    .unwrap_or_else(|| (second.lambda.clone(), second.u.clone()))
-            }
-            _ => predicted(prepared, march, t),
-        };
-        settings.solver.tolerance = search.tolerance;
-        let mut outcome = attempt(prepared, &settings, march, &start, kept, observer)?;
+        let start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
+        let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
         spent.add(&outcome.seconds);
         counts.add(&outcome.solution.counts);
         let solved = matches!(outcome.solution.status, Status::Solved | Status::Uncertified);
         let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
-        let shortening = search.shortening.clone();
-        let verdict = search.next(&forces);
-        if !solved || verdict.is_break() {
-            if solved && verdict == ControlFlow::Break(false) {
+        let found = search.next(&forces);
+        if !solved || found.is_break() {
+            if solved && found == ControlFlow::Break(false) {
                 outcome.solution.status = Status::Stalled;
             }
             (outcome.seconds, outcome.solution.counts) = (spent, counts);
             return Ok((loads, outcome));
         }
-        if found.len() == 2 {
-            found.remove(0);
-        }
-        let Solution { u, lambda, .. } = outcome.solution;
-        found.push((shortening, Answer::now(&prepared.problem, t, u, lambda)));
+        from = Some((outcome.solution.lambda, outcome.solution.u));
         // Only solves that fail make a step take more than one attempt.
         march.attempts -= 1;
     }
@@ -337,33 +328,20 @@ fn attempt(
 /// Multipliers and displacements at `t`: those of the last step, or on the line through the last two where what acts is
 /// nearer to that line. Loads that grow in proportion are met at once as long as no point changes its state.
 fn predicted(prepared: &Prepared, march: &March, t: f64) -> (Vec<f64>, Vec<f64>) {
-    let line = match &march.answers[..] {
-        [before, last] => on_line(&prepared.problem, before, last, (t - last.t) / (last.t - before.t)),
-        _ => None,
-    };
-    line.unwrap_or_else(|| (march.body.lambda.clone(), march.body.u.clone()))
-}
-
-/// Multipliers and displacements on the line through two answers, `scale` times as far beyond the later one as that is
-/// from the other; `None` where what acts now is nearer to what acted at the later one than to that line.
-fn on_line(problem: &ContactProblem, before: &Answer, last: &Answer, scale: f64) -> Option<(Vec<f64>, Vec<f64>)> {
-    let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
-        before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
-    };
-    let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-    let nearer = |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
-    (nearer(&before.f, &last.f, &problem.elastic.f) && nearer(&before.gap, &last.gap, &problem.contact.gap))
-        .then(|| (line(&before.lambda, &last.lambda), line(&before.u, &last.u)))
-}
-
-/// The answer of the last step; at the start that of the body at rest.
-fn last_answer(prepared: &Prepared, march: &March) -> Answer {
-    let BodyState { u, lambda, .. } = &march.body;
-    let (f, gap) = match march.answers.last() {
-        Some(last) => (last.f.clone(), last.gap.clone()),
-        None => (vec![0.0; u.len()], prepared.problem.contact.gap.clone()),
-    };
-    Answer { t: f64::NAN, f, gap, u: u.clone(), lambda: lambda.clone() }
+    let problem = &prepared.problem;
+    if let [before, last] = &march.answers[..] {
+        let scale = (t - last.t) / (last.t - before.t);
+        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
+            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
+        };
+        let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let nearer =
+            |before: &[f64], last: &[f64], now: &[f64]| squares(&line(before, last), now) <= squares(last, now);
+        if nearer(&before.f, &last.f, &problem.elastic.f) && nearer(&before.gap, &last.gap, &problem.contact.gap) {
+            return (line(&before.lambda, &last.lambda), line(&before.u, &last.u));
+        }
+    }
+    (march.body.lambda.clone(), march.body.u.clone())
 }
 
 /// Takes the solved step into the march.
@@ -399,7 +377,8 @@ fn finish(
     if march.answers.len() == 2 {
         march.answers.remove(0);
     }
-    march.answers.push(Answer::now(problem, t, u.clone(), lambda.clone()));
+    let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
+    march.answers.push(Answer { t, f, gap, u: u.clone(), lambda: lambda.clone() });
     march.body = BodyState { loads, u: u.clone(), lambda: lambda.clone(), balance };
     march.attempts = 0;
     if finished {
