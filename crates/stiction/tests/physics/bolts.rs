@@ -42,6 +42,21 @@ fn a_clearance_costs_shortening_and_no_force() {
     }
 }
 
+/// A bolt by force takes at most one and a half solves more by multigrid than by the shortening it ends at.
+#[test]
+fn a_force_takes_few_cycles_more_than_its_shortening() {
+    let multigrid = ("solver.path", "'multigrid'");
+    for gap in ["0", "3"] {
+        let by_force = joint(&[multigrid, ("contact.1.gap", gap)]).0;
+        let [force, shortening] = course(&by_force)[0];
+        let bolt = format!("{{ on = 'bolt', axis = [0, 0, 1], shortening = '{shortening:?}*min(t, 1)' }}");
+        let by_shortening = joint(&[multigrid, ("contact.1.gap", gap), ("bolt.0", &bolt)]).0;
+        assert!((course(&by_shortening)[0][0] / force - 1.0).abs() < 1e-6);
+        let [a, b] = [&by_force, &by_shortening].map(|outcome| outcome.steps[0].answer.counts.steps());
+        assert!(b > 0 && 2 * a <= 5 * b, "{gap}: {a} cycles by force, {b} by shortening");
+    }
+}
+
 /// By shortening over the same clearance in four increments: the first ones press nothing.
 #[test]
 fn a_bolt_has_no_force_before_its_clearance_is_closed() {
