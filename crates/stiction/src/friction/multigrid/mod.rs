@@ -1,7 +1,8 @@
 //! Multigrid for contact with friction: an active-set iteration on the displacements with one multigrid cycle for each
 //! change of the active sets. It costs little more than one linear solve and needs no factor, which suits large problems.
 //!
-//! [`solve_multigrid`] walks the stages of the fallback strategy (`strategy.rs`). The iteration is `iteration.rs`. The trials
+//! [`solve_multigrid`] walks the stages of the fallback strategy (`strategy.rs`). The iteration is `iteration.rs`;
+//! with `tightening.rs` it finds the shortenings of bolts whose force is given as well. The trials
 //! by which constants were chosen are in docs/notes/2026-11-23-multigrid-trials.md.
 
 // Three components and three directions are read by their indices.
