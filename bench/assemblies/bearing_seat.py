@@ -2,7 +2,7 @@
 
 from shapes import around, at, box, cut, cylinder, fuse, part, revolved
 
-H = {"50k": 1.0, "200k": 0.54, "700k": 0.35}
+H = {"50k": 1.0, "200k": 0.54, "700k": 0.328}
 
 
 def build(folder, s):

@@ -2,7 +2,7 @@
 
 from shapes import at, box, cut, fuse, part, prism, rounded
 
-H = {"50k": 1.04, "200k": 0.585, "700k": 0.38}
+H = {"50k": 1.04, "200k": 0.585, "700k": 0.36}
 # The flank runs from the neck to the shoulder, down and outwards.
 NECK, SHOULDER = (6, -2), (12, -10)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from shapes import around, at, bolt, bolt_groups, cut, cylinder, part, revolved
 
-H = {"50k": 1.5, "200k": 0.78, "700k": 0.5}
+H = {"50k": 1.5, "200k": 0.78, "700k": 0.445}
 CIRCLE = 48.0
 PLACES = [(CIRCLE * np.cos(a), CIRCLE * np.sin(a)) for a in np.pi / 4 * (np.arange(8) + 0.5)]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from shapes import around, cut, cylinder, fuse, occ, part, prism, rounded
 
-H = {"50k": 1.12, "200k": 0.64, "700k": 0.42}
+H = {"50k": 1.12, "200k": 0.64, "700k": 0.393}
 MODULE, ANGLE, BACKLASH, WIDTH = 4.0, np.radians(20), 0.15, 8.0
 
 

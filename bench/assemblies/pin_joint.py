@@ -4,7 +4,7 @@ from shapes import at, box, cut, cylinder, fuse, part
 
 import numpy as np
 
-H = {"50k": 1.08, "200k": 0.62, "700k": 0.4}
+H = {"50k": 1.08, "200k": 0.62, "700k": 0.38}
 PIN, HOLE = 10.0, 10.02
 
 

@@ -2,7 +2,7 @@
 
 from shapes import around, at, cut, cylinder, part, revolved
 
-H = {"50k": 1.3, "200k": 0.735, "700k": 0.475}
+H = {"50k": 1.3, "200k": 0.735, "700k": 0.45}
 
 
 def build(folder, s):
