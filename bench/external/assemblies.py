@@ -13,10 +13,11 @@ of all load steps, all attempts and all solves for bolts in it; "s a step" is it
 from the progress, since the summary has those of the last solve of a step.
 
 With --docs the table is written to docs/assemblies.md. `--program PATH` takes a program instead of building one, `--folder DIR`
-keeps meshes and results.
+keeps meshes, results and what CalculiX took, which the next run uses; the table then has the rows of all runs in that folder.
 """
 
 import argparse
+import itertools
 import json
 import os
 import platform
@@ -32,6 +33,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
 SCRIPTS = os.path.join(ROOT, "bench", "assemblies")
+SIZES = ["50k", "200k", "700k"]
 SOLVE = ["setup", "ordering", "factorisation", "iteration"]
 PAGE = """# Assemblies
 
@@ -116,27 +118,38 @@ def theirs(results):
     return json.loads(done.stdout)
 
 
-def calculix(case, folder, run, least):
-    """What CalculiX takes, as text."""
-    if not shutil.which("ccx"):
-        return "not installed"
+def calculix(case, folder, limit):
+    """What CalculiX takes for the case: CPU seconds, whether it came to the end, and the load step it was in."""
     deck = os.path.join(folder, "deck")
+    kept = deck + ".json"
+    if os.path.exists(kept):
+        with open(kept) as file:
+            r = json.load(file)
+        if r["finished"] or r["seconds"] < r["limit"] or r["limit"] >= limit:
+            return r
     subprocess.run([sys.executable, os.path.join(HERE, "calculix.py"), case, deck + ".inp"], check=True)
-    limit = max(20 * run, least)
     with open(deck + ".log", "w") as log:
-        done, cpu = timed(
+        _, cpu = timed(
             ["nice", "-n", "19", "ccx", "deck"], cwd=folder, stdout=log, stderr=log,
             env={**os.environ, "OMP_NUM_THREADS": "1"}, preexec_fn=lambda: stop_after(limit),
         )
-    with open(deck + ".sta") as file:
-        reached = [l.split() for l in file if l.strip() and l.split()[0].isdigit()]
-    time_reached = float(reached[-1][4]) if reached else 0.0
     with open(deck + ".log") as file:
         text = file.read()
-    if "Job finished" in text and "*ERROR" not in text:
-        return f"{cpu / run:.0f} times ({cpu:.0f} s)"
-    how = "stopped" if cpu >= limit - 1 else "failed"
-    return f"{how} after {cpu / run:.0f} times ({cpu:.0f} s) in step {int(reached[-1][0]) if reached else 1}"
+    with open(deck + ".sta") as file:
+        steps = [int(l.split()[0]) for l in file if l.strip() and l.split()[0].isdigit()]
+    finished = "Job finished" in text and "*ERROR" not in text
+    r = {"seconds": cpu, "finished": finished, "step": max(steps, default=1), "limit": limit}
+    with open(kept, "w") as file:
+        json.dump(r, file)
+    return r
+
+
+def beside(r, run):
+    """The words of the table for what CalculiX took."""
+    if r["finished"]:
+        return f"{r['seconds'] / run:.0f} times"
+    how = "stopped" if r["seconds"] >= r["limit"] - 1 else "failed"
+    return f"{how} after {r['seconds'] / run:.0f} times, in step {r['step']}"
 
 
 def line(name, r):
@@ -161,7 +174,7 @@ def main():
     from build import NAMES, build
 
     parser = argparse.ArgumentParser()
-    parser.add_argument("--sizes", default="50k,200k,700k")
+    parser.add_argument("--sizes", default=",".join(SIZES))
     parser.add_argument("--only", default=",".join(NAMES))
     parser.add_argument("--no-calculix", action="store_true")
     parser.add_argument("--calculix-seconds", type=float, default=600)
@@ -171,12 +184,13 @@ def main():
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
     program = arguments.program or os.path.join(TARGET, "release", "stiction")
+    if not arguments.no_calculix and not shutil.which("ccx"):
+        sys.exit("CalculiX (ccx) is not installed; --no-calculix leaves it out")
     if not arguments.program:
         subprocess.run(["cargo", "build", "--release", "--quiet", "--bin", "stiction"], cwd=ROOT, check=True)
     keep = arguments.folder or tempfile.mkdtemp()
     sizes = arguments.sizes.split(",")
     print(machine() + "\n\n" + HEAD)
-    rows = []
     for name in arguments.only.split(","):
         for size in sizes:
             folder = os.path.join(keep, f"{name}-{size}")
@@ -191,16 +205,25 @@ def main():
                 r["external"] = theirs(results)
                 r["ratio"] = r["step"] / r["external"]["seconds"] if r["external"] else None
                 r["calculix"] = "-"
-                if size == sizes[0] and not arguments.no_calculix:
-                    r["calculix"] = calculix(case, folder, r["run"], arguments.calculix_seconds)
-            rows.append(line(name.replace("_", " "), r))
-            print(rows[-1], flush=True)
+                if size == SIZES[0] and not arguments.no_calculix:
+                    limit = max(20 * r["run"], arguments.calculix_seconds)
+                    r["calculix"] = beside(calculix(case, folder, limit), r["run"])
+            print(line(name.replace("_", " "), r), flush=True)
+            with open(folder + ".json", "w") as file:
+                json.dump(r, file)
             if not arguments.folder:
                 shutil.rmtree(folder)
     if arguments.docs:
+        rows = []
+        for name, size in itertools.product(NAMES, SIZES):
+            kept = os.path.join(keep, f"{name}-{size}.json")
+            if os.path.exists(kept):
+                with open(kept) as file:
+                    rows.append(line(name.replace("_", " "), json.load(file)))
         with open(os.path.join(ROOT, "docs", "assemblies.md"), "w") as file:
             file.write(PAGE.format(f"{arguments.calculix_seconds:.0f}") + machine() + "\n\n" + HEAD + "\n" + "\n".join(rows) + "\n")
 
 
-environment()
-main()
+if __name__ == "__main__":
+    environment()
+    main()

@@ -111,6 +111,16 @@ class Mesh:
             normal = np.cross(np.einsum("k,ekd->ed", dr, X), np.einsum("k,ekd->ed", ds, X)) * w / 2
             yield N, place, normal
 
+    def shift(self, groups, distance):
+        """Moves a surface outwards: an interference as a part that is too large."""
+        triangles = np.concatenate([self.triangles[g] for g in groups])
+        sign, normals = self.outwards(triangles), np.zeros_like(self.x)
+        for N, _, normal in self.points(triangles):
+            for k in range(6):
+                np.add.at(normals, triangles[:, k] - 1, abs(N[k]) * sign[:, None] * normal)
+        nodes = np.unique(triangles) - 1
+        self.x[nodes] += distance * normals[nodes] / np.linalg.norm(normals[nodes], axis=1)[:, None]
+
     def outwards(self, triangles):
         """The sign that turns the normals of triangles out of their cells."""
         sign = []
@@ -167,6 +177,9 @@ def times(case):
 def deck(case, folder, file):
     mesh = Mesh(case, folder)
     write = lambda *text: print(*text, sep="\n", file=file)
+    for contact in case["contact"]:
+        if isinstance(contact.get("gap"), (int, float)):
+            mesh.shift(names(contact["on"]), -contact["gap"])
     write("*NODE, NSET=ALL")
     for i, x in enumerate(mesh.x):
         if mesh.used[i + 1]:
@@ -190,8 +203,6 @@ def deck(case, folder, file):
         write(f"{20 * stiffest:.6g}, 1e-3, 1e-4")
         write("*FRICTION", f"{contact['friction']['coulomb']}, {0.2 * stiffest:.6g}")
         write(f"*CONTACT PAIR, INTERACTION=I{i}, TYPE=SURFACE TO SURFACE", f"S{i}, T{i}")
-        if isinstance(contact.get("gap"), (int, float)):
-            write(f"*CLEARANCE, MASTER=T{i}, SLAVE=S{i}, VALUE={contact['gap']}")
     bolts = case.get("bolt", [])
     for i, bolt in enumerate(bolts):
         triangles = mesh.triangles[bolt["on"]]
