@@ -2,18 +2,19 @@
 
     python3 bench/external/assemblies.py [--sizes 50k,200k,700k] [--only press_fit,flange] [--no-calculix] [--docs]
 
-makes a virtual environment with numpy, scipy, gmsh and pyamg beside the build (once), builds `stiction`, makes the meshes of the
-scripts in `bench/assemblies/` and solves every case with `stiction solve` by its default path on one thread. In the same
-run pyamg's smoothed aggregation with the rigid motions solves the linear problem in which the parts are tied to one another at
-the contact points (`bonded.py`), by conjugate gradients to 1e-8, and CalculiX solves the smallest size of each (`calculix.py`;
-Debian: calculix-ccx), for 20 times our CPU seconds or `--calculix-seconds`, whichever is longer.
+makes a virtual environment with numpy, scipy, gmsh and pyamg beside the build (once), builds `stiction`, makes the meshes of
+the scripts in `bench/assemblies/` and solves every case with `stiction solve` by its default path on one thread. In the same
+run pyamg's smoothed aggregation with the rigid motions solves the linear problem in which the parts are tied to one another
+at the contact points (`bonded.py`), by conjugate gradients to 1e-8, and CalculiX solves the 50k size of each
+(`calculix.py`; Debian: calculix-ccx), for 20 times our CPU seconds or `--calculix-seconds`, whichever is longer.
 
-All seconds are CPU seconds of one thread, so that others may use the machine. A solve is set-up (or ordering and factor) and iteration
-of all load steps, all attempts and all solves for bolts in it; "s a step" is its mean over the load steps. Cycles are counted
-from the progress, since the summary has those of the last solve of a step.
+All seconds are CPU seconds of one thread, so that others may use the machine. A solve is set-up (or ordering and factor) and
+iteration of all load steps, all attempts and all solves for bolts in it; "s a step" is its mean over the load steps. Cycles
+are counted from the progress, since the summary has those of the last solve of a step.
 
-With --docs the table is written to docs/assemblies.md. `--program PATH` takes a program instead of building one, `--folder DIR`
-keeps meshes, results and what CalculiX took, which the next run uses; the table then has the rows of all runs in that folder (`--sizes "" --docs` writes it without a run).
+With --docs the table is written to docs/assemblies.md. `--program PATH` takes a program instead of building one, `--folder
+DIR` keeps meshes, results and what CalculiX took, which the next run uses; the table then has the rows of all runs in that
+folder (`--sizes "" --docs` writes it without a run). With ASSEMBLIES_PYTHON=1 it stays in the Python it was started by.
 """
 
 import argparse
@@ -37,22 +38,23 @@ SIZES = ["50k", "200k", "700k"]
 SOLVE = ["setup", "ordering", "factorisation", "iteration"]
 PAGE = """# Assemblies
 
-Assemblies in quadratic tetrahedra (tet10), from the scripts in `bench/assemblies/`: meshes that do not match, Coulomb friction,
-bolts that are tightened to a force and then locked, interference, bodies that contact alone holds. Written by
+Assemblies in quadratic tetrahedra (tet10), from the scripts in `bench/assemblies/`: meshes that do not match, Coulomb
+friction, bolts that are tightened to a force and then locked, interference, bodies that contact alone holds. Written by
 
 ```sh
 python3 bench/external/assemblies.py --docs
 ```
 
 - **Path**: "multigrid", or "solves" and "dense", which go by a sparse factor.
-- **Cycles** are those of multigrid in each load step (with bolts: of all solves of the step), and Newton steps on the direct path.
+- **Cycles** are those of multigrid in each load step (with bolts: of all solves of the step), and Newton steps on the
+  direct path.
 - **s a step**: CPU seconds of set-up and iteration over the number of load steps, on one thread.
-- **Ratio**: that over the CPU seconds of one *linear* solve of the same parts tied to one another by pyamg's smoothed aggregation
-  with the rigid motions and conjugate gradients to 1e-8 (set-up and solve), in the same run.
+- **Ratio**: that over the CPU seconds of one *linear* solve (set-up and solve) of the same parts tied to one another, by
+  pyamg's smoothed aggregation with the rigid motions and conjugate gradients to 1e-8, in the same run.
 - **Run**: CPU seconds of the whole command, from the case file to the report.
 - **Worst**: the largest measure of the certificate (tolerance 1e-8).
-- **CalculiX** 2.20 with the same meshes, loads and steps, face-to-face penalty contact, one thread: its CPU seconds over those of our
-  whole run. It is given at least 20 times our seconds and then stopped.
+- **CalculiX** 2.20 with the same meshes, loads and steps, face-to-face penalty contact, one thread: its CPU seconds
+  over those of our whole run. It is given at least 20 times our seconds and then stopped.
 
 """
 HEAD = """| assembly | unknowns | contact points | path | cycles | s a step | pyamg s | ratio | run s | GB | status | worst | CalculiX |
