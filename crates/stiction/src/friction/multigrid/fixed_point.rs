@@ -16,8 +16,11 @@ impl Threshold {
     /// [`Self::NEARER`] times the violation it began with.
     const NEAR: f64 = 0.05;
     const NEARER: f64 = 0.1;
-    /// Relaxation of the bounds. A half contracts even where a bound that falls raises the next one by up to three times as much.
-    const RELAXATION: f64 = 0.5;
+    /// First and least relaxation of the bounds. A half contracts even where a bound that falls raises the next one by up to three
+    /// times as much. Where a body is wedged and friction carries most of the load that is not enough: it is halved while the
+    /// violation does not fall below [`Self::FALLS`] times the last one.
+    const RELAXATION: [f64; 2] = [0.5, 0.06];
+    const FALLS: f64 = 0.8;
 }
 
 /// Coulomb friction by the fixed point on the slip bounds (Necas, Jarusek & Haslinger 1980), for active sets that cycle: each
@@ -36,6 +39,7 @@ pub(super) fn fixed_point(
     }
     let (mut normals, mut accuracy, mut near) =
         (normal_forces(problem, &state.iterate), Threshold::INNER_MOST, Threshold::NEAR);
+    let ([mut relaxation, least], mut last) = (Threshold::RELAXATION, f64::INFINITY);
     loop {
         let given: Vec<PointLaw> = (problem.laws.iter().zip(&normals))
             .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
@@ -56,8 +60,12 @@ pub(super) fn fixed_point(
             }
             near = Threshold::NEARER * violated;
         }
+        if violated > Threshold::FALLS * last {
+            relaxation = least.max(0.5 * relaxation);
+        }
+        last = violated;
         let new = normal_forces(problem, &state.iterate);
-        normals.iter_mut().zip(new).for_each(|(normal, new)| *normal = Threshold::RELAXATION * (*normal + new));
+        normals.iter_mut().zip(new).for_each(|(normal, new)| *normal += relaxation * (new - *normal));
         accuracy = (Threshold::INNER * violated).min(Threshold::INNER_MOST).max(0.3 * problem.tolerance);
     }
 }
