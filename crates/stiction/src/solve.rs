@@ -283,8 +283,8 @@ fn by_multigrid(
     Ok(Solution { status, ..solution })
 }
 
-/// Solves for the shortenings of bolts whose force is given as well, by multigrid; `None` where that finds nothing, or is
-/// not for the problem and not asked for.
+/// Solves for the shortenings of bolts whose force is given as well, by multigrid; `None` where that is not for the problem
+/// and not asked for.
 ///
 /// # Errors
 /// As [`solve`], and if it is stopped [`Error::interrupted`].
@@ -310,7 +310,7 @@ pub(crate) fn tighten(
         flow
     };
     let found = tighten_by_multigrid(problem, multigrid, sought, &settings, &mut report);
-    if interrupted { Err(Error::interrupted()) } else { Ok(found) }
+    if interrupted { Err(Error::interrupted()) } else { Ok(Some(found)) }
 }
 
 fn by_factor(

@@ -9,7 +9,7 @@
 use std::ops::ControlFlow;
 
 use super::directions::{Direction, Vector};
-use super::iteration::{Iterate, State, Subproblem, run};
+use super::iteration::{Iterate, State, Subproblem};
 use super::solve::{Multigrid, multipliers, point_laws, progress, start};
 use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
@@ -143,9 +143,10 @@ impl Tightening {
     }
 }
 
-/// An answer in which bolts have their forces.
+/// An answer in which bolts have their forces, if it is `solved`.
 #[derive(Debug)]
 pub(crate) struct Tightened {
+    pub solved: bool,
     /// What is added to each shortening, length.
     pub shortening: Vec<f64>,
     /// Displacements, length `n`.
@@ -160,8 +161,8 @@ pub(crate) struct Tightened {
 /// displacements, a small part of the shortening, only in their first digits.
 const ACCURACY: f64 = 0.1;
 
-/// Solves contact with friction for displacements and for the shortenings of bolts whose force is given, by the active-set
-/// iteration of [`solve_multigrid`](super::solve_multigrid); `None` if that does not converge.
+/// Solves contact with friction for displacements and for the shortenings of bolts whose force is given, by the first
+/// stage of [`solve_multigrid`](super::solve_multigrid).
 ///
 /// # Panics
 /// As [`solve_multigrid`](super::solve_multigrid).
@@ -171,7 +172,7 @@ pub(crate) fn tighten_by_multigrid(
     sought: &[SoughtForce],
     settings: &Settings,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Option<Tightened> {
+) -> Tightened {
     let Multigrid { transformed, hierarchy } = multigrid;
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
@@ -196,12 +197,10 @@ pub(crate) fn tighten_by_multigrid(
         tightening: Some(&tightening),
     };
     let mut observe = |cycle: usize, residual: f64, conditions: &[_]| observer(&progress(cycle, residual, conditions));
-    let end = run(&subproblem, hierarchy, &mut state, &mut observe);
-    (end == End::Converged).then(|| {
-        let State { iterate, cycles, resets, .. } = state;
-        let lambda = multipliers(problem, transformed, &iterate);
-        let u = transformed.out_of_frames(&iterate.u);
-        let counts = Counts { cycles, restarts: resets, ..Counts::default() };
-        Tightened { shortening: iterate.shortening, u, lambda, counts }
-    })
+    let end = (first.run)(&subproblem, hierarchy, &mut state, &mut observe);
+    let State { iterate, cycles, resets, .. } = state;
+    let lambda = multipliers(problem, transformed, &iterate);
+    let u = transformed.out_of_frames(&iterate.u);
+    let counts = Counts { cycles, restarts: resets, ..Counts::default() };
+    Tightened { solved: end == End::Converged, shortening: iterate.shortening, u, lambda, counts }
 }

@@ -227,7 +227,7 @@ pub(crate) fn solve_again(
 }
 
 /// Shortenings of bolts whose force is given together with the contact forces, where the next solve goes by multigrid;
-/// `None` where it does not, or nothing is found.
+/// `None` where it does not.
 ///
 /// # Errors
 /// As [`solve_again`].

@@ -256,24 +256,31 @@ fn tighten(
     close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
     let mut from = None;
-    if !search.sought().is_empty() {
-        apply(prepared, &tightened(prepared, base.clone(), &search.shortening), &march.slid);
-        let start_displacement = march.body.lambda.iter().any(|&x| x != 0.0).then(|| predicted(prepared, march, t).1);
-        let solver = friction::Settings { start_displacement, ..settings.solver.clone() };
-        let sought = sought_forces(prepared, search.sought());
-        let found =
-            tightened_by_multigrid(prepared, &Settings { solver, ..settings.clone() }, &sought, kept, observer)?;
-        if let Some((found, seconds)) = found {
-            search.lengthen(&found.shortening);
-            spent.add(&seconds);
-            counts.add(&found.counts);
-            from = Some((found.lambda, found.u));
-        }
-    }
+    // From rest the shortenings are far from the final ones, and a flange finds its sets only from a solve with fixed ones.
+    let mut tries_together = if search.sought().is_empty() { 0 } else { 2 };
     loop {
-        let loads = tightened(prepared, base.clone(), &search.shortening);
+        let mut loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);
-        let start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
+        let mut start = from.take().unwrap_or_else(|| predicted(prepared, march, t));
+        if tries_together > 0 {
+            tries_together -= 1;
+            let start_displacement = start.0.iter().any(|&x| x != 0.0).then(|| start.1.clone());
+            let solver = friction::Settings { start_displacement, ..settings.solver.clone() };
+            let with_start = Settings { solver, ..settings.clone() };
+            let sought = sought_forces(prepared, search.sought());
+            let together = tightened_by_multigrid(prepared, &with_start, &sought, kept, observer)?;
+            if let Some((found, seconds)) = together {
+                spent.add(&seconds);
+                counts.add(&found.counts);
+                if found.solved {
+                    tries_together = 0;
+                    search.lengthen(&found.shortening);
+                    loads = tightened(prepared, base.clone(), &search.shortening);
+                    apply(prepared, &loads, &march.slid);
+                    start = (found.lambda, found.u);
+                }
+            }
+        }
         let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
         spent.add(&outcome.seconds);
         counts.add(&outcome.solution.counts);
