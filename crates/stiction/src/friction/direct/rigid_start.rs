@@ -86,6 +86,9 @@ impl Threshold {
     const GUIDE: f64 = 1e-6;
 }
 
+/// The motions under which a row of the contact points jumps, and by how much.
+type JumpRow = Vec<(usize, f64)>;
+
 impl Foundation<'_> {
     /// The rigid motions in equilibrium, by the fixed point on the bounds of friction.
     pub(crate) fn equilibrium(&self) -> Equilibrium {
@@ -96,8 +99,9 @@ impl Foundation<'_> {
         };
         let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
         let mut found = Equilibrium { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
+        let rows = self.rows();
         for _ in 0..Threshold::ROUNDS {
-            let (alpha, v) = self.least_energy(&bounds);
+            let (alpha, v) = self.least_energy(&bounds, &rows);
             let springs = self.springs(&v, &bounds);
             found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
             bounds = (0..m).map(|j| self.friction[j].bound(found.lambda[j])).collect();
@@ -107,7 +111,7 @@ impl Foundation<'_> {
 
     /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
     /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
-    fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn least_energy(&self, bounds: &[f64], rows: &[JumpRow]) -> (Vec<f64>, Vec<f64>) {
         let mut alpha = vec![0.0; self.jumps.len()];
         let mut v = self.gap.to_vec();
         for _ in 0..Threshold::STEPS {
@@ -117,7 +121,7 @@ impl Foundation<'_> {
             if norm(&lacking) <= 1e-6 * norm(self.resultant) {
                 break;
             }
-            let d = SmallLu::new(self.curvature(&springs)).solve(&lacking);
+            let d = SmallLu::new(self.curvature(&springs, rows)).solve(&lacking);
             let mut dv = vec![0.0; v.len()];
             d.iter().zip(self.jumps).for_each(|(d, g)| axpy(-d, g, &mut dv));
             let t = self.least_along(&v, &dv, dot(&d, self.resultant), bounds);
@@ -148,10 +152,23 @@ impl Foundation<'_> {
         springs
     }
 
-    fn curvature(&self, springs: &[f64]) -> Vec<Vec<f64>> {
-        let weighted = |g: &Vec<f64>| -> Vec<f64> { g.iter().zip(springs).map(|(g, s)| g * s).collect() };
-        let mut h: Vec<Vec<f64>> =
-            self.jumps.iter().map(weighted).map(|w| self.jumps.iter().map(|g| dot(g, &w)).collect()).collect();
+    /// Of many bodies each row jumps with the motions of two.
+    fn rows(&self) -> Vec<JumpRow> {
+        let mut rows = vec![JumpRow::new(); self.gap.len()];
+        for (k, jumps) in self.jumps.iter().enumerate() {
+            let moved = rows.iter_mut().zip(jumps).filter(|(_, jump)| **jump != 0.0);
+            moved.for_each(|(row, &jump)| row.push((k, jump)));
+        }
+        rows
+    }
+
+    fn curvature(&self, springs: &[f64], rows: &[JumpRow]) -> Vec<Vec<f64>> {
+        let mut h = vec![vec![0.0; self.jumps.len()]; self.jumps.len()];
+        for (row, &spring) in rows.iter().zip(springs).filter(|(_, spring)| **spring != 0.0) {
+            for &(i, a) in row {
+                row.iter().for_each(|&(j, b)| h[i][j] += spring * a * b);
+            }
+        }
         // A motion that nothing resists yet goes far; the line search ends it where something does.
         let all: f64 = self.jumps.iter().map(|g| dot(g, g)).sum();
         let largest = self.stiffness.iter().fold(0.0, |a: f64, s| a.max(*s));
