@@ -8,12 +8,12 @@ use crate::linalg::multigrid::NodeConstraint;
 /// A vector of nodes with three components.
 pub(super) type Vector = Vec<[f64; 3]>;
 
-/// A search direction with its image under `K`.
+/// A search direction with its image under `K`, from which the forces of its shortenings are taken off.
 #[derive(Debug, Clone)]
 pub(super) struct Direction {
     pub p: Vector,
     pub kp: Vector,
-    /// Of the bolts whose force is given, as part of the direction.
+    /// Of the bolts whose force is given; length, one for each bolt, none without them.
     pub shortening: Vec<f64>,
 }
 
@@ -34,7 +34,8 @@ pub(super) fn norm(x: &Vector) -> f64 {
 
 /// Moves the iterate along the combination of the directions whose residual is orthogonal to all of them,
 /// `(Sᵀ M S) y = Sᵀ r`, with `M` the sum of `K`, the springs of slipping points and their Coulomb coupling, and makes that
-/// combination the first direction. Without the coupling it minimises the energy. Minimising the residual instead stalls:
+/// combination the first direction. With bolts whose force is given, `S` contains their shortenings and `r` what is missing of
+/// their forces. Without the coupling it minimises the energy. Minimising the residual instead stalls:
 /// steps shrink whenever the active sets change.
 pub(super) fn minimise(
     directions: &mut [Direction],

@@ -146,6 +146,7 @@ impl Tightening {
 /// An answer in which bolts have their forces, if it is `solved`.
 #[derive(Debug)]
 pub(crate) struct Tightened {
+    /// Whether the iteration has converged.
     pub solved: bool,
     /// What is added to each shortening, length.
     pub shortening: Vec<f64>,
@@ -198,9 +199,9 @@ pub(crate) fn tighten_by_multigrid(
     };
     let mut observe = |cycle: usize, residual: f64, conditions: &[_]| observer(&progress(cycle, residual, conditions));
     let end = (first.run)(&subproblem, hierarchy, &mut state, &mut observe);
-    let State { iterate, cycles, resets, .. } = state;
+    let State { iterate, cycles, monitor, .. } = state;
     let lambda = multipliers(problem, transformed, &iterate);
     let u = transformed.out_of_frames(&iterate.u);
-    let counts = Counts { cycles, restarts: resets, ..Counts::default() };
+    let counts = Counts { cycles, restarts: monitor.resets, ..Counts::default() };
     Tightened { solved: end == End::Converged, shortening: iterate.shortening, u, lambda, counts }
 }

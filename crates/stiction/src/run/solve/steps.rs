@@ -269,11 +269,14 @@ fn tighten(
             let with_start = Settings { solver, ..settings.clone() };
             let sought = sought_forces(prepared, search.sought());
             let together = tightened_by_multigrid(prepared, &with_start, &sought, kept, observer)?;
+            // Where it is solved, or multigrid is not for the problem, there is nothing to try again.
+            if together.as_ref().is_none_or(|(found, _)| found.solved) {
+                tries_together = 0;
+            }
             if let Some((found, seconds)) = together {
                 spent.add(&seconds);
                 counts.add(&found.counts);
                 if found.solved {
-                    tries_together = 0;
                     search.lengthen(&found.shortening);
                     loads = tightened(prepared, base.clone(), &search.shortening);
                     apply(prepared, &loads, &march.slid);
