@@ -10,7 +10,7 @@ at the contact points (`bonded.py`), by conjugate gradients to 1e-8, and Calculi
 
 All seconds are CPU seconds of one thread, so that others may use the machine. A solve is set-up (or ordering and factor) and
 iteration of all load steps, all attempts and all solves for bolts in it; "s a step" is its mean over the load steps. Cycles
-are counted from the progress, since the summary has those of the last solve of a step.
+are counted from the progress, since the summary leaves out attempts that failed.
 
 With --docs the table is written to docs/assemblies.md. `--program PATH` takes a program instead of building one, `--folder
 DIR` keeps meshes, results and what CalculiX took, which the next run uses; the table then has the rows of all runs in that

@@ -183,7 +183,7 @@ slave = "on"
     }
 }
 
-/// A stiff plate presses an elastic bed that hears no more than columns do, nearly: the pressure is `E d / h`. The faces of
+/// A stiff plate presses an elastic bed that behaves like columns, nearly: the pressure is `E d / h`. The faces of
 /// the plate hang over the edges of the bed by all but a sliver, and its nodes are more than the bed can tell apart. Force
 /// over area of a point then says anything; pressures are uniform.
 #[test]

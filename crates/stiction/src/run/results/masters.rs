@@ -51,8 +51,8 @@ fn master(
             }
         }
     }
-    for (at, told) in tractions.masters[number].iter().enumerate() {
-        if let Some([pressure, shear @ ..]) = *told {
+    for (at, traction) in tractions.masters[number].iter().enumerate() {
+        if let Some([pressure, shear @ ..]) = *traction {
             fields.pressure[at] = pressure;
             fields.shear[at] = shear.map(|shear| 0.0 + sign * shear);
         }

@@ -1,13 +1,12 @@
 //! Pressure and shear of the surfaces in contact, in the results only: no solver and no certificate knows them.
 //!
-//! Against an obstacle they are force over area of a point. Between two bodies that quotient says more than the other
-//! surface can hear: forces of several points that add up to nothing at each node of the master are settled by the slave
-//! alone, and where a face of the slave hangs over the edge of the master, the points beyond the edge have hardly any
-//! area and yet an arm, so that single values are many times those beside them. What the bodies give to one another is
-//! the force `sum_j int psi_j phi_k lambda_j / D_jj` on each node `k` of the master. Over the area `int phi_k` that the
-//! slave covers there it is the pressure of the master. A point of the slave takes the mean of the nodes of the master
-//! that it shares area with. Resultants stay, a constant pressure stays at each node whatever is covered, and with
-//! matching meshes nothing changes.
+//! Against an obstacle they are force over area of a point. Between two bodies that quotient scatters: forces of several
+//! points whose sum vanishes at each node of the master are determined by the stiffness of the slave alone, and where a
+//! face of the slave hangs over the edge of the master, points beyond the edge have hardly any area but a lever arm. The
+//! two bodies exchange the force `sum_j int psi_j phi_k lambda_j / D_jj` at each node `k` of the master. Over the area
+//! `int phi_k` that the slave covers there it is the pressure of the master. A point of the slave takes the mean of the
+//! nodes of the master that it shares area with. A constant pressure stays at each node whatever is covered, resultants
+//! stay to 1e-4 (to 1e-2 where the contact ends at a rim), and with matching meshes nothing changes.
 
 use crate::contact::{Counterpart, Master, tributary_areas};
 use crate::mesh::v3::dot;
@@ -18,6 +17,7 @@ use crate::run::solve::Outcome;
 /// Pressure, then shear in global axes: the force of the slave on its counterpart, per area.
 pub(crate) type Traction = [f64; 4];
 
+/// Of all pairs, force over area.
 pub(crate) struct Tractions {
     /// At each contact point.
     pub points: Vec<Traction>,
@@ -31,6 +31,7 @@ type Shared = Vec<(usize, f64)>;
 /// Sweeps of what is repeated until areas and forces add up.
 const SWEEPS: usize = 20;
 
+/// The tractions of an answer; `frames` are those of its points.
 pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointFrame]) -> Tractions {
     let (problem, lambda) = (&prepared.problem, &outcome.solution.lambda);
     let quotient = |(j, frame): (usize, &PointFrame)| {
@@ -87,10 +88,10 @@ fn shared(
     (points.map(of_point).collect(), patches.len())
 }
 
-/// From the points to the nodes of the master and back; `told` is force over area of each point.
-fn project(shared: &[Shared], told: &[Traction], count: usize) -> (Vec<Traction>, Vec<Option<Traction>>) {
+/// From the points to the nodes of the master and back; `quotients` is force over area of each point.
+fn project(shared: &[Shared], quotients: &[Traction], count: usize) -> (Vec<Traction>, Vec<Option<Traction>>) {
     let mut nodes = vec![Received::default(); count];
-    for (row, traction) in shared.iter().zip(told) {
+    for (row, traction) in shared.iter().zip(quotients) {
         row.iter().for_each(|&(k, area)| nodes[k].add(area, traction));
     }
     let parts = positive_parts(shared, &nodes);
@@ -98,7 +99,7 @@ fn project(shared: &[Shared], told: &[Traction], count: usize) -> (Vec<Traction>
     // Of a sliver beyond the edge of the slave, or of the rim of the contact, the quotient is an extrapolation: what is
     // beyond the least and the greatest of its points goes to the neighbours.
     for _ in 0..SWEEPS {
-        let within: Vec<Traction> = nodes.iter().zip(&received).map(|(node, told)| node.within(told)).collect();
+        let within: Vec<Traction> = nodes.iter().zip(&received).map(|(node, value)| node.within(value)).collect();
         let excess: Vec<Traction> = received.iter().zip(&within).map(|(a, b)| subtracted(a, b)).collect();
         received = within;
         if excess.iter().flatten().all(|&e| e == 0.0) {
@@ -107,11 +108,11 @@ fn project(shared: &[Shared], told: &[Traction], count: usize) -> (Vec<Traction>
         let passed = to_nodes(&parts, &to_points(&parts, &excess), &nodes);
         received.iter_mut().flatten().zip(passed.iter().flatten()).for_each(|(sum, passed)| *sum += passed);
     }
-    let received: Vec<Traction> = nodes.iter().zip(&received).map(|(node, told)| node.within(told)).collect();
+    let received: Vec<Traction> = nodes.iter().zip(&received).map(|(node, value)| node.within(value)).collect();
     let points = to_points(&parts, &received);
-    let heard = parts.iter().zip(points).zip(told);
-    let points = heard.map(|((row, mean), told)| if row.is_empty() { *told } else { mean }).collect();
-    (points, nodes.iter().zip(received).map(|(node, told)| (node.area > 0.0).then_some(told)).collect())
+    let with_means = parts.iter().zip(points).zip(quotients);
+    let points = with_means.map(|((row, mean), quotient)| if row.is_empty() { *quotient } else { mean }).collect();
+    (points, nodes.iter().zip(received).map(|(node, value)| (node.area > 0.0).then_some(value)).collect())
 }
 
 /// The positive parts of the shared areas, scaled in turn to the areas of points and of nodes (Sinkhorn 1964).
@@ -149,9 +150,9 @@ fn to_points(parts: &[Shared], nodes: &[Traction]) -> Vec<Traction> {
 /// The mean of the points at each node.
 fn to_nodes(parts: &[Shared], points: &[Traction], nodes: &[Received]) -> Vec<Traction> {
     let mut means = vec![[0.0; 4]; nodes.len()];
-    for (row, told) in parts.iter().zip(points) {
+    for (row, value) in parts.iter().zip(points) {
         for &(k, part) in row {
-            (0..4).for_each(|c| means[k][c] += part / nodes[k].area * told[c]);
+            (0..4).for_each(|c| means[k][c] += part / nodes[k].area * value[c]);
         }
     }
     means
@@ -166,7 +167,7 @@ fn subtracted(a: &Traction, b: &Traction) -> Traction {
 struct Received {
     area: f64,
     force: Traction,
-    /// The least and the greatest of what its points tell.
+    /// The least and the greatest quotient of its points.
     range: [Traction; 2],
 }
 
@@ -179,10 +180,10 @@ impl Default for Received {
 impl Received {
     fn add(&mut self, area: f64, traction: &Traction) {
         self.area += area;
-        for (c, &told) in traction.iter().enumerate() {
-            self.force[c] += area * told;
-            self.range[0][c] = self.range[0][c].min(told);
-            self.range[1][c] = self.range[1][c].max(told);
+        for (c, &value) in traction.iter().enumerate() {
+            self.force[c] += area * value;
+            self.range[0][c] = self.range[0][c].min(value);
+            self.range[1][c] = self.range[1][c].max(value);
         }
     }
 
@@ -190,10 +191,10 @@ impl Received {
         if self.area > 0.0 { self.force.map(|force| force / self.area) } else { [0.0; 4] }
     }
 
-    fn within(&self, told: &Traction) -> Traction {
+    fn within(&self, value: &Traction) -> Traction {
         let [least, greatest] = self.range;
         // No force is no pressure, without a sign.
-        let of = |c: usize| 0.0 + told[c].max(least[c]).min(greatest[c]);
+        let of = |c: usize| 0.0 + value[c].max(least[c]).min(greatest[c]);
         if self.area > 0.0 { [0, 1, 2, 3].map(of) } else { [0.0; 4] }
     }
 }
@@ -205,17 +206,17 @@ mod tests {
     #[test]
     fn with_matching_meshes_pressures_are_forces_over_areas() {
         let shared = [vec![(0, 0.5)], vec![(2, 0.1)], vec![(1, 0.7)]];
-        let told = [[3.0, 1.0, 0.0, 0.5], [0.0; 4], [-2.0, 0.0, -1.0, 4.0]];
-        let (points, nodes) = project(&shared, &told, 4);
-        for (c, value) in points.iter().flatten().zip(told.iter().flatten()) {
+        let values = [[3.0, 1.0, 0.0, 0.5], [0.0; 4], [-2.0, 0.0, -1.0, 4.0]];
+        let (points, nodes) = project(&shared, &values, 4);
+        for (c, value) in points.iter().flatten().zip(values.iter().flatten()) {
             assert!((c - value).abs() < 1e-15);
         }
-        assert_eq!(nodes, [Some(told[0]), Some(told[2]), Some(told[1]), None]);
+        assert_eq!(nodes, [Some(values[0]), Some(values[2]), Some(values[1]), None]);
     }
 
-    /// Of the forces 3 and -1 over areas 1 and 3, which two points put on the same node, it hears that there are none.
+    /// Of the forces 3 and -1 over areas 1 and 3, which two points put on the same node, nothing remains.
     #[test]
-    fn what_the_master_cannot_hear_is_not_told() {
+    fn forces_that_cancel_at_each_node_of_the_master_leave_no_pressure() {
         let shared = [vec![(0, 1.0)], vec![(0, 3.0)]];
         let (points, nodes) = project(&shared, &[[3.0; 4], [-1.0; 4]], 1);
         assert_eq!((points, nodes), (vec![[0.0; 4]; 2], vec![Some([0.0; 4])]));
@@ -230,16 +231,16 @@ mod tests {
             vec![(1, 0.4), (2, 0.7), (3, -1e-8)],
             vec![(2, 1e-6), (3, 1e-7)],
         ];
-        let told = [[1.0, 0.3, 0.0, 0.0], [2.0, -0.3, 0.0, 0.0], [4.0, 0.0, 0.1, 0.0], [1e4, 0.0, 0.0, 0.0]];
-        let (points, _) = project(&shared, &told, 4);
+        let values = [[1.0, 0.3, 0.0, 0.0], [2.0, -0.3, 0.0, 0.0], [4.0, 0.0, 0.1, 0.0], [1e4, 0.0, 0.0, 0.0]];
+        let (points, _) = project(&shared, &values, 4);
         for c in 0..4 {
             let force = |of: &[Traction]| shared.iter().zip(of).map(|(row, t)| sum(row) * t[c]).sum::<f64>();
-            assert!((force(&points) - force(&told)).abs() < 1e-3, "{} {}", force(&points), force(&told));
+            assert!((force(&points) - force(&values)).abs() < 1e-3, "{} {}", force(&points), force(&values));
         }
         assert!(points[3][0] < 1e3, "{points:?}");
         let (points, nodes) = project(&shared, &[[2.0, 1.0, -1.0, 0.0]; 4], 4);
-        for told in points.into_iter().chain(nodes.into_iter().flatten()) {
-            assert!((0..4).all(|c| (told[c] - [2.0, 1.0, -1.0, 0.0][c]).abs() < 1e-14), "{told:?}");
+        for value in points.into_iter().chain(nodes.into_iter().flatten()) {
+            assert!((0..4).all(|c| (value[c] - [2.0, 1.0, -1.0, 0.0][c]).abs() < 1e-14), "{value:?}");
         }
     }
 }
