@@ -60,7 +60,7 @@ pub fn pose(
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let elastic = Elastic {
-        K: std::mem::take(&mut model.stiffness),
+        K: std::mem::take(&mut model.stiffness).into(),
         f: model.load.clone(),
         node_of: Some(model.dofs.free.iter().map(|d| d / 3).collect()),
         near_kernel: Some(motions),

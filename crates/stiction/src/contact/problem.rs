@@ -1,5 +1,6 @@
 use std::collections::HashSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -149,8 +150,9 @@ pub struct ContactProblem {
 #[allow(non_snake_case)]
 pub struct Elastic {
     /// Stiffness, `n x n`, symmetric. Positive definite; with a near-kernel, positive
-    /// semidefinite with no other null space than rigid motions of its connected components.
-    pub K: SymmetricCsr,
+    /// semidefinite with no other null space than rigid motions of its connected components. Problems that differ in loads
+    /// or laws share it.
+    pub K: Arc<SymmetricCsr>,
     /// Load, newton, length `n`.
     pub f: Vec<f64>,
     /// The node each unknown belongs to (any labels); unknowns of one node are ordered together.
@@ -202,10 +204,16 @@ pub struct Labels {
 impl ContactProblem {
     /// A problem from bare matrices: one pair, unit areas, slip measured from zero.
     #[allow(non_snake_case)]
-    pub fn from_matrices(K: SymmetricCsr, f: Vec<f64>, B: Csr, gap: Vec<f64>, friction: Vec<Friction>) -> Self {
+    pub fn from_matrices(
+        K: impl Into<Arc<SymmetricCsr>>,
+        f: Vec<f64>,
+        B: Csr,
+        gap: Vec<f64>,
+        friction: Vec<Friction>,
+    ) -> Self {
         let m = gap.len();
         ContactProblem {
-            elastic: Elastic { K, f, node_of: None, near_kernel: None, middles: None },
+            elastic: Elastic { K: K.into(), f, node_of: None, near_kernel: None, middles: None },
             contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None, rounding: 0.0 },
             labels: Labels {
                 area: vec![1.0; m],

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, text, u32s, usizes};
 use super::replace::Pending;
@@ -130,12 +131,12 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let friction = laws.into_iter().zip(numbers).map(|(kind, (&value, limit))| law(kind, value, limit));
     let friction = friction.collect::<Result<_, _>>()?;
     let elastic = Elastic {
-        K: if arrays.contains_key("K_lower_start") {
+        K: Arc::new(if arrays.contains_key("K_lower_start") {
             SymmetricCsr::from_lower(&csr(arrays, "K_lower", n, n)?, "K_lower")
                 .map_err(|error| damaged(format!("K_lower: {}", error.what)))?
         } else {
             SymmetricCsr::from_full(&csr(arrays, "K", n, n)?, "K")?
-        },
+        }),
         f,
         node_of: if arrays.contains_key("node_of") { Some(u32s(arrays, "node_of", Some(n))?.to_vec()) } else { None },
         near_kernel: if arrays.contains_key("rigid") { Some(read_sixes(arrays, "rigid", n)?) } else { None },

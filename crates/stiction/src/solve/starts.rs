@@ -110,7 +110,7 @@ type State = (Vec<f64>, Vec<f64>);
 /// no other start is tried.
 ///
 /// Problem and settings are valid, and `first` is a solution of them: [`solve`](crate::solve) has checked the former and
-/// returned the latter. `kept` is what the first solve has kept. A start that fails is an [`Attempt`] without a solution. The problem is copied once.
+/// returned the latter. `kept` is what the first solve has kept. A start that fails is an [`Attempt`] without a solution. The problem is copied once, `K` is shared.
 pub fn solve_from_starts(
     problem: &ContactProblem,
     settings: &Settings,
@@ -127,7 +127,7 @@ pub fn solve_from_starts(
     if problem.contact.friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0)) {
         return found;
     }
-    let stored = problem.elastic.K.value.len() * 12 + problem.contact.B.value.len() * 16 + problem.unknowns() * 80;
+    let stored = problem.contact.B.value.len() * 16 + problem.unknowns() * 80;
     found.ended = memory::ensure("a copy of the problem for other starts", stored as f64, settings.memory_limit).err();
     if found.ended.is_some() {
         return found;

@@ -302,7 +302,7 @@ fn counts_do_not_depend_on_the_units() {
         let a = converged(&p, &settings);
         // Powers of two keep the digits: forces 1024 times, stiffness 8 times, lengths 128 times as large.
         let mut scaled = p.clone();
-        scaled.elastic.K.value.iter_mut().for_each(|k| *k *= 8.0);
+        std::sync::Arc::make_mut(&mut scaled.elastic.K).value.iter_mut().for_each(|k| *k *= 8.0);
         scaled.elastic.f.iter_mut().for_each(|f| *f *= 1024.0);
         for law in &mut scaled.contact.friction {
             if let Friction::Given { slip_bound } = law {

@@ -132,7 +132,9 @@ fn a_start_that_the_path_cannot_use_is_refused_and_auto_takes_the_path_that_can(
 fn what_cannot_be_solved_is_named_by_its_argument() {
     type Mistake = fn(&mut ContactProblem, &mut Settings);
     let mistakes: [(&str, Mistake); 25] = [
-        ("elastic.K has the diagonal entry", |p, _| *p.elastic.K.entry_mut(1, 1).unwrap() = -1.0),
+        ("elastic.K has the diagonal entry", |p, _| {
+            *std::sync::Arc::make_mut(&mut p.elastic.K).entry_mut(1, 1).unwrap() = -1.0
+        }),
         ("rows of elastic.K", |p, _| p.elastic.f.push(0.0)),
         ("elastic.f[2] is NaN", |p, _| p.elastic.f[2] = f64::NAN),
         ("rows of contact.B", |p, _| p.contact.gap.push(0.0)),
@@ -182,7 +184,7 @@ fn what_cannot_be_solved_is_named_by_its_argument() {
 fn a_stiffness_that_is_not_positive_definite_is_an_error() {
     let indefinite = [(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 1.0), (2, 2, 1.0)];
     let mut problem = node(1.0);
-    problem.elastic.K = SymmetricCsr::from_full(&Csr::from_triplets(3, 3, &indefinite), "K").unwrap();
+    problem.elastic.K = SymmetricCsr::from_full(&Csr::from_triplets(3, 3, &indefinite), "K").unwrap().into();
     let error = solve(&problem, &Settings::default()).unwrap_err().to_string();
     assert!(error.contains("positive"), "{error}");
 }

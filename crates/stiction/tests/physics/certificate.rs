@@ -192,7 +192,7 @@ fn in_units(p: &ContactProblem, length: f64, force: f64) -> ContactProblem {
         rows.iter().map(|r| [r[0], r[1], r[2], r[3] * length, r[4] * length, r[5] * length]).collect()
     };
     let mut q = p.clone();
-    q.elastic.K.value = times(&p.elastic.K.value, force / length);
+    std::sync::Arc::make_mut(&mut q.elastic.K).value = times(&p.elastic.K.value, force / length);
     q.elastic.f = times(&p.elastic.f, force);
     q.contact.gap = times(&p.contact.gap, length);
     q.contact.slip_reference = times(&p.contact.slip_reference, length);

@@ -1,0 +1,19 @@
+"""Elastic contact with dry friction in 3D, with a certificate for every answer."""
+
+from . import discrete
+from ._errors import InputError, NotCertified, TooLarge
+from ._problem import Problem
+from ._results import Certificate, Progress, Solution
+from ._stiction import __version__
+
+__all__ = [
+    "Certificate",
+    "InputError",
+    "NotCertified",
+    "Problem",
+    "Progress",
+    "Solution",
+    "TooLarge",
+    "__version__",
+    "discrete",
+]

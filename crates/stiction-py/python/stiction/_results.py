@@ -1,0 +1,123 @@
+"""What a solve returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Reals = npt.NDArray[np.float64]
+
+__all__ = ["Certificate", "Progress", "Solution"]
+
+
+class Progress(NamedTuple):
+    """What a solver is doing; handed to ``progress`` at each phase and iteration."""
+
+    phase: str
+    """``set-up``, ``ordering``, ``factorisation``, ``solving``, or the kind of iteration (``newton``, ``multigrid`` ..)."""
+    iteration: int
+    """Number of the iteration; 0 outside iterations."""
+    residual: float
+    """Relative residual; not a number outside iterations."""
+    open: int
+    """Points that are open."""
+    stick: int
+    """Points that stick."""
+    slip: int
+    """Points that slip."""
+    seconds: float
+    """Since the start of the solve."""
+
+
+@dataclass(frozen=True, repr=False)
+class Certificate:
+    """How far an answer is from solving its problem, recomputed from the data by code that shares nothing with the solvers.
+
+    All measures are dimensionless and do not change with the units.
+    """
+
+    measures: dict[str, float]
+    """Each measure by its name: equilibrium, penetration, tension, cone, slip_direction, bipotential_gap,
+    natural_residual; with supports also force_balance and moment_balance."""
+    worst: float
+    """The largest measure."""
+    tolerance: float
+    """What each of them is held against."""
+    passed: bool
+    """Whether ``worst <= tolerance``, and no part exceeds ``part_tolerance``."""
+    parts: list[tuple[str, str, float]] = field(default_factory=list)
+    """Each body and each pair by its own forces: ``("pair", name, residual)``."""
+    part_tolerance: float = 1e-6
+    """What each part is held against."""
+    error_bound: float | None = None
+    """For given friction: a bound of half the squared error in energy."""
+
+    def __repr__(self) -> str:
+        name = max(self.measures, key=lambda name: self.measures[name], default="nothing")
+        verdict, sign = ("passed", "<=") if self.worst <= self.tolerance else ("not passed", ">")
+        if sign == "<=" and not self.passed:
+            kind, name, residual = max(self.parts, key=lambda part: part[2], default=("part", "", float("nan")))
+            return f"<Certificate not passed: {kind} {name!r} {residual:.2g} > {self.part_tolerance:g}>"
+        return f"<Certificate {verdict}: {name} {self.worst:.2g} {sign} {self.tolerance:g}>"
+
+    def __str__(self) -> str:
+        lines = [f"certificate {'passed' if self.passed else 'not passed'}, each measure against {self.tolerance:g}"]
+        width = max(map(len, self.measures), default=0)
+        for name, value in self.measures.items():
+            lines.append(f"  {name:<{width}}  {value:9.2e}{'' if value <= self.tolerance else '  too large'}")
+        for kind, name, residual in self.parts:
+            if residual > self.part_tolerance:
+                lines.append(f"  {kind} {name!r} by its own forces: {residual:.2e} > {self.part_tolerance:g}")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Solution:
+    """Displacements and contact forces with their certificate. ``m`` contact points, ``n`` unknowns."""
+
+    status: str
+    """``solved``; otherwise ``max_iterations``, ``stalled``, ``no_equilibrium`` or ``interrupted``."""
+    u: Reals
+    """Displacements, shape ``(n,)``, length; prescribed ones included."""
+    forces: Reals
+    """Force of the body on its counterpart, shape ``(m, 3)``: normal (compression positive), then along both tangents."""
+    slip: Reals
+    """``T u - slip_reference``, shape ``(m, 2)``, length; friction points along it."""
+    gap: Reals
+    """``gap - N u``, shape ``(m,)``, length; zero in contact."""
+    state: npt.NDArray[np.uint8]
+    """Shape ``(m,)``: 0 open, 1 stick, 2 slip."""
+    jump: Reals
+    """``T u``, shape ``(m, 2)``, length: the slip reference of a next load step."""
+    reactions: Reals
+    """Forces of the supports on the body at the unknowns ``held``, in their order."""
+    certificate: Certificate
+    """How far this is from a solution."""
+    method: str
+    """How it was found: ``dense``, ``solves`` or ``multigrid``."""
+    counts: dict[str, int]
+    """What it cost: newton_steps, restarts, fixed_point_steps, products, solves, cycles."""
+    history: Reals
+    """One row an iteration: number, relative residual, products, points open, that stick, that slip."""
+    seconds: float
+    """Wall time of the solve."""
+
+    @property
+    def solved(self) -> bool:
+        """Whether the certificate passes."""
+        return self.status == "solved"
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.state, minlength=3)
+        states = ", ".join(f"{count} {name}" for count, name in zip(counts, ("open", "stick", "slip"), strict=False))
+        certificate = repr(self.certificate)[1:-1].replace("Certificate", "certificate")
+        steps = max(self.counts.get("newton_steps", 0), self.counts.get("cycles", 0))
+        return f"<Solution {self.status} after {steps} iterations ({self.method}): {states}; {certificate}>"
+
+
+def certificate(data: dict[str, Any]) -> Certificate:
+    """From what the compiled module returns."""
+    return Certificate(**{**data, "measures": dict(data["measures"])})

@@ -1,0 +1,86 @@
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Discrete", "Problem", "__version__"]
+
+_Reals = npt.NDArray[np.float64]
+_Whole = npt.NDArray[np.int64]
+_Rows = tuple[int, int, npt.NDArray[Any], npt.NDArray[Any], _Reals]
+_Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals]
+
+__version__: str
+
+@final
+class Discrete:
+    @staticmethod
+    def local(
+        W: _Rows, q: _Reals, mu: _Reals, dimension: int, bilateral: tuple[_Rows, _Rows, _Reals] | None
+    ) -> Discrete: ...
+    @staticmethod
+    def global_(
+        M: _Rows, H: _Rows, f: _Reals, w: _Reals, mu: _Reals, dimension: int, equalities: tuple[_Rows, _Reals] | None
+    ) -> Discrete: ...
+    @staticmethod
+    def read(path: str) -> Discrete: ...
+    @property
+    def dimension(self) -> int: ...
+    @property
+    def points(self) -> int: ...
+    def data(self) -> dict[str, Any]: ...
+    def solve(
+        self,
+        *,
+        tolerance: float,
+        max_iterations: int,
+        method: str,
+        form: str,
+        start: _Reals | None,
+        threads: int,
+        hear: Callable[..., bool] | None,
+    ) -> dict[str, Any]: ...
+@final
+class Problem:
+    def __new__(
+        cls,
+        k: _Rows,
+        b: _Rows,
+        f: _Reals,
+        gap: _Reals,
+        friction: _Laws,
+        *,
+        block: bool,
+        across: _Reals | None,
+        slip_reference: _Reals,
+        held: _Whole,
+        values: _Reals,
+        nodes: tuple[_Reals, _Whole, npt.NDArray[np.uint8]] | None,
+    ) -> Problem: ...
+    def varied(
+        self,
+        *,
+        friction: _Laws | None,
+        across: _Reals | None,
+        f: _Reals | None,
+        gap: _Reals,
+        slip_reference: _Reals,
+        free: _Whole,
+        held: _Whole,
+    ) -> Problem: ...
+    def solve(
+        self,
+        *,
+        tolerance: float,
+        max_iterations: int,
+        method: str,
+        memory_limit: int | None,
+        forces: _Reals | None,
+        u: _Reals | None,
+        threads: int,
+        hear: Callable[..., bool] | None,
+    ) -> dict[str, Any]: ...
+    def check(self, u: _Reals, forces: _Reals, tolerance: float, threads: int) -> dict[str, Any]: ...
+    def reactions(self, u: _Reals, forces: _Reals) -> _Reals: ...
+    def matrix(self, name: str) -> _Rows: ...

@@ -1,0 +1,151 @@
+//! Long work beside the interpreter: on threads of its own, without the GIL, and ended by signals.
+//!
+//! The thread that calls waits, hears what the work reports and asks the interpreter for signals; the work itself never
+//! touches Python. Work that does not hear a stop soon is left alone: it owns what it needs and ends without a listener.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::panic::PanicException;
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use stiction::Error;
+use stiction::linalg::Stop;
+
+use crate::errors::raised;
+
+/// How often signals are asked for.
+const PERIOD: Duration = Duration::from_millis(20);
+/// How long work that was asked to stop is waited for: what it has is worth keeping, and nobody should wait longer.
+const GRACE: Duration = Duration::from_millis(60);
+
+/// Threads that sleep until the next call. Each call has a pool to itself: work of another caller that one of its threads
+/// takes up could not be left.
+static IDLE: Mutex<Vec<Pool>> = Mutex::new(Vec::new());
+
+struct Pool {
+    /// After a fork the threads are those of the parent.
+    process: u32,
+    threads: usize,
+    pool: Arc<ThreadPool>,
+}
+
+impl Pool {
+    fn take(threads: usize) -> Result<Pool, Error> {
+        let process = std::process::id();
+        // Never waited for: at a fork another thread may have held it.
+        if let Ok(mut idle) = IDLE.try_lock() {
+            let (own, foreign) =
+                std::mem::take(&mut *idle).into_iter().partition(|pool: &Pool| pool.process == process);
+            *idle = own;
+            // Ending them would wait for locks that nobody gives back.
+            std::mem::forget::<Vec<Pool>>(foreign);
+            if let Some(place) = idle.iter().position(|pool| pool.threads == threads) {
+                return Ok(idle.swap_remove(place));
+            }
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("stiction-{i}")).build();
+        let pool = pool.map_err(|error| {
+            let what = format!("{threads} threads cannot be had ({error})");
+            Error::new("threads", what, "ask for fewer, or raise the limits of the process")
+        })?;
+        Ok(Pool { process, threads, pool: Arc::new(pool) })
+    }
+
+    fn give_back(self) {
+        if let Ok(mut idle) = IDLE.try_lock() {
+            idle.push(self);
+        }
+    }
+}
+
+/// What comes from the work.
+enum Message<N, T> {
+    Note(N),
+    Done(Result<T, Box<dyn Any + Send>>),
+}
+
+/// How work tells what it does. Nobody may be left to hear.
+pub(crate) struct Teller<N, T>(Sender<Message<N, T>>);
+
+impl<N, T> Teller<N, T> {
+    pub(crate) fn tell(&self, note: N) {
+        let _ = self.0.send(Message::Note(note));
+    }
+}
+
+/// Does `work` on `threads` threads (zero: one a core), calls `hear` with each of its notes, and ends with the exception of a
+/// signal or of `hear`. `hear` answers whether to go on.
+pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
+    py: Python<'_>,
+    threads: usize,
+    work: impl FnOnce(Stop, &Teller<N, T>) -> T + Send + 'static,
+    mut hear: impl FnMut(N) -> PyResult<bool>,
+) -> PyResult<T> {
+    let (send, mut receive) = channel();
+    let asked = Arc::new(AtomicBool::new(false));
+    let stop = Stop::when({
+        let asked = asked.clone();
+        move || asked.load(Ordering::Relaxed)
+    });
+    let pool = py.detach(|| Pool::take(threads)).map_err(|error| raised(py, error))?;
+    let own = pool.pool.clone();
+    own.spawn(move || {
+        let teller = Teller(send);
+        let done = catch_unwind(AssertUnwindSafe(|| work(stop, &teller)));
+        pool.give_back();
+        let _ = teller.0.send(Message::Done(done));
+    });
+    drop(own);
+    let error = loop {
+        let message;
+        (receive, message) = next(py, receive, PERIOD);
+        let heard = match message {
+            Ok(Message::Done(done)) => return ended(done),
+            Ok(Message::Note(note)) => hear(note).map(|goes_on| {
+                if !goes_on {
+                    asked.store(true, Ordering::Relaxed);
+                }
+            }),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("the work ended without a result"));
+            }
+        };
+        if let Err(error) = heard.and_then(|()| py.check_signals()) {
+            break error;
+        }
+    };
+    asked.store(true, Ordering::Relaxed);
+    let until = Instant::now() + GRACE;
+    while let Some(left) = until.checked_duration_since(Instant::now()) {
+        let message;
+        (receive, message) = next(py, receive, left);
+        if matches!(message, Ok(Message::Done(_)) | Err(RecvTimeoutError::Disconnected)) {
+            break;
+        }
+    }
+    Err(error)
+}
+
+type Next<N, T> = (Receiver<Message<N, T>>, Result<Message<N, T>, RecvTimeoutError>);
+
+fn next<N: Send, T: Send>(py: Python<'_>, receive: Receiver<Message<N, T>>, patience: Duration) -> Next<N, T> {
+    py.detach(move || {
+        let message = receive.recv_timeout(patience);
+        (receive, message)
+    })
+}
+
+fn ended<T>(done: Result<T, Box<dyn Any + Send>>) -> PyResult<T> {
+    done.map_err(|cause| {
+        let text = cause.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| cause.downcast_ref::<&str>().map(|text| text.to_string()));
+        PanicException::new_err(text.unwrap_or_else(|| "internal error".into()))
+    })
+}
