@@ -247,9 +247,9 @@ def solve(
     >>> import numpy as np
     >>> from stiction import discrete
     >>> solution = discrete.solve(W=np.eye(3), q=[-2, 3, 0], mu=0.5)
-    >>> (solution.r + 0.0).round(6)
+    >>> solution.r.round(6) + 0.0
     array([[ 2., -1.,  0.]])
-    >>> (solution.u + 0.0).round(6)
+    >>> solution.u.round(6) + 0.0
     array([[0., 2., 0.]])
     """
     problem = Problem(W=W, q=q, M=M, H=H, f=f, w=w, mu=mu, dimension=dimension)
