@@ -170,10 +170,8 @@ impl Discrete {
             move |stop, teller| {
                 let settings = Settings { tolerance, max_iterations, method, start };
                 answer(&contents, &settings, form, &mut |progress: &Progress| {
-                    if told {
-                        teller.tell(*progress);
-                    }
-                    if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                    let flow = if told { teller.tell(*progress) } else { ControlFlow::Continue(()) };
+                    if stop.asked() { ControlFlow::Break(()) } else { flow }
                 })
             },
             |progress| match &hear {

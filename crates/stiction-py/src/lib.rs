@@ -1,6 +1,7 @@
 //! The module `stiction._stiction`: what the package `stiction` of Python is made of. Users see `python/stiction`.
 
 mod arrays;
+mod case;
 mod discrete;
 mod errors;
 mod matrix;
@@ -13,6 +14,8 @@ use pyo3::prelude::*;
 mod _stiction {
     use super::*;
 
+    #[pymodule_export]
+    use crate::case::Case;
     #[pymodule_export]
     use crate::discrete::Discrete;
     #[pymodule_export]

@@ -193,11 +193,9 @@ impl Problem {
                     Settings { tolerance, max_iterations, path, memory_limit, start, start_displacement, stop };
                 let begin = Instant::now();
                 let mut kept = shared.try_lock().ok().and_then(|mut kept| kept.take()).unwrap_or_default();
-                let mut observer = |event: &SolveEvent| {
-                    if told {
-                        teller.tell((*event, begin.elapsed().as_secs_f64()));
-                    }
-                    ControlFlow::Continue(())
+                let mut observer = |event: &SolveEvent| match told {
+                    true => teller.tell((*event, begin.elapsed().as_secs_f64())),
+                    false => ControlFlow::Continue(()),
                 };
                 let found = solve_with_kept(&problem, &settings, &mut kept, &mut observer);
                 if let Ok(mut place) = shared.try_lock() {

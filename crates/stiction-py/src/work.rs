@@ -1,9 +1,10 @@
 //! Long work beside the interpreter: on threads of its own, without the GIL, and ended by signals.
 //!
 //! The thread that calls waits, hears what the work reports and asks the interpreter for signals; the work itself never
-//! touches Python. Work that does not hear a stop soon is left alone: it owns what it needs and ends without a listener.
+//! touches Python. It waits for the answer to each thing it reports, so that a callback stops it where it says so. Work that does not hear a stop soon is left alone: it owns what it needs and ends without a listener.
 
 use std::any::Any;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -66,16 +67,24 @@ impl Pool {
 
 /// What comes from the work.
 enum Message<N, T> {
+    /// It waits for an answer.
     Note(N),
     Done(Result<T, Box<dyn Any + Send>>),
 }
 
-/// How work tells what it does. Nobody may be left to hear.
-pub(crate) struct Teller<N, T>(Sender<Message<N, T>>);
+/// How work tells what it does, and hears whether to go on.
+pub(crate) struct Teller<N, T> {
+    send: Sender<Message<N, T>>,
+    answers: Receiver<bool>,
+}
 
 impl<N, T> Teller<N, T> {
-    pub(crate) fn tell(&self, note: N) {
-        let _ = self.0.send(Message::Note(note));
+    /// Whether to go on; not if nobody is left to hear.
+    pub(crate) fn tell(&self, note: N) -> ControlFlow<()> {
+        match self.send.send(Message::Note(note)).is_ok() && self.answers.recv().unwrap_or(false) {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        }
     }
 }
 
@@ -88,6 +97,7 @@ pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
     mut hear: impl FnMut(N) -> PyResult<bool>,
 ) -> PyResult<T> {
     let (send, mut receive) = channel();
+    let (answer, answers) = channel();
     let asked = Arc::new(AtomicBool::new(false));
     let stop = Stop::when({
         let asked = asked.clone();
@@ -96,10 +106,10 @@ pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
     let pool = py.detach(|| Pool::take(threads)).map_err(|error| raised(py, error))?;
     let own = pool.pool.clone();
     own.spawn(move || {
-        let teller = Teller(send);
+        let teller = Teller { send, answers };
         let done = catch_unwind(AssertUnwindSafe(|| work(stop, &teller)));
         pool.give_back();
-        let _ = teller.0.send(Message::Done(done));
+        let _ = teller.send.send(Message::Done(done));
     });
     drop(own);
     let error = loop {
@@ -111,6 +121,8 @@ pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
                 if !goes_on {
                     asked.store(true, Ordering::Relaxed);
                 }
+                // Work that ended meanwhile by itself needs no answer.
+                let _ = answer.send(goes_on);
             }),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => {
@@ -122,6 +134,7 @@ pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
         }
     };
     asked.store(true, Ordering::Relaxed);
+    drop(answer);
     let until = Instant::now() + GRACE;
     while let Some(left) = until.checked_duration_since(Instant::now()) {
         let message;

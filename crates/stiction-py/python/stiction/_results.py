@@ -17,7 +17,8 @@ class Progress(NamedTuple):
     """What a solver is doing; handed to ``progress`` at each phase and iteration."""
 
     phase: str
-    """``set-up``, ``ordering``, ``factorisation``, ``solving``, or the kind of iteration (``newton``, ``multigrid`` ..)."""
+    """``set-up``, ``ordering``, ``factorisation``, ``solving``, or the kind of iteration (``newton``,
+    ``multigrid`` ..); of a case also ``step``, ``step halved``, ``step finished``, ``uniqueness``, ``other starts``."""
     iteration: int
     """Number of the iteration; 0 outside iterations."""
     residual: float
@@ -30,6 +31,10 @@ class Progress(NamedTuple):
     """Points that slip."""
     seconds: float
     """Since the start of the solve."""
+    step: int = 0
+    """Load step of a case, from 1."""
+    t: float = 0.0
+    """Time at its end."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -4,7 +4,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Discrete", "Problem", "__version__"]
+__all__ = ["Case", "Discrete", "Problem", "__version__"]
 
 _Reals = npt.NDArray[np.float64]
 _Whole = npt.NDArray[np.int64]
@@ -13,6 +13,22 @@ _Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals]
 
 __version__: str
 
+@final
+class Case:
+    def __new__(
+        cls,
+        text: str | None,
+        path: str | None,
+        name: str,
+        overrides: list[tuple[str, str]],
+        mesh: tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]]] | None,
+    ) -> Case: ...
+    @property
+    def title(self) -> str: ...
+    def facts(self, threads: int) -> dict[str, Any]: ...
+    def solve(
+        self, *, folder: str | None, resume: bool, report: bool, threads: int, hear: Callable[..., bool] | None
+    ) -> dict[str, Any]: ...
 @final
 class Discrete:
     @staticmethod

@@ -13,9 +13,9 @@ pub use pose::{
     Seconds, Span, SpringFacts, prepare, read_mesh,
 };
 pub use results::{
-    Ahead, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, StepFiles, Summary, Versions, begin_steps,
-    check, keep_step, limit_load, passes_through, phase_name, report, solve_writing, summary, uniqueness,
-    widened_before, writable, write, write_with,
+    Ahead, BodyFields, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, Side, StepFiles, Summary,
+    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, limit_load, passes_through, phase_name,
+    report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};

@@ -1,12 +1,13 @@
 //! What a case file says, as plain data. Groups are still names: no mesh has been read yet.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Field, Formulation, Orthotropic, Voigt};
 use crate::friction::{Method, MethodSettings, SolverPath};
-use crate::mesh::{Block, Ring, Turn};
+use crate::mesh::{Block, Mesh, MeshNotes, Ring, Turn};
 
 /// A whole case. Any consistent system of units.
 #[derive(Debug, Clone)]
@@ -65,7 +66,7 @@ impl MeshSpec {
         match &mut self.source {
             MeshSource::File { include, .. } => include.extend_from_slice(folders),
             MeshSource::Parts(parts) => parts.iter_mut().for_each(|(_, part)| part.include_from(folders)),
-            MeshSource::Block(_) | MeshSource::Ring(_) => {}
+            MeshSource::Block(_) | MeshSource::Ring(_) | MeshSource::Given(_) => {}
         }
     }
 }
@@ -95,6 +96,8 @@ pub enum MeshSource {
         /// Folders outside that of the mesh from which an input may include files.
         include: Vec<PathBuf>,
     },
+    /// A mesh that was made already, with what its maker noted.
+    Given(Arc<(Mesh, MeshNotes)>),
     /// Several meshes, each under its name; none of them has parts of its own.
     Parts(Vec<(String, MeshSpec)>),
 }

@@ -49,6 +49,10 @@ pub(crate) fn mesh(spec: &MeshSpec, limit: &MemoryLimit) -> Result<(Mesh, MeshNo
             let read = read_mesh(path, *scale, include);
             read.and_then(|read| posing_fits(read.0.nodes.len() as f64, memory::of_mesh(&read.0), limit).map(|()| read))
         }
+        MeshSource::Given(given) => {
+            let fits = posing_fits(given.0.nodes.len() as f64, memory::of_mesh(&given.0), limit);
+            fits.map(|()| (**given).clone())
+        }
         MeshSource::Parts(parts) => return joined(parts, spec, limit),
     };
     let (mut mesh, notes) = made.map_err(|error| place::at(&spec.spot, error))?;

@@ -10,18 +10,21 @@ use crate::run::solve::Outcome;
 use crate::run::solve::quantities::reaction;
 use crate::run::solve::tractions::{Tractions, tractions};
 
-/// Fields over the whole body.
+/// Fields over the whole body, in global axes.
 #[derive(Debug, Clone)]
-pub(crate) struct BodyFields {
+pub struct BodyFields {
+    /// Of each node, length.
     pub displacement: Vec<[f64; 3]>,
-    /// Force of the supports on the body, springs included; zero away from them.
+    /// Force of the supports on the body at each node, springs included, newton; zero away from them.
     pub reaction: Vec<[f64; 3]>,
     /// xx, yy, zz, xy, yz, xz of each cell; in single precision, beyond which a mean over a cell has no meaning.
     pub stress: Vec<[f32; 6]>,
+    /// Von Mises stress of each cell.
     pub von_mises: Vec<f32>,
 }
 
-pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
+/// The fields over the body of an answer.
+pub fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let Prepared { mesh, materials, material_of_cell, model, .. } = prepared;
     let u = full_displacement(model, &outcome.solution.u);
     let reaction = reaction(prepared, outcome);
@@ -34,34 +37,39 @@ pub(crate) fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
 
 /// Which of the two surfaces of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Side {
+pub enum Side {
     /// That with the contact points.
     #[default]
     Slave,
+    /// The other one, where it is a surface of a body.
     Master,
 }
 
 /// Fields over the nodes of one contact surface. Nodes that carry no contact point have the status -1, no force, and
-/// NaN where nothing is known; those of a master are found by [`pair_fields`](super::masters::pair_fields).
+/// NaN where nothing is known.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct SurfaceFields {
+pub struct SurfaceFields {
+    /// Name of the contact.
     pub name: String,
     /// Number of the pair.
     pub pair: usize,
+    /// Which of its two surfaces.
     pub side: Side,
+    /// Coordinates of the nodes, length.
     pub points: Vec<[f64; 3]>,
     /// Faces by indices into `points`: corners, then the middles of edges.
     pub faces: Vec<Vec<u32>>,
     /// The same in the order of their border.
     #[cfg_attr(not(feature = "plots"), expect(dead_code, reason = "only pictures show them"))]
-    pub borders: Vec<Vec<u32>>,
+    pub(crate) borders: Vec<Vec<u32>>,
     /// Number of the node in the mesh.
     pub nodes: Vec<i32>,
-    /// See [`tractions`].
+    /// Force over area at each node, positive in compression: that of the point against an obstacle, between bodies a mean over
+    /// the nodes of the other surface that it shares area with.
     pub pressure: Vec<f64>,
-    /// What the body exerts on its counterpart, along the slip.
+    /// What the body exerts on its counterpart along its surface, force over area.
     pub shear: Vec<[f64; 3]>,
-    /// Sliding of the body over its counterpart, with load steps that of the last one.
+    /// Sliding of the body over its counterpart, with load steps that of the last one; length.
     pub slip: Vec<[f64; 3]>,
     /// The same since the start of the first step.
     pub slid: Vec<[f64; 3]>,
@@ -69,7 +77,7 @@ pub(crate) struct SurfaceFields {
     pub gap: Vec<f64>,
     /// 0 open, 1 stick, 2 slip, -1 no contact point.
     pub status: Vec<i32>,
-    /// Force of the body on its counterpart.
+    /// Force of the body on its counterpart, newton.
     pub lambda: Vec<[f64; 3]>,
 }
 

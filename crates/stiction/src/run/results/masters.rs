@@ -13,7 +13,7 @@ use crate::run::solve::tractions::{Tractions, tractions};
 /// `lambda` of a master is the force its nodes receive, `-B' lambda` of the pair, given like that of the slave: as the
 /// force of the surface in `on` on the other, so that both sides have one resultant. Nodes that no contact point reaches
 /// have no pressure, NaN; gap, slip and state are known of the slave only.
-pub(crate) fn pair_fields(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
+pub fn pair_fields(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
     let mut all = Vec::new();

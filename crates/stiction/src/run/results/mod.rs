@@ -31,6 +31,8 @@ mod write;
 pub use ahead::{Ahead, solve_writing};
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
+pub use fields::{BodyFields, Side, SurfaceFields, body as body_fields};
+pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]
 pub use page::{write_report, write_report_on};
 pub use report::{Report, limit_load, passes_through, report, uniqueness};
