@@ -17,7 +17,7 @@ use stiction::{Csr, Error};
 use crate::arrays::table;
 use crate::errors::{raised, wrong};
 use crate::matrix::Rows;
-use crate::work::run;
+use crate::work::{borrowed, run};
 
 type Reals<'py> = PyReadonlyArray1<'py, f64>;
 
@@ -27,12 +27,13 @@ pub(crate) struct Discrete(Arc<Contents>);
 
 fn csr(py: Python<'_>, name: &str, rows: &Rows<'_>) -> PyResult<Csr> {
     let view = rows.view()?;
-    let whole = py.detach(|| view.check(name).map(|()| view.part(0..view.rows, |j| j as u32, view.cols)));
+    let part = || view.part(0..view.rows, |j| j as u32, view.cols);
+    let whole = borrowed(py, |stop| view.check(name, stop).map(|()| part()))?;
     whole.map_err(|error| raised(py, error))
 }
 
 fn checked(py: Python<'_>, problem: DiscreteProblem) -> PyResult<Discrete> {
-    problem.validate().map_err(|error| raised(py, error))?;
+    borrowed(py, |_| problem.validate())?.map_err(|error| raised(py, error))?;
     Ok(Discrete(Arc::new(Contents { problem, solution: None, guesses: Vec::new() })))
 }
 

@@ -2,6 +2,7 @@
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use stiction::linalg::Stop;
 use stiction::{Csr, Error, SymmetricCsr};
 
 /// `(rows, columns, indptr, indices, data)` with ascending columns; the Python side sees to types and contiguity.
@@ -76,7 +77,7 @@ const ROUNDING: f64 = 1e-10;
 
 impl View<'_> {
     /// Checks what the loops below rely on.
-    pub(crate) fn check(&self, name: &str) -> Result<(), Error> {
+    pub(crate) fn check(&self, name: &str, stop: &Stop) -> Result<(), Error> {
         let wrong = |what: String| Err(Error::new(name, what, "give a matrix as scipy.sparse makes it"));
         let entries = self.value.len();
         if self.start.len() != self.rows + 1 || self.column.len() != entries || self.start.at(0) != 0 {
@@ -86,6 +87,7 @@ impl View<'_> {
             return wrong(format!("{} rows and {} columns are too many", self.rows, self.cols));
         }
         for i in 0..self.rows {
+            now_and_then(i, stop)?;
             let (begin, end) = (self.start.at(i), self.start.at(i + 1));
             if begin > end || end > entries {
                 return wrong(format!("indptr descends at row {i}"));
@@ -136,7 +138,7 @@ impl View<'_> {
 
     /// The lower triangle of the `kept` rows and columns of a symmetric matrix, in one pass and with no other copy. `None`
     /// where its two triangles do not hold the same places.
-    fn lower(&self, place: &[u32], name: &str) -> Result<Option<SymmetricCsr>, Error> {
+    fn lower(&self, place: &[u32], name: &str, stop: &Stop) -> Result<Option<SymmetricCsr>, Error> {
         // The next entry right of the diagonal that its mirror image has not asked for yet: rows ask in ascending order.
         let mut next = vec![0usize; self.rows];
         let mut matrix = SymmetricCsr::default();
@@ -144,6 +146,7 @@ impl View<'_> {
         matrix.value.reserve_exact(self.value.len().midpoint(self.rows));
         let (mut columns, mut values) = (Vec::new(), Vec::new());
         for i in (0..self.rows).filter(|&i| place[i] != DROPPED) {
+            now_and_then(i, stop)?;
             columns.clear();
             values.clear();
             let mut diagonal = None;
@@ -193,17 +196,28 @@ impl View<'_> {
     }
 
     /// The kept part of a symmetric matrix.
-    pub(crate) fn symmetric(&self, place: &[u32], count: usize, name: &str) -> Result<SymmetricCsr, Error> {
+    pub(crate) fn symmetric(
+        &self,
+        place: &[u32],
+        count: usize,
+        name: &str,
+        stop: &Stop,
+    ) -> Result<SymmetricCsr, Error> {
         if self.rows != self.cols {
             let what = format!("{} rows and {} columns", self.rows, self.cols);
             return Err(Error::new(name, what, "give a square matrix"));
         }
-        if let Some(lower) = self.lower(place, name)? {
+        if let Some(lower) = self.lower(place, name, stop)? {
             return Ok(lower);
         }
         let kept: Vec<usize> = (0..self.rows).filter(|&i| place[i] != DROPPED).collect();
         SymmetricCsr::from_full(&self.part(kept.into_iter(), |j| place[j], count), name)
     }
+}
+
+/// Asks for a stop at some rows.
+fn now_and_then(row: usize, stop: &Stop) -> Result<(), Error> {
+    if row.is_multiple_of(4096) { stop.check() } else { Ok(()) }
 }
 
 /// Rows of three numbers.

@@ -10,6 +10,7 @@ use pyo3::types::PyDict;
 use stiction::contact::Supports;
 use stiction::friction::Phase;
 use stiction::io::case::SolverSpec;
+use stiction::linalg::Stop;
 use stiction::run::MemoryLimit;
 use stiction::{
     Certificate, ContactProblem, Csr, Error, Friction, Kept, Settings, Solution, SolveEvent, SolverPath, Status,
@@ -19,7 +20,7 @@ use stiction::{
 use crate::arrays::{pointwise, stacked, table};
 use crate::errors::{raised, wrong};
 use crate::matrix::{DROPPED, Rows, View, triples};
-use crate::work::run;
+use crate::work::{borrowed, run};
 
 /// A validated problem with what its solves keep.
 #[pyclass(frozen, module = "stiction._stiction")]
@@ -80,12 +81,11 @@ impl Problem {
         let friction = laws(&friction)?;
         let across = across.map(|list| list.to_vec()).transpose()?;
         let reference = slip_reference.as_slice()?;
-        // As long as a single pass over the matrices: nothing of Python is touched.
-        let made = py.detach(|| -> Result<_, Error> {
-            k.check("K")?;
-            b.check("B")?;
+        let made = borrowed(py, |stop| -> Result<_, Error> {
+            k.check("K", stop)?;
+            b.check("B", stop)?;
             let split = Split::new(k.rows, held);
-            let (stiffness, mut supports) = split.elastic(&k, f, values, nodes.as_ref())?;
+            let (stiffness, mut supports) = split.elastic(&k, f, values, nodes.as_ref(), stop)?;
             let m = gap.len();
             let order = |row: usize| if block { row } else { row % m * 3 + row / m };
             let jump = b.part((0..3 * m).map(order), |j| split.place[j], split.free.len());
@@ -101,14 +101,15 @@ impl Problem {
                 supports.B = imposed;
                 push(supports, &mut problem);
                 let motions = problem.elastic.near_kernel.as_deref();
-                if motions.is_some_and(|motions| strain_nothing(&problem.elastic.K, supports, motions)) {
+                if motions.is_some_and(|motions| strain_nothing(&problem.elastic.K, supports, motions, stop)) {
                     problem.labels.supports = Some(supports.clone());
                 }
             }
             offset(&mut problem, supports.as_ref(), gap, reference);
+            stop.check()?;
             problem.validate()?;
             Ok((problem, supports))
-        });
+        })?;
         let (problem, supports) = made.map_err(|error| raised(py, error))?;
         Ok(Problem { problem: Arc::new(problem), supports: supports.map(Arc::new), kept: Arc::default() })
     }
@@ -127,27 +128,35 @@ impl Problem {
         free: PyReadonlyArray1<'_, i64>,
         held: PyReadonlyArray1<'_, i64>,
     ) -> PyResult<Self> {
-        let (mut problem, mut supports) = (ContactProblem::clone(&self.problem), self.supports.clone());
-        if let Some(friction) = friction {
-            problem.contact.friction = laws(&friction)?;
-            problem.contact.orthotropy = across.map(|list| list.to_vec()).transpose()?;
-        }
-        if let Some(f) = f {
-            let f = f.as_slice()?;
-            let at = |places: &[i64]| places.iter().map(|&i| f[i as usize]).collect::<Vec<f64>>();
-            problem.elastic.f = at(free.as_slice()?);
-            if let Some(supports) = &mut supports {
-                let supports = Arc::make_mut(supports);
-                supports.load = at(held.as_slice()?);
-                supports.free_load = problem.elastic.f.clone();
-                push(supports, &mut problem);
-                if let Some(judged) = &mut problem.labels.supports {
-                    judged.clone_from(supports);
+        let friction = friction.as_ref().map(laws).transpose()?;
+        let across = across.map(|list| list.to_vec()).transpose()?;
+        let f = f.as_ref().map(|f| f.as_slice()).transpose()?;
+        let (gap, reference) = (gap.as_slice()?, slip_reference.as_slice()?);
+        let (free, held) = (free.as_slice()?, held.as_slice()?);
+        let made = borrowed(py, |_| -> Result<_, Error> {
+            let (mut problem, mut supports) = (ContactProblem::clone(&self.problem), self.supports.clone());
+            if let Some(friction) = friction {
+                problem.contact.friction = friction;
+                problem.contact.orthotropy = across;
+            }
+            if let Some(f) = f {
+                let at = |places: &[i64]| places.iter().map(|&i| f[i as usize]).collect::<Vec<f64>>();
+                problem.elastic.f = at(free);
+                if let Some(supports) = &mut supports {
+                    let supports = Arc::make_mut(supports);
+                    supports.load = at(held);
+                    supports.free_load = problem.elastic.f.clone();
+                    push(supports, &mut problem);
+                    if let Some(judged) = &mut problem.labels.supports {
+                        judged.clone_from(supports);
+                    }
                 }
             }
-        }
-        offset(&mut problem, supports.as_deref(), gap.as_slice()?, slip_reference.as_slice()?);
-        problem.validate().map_err(|error| raised(py, error))?;
+            offset(&mut problem, supports.as_deref(), gap, reference);
+            problem.validate()?;
+            Ok((problem, supports))
+        })?;
+        let (problem, supports) = made.map_err(|error| raised(py, error))?;
         Ok(Problem { problem: Arc::new(problem), supports, kept: self.kept.clone() })
     }
 
@@ -236,7 +245,8 @@ impl Problem {
         forces: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (u, lambda) = (u.as_slice()?, stacked(&forces)?);
-        let force = self.supports.as_ref().map_or_else(Vec::new, |supports| {
+        let Some(supports) = &self.supports else { return Ok(PyArray1::from_vec(py, Vec::new())) };
+        let force = borrowed(py, |_| {
             let mut force = supports.K.times(u);
             for (sign, part) in [
                 (1.0, supports.K_own.times(&supports.displacement)),
@@ -246,7 +256,7 @@ impl Problem {
                 force.iter_mut().zip(part).for_each(|(force, part)| *force += sign * part);
             }
             force
-        });
+        })?;
         Ok(PyArray1::from_vec(py, force))
     }
 
@@ -282,8 +292,11 @@ fn push(supports: &Supports, problem: &mut ContactProblem) {
 
 /// Whether the stiffness is one of bodies alone: rigid motions of all unknowns, free and prescribed, cost no force. Otherwise
 /// (springs to the ground, constraints) reactions are not all the forces from outside, and there is no balance to judge.
-fn strain_nothing(stiffness: &SymmetricCsr, supports: &Supports, motions: &[[f64; 6]]) -> bool {
+fn strain_nothing(stiffness: &SymmetricCsr, supports: &Supports, motions: &[[f64; 6]], stop: &Stop) -> bool {
     (0..6).all(|k| {
+        if stop.asked() {
+            return false;
+        }
         let [free, held] = [motions, &supports.rigid].map(|rows| rows.iter().map(|row| row[k]).collect::<Vec<f64>>());
         let size = |list: &[f64]| list.iter().map(|x| x.abs()).collect::<Vec<f64>>();
         let mut force = stiffness.times(&free);
@@ -355,8 +368,9 @@ impl<'a> Split<'a> {
         f: &[f64],
         values: &[f64],
         nodes: Option<&Motions<'_>>,
+        stop: &Stop,
     ) -> Result<(SymmetricCsr, Option<Supports>), Error> {
-        let stiffness = k.symmetric(&self.place, self.free.len(), "K")?;
+        let stiffness = k.symmetric(&self.place, self.free.len(), "K", stop)?;
         if self.held.is_empty() {
             return Ok((stiffness, None));
         }

@@ -146,6 +146,42 @@ pub(crate) fn run<N: Send + 'static, T: Send + 'static>(
     Err(error)
 }
 
+/// The same for short work on borrowed data, which is waited for after a stop: it is to ask often.
+pub(crate) fn borrowed<T: Send>(py: Python<'_>, work: impl FnOnce(&Stop) -> T + Send) -> PyResult<T> {
+    let pool = py.detach(|| Pool::take(0)).map_err(|error| raised(py, error))?;
+    let asked = Arc::new(AtomicBool::new(false));
+    let stop = Stop::when({
+        let asked = asked.clone();
+        move || asked.load(Ordering::Relaxed)
+    });
+    let mut error = None;
+    let done = py.detach(|| {
+        let (send, receive) = channel();
+        pool.pool.in_place_scope(|scope| {
+            scope.spawn(move |_| {
+                let _ = send.send(catch_unwind(AssertUnwindSafe(|| work(&stop))));
+            });
+            loop {
+                match receive.recv_timeout(PERIOD) {
+                    Err(RecvTimeoutError::Timeout) if error.is_none() => {
+                        error = Python::attach(|py| py.check_signals()).err();
+                        asked.store(error.is_some(), Ordering::Relaxed);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Ok(done) => break Some(done),
+                    Err(RecvTimeoutError::Disconnected) => break None,
+                }
+            }
+        })
+    });
+    pool.give_back();
+    match (error, done) {
+        (Some(error), _) => Err(error),
+        (None, Some(done)) => ended(done),
+        (None, None) => Err(PyRuntimeError::new_err("the work ended without a result")),
+    }
+}
+
 type Next<N, T> = (Receiver<Message<N, T>>, Result<Message<N, T>, RecvTimeoutError>);
 
 fn next<N: Send, T: Send>(py: Python<'_>, receive: Receiver<Message<N, T>>, patience: Duration) -> Next<N, T> {

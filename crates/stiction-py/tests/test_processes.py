@@ -101,11 +101,41 @@ def solve_here(cells):
 
 def test_a_forked_child_solves_after_its_parent_did():
     expected = solve_here(5)
+    # Large enough that its checks are shared among threads, which a child does not have.
+    large = problem(16)
     if "fork" not in multiprocessing.get_all_start_methods():
         pytest.skip("no fork on this system")
     with multiprocessing.get_context("fork").Pool(3) as pool:
         assert pool.map_async(solve_here, 12 * [5]).get(timeout=120) == 12 * [expected]
+        [points] = pool.map_async(points_here, [16]).get(timeout=120)
+        assert points == large.points
     assert solve_here(5) == expected
+
+
+def points_here(cells):
+    return problem(cells).with_friction(0.1).with_load(gap=0.0).points
+
+
+def test_an_interrupt_ends_the_reading_of_matrices():
+    ended = run(
+        """
+        import os, signal, threading, time
+        import numpy as np
+        import fem, stiction
+        points, K, B, gap, top = fem.column((30, 30, 30), poisson=0.3)
+        sent = []
+        def send():
+            sent.append(time.perf_counter())
+            os.kill(os.getpid(), signal.SIGINT)
+        threading.Timer(0.03, send).start()
+        try:
+            while True:
+                stiction.Problem(K, B, np.zeros(K.shape[0]), gap, 0.3, held=top, coordinates=points)
+        except KeyboardInterrupt:
+            print(time.perf_counter() - sent[0])
+        """
+    )
+    assert float(ended.stdout) < 3.0, ended.stderr
 
 
 def test_a_spawned_child_solves():
