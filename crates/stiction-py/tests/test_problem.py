@@ -280,6 +280,32 @@ def test_the_certificate_refuses_a_penalty_answer_and_accepts_ours(dragged):
         problem.check(np.zeros(K.shape[0]), forces)
 
 
+@pytest.mark.parametrize("mu", [0.0, 50.0])
+@pytest.mark.parametrize("reordered", [False, True])
+def test_small_loads_move_a_joint_as_its_constraints_say(dragged, mu, reordered):
+    """Without friction, and where all stick, the answer follows the load linearly as long as no state changes."""
+    points, arguments, _ = dragged
+    K, B, held = arguments["K"], arguments["B"], arguments["held"]
+    n = K.shape[0]
+    order = np.arange(n).reshape(3, -1).T.ravel() if reordered else np.arange(n)
+    inverse = np.argsort(order)
+    given = dict(K=K[inverse][:, inverse], B=B[:, inverse], held=order[held], f=np.zeros(n), gap=arguments["gap"])
+    given |= dict(values=np.tile([0.0, 0.0, -5e-3], len(held) // 3), mu=mu, coordinates=points, dofs=order.reshape(-1, 3))
+    problem = stiction.Problem(**given)
+    before = problem.solve(tolerance=1e-10)
+    assert (before.state == (1 if mu else 2)).all()
+    load = np.zeros(n)
+    node = np.flatnonzero(np.isclose(points[:, 2], 1 / 3))[1]
+    load[order[3 * node : 3 * node + 3]] = [0.1, 0.05, -0.1]
+    after = problem.with_load(load).solve(tolerance=1e-10)
+    C = problem.constraints(before)
+    assert C.shape == ((3 if mu else 1) * problem.points, n)
+    free = np.setdiff1d(np.arange(n), given["held"])
+    saddle = sp.block_array([[given["K"][free][:, free], C[:, free].T], [C[:, free], None]], format="csc")
+    motion = spl.spsolve(saddle, np.concatenate([load[free], np.zeros(C.shape[0])]))[: len(free)]
+    assert np.allclose((after.u - before.u)[free], motion, atol=1e-6 * np.abs(motion).max())
+
+
 def test_a_body_that_only_contact_holds_and_one_that_flies_away():
     points, K, B, gap, _ = fem.column((2, 2, 2))
     press = np.zeros(K.shape[0])

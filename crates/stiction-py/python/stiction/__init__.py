@@ -7,6 +7,10 @@ from ._problem import Problem
 from ._results import Certificate, Progress, Solution
 from ._stiction import __version__
 
+# Users see one module, in messages and in `help`.
+for _public in (Case, Certificate, Facts, InputError, NotCertified, Problem, Progress, Result, Solution, Step, Surface, TooLarge):
+    _public.__module__ = __name__
+
 __all__ = [
     "Case",
     "Certificate",

@@ -258,6 +258,30 @@ class Problem:
             raise InputError("u", what, "judge it by a problem with the same `values`")
         return certificate(self._own.check(self._free_part(u), forces, float(tolerance), threads_of(threads)))
 
+    def constraints(self, solution: Solution) -> Any:
+        """What contact ties in a state: rows ``C`` with ``C v = 0`` for small motions ``v`` about it; needs SciPy.
+
+        Points in contact are tied along the normal, sticking ones along both tangents as well; sliding ones keep their
+        friction. With ``K`` and a mass matrix this is the linear model for modes of a joint in its contact state.
+
+        Returns
+        -------
+        scipy.sparse.csr_array, (c, n)
+            All normal rows first, then the first and the second tangential ones. Columns of `held` are empty: there ``v`` is
+            zero.
+        """
+        from scipy.sparse import coo_array, csr_array
+
+        rows, columns, start, column, data = self._own.matrix("B")
+        jump = csr_array((data, column, start), shape=(rows, columns))
+        touching, sticking = np.flatnonzero(solution.state > 0), np.flatnonzero(solution.state == 1)
+        m = self._points
+        tied = coo_array(jump[np.concatenate([touching, m + sticking, 2 * m + sticking])])
+        mask = np.ones(self._unknowns, dtype=bool)
+        mask[self._inner_of(self._held)] = False
+        own = np.flatnonzero(mask) if self._order is None else self._order[mask]
+        return csr_array((tied.data, (tied.row, own[tied.col])), shape=(tied.shape[0], self._unknowns))
+
     def with_friction(
         self,
         mu: npt.ArrayLike = 0.0,
