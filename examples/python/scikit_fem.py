@@ -1,11 +1,10 @@
 """Assembled by scikit-fem, in contact by Stiction: a block pressed on a rough floor and dragged.
 
-What to see: K, the groups and the numbering are scikit-fem's; the rows of B are one node each, -u_z, u_x, u_y. Without Poisson's
-effect the force on the floor is Hooke's. What to try next: a finer mesh (multigrid takes over), other elements of `nodal_dofs`.
+What to see: K, the groups and the numbering are scikit-fem's; the rows of B are one node each. Without
+Poisson's effect the force on the floor is Hooke's. What to try next: a finer mesh (multigrid takes over), other elements of `nodal_dofs`.
 """
 
 import numpy as np
-import scipy.sparse as sp
 import skfem
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -21,11 +20,7 @@ dofs = basis.nodal_dofs.T  # (nodes, 3): unknowns along x, y, z
 foot, top = (np.flatnonzero(mesh.p[2] == z) for z in (0.0, 1.0))
 held = dofs[top].ravel()
 values = np.tile([DRAG, 0.0, -DOWN], len(top))
-
-rows = np.arange(3 * len(foot))
-columns = dofs[foot][:, [2, 0, 1]].ravel()
-signs = np.tile([-1.0, 1.0, 1.0], len(foot))
-B = sp.csr_array((signs, (rows, columns)), shape=(3 * len(foot), basis.N))
+B = stiction.rows(foot, [0, 0, -1], basis.N, dofs=dofs).B  # the floor lies below
 
 problem = stiction.Problem(K, B, np.zeros(basis.N), gap=0.0, mu=MU, held=held, values=values, coordinates=mesh.p.T, dofs=dofs)
 solution = problem.solve()

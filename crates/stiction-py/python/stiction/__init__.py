@@ -5,10 +5,11 @@ from ._case import Case, Facts, Result, Step, Surface
 from ._errors import InputError, NotCertified, TooLarge
 from ._problem import Problem
 from ._results import Certificate, Progress, Solution
+from ._rows import Rows, rows
 from ._stiction import __version__
 
 # Users see one module, in messages and in `help`.
-for _public in (Case, Certificate, Facts, InputError, NotCertified, Problem, Progress, Result, Solution, Step, Surface, TooLarge):
+for _public in (Case, Certificate, Facts, InputError, NotCertified, Problem, Progress, Result, Rows, Solution, Step, Surface, TooLarge):
     _public.__module__ = __name__
 
 __all__ = [
@@ -20,10 +21,12 @@ __all__ = [
     "Problem",
     "Progress",
     "Result",
+    "Rows",
     "Solution",
     "Step",
     "Surface",
     "TooLarge",
     "__version__",
     "discrete",
+    "rows",
 ]

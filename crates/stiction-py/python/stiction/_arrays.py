@@ -77,22 +77,22 @@ def index(data: Any, name: str) -> npt.NDArray[Any]:
     return np.ascontiguousarray(array if array.dtype in (np.int32, np.int64) else array.astype(np.int64))
 
 
-def unknowns(data: Any, count: int, name: str) -> Whole:
-    """Numbers of unknowns, ascending and each once; a mask of all will do."""
+def numbers(data: Any, count: int, name: str, what: str = "unknown") -> Whole:
+    """Numbers of unknowns or nodes; a mask of all will do."""
     array = np.asarray(data)
     if array.dtype == np.bool_:
         if array.shape != (count,):
-            raise InputError(name, f"the mask has the shape {array.shape} where ({count},) is needed", "mask all unknowns")
+            raise InputError(name, f"the mask has the shape {array.shape} where ({count},) is needed", f"mask all {what}s")
         array = np.flatnonzero(array)
     if array.size == 0:
         return np.zeros(0, dtype=np.int64)
     if array.dtype.kind not in "iu" or array.ndim != 1:
-        raise InputError(name, f"it has type {array.dtype} and shape {array.shape}", "give a list of unknowns")
+        raise InputError(name, f"it has type {array.dtype} and shape {array.shape}", f"give a list of {what}s")
     array = array.astype(np.int64)
     low, high = array.min(), array.max()
     if low < 0 or high >= count:
         bad = low if low < 0 else high
-        raise InputError(name, f"there is no unknown {bad} among {count}", "count from zero")
+        raise InputError(name, f"there is no {what} {bad} among {count}", "count from zero")
     return array
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _stiction
-from ._arrays import Reals, Whole, compressed, per_point, reals, threads_of, unknowns, vector
+from ._arrays import Reals, Whole, compressed, numbers, per_point, reals, threads_of, vector
 from ._errors import InputError, NotCertified
 from ._results import Certificate, Progress, Solution, certificate
 
@@ -118,7 +118,7 @@ class Problem:
         load = vector(f, n, "f", " (one an unknown)")
         self._gap = per_point(gap, self._points, "gap")
         self._reference = self._slip_reference(slip_reference)
-        held = unknowns([] if held is None else held, n, "held")
+        held = numbers([] if held is None else held, n, "held")
         given = reals(values, "values")
         given = np.full(len(held), float(given)) if given.ndim == 0 else vector(given, len(held), "values")
         order = np.argsort(held, kind="stable")
