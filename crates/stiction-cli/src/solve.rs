@@ -42,6 +42,9 @@ pub struct Arguments {
     /// Leave out report.html; `stiction report DIR` writes it later
     #[arg(long)]
     no_report: bool,
+    /// Leave out the pictures (PNG)
+    #[arg(long)]
+    no_pictures: bool,
     /// How progress is shown, on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
@@ -169,6 +172,7 @@ fn attempt(
 
     let mut settings = Settings::of(&case.solver);
     settings.solver.stop = Stop::when(interrupt::asked);
+    settings.pictures = !arguments.no_pictures;
     interrupt::heard();
     let mut steps = None;
     if !case.steps.is_empty() {
@@ -198,7 +202,7 @@ fn attempt(
         Some((mut files, restart)) => {
             let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
             let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
-            outcome.map(|outcome| (outcome, Ahead::default()))
+            outcome.map(|outcome| (outcome, Ahead::of(&settings)))
         }
     };
     progress.finish();

@@ -50,6 +50,8 @@ pub struct Kept {
     operator: Option<Operator>,
     /// Whether [`SolverPath::Auto`] tries multigrid first; known after the first solve.
     multigrid_first: Option<bool>,
+    /// Why the direct path was taken, where multigrid has failed or an earlier run says so.
+    pub(crate) why_direct: Option<String>,
 }
 
 #[derive(Debug)]
@@ -84,7 +86,16 @@ pub fn multigrid_is_faster(problem: &ContactProblem) -> bool {
 impl Kept {
     /// Nothing yet, with the choice of [`SolverPath::Auto`] already made.
     pub fn deciding(multigrid_first: bool) -> Self {
-        Kept { operator: None, multigrid_first: Some(multigrid_first) }
+        Kept { multigrid_first: Some(multigrid_first), ..Kept::default() }
+    }
+
+    /// In a few words why [`SolverPath::Auto`] has taken the direct path.
+    pub(crate) fn why_direct(&self, problem: &ContactProblem) -> String {
+        match &self.why_direct {
+            Some(why) => why.clone(),
+            None if problem.unknowns() < Threshold::SMALL => format!("less than {} unknowns", Threshold::SMALL),
+            None => "predicted to be faster than multigrid".into(),
+        }
     }
 
     /// Whether the next solve begins with multigrid.
@@ -244,6 +255,10 @@ pub(crate) fn solve_validated(
         by_multigrid => {
             let direct = by_factor(problem, settings, kept, observer);
             kept.multigrid_first = Some(direct.is_err());
+            kept.why_direct = Some(match &by_multigrid {
+                Ok(found) => format!("multigrid did not reach the tolerance in {} cycles", found.counts.cycles),
+                Err(error) => error.what.clone(),
+            });
             match (direct, by_multigrid) {
                 (Err(error), Ok(found)) if error.interrupted => Ok(Solution { status: Status::Interrupted, ..found }),
                 // The factor may not fit the memory: then what multigrid has found is the better answer.

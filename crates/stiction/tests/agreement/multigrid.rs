@@ -345,7 +345,12 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let all = [triplets(&coupled.contact.B), triplets(&entry)].concat();
     coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
     match Multigrid::new(&coupled) {
-        Err(error) => assert!(error.what.contains("node of their own"), "{error}"),
+        Err(error) => {
+            let named = "is that of point 0 of pair \"contact\" and of point 1 of pair \"contact\"";
+            let node = p.elastic.node_of.as_ref().unwrap()[here];
+            assert!(error.what.contains("node of their own") && error.what.contains(named), "{error}");
+            assert!(error.what.contains(&format!("node {node} ")), "{error}");
+        }
         Ok(_) => panic!("a hierarchy without a node for each point"),
     }
     // Without `node_of` every unknown is a node of its own, and no node has the three rows of a point.

@@ -29,6 +29,9 @@ fn phases(name: &str, case: &Case) -> Vec<(&'static str, Memory)> {
     let mut outcome = outcome;
     let write = || write_with(&prepared, &mut outcome, &Origin::default(), &folder, Ahead::default()).unwrap();
     let (_, writing) = measured(write);
+    let quiet = Settings { pictures: false, ..settings.clone() };
+    let bare = || write_with(&prepared, &mut outcome, &Origin::default(), &folder, Ahead::of(&quiet)).unwrap();
+    let (_, writing_without_pictures) = measured(bare);
     let (_, reporting) = measured(|| write_report_on(&folder, Some(&prepared.mesh)).unwrap());
     let (_, again) = measured(|| write_report_on(&folder, None).unwrap());
     let (_, checking) = measured(|| check(&folder).unwrap());
@@ -37,6 +40,7 @@ fn phases(name: &str, case: &Case) -> Vec<(&'static str, Memory)> {
         ("posing", posing),
         ("solving", solving),
         ("writing", writing),
+        ("writing without pictures", writing_without_pictures),
         ("reporting", reporting),
         ("reporting again", again),
         ("checking", checking),

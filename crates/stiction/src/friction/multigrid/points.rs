@@ -37,12 +37,24 @@ const ORTHONORMAL: f64 = 1e-9;
 /// The nodes that a point's rows reach beside its own, each with its block of `B`.
 pub(super) type OtherNodes = Vec<(u32, Block<3, 3>)>;
 
-/// The points with the other nodes that their rows reach; `None` if one has no node of its own.
+/// A contact point without a node of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct NoOwnNode {
+    /// The point.
+    pub point: usize,
+    /// A node on which its rows are a frame, if there is one, and another point that reaches it.
+    pub shares: Option<(usize, usize)>,
+}
+
+/// The points with the other nodes that their rows reach.
+///
+/// # Errors
+/// The first point that has no node of its own.
 ///
 /// A point's own node is one on which its rows are a frame and that no other point reaches, but for points whose own node
 /// has been found before: those may be relative to it, as the middle of a quadratic edge is to the ends, which are relative
 /// to the other body.
-pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Point>, Vec<OtherNodes>)> {
+pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Point>, Vec<OtherNodes>), NoOwnNode> {
     let rows = problem.isotropic_rows();
     let m = problem.points();
     let mut others: Vec<OtherNodes> = (0..m).map(|j| blocks(problem, nodes, j)).collect();
@@ -75,7 +87,14 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Option<(Vec<Poi
         let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
         points[j] = Some(Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false });
     }
-    Some((points.into_iter().collect::<Option<Vec<Point>>>()?, others))
+    if let Some(point) = points.iter().position(Option::is_none) {
+        let in_frame = filled(&problem.contact.B, point);
+        let framed = others[point].iter().find(|(_, block)| is_frame(block, &in_frame)).map(|(v, _)| *v);
+        let reaches = |v: u32, j: usize| points[j].is_none() && others[j].iter().any(|(w, _)| *w == v);
+        let shares = framed.and_then(|v| Some((v as usize, (0..m).find(|&j| j != point && reaches(v, j))?)));
+        return Err(NoOwnNode { point, shares });
+    }
+    Ok((points.into_iter().flatten().collect(), others))
 }
 
 /// The rows of a point by nodes.

@@ -1,6 +1,6 @@
 use std::collections::{HashMap, HashSet};
 
-use super::points::{OtherNodes, Point, points};
+use super::points::{NoOwnNode, OtherNodes, Point, points};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
@@ -27,17 +27,25 @@ fn refused(what: &str) -> Error {
 }
 
 /// Without `node_of` every unknown is a node of its own, on which no point has a frame.
-fn no_own_nodes(problem: &ContactProblem) -> Error {
-    if problem.elastic.node_of.is_some() {
-        return refused("multigrid is for contact points that each have a node of their own");
-    }
-    let what = "multigrid is for contact points that each have a node of their own, and `elastic.node_of` does not say which \
-                unknowns belong to one node";
-    Error::new(
-        "",
-        what,
-        "give `elastic.node_of` and, for a good rate of convergence, `elastic.near_kernel`, or leave `settings.path` at auto",
-    )
+fn no_own_node(problem: &ContactProblem, nodes: &Nodes, NoOwnNode { point, shares }: NoOwnNode) -> Error {
+    let needed = "multigrid is for contact points that each have a node of their own";
+    let Some(labels) = &problem.elastic.node_of else {
+        let what = format!("{needed}, and `elastic.node_of` does not say which unknowns belong to one node");
+        let remedy = "give `elastic.node_of` and, for a good rate of convergence, `elastic.near_kernel`, or leave \
+                      `settings.path` at auto";
+        return Error::new("", what, remedy);
+    };
+    let named = |j: usize| match problem.labels.pairs.iter().find(|pair| pair.points.contains(&j)) {
+        Some(pair) => format!("point {} of pair \"{}\"", j - pair.points.start, pair.name),
+        None => format!("point {j}"),
+    };
+    let label = |v: usize| nodes.of.iter().position(|&(w, _)| w as usize == v).map_or(v as u32, |i| labels[i]);
+    let Some((v, other)) = shares else {
+        return refused(&format!("{needed}, and on no node the rows of {} are a frame", named(point)));
+    };
+    let what = format!("{needed}, and node {} is that of {} and of {}", label(v), named(point), named(other));
+    let remedy = "leave `settings.path` at auto, or leave that node out of one of the two surfaces";
+    Error::new("", what, remedy)
 }
 
 fn chained() -> Error {
@@ -95,7 +103,7 @@ impl Transformed {
         }
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
-        let (mut points, others) = points(problem, &nodes).ok_or_else(|| no_own_nodes(problem))?;
+        let (mut points, others) = points(problem, &nodes).map_err(|of| no_own_node(problem, &nodes, of))?;
         let mut frame_of = vec![u32::MAX; nodes.count];
         points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         stop.check()?;

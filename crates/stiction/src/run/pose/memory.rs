@@ -25,8 +25,10 @@ impl Bytes {
     const TET10: f64 = 1800.0;
     /// What comes on top of small meshes.
     const POSING: f64 = 6e6;
-    /// Files of results: fields of nodes and cells in all their forms, and the pictures, whose size is fixed.
-    const OUTPUT: [f64; 3] = [95e6, 250.0, 120.0];
+    /// Files of results: fields of nodes and cells in all their forms.
+    const OUTPUT: [f64; 3] = [15e6, 250.0, 120.0];
+    /// The pictures, whose size is fixed.
+    const PICTURES: f64 = 80e6;
     /// The report, which reads some of the files again.
     const REPORT: [f64; 3] = [40e6, 90.0, 75.0];
     /// A byte of a mesh file of text or numbers, and of one that may be compressed, while it is read.
@@ -115,15 +117,19 @@ pub(super) fn reading_fits(path: &Path) -> Result<(), Error> {
 }
 
 /// Takes hold of what the files of a result need, so that a solution that has been found can be written.
-pub(crate) fn output_room(mesh: &Mesh, limit: &MemoryLimit) -> Result<Room, Error> {
-    let [output, report] = [Bytes::OUTPUT, Bytes::REPORT].map(|bytes| by_counts(bytes, mesh));
+pub(crate) fn output_room(mesh: &Mesh, pictures: bool, limit: &MemoryLimit) -> Result<Room, Error> {
+    let (output, report) = (of_output(mesh, pictures), by_counts(Bytes::REPORT, mesh));
     let most = limit.bytes.filter(|_| !limit.by_case);
     room("writing the results", output.max(report), most).map_err(|error| limit.named(error))
 }
 
 /// Refuses output for which there is no memory.
-pub(crate) fn output_fits(mesh: &Mesh) -> Result<(), Error> {
-    ensure("writing the results", by_counts(Bytes::OUTPUT, mesh), None).map_err(in_terms_of_the_case)
+pub(crate) fn output_fits(mesh: &Mesh, pictures: bool) -> Result<(), Error> {
+    ensure("writing the results", of_output(mesh, pictures), None).map_err(in_terms_of_the_case)
+}
+
+fn of_output(mesh: &Mesh, pictures: bool) -> f64 {
+    by_counts(Bytes::OUTPUT, mesh) + if pictures { Bytes::PICTURES } else { 0.0 }
 }
 
 /// Refuses a report for which there is no memory; without a mesh at hand it reads that of the result in `folder`.

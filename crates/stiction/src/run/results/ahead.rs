@@ -17,8 +17,8 @@ use crate::run::pose::{Prepared, Span, place, stopwatch};
 use crate::run::solve::{Event, Outcome, Settings, solve};
 use crate::solve::SolveEvent;
 
-/// What was written beside the solve and has no name yet; dropped, it leaves nothing behind.
-#[derive(Debug, Default)]
+/// What was written beside the solve and has no name yet, and what is still to be; dropped, it leaves nothing behind.
+#[derive(Debug)]
 pub struct Ahead {
     /// `problem.npz`, if it was begun.
     pub(crate) problem: Option<Result<Pending, Error>>,
@@ -26,6 +26,21 @@ pub struct Ahead {
     pub(crate) grid: Option<EncodedGrid>,
     /// Held until the files are written.
     pub(crate) room: Option<Room>,
+    /// Whether pictures are drawn.
+    pub(crate) pictures: bool,
+}
+
+impl Default for Ahead {
+    fn default() -> Self {
+        Ahead { problem: None, grid: None, room: None, pictures: true }
+    }
+}
+
+impl Ahead {
+    /// Nothing yet of a run with these settings.
+    pub fn of(settings: &Settings) -> Self {
+        Ahead { pictures: settings.pictures, ..Ahead::default() }
+    }
 }
 
 /// [`solve()`](crate::run::solve()) for a run whose results go to `into`: the stiffness, most of what there is to write, is
@@ -43,7 +58,8 @@ pub fn solve_writing(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<(Outcome, Ahead), Error> {
     let is_new = !into.exists();
-    let room = output_room(&prepared.mesh, &settings.memory).map_err(|error| place::at(&prepared.mesh_spot, error))?;
+    let room = output_room(&prepared.mesh, settings.pictures, &settings.memory);
+    let room = room.map_err(|error| place::at(&prepared.mesh_spot, error))?;
     let (iterating, begin) = mpsc::channel();
     // Nothing in here may use the threads of rayon: the caller may be the only one of them, and it waits.
     let write = move || {
@@ -81,7 +97,7 @@ pub fn solve_writing(
             return Err(error);
         }
     };
-    let mut ahead = Ahead { room: Some(room), ..Ahead::default() };
+    let mut ahead = Ahead { room: Some(room), ..Ahead::of(settings) };
     if let Some((written, grid, cpu)) = written {
         (ahead.problem, ahead.grid) = (Some(written), grid);
         // The clock of the process has counted it with the iteration.

@@ -125,7 +125,8 @@ fn work(outcome: &Outcome) -> String {
         None => many(counts.restarts, "restart"),
     };
     let (iterations, products) = (many(iterations(outcome), "iteration"), many(counts.products, "product"));
-    format!("{iterations}, {products} with B K^-1 B' ({path}), {inside}")
+    let why = outcome.path_reason.as_ref().map_or(String::new(), |why| format!(": {why}"));
+    format!("{iterations}, {products} with B K^-1 B' ({path}{why}), {inside}")
 }
 
 /// Phases that took less than this are not listed, seconds.

@@ -119,7 +119,7 @@ pub(crate) fn number_of(name: &str) -> Option<usize> {
 /// If a file cannot be written.
 pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Result<(), Error> {
     let (folder, number) = (&files.folder, step.number);
-    output_fits(&prepared.mesh)?;
+    output_fits(&prepared.mesh, false)?;
     let mut names = vec![step_name(number), format!("result-{number:04}.vtu")];
     write_step(&folder.join(&names[0]), &step.file)?;
     write_body(&folder.join(&names[1]), prepared, &files.grid, &body(prepared, step.outcome))?;

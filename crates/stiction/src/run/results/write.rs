@@ -60,7 +60,7 @@ pub fn write_with(
 ) -> Result<Vec<String>, Error> {
     let mut lap = stopwatch();
     drop(ahead.room.take());
-    output_fits(&prepared.mesh)?;
+    output_fits(&prepared.mesh, ahead.pictures)?;
     folder::create(folder)?;
     withdraw_result(folder)?;
     // That of an earlier run would tell of other numbers.
@@ -78,8 +78,11 @@ pub fn write_with(
         None => problem::write_problem(&file, &prepared.problem, tolerance)?,
     }
     // Pictures and numbers take about as long, and neither needs the other.
-    let outcome_so_far = &*outcome;
-    let draw = || pictures::write(folder, prepared, outcome_so_far, &body, &surfaces);
+    let (outcome_so_far, with_pictures) = (&*outcome, ahead.pictures);
+    let draw = || match with_pictures {
+        true => pictures::write(folder, prepared, outcome_so_far, &body, &surfaces),
+        false => Ok(Vec::new()),
+    };
     let write = || write_numbers(prepared, outcome_so_far, origin, folder, ahead, &body, &surfaces);
     let (of_problem, (drawn, written)) = beside(|| sums::of_file(folder, PROBLEM), || beside(draw, write));
     let mut files = written?;

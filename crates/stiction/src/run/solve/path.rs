@@ -30,6 +30,8 @@ pub struct Settings {
     pub memory: MemoryLimit,
     /// From how many starts solutions are looked for; `None` is the default one alone.
     pub starts: Option<usize>,
+    /// Whether the result gets pictures.
+    pub pictures: bool,
     /// What the summary calls the method.
     pub method_name: String,
     /// The method and its settings.
@@ -46,6 +48,7 @@ impl Settings {
             solver: friction::Settings { tolerance, max_iterations, path, memory_limit, ..Default::default() },
             memory,
             starts: spec.starts,
+            pictures: true,
             method_name: spec.method_name.clone(),
             method: spec.method.clone(),
         }
@@ -116,6 +119,8 @@ pub struct Outcome {
     pub settings: MethodSettings,
     /// The method's own report; `None` for Newton's method.
     pub method: Option<MethodReport>,
+    /// Why the direct path was taken, where the settings left the choice.
+    pub path_reason: Option<String>,
     /// Where nothing was found and friction, at the normal forces of the last step that was solved (without one, at
     /// those the iteration came to), takes up no more than nearly all of the loads: along which motion of floating
     /// bodies.
@@ -140,13 +145,14 @@ impl Outcome {
     /// A solution of which nothing else is known.
     pub(crate) fn new(solution: Solution, settings: &Settings) -> Self {
         let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-        let (method, sliding, overlaps, coulomb, solutions, times, seconds, steps) = Default::default();
+        let (method, path_reason, sliding, overlaps, coulomb, solutions, times, seconds, steps) = Default::default();
         let peak_memory = machine::peak_memory();
         Outcome {
             solution,
             method_name,
             settings,
             method,
+            path_reason,
             sliding,
             overlaps,
             coulomb,
@@ -223,7 +229,9 @@ pub(crate) fn solve_again(
     };
     let answer = answer.map_err(|error| placed(prepared, settings, error))?;
     let Clock { seconds, times, .. } = clock.stopped();
-    Ok(Outcome { method: answer.method, times, seconds, ..Outcome::new(answer.solution, settings) })
+    let chosen = newton && solver.path == SolverPath::Auto && answer.solution.path != SolverPath::Multigrid;
+    let path_reason = chosen.then(|| kept.why_direct(problem));
+    Ok(Outcome { method: answer.method, path_reason, times, seconds, ..Outcome::new(answer.solution, settings) })
 }
 
 /// Shortenings of bolts whose force is given together with the contact forces, where the next solve goes by multigrid;

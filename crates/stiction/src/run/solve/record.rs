@@ -65,6 +65,9 @@ pub struct AnswerRecord {
     /// Factor or multigrid.
     #[serde(with = "PathName")]
     pub path: SolverPath,
+    /// Why the direct path was taken, where the settings left the choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path_reason: Option<String>,
     /// Wall time by phase, and the total.
     pub seconds: Named,
     /// Processor time by phase, and the total.
@@ -399,6 +402,7 @@ impl AnswerRecord {
             method_details: report.and_then(|report| MethodDetails::of(&outcome.settings, report)),
             counts: CountsRecord::of(outcome),
             path: outcome.solution.path,
+            path_reason: outcome.path_reason.clone(),
             seconds: seconds(&outcome.seconds, |span| span.wall),
             cpu_seconds: seconds(&outcome.seconds, |span| span.cpu),
             peak_memory_bytes: outcome.peak_memory,

@@ -100,13 +100,15 @@ pub fn solve_steps(
     observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
     // What each step writes; the solver asks for its own.
-    output_room(&prepared.mesh, &settings.memory).map_err(|error| place::at(&prepared.mesh_spot, error))?;
+    output_room(&prepared.mesh, settings.pictures, &settings.memory)
+        .map_err(|error| place::at(&prepared.mesh_spot, error))?;
     let steps = prepared.loading.steps.clone();
     let [mesh, assembly, contact] = prepared.seconds;
     let mut seconds = Seconds { mesh, assembly, contact, ..Seconds::default() };
     let by_factor =
         restart.as_ref().and_then(|r| r.records.last()).is_some_and(|last| last.answer.path != SolverPath::Multigrid);
     let mut kept = Kept::deciding(prepared.multigrid_first && !by_factor);
+    kept.why_direct = restart.as_ref().and_then(|r| r.records.last()?.answer.path_reason.clone());
     let mut march = start(prepared, settings, restart)?;
     let mut interrupted = false;
     while let Some([begin, t]) = march.at.span(&steps) {
@@ -232,7 +234,8 @@ fn restored(
         counts: record.map_or(Counts::default(), |record| record.answer.counts.counts()),
         history,
     };
-    Outcome::new(solution, settings)
+    let path_reason = record.and_then(|record| record.answer.path_reason.clone());
+    Outcome { path_reason, ..Outcome::new(solution, settings) }
 }
 
 /// Solves the step to time `t`. Bolts whose force is given are tightened until it is reached: multigrid finds their
