@@ -1,6 +1,7 @@
 //! One call from matrices to a certified solution: validates the problem, chooses multigrid or a Cholesky factor, solves
 //! and certifies.
 
+mod least;
 mod starts;
 
 use std::ops::ControlFlow;
@@ -14,6 +15,7 @@ use crate::friction::{
     solve_multigrid, tighten_by_multigrid,
 };
 
+pub(crate) use least::{LeastCounts, fits_by_counts};
 pub use starts::{Attempt, Solutions, Start, solve_from_starts};
 
 /// What [`solve_with_kept`] is about to do. The observer's `Break` ends it: at an iteration with the status

@@ -58,3 +58,40 @@ fn a_mesh_beyond_all_memory_is_refused_before_it_is_made() {
     assert!(run.code == Some(2) && run.err.contains("a mesh of 731432701 nodes"), "{}", run.err);
     assert!(run.err.contains("may be used"), "{}", run.err);
 }
+
+#[test]
+fn what_no_path_can_solve_is_refused_by_its_counts_before_it_is_read_or_made() {
+    let folder = Folder::new("by-counts", CASE);
+    let solve = |cells: &str, path: &str, gigabytes: f64| {
+        let mut all = vec!["solve".to_string(), "case.toml".into(), "--progress".into(), "plain".into()];
+        let element = "mesh.block.element=hex8".to_string();
+        let (cells, path) = (format!("mesh.block.cells={cells}"), format!("solver.path={path}"));
+        for set in [element, cells, path, format!("solver.memory={gigabytes}")] {
+            all.extend(["--set".into(), set]);
+        }
+        folder.run(&all.iter().map(String::as_str).collect::<Vec<&str>>())
+    };
+    let phases = ["ordering", "factorising", "setting up", "solving"];
+    for (cells, path, memory, what) in [
+        ("[320, 140, 140]", "auto", 15.0, "multigrid for at least"),
+        ("[320, 140, 140]", "multigrid", 15.0, "multigrid for at least"),
+        ("[320, 140, 140]", "solves", 100.0, "the Cholesky factor of at least"),
+        ("[160, 80, 80]", "dense", 16.0, "the Cholesky factor of at least"),
+    ] {
+        let run = solve(cells, path, memory);
+        run.ends(
+            2,
+            &[what, "may be used (`memory` under [solver])", "case.toml:", "remedy:", "coarsen the mesh to less than"],
+        );
+        assert!(!phases.iter().any(|phase| run.err.contains(phase)) && run.out.is_empty(), "{run:#?}");
+        assert!(!folder.exists("case-results/summary.json"));
+    }
+    // What the factor is said to need after the unknowns have been ordered is enough, and less is not refused before that.
+    let run = solve("[40, 20, 20]", "solves", 0.3);
+    run.ends(2, &["ordering", "the Cholesky factor of"]);
+    assert!(!run.err.contains("at least"), "{run:#?}");
+    let needed =
+        run.err.split("unknowns needs ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse::<f64>();
+    solve("[40, 20, 20]", "solves", needed.unwrap() * if run.err.contains("GB and") { 1.02 } else { 1.02e-3 })
+        .ends(0, &[]);
+}

@@ -38,7 +38,8 @@ pub fn estimate(problem: &ContactProblem) -> Estimate {
 
 /// The same with the graph of `K` at hand.
 pub(super) fn of_graph(problem: &ContactProblem, graph: &NodeGraph) -> Estimate {
-    let (nodes, width) = (graph.len() as f64, width(graph).max(2) as f64);
+    let width = pieces(graph.len(), &neighbours(graph)).iter().map(|piece| piece.width).max();
+    let (nodes, width) = (graph.len() as f64, width.unwrap_or(0).max(2) as f64);
     let flops = Threshold::FLOPS * 27.0 * nodes * width.powf(1.5);
     let bytes = Threshold::BYTES * 72.0 * nodes * width.sqrt() * 0.5 * width.ln();
     let products = if problem.points() > 0 { Cost::EXPECTED_PRODUCTS } else { 1.0 };
@@ -48,38 +49,98 @@ pub(super) fn of_graph(problem: &ContactProblem, graph: &NodeGraph) -> Estimate 
     Estimate { flops, bytes, seconds }
 }
 
-/// The most nodes at one distance from a node at an end of the graph; the widest of its pieces.
-fn width(graph: &NodeGraph) -> usize {
+/// What every factor of a mesh has at least, in the order by METIS. Measured in blocks of `K`, a node and a node, for each
+/// node: [note](../../../../docs/notes/2026-11-23-fixed-costs.md).
+struct Fill;
+
+impl Fill {
+    /// Below so many nodes a factor takes less than a tenth of a gigabyte, and nothing is said.
+    const SMALL: f64 = 20_000.0;
+    /// For boxes over `p (1 + ln(q/p))`, `p <= q` the nodes along their two short edges: 6.2 to 14 from plates of one cell to
+    /// cubes, growing with the size; where boxes are cut into five tetrahedra 3.8 to 7.3.
+    const BOX: f64 = 6.0;
+    const BOX_OF_FIVE: f64 = 3.5;
+    /// For any graph over a thickness that is told by its levels: that of a cube, `sqrt(w/3)`, or that of a plate, `w/(2d)`, of
+    /// `d` levels with at most `w` nodes. At least 5.2 for the same meshes.
+    const GRAPH: f64 = 4.5;
+}
+
+/// Entries that the factor of a box of `nodes` has at least, three unknowns each; `corners` are the nodes along its edges but
+/// for those in the middle of the edges of cells.
+pub(crate) fn least_entries_of_box(nodes: f64, corners: [f64; 3], of_five_tetrahedra: bool) -> f64 {
+    let finer = (nodes / corners.iter().product::<f64>()).cbrt();
+    let mut along = corners.map(|count| count * finer);
+    along.sort_by(f64::total_cmp);
+    let [p, q, _] = along;
+    let each = if of_five_tetrahedra { Fill::BOX_OF_FIVE } else { Fill::BOX };
+    if nodes < Fill::SMALL { 0.0 } else { BLOCK * nodes * each * p * (1.0 + (q / p).ln()) }
+}
+
+/// Entries that the factor has at least for a graph of so many nodes with three unknowns each.
+pub(crate) fn least_entries_of_graph(nodes: usize, neighbours: &Neighbours) -> f64 {
+    let of_piece = |piece: &Piece| {
+        let [nodes, width, depth] = [piece.nodes, piece.width, piece.depth].map(|count| count as f64);
+        let thickness = (width / 3.0).sqrt().min(width / (2.0 * depth));
+        if nodes < Fill::SMALL { 0.0 } else { BLOCK * nodes * Fill::GRAPH * thickness }
+    };
+    pieces(nodes, neighbours).iter().map(of_piece).sum()
+}
+
+/// Entries of a block of three unknowns by three.
+const BLOCK: f64 = 9.0;
+
+/// Calls for every neighbour of a node, repeated or not, the node itself or not.
+pub(crate) type Neighbours<'a> = dyn Fn(u32, &mut dyn FnMut(u32)) + 'a;
+
+/// The neighbours in the graph of `K`.
+pub(super) fn neighbours(graph: &NodeGraph) -> impl Fn(u32, &mut dyn FnMut(u32)) {
+    |v, visit| graph.neighbours_of(v as usize).iter().for_each(|&w| visit(w))
+}
+
+/// A connected piece of a graph, seen from an end of it.
+struct Piece {
+    nodes: usize,
+    /// The most nodes at one distance.
+    width: usize,
+    /// How many distances there are.
+    depth: usize,
+}
+
+fn pieces(nodes: usize, neighbours: &Neighbours) -> Vec<Piece> {
     // The last search that saw each node: searches need no fresh memory, however many pieces there are.
-    let (mut seen, mut search) = (vec![0u32; graph.len()], 0);
-    let mut widest = 0;
-    for seed in 0..graph.len() {
+    let (mut seen, mut search) = (vec![0u32; nodes], 0);
+    let mut all = Vec::new();
+    for seed in 0..nodes {
         if seen[seed] > 0 {
             continue;
         }
-        let (mut start, mut width) = (seed, 0);
+        let (mut start, mut piece) = (seed, Piece { nodes: 0, width: 0, depth: 0 });
         for _ in 0..Threshold::PASSES {
             search += 1;
-            (start, width) = widest_level(graph, start, search, &mut seen);
+            (start, piece) = levels(neighbours, start, search, &mut seen);
         }
-        widest = widest.max(width);
+        all.push(piece);
     }
-    widest
+    all
 }
 
-/// The last node reached from `start`, and the most nodes at one distance from it.
-fn widest_level(graph: &NodeGraph, start: usize, search: u32, seen: &mut [u32]) -> (usize, usize) {
+/// The last node reached from `start`, and what was reached.
+fn levels(neighbours: &Neighbours, start: usize, search: u32, seen: &mut [u32]) -> (usize, Piece) {
     seen[start] = search;
-    let (mut level, mut last, mut widest) = (vec![start as u32], start, 0);
+    let (mut level, mut last) = (vec![start as u32], start);
+    let mut piece = Piece { nodes: 0, width: 0, depth: 0 };
     while let Some(&first) = level.first() {
-        (last, widest) = (first as usize, widest.max(level.len()));
+        last = first as usize;
+        piece = Piece { nodes: piece.nodes + level.len(), width: piece.width.max(level.len()), depth: piece.depth + 1 };
         let mut next = Vec::new();
-        for &w in level.iter().flat_map(|&v| graph.neighbours_of(v as usize)) {
-            if std::mem::replace(&mut seen[w as usize], search) != search {
-                next.push(w);
-            }
+        for &v in &level {
+            neighbours(v, &mut |w| {
+                if std::mem::replace(&mut seen[w as usize], search) != search {
+                    next.push(w);
+                }
+            });
         }
         level = next;
     }
-    (last, widest)
+    (last, piece)
 }

@@ -1,7 +1,7 @@
 //! Memory of the direct path, predicted before it is taken.
 
 use super::Form;
-use super::estimate::of_graph;
+use super::estimate::{least_entries_of_graph, neighbours};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::linalg::memory::{ensure, too_large};
@@ -10,8 +10,6 @@ use crate::linalg::{NodeGraph, Plan, ordering_bytes};
 struct Threshold;
 
 impl Threshold {
-    /// Part of an [`estimate`](super::estimate) that a factor takes at least; bars, cubes and plates take half of it or more.
-    const LEAST_SHARE: f64 = 0.4;
     /// Merged supernodes store about a tenth more than the factor has entries.
     const MERGED: f64 = 1.1;
     /// Bytes of the vectors of GMRES and of its products for each row of `B`: three of a number for each of some 200 products.
@@ -24,12 +22,16 @@ impl Threshold {
     const BYTES: f64 = 1e6;
 }
 
-/// What a problem takes on the direct path whatever the order of its unknowns, bytes: the full rows of `K` and what they are
-/// permuted to, and less than any factor.
-fn least(problem: &ContactProblem) -> f64 {
-    let n = problem.unknowns() as f64;
-    let full = 2.0 * problem.elastic.K.value.len() as f64 - n;
-    28.0 * full + Threshold::BYTES_PER_UNKNOWN * n
+/// What a problem takes on the direct path whatever the order of its unknowns, bytes, for `stored` entries of `K` and a factor
+/// of `factor` entries: the full rows of `K` and what they are permuted to, then the factor beside the latter.
+pub(crate) fn least_bytes(unknowns: f64, stored: f64, factor: f64) -> f64 {
+    let full = 2.0 * stored - unknowns;
+    let before = 28.0 * full + Threshold::BYTES_PER_UNKNOWN * unknowns;
+    before.max(before - 12.0 * stored + 8.0 * factor)
+}
+
+fn least(problem: &ContactProblem, factor: f64) -> f64 {
+    least_bytes(problem.unknowns() as f64, problem.elastic.K.value.len() as f64, factor)
 }
 
 /// Refuses what cannot fit before the graph of `K` is made.
@@ -37,7 +39,7 @@ fn least(problem: &ContactProblem) -> f64 {
 /// # Errors
 /// If the copies of `K` alone do not fit.
 pub(super) fn before_the_graph(problem: &ContactProblem, limit: Option<u64>) -> Result<(), Error> {
-    ensure(&format!("the Cholesky factor of {} unknowns", problem.unknowns()), least(problem), limit)
+    ensure(&format!("the Cholesky factor of {} unknowns", problem.unknowns()), least(problem, 0.0), limit)
 }
 
 /// Refuses what cannot fit before METIS orders the graph, which takes half a minute for two million nodes.
@@ -50,8 +52,7 @@ pub(super) fn before_the_ordering(
     limit: Option<u64>,
 ) -> Result<(), Error> {
     let blocks = (problem.unknowns() as f64 / (3.0 * graph.len().max(1) as f64)).powi(2);
-    let factor = Threshold::LEAST_SHARE * blocks * of_graph(problem, graph).bytes;
-    let bytes = (least(problem) - 12.0 * problem.elastic.K.value.len() as f64 + factor).max(least(problem));
+    let bytes = least(problem, blocks * least_entries_of_graph(graph.len(), &neighbours(graph)));
     let what = format!("the Cholesky factor of {} unknowns", problem.unknowns());
     if let Some(limit) = limit.filter(|&limit| bytes > limit as f64) {
         return Err(coarser(problem, too_large(&format!("{what} at least"), bytes, limit), bytes, limit));

@@ -9,7 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use choice::{Choice, DualSettings, Form, choose};
 pub use estimate::{Estimate, estimate};
+pub(crate) use estimate::{Neighbours, least_entries_of_box, least_entries_of_graph};
 pub use floating::Floating;
+pub(crate) use memory::least_bytes;
 
 use crate::Error;
 use crate::contact::ContactProblem;

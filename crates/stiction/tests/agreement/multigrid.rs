@@ -346,7 +346,7 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     coupled.contact.B = Csr::from_triplets(p.contact.B.rows, p.contact.B.cols, &all);
     match Multigrid::new(&coupled) {
         Err(error) => {
-            let named = "is that of point 0 of pair \"contact\" and of point 1 of pair \"contact\"";
+            let named = "is that of point 0 of pair \"z-min\" and of point 1 of pair \"z-min\"";
             let node = p.elastic.node_of.as_ref().unwrap()[here];
             assert!(error.what.contains("node of their own") && error.what.contains(named), "{error}");
             assert!(error.what.contains(&format!("node {node} ")), "{error}");

@@ -116,3 +116,49 @@ fn every_element_and_path_takes_no_more_than_it_asks_for() {
         }
     }
 }
+
+/// By its counts, before the mesh: nothing of its size is allocated or asked for.
+#[test]
+fn what_no_path_can_solve_is_refused_before_its_mesh_is_made() {
+    let _alone = ALONE.lock();
+    let refused = |element: &str, cells: [usize; 3], path: &str, gigabytes: f64| {
+        let mut case = brick(element, cells, path);
+        case.solver.memory = Some(gigabytes);
+        let (prepared, Memory { peak, asked, .. }) = measured(|| prepare(&case).map(|_| ()));
+        let said = prepared.expect_err(path).to_string();
+        assert!(peak < 1 << 20 && asked < 1 << 20, "{element}/{path}: {peak} bytes, {asked} asked for: {said}");
+        assert!(said.contains("may be used (`memory` under [solver])"), "{said}");
+        assert!(said.contains("coarsen the mesh to less than"), "{said}");
+        said
+    };
+    // 19 million unknowns: the mesh with its matrix would fit.
+    let said = refused("hex8", [320, 140, 140], "auto", 15.0);
+    assert!(said.contains("multigrid for at least"), "{said}");
+    refused("hex8", [320, 140, 140], "multigrid", 15.0);
+    // The factor alone is too large, and multigrid would do.
+    for path in ["dense", "solves"] {
+        let said = refused("tet10", [120, 40, 40], path, 10.0);
+        assert!(said.contains("Cholesky factor of at least") && said.contains("leave `path` under [solver]"), "{said}");
+    }
+}
+
+/// Memory in which every phase fits is enough.
+#[test]
+fn what_fits_is_not_refused_by_its_counts() {
+    let _alone = ALONE.lock();
+    for element in ["hex8", "tet4", "hex20", "tet10"] {
+        for (path, cells) in [("multigrid", [32, 16, 16]), ("solves", [28, 14, 14]), ("solves", [64, 64, 4])] {
+            let cells = if element.ends_with('0') { cells.map(|n| n / 2) } else { cells };
+            let mut case = brick(element, cells, path);
+            let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+            let (_, of_solve) = measured(|| {
+                let mut prepared = prepare(&case).unwrap();
+                let settings = Settings::of(&case.solver);
+                solved(&case, &mut prepared, &settings, &folder)
+            });
+            case.solver.memory = Some(1.02e-9 * of_solve.asked.max(of_solve.peak) as f64);
+            let prepared = prepare(&case).unwrap_or_else(|error| panic!("{element}/{path}: {error}"));
+            solve(&prepared, &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap();
+        }
+    }
+}

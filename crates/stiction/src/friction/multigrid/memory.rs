@@ -17,15 +17,20 @@ impl Threshold {
     const BYTES: f64 = 60e6;
 }
 
+/// Bytes of the multigrid path for so many unknowns and stored entries of `K` and of `B`.
+pub(crate) fn multigrid_bytes(unknowns: f64, entries: f64, contact_entries: f64) -> f64 {
+    Threshold::BYTES_PER_ENTRY * entries
+        + Threshold::BYTES_PER_UNKNOWN * unknowns
+        + Threshold::BYTES_PER_CONTACT_ENTRY * contact_entries
+        + Threshold::BYTES
+}
+
 /// Refuses a problem whose hierarchy does not fit.
 ///
 /// # Errors
 /// If it is predicted to need more than `limit`, or than the system gives.
 pub(crate) fn multigrid_fits(problem: &ContactProblem, limit: Option<u64>) -> Result<(), Error> {
     let n = problem.unknowns();
-    let bytes = Threshold::BYTES_PER_ENTRY * problem.elastic.K.value.len() as f64
-        + Threshold::BYTES_PER_UNKNOWN * n as f64
-        + Threshold::BYTES_PER_CONTACT_ENTRY * problem.contact.B.value.len() as f64
-        + Threshold::BYTES;
-    ensure(&format!("multigrid for {n} unknowns"), bytes, limit)
+    let [entries, of_contact] = [problem.elastic.K.value.len(), problem.contact.B.value.len()].map(|c| c as f64);
+    ensure(&format!("multigrid for {n} unknowns"), multigrid_bytes(n as f64, entries, of_contact), limit)
 }

@@ -26,7 +26,7 @@ mod tightening;
 mod transform;
 mod uniqueness;
 
-pub(crate) use memory::multigrid_fits;
+pub(crate) use memory::{multigrid_bytes, multigrid_fits};
 pub use solve::{Multigrid, solve_multigrid};
 pub(crate) use tightening::{SoughtForce, Tightened, tighten_by_multigrid};
 pub use uniqueness::coulomb_facts_by_multigrid;

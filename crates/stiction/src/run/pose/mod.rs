@@ -5,6 +5,7 @@ pub(super) mod axis;
 pub(super) mod bolts;
 mod coarser;
 mod coefficients;
+mod counts;
 mod facts;
 pub(super) mod frames;
 pub(super) mod load_state;

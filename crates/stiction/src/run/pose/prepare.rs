@@ -10,7 +10,7 @@ use super::memory::{MemoryLimit, is_of_memory};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
 use super::travel::{travel, travel_rounding};
-use super::{coefficients, materials, mesh, place, surfaces};
+use super::{coefficients, counts, materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
@@ -62,12 +62,14 @@ pub struct Prepared {
 pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let mut lap = stopwatch();
     let limit = MemoryLimit::of(&case.solver);
+    counts::before_the_mesh(case, &limit)?;
     let (mesh, mesh_notes) = mesh::mesh(&case.mesh, &limit)?;
     let meshed = lap();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
     let (fixes, fix_facts) = fixes(&mesh, case)?;
+    counts::before_assembly(&mesh, &fixes, case, &limit)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
     let (springs, spring_facts) = springs(&mesh, &case.springs)?;
