@@ -2,6 +2,7 @@
 
 use crate::contact::ContactProblem;
 use crate::contact::rigid::components;
+use crate::linalg::SymmetricCsr;
 
 /// Stiffness at the contact points as if all else were held.
 pub(super) struct LocalStiffness {
@@ -48,13 +49,9 @@ fn of_row(problem: &ContactProblem, body: &[u32], i: usize) -> Option<f64> {
     touched.sort_unstable();
     touched.dedup();
     let compliance = |own: u32| {
-        let part = || entries().filter(|(j, _)| body[*j] == own);
-        let square: f64 = part().map(|(_, b)| b * b).sum();
-        let energy: f64 = part()
-            .flat_map(|p| part().map(move |q| (p, q)))
-            .map(|((j, a), (k, b))| a * b * problem.elastic.K.entry(j, k))
-            .sum();
-        (square * square, energy)
+        let part: Vec<(usize, f64)> = entries().filter(|(j, _)| body[*j] == own).collect();
+        let square: f64 = part.iter().map(|(_, b)| b * b).sum();
+        (square * square, energy(&problem.elastic.K, &part))
     };
     match touched[..] {
         [] => None,
@@ -64,6 +61,46 @@ fn of_row(problem: &ContactProblem, body: &[u32], i: usize) -> Option<f64> {
         }
         _ => {
             Some(1.0 / touched.iter().map(|&own| compliance(own)).map(|(square, energy)| square / energy).sum::<f64>())
+        }
+    }
+}
+
+/// `b K bᵀ` of a row with these columns, ascending, and values.
+fn energy(k: &SymmetricCsr, row: &[(usize, f64)]) -> f64 {
+    let of_column = |(place, &(i, b)): (usize, &(usize, f64))| {
+        let (columns, values) = k.row(i);
+        let (mut at, mut force) = (0, 0.0);
+        // The lower triangle holds the columns up to the diagonal, which comes last.
+        for &(j, other) in &row[..=place] {
+            at += columns[at..].iter().take_while(|&&column| (column as usize) < j).count();
+            if columns.get(at) == Some(&(j as u32)) {
+                force += if j == i { 0.5 } else { 1.0 } * other * values[at];
+            }
+        }
+        2.0 * b * force
+    };
+    row.iter().enumerate().map(of_column).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Csr;
+
+    #[test]
+    fn the_energy_of_a_row_is_the_product_with_all_of_the_matrix() {
+        let entries = [(0, 0, 4.0), (1, 0, -1.0), (1, 1, 5.0), (2, 2, 3.0), (3, 0, 2.0), (3, 2, -0.5), (3, 3, 6.0)];
+        let all: Vec<(usize, usize, f64)> = entries
+            .iter()
+            .flat_map(|&(i, j, v)| if i == j { vec![(i, j, v)] } else { vec![(i, j, v), (j, i, v)] })
+            .collect();
+        let full = Csr::from_triplets(4, 4, &all);
+        let k = SymmetricCsr::from_full(&full, "K").unwrap();
+        for row in [vec![(0, 1.0), (1, 2.0), (3, -1.5)], vec![(2, 0.5), (3, 1.0)], vec![(1, 3.0)], vec![]] {
+            let mut b = vec![0.0; 4];
+            row.iter().for_each(|&(i, value)| b[i] = value);
+            let expected: f64 = b.iter().zip(full.times(&b)).map(|(b, k)| b * k).sum();
+            assert!((energy(&k, &row) - expected).abs() < 1e-14, "{row:?}: {}", energy(&k, &row));
         }
     }
 }

@@ -56,10 +56,14 @@ struct Fill;
 impl Fill {
     /// Below so many nodes a factor takes less than a tenth of a gigabyte, and nothing is said.
     const SMALL: f64 = 20_000.0;
-    /// For boxes over `p (1 + ln(q/p))`, `p <= q` the nodes along their two short edges: 6.2 to 14 from plates of one cell to
-    /// cubes, growing with the size; where boxes are cut into five tetrahedra 3.8 to 7.3.
-    const BOX: f64 = 6.0;
-    const BOX_OF_FIVE: f64 = 3.5;
+    /// For boxes over `p (1 + ln(q/p))`, `p <= q` the nodes along their two short edges: a constant, and what comes with `ln p`
+    /// up to the largest `p` that was measured. 6.2 to 14 was found from plates of one cell to cubes and bars.
+    const BOX: [f64; 2] = [3.9, 1.2];
+    /// The same where boxes are cut into five tetrahedra, 3.8 to 6.5, and where these have nodes in the middle of their edges,
+    /// 4.8 to 8.6.
+    const BOX_OF_FIVE: [f64; 2] = [2.4, 0.6];
+    const BOX_OF_FIVE_QUADRATIC: [f64; 2] = [3.3, 0.8];
+    const LARGEST: f64 = 40.0;
     /// For any graph over a thickness that is told by its levels: that of a cube, `sqrt(w/3)`, or that of a plate, `w/(2d)`, of
     /// `d` levels with at most `w` nodes. At least 5.2 for the same meshes.
     const GRAPH: f64 = 4.5;
@@ -72,8 +76,13 @@ pub(crate) fn least_entries_of_box(nodes: f64, corners: [f64; 3], of_five_tetrah
     let mut along = corners.map(|count| count * finer);
     along.sort_by(f64::total_cmp);
     let [p, q, _] = along;
-    let each = if of_five_tetrahedra { Fill::BOX_OF_FIVE } else { Fill::BOX };
-    if nodes < Fill::SMALL { 0.0 } else { BLOCK * nodes * each * p * (1.0 + (q / p).ln()) }
+    let [constant, growth] = match (of_five_tetrahedra, nodes > 2.0 * corners.iter().product::<f64>()) {
+        (false, _) => Fill::BOX,
+        (true, false) => Fill::BOX_OF_FIVE,
+        (true, true) => Fill::BOX_OF_FIVE_QUADRATIC,
+    };
+    let each = (constant + growth * p.min(Fill::LARGEST).ln()) * p * (1.0 + (q / p).ln());
+    if nodes < Fill::SMALL { 0.0 } else { BLOCK * nodes * each }
 }
 
 /// Entries that the factor has at least for a graph of so many nodes with three unknowns each.

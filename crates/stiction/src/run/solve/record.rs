@@ -7,7 +7,8 @@ use serde_json::{Map, Value, value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
-use super::{Balance, BoltState, Outcome, Totals, bolt_states, pair_totals, totals};
+use super::totals::all_totals;
+use super::{Balance, BoltState, Outcome, Totals, bolt_states};
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::contact::{Overlap, OverlapKind};
@@ -382,14 +383,15 @@ impl AnswerRecord {
             friction: sliding.friction,
         });
         let report = outcome.method.as_ref();
+        let (contact, pairs) = all_totals(prepared, outcome);
         AnswerRecord {
             status: solution.status,
             escape_mode: escape_mode(problem, solution.status),
             sliding,
             overlaps: outcome.overlaps.iter().map(|overlap| OverlapRecord::of(prepared, overlap)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),
-            contact: totals(prepared, outcome),
-            pairs: pair_totals(prepared, outcome).into_iter().map(pair).collect(),
+            contact,
+            pairs: pairs.into_iter().map(pair).collect(),
             bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
             bolts: bolt_states(prepared, outcome),
             displacement_max: largest_displacement(prepared, outcome).0,

@@ -49,17 +49,21 @@ pub struct Totals {
 
 /// The totals of all pairs together.
 pub fn totals(prepared: &Prepared, outcome: &Outcome) -> Totals {
-    let frames = frames(prepared);
-    let tractions = tractions(prepared, outcome, &frames);
-    over(prepared, outcome, &frames, &tractions, 0..prepared.problem.points())
+    all_totals(prepared, outcome).0
 }
 
 /// The totals of each pair with its name.
 pub fn pair_totals(prepared: &Prepared, outcome: &Outcome) -> Vec<(String, Totals)> {
+    all_totals(prepared, outcome).1
+}
+
+/// The totals of all pairs together, and of each with its name.
+pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec<(String, Totals)>) {
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
-    let of = |points: &Range<usize>| over(prepared, outcome, &frames, &tractions, points.clone());
-    prepared.problem.labels.pairs.iter().map(|pair| (pair.name.clone(), of(&pair.points))).collect()
+    let of = |points: Range<usize>| over(prepared, outcome, &frames, &tractions, points);
+    let pairs = prepared.problem.labels.pairs.iter().map(|pair| (pair.name.clone(), of(pair.points.clone())));
+    (of(0..prepared.problem.points()), pairs.collect())
 }
 
 fn over(
