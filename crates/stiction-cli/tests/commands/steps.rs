@@ -40,6 +40,10 @@ fn every_step_has_its_files_and_its_check() {
     let log = std::fs::read_to_string(folder.path.join("case-results/log.jsonl")).unwrap();
     let last: Value = serde_json::from_str(log.lines().last().unwrap()).unwrap();
     assert_eq!(last["step"], 5);
+    // Put together from the texts of its steps, the list is as if it had been written at once.
+    let list = std::fs::read_to_string(folder.path.join("case-results/steps.json")).unwrap();
+    let read: Value = serde_json::from_str(&list).unwrap();
+    assert_eq!((format!("{read:#}\n"), read["steps"].as_array().unwrap().len()), (list, 5));
     let check = folder.run(&["check", "case-results"]);
     check.ends(0, &[]);
     assert!(check.out.matches("worst measure").count() == 5 && check.out.contains("passed"), "{check:#?}");

@@ -367,6 +367,35 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     assert!(references.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < ROUNDING * largest);
 }
 
+/// What costs most is done once a run, on either path, and a step that follows its loads takes less than the first.
+#[test]
+fn all_steps_share_one_set_up_or_one_factor() {
+    // The load on the upper of two blocks grows and turns.
+    let text = "[mesh.parts.low]\nblock = { size = [4, 4, 2], cells = [10, 10, 4], element = \"hex8\" }\n\
+                [mesh.parts.high]\nblock = { size = [3, 3, 2], cells = [8, 8, 5], element = \"hex8\" }\n\
+                move = [0.5, 0.5, 2]\n[materials.steel]\nyoung = 210e3\npoisson = 0.3\n\
+                [[fix]]\non = \"low.z-min\"\n[[load]]\non = \"high.z-max\"\n\
+                traction = [\"3*t*cos(12*t)\", \"3*t*sin(12*t)\", \"-5 - 20*t\"]\n\
+                [[contact]]\non = \"high.z-min\"\nagainst = \"low.z-max\"\nfriction = { coulomb = 0.2 }\n\
+                [[step]]\nuntil = 0.1\nincrements = 10\n";
+    for (path, expected) in [("multigrid", [1, 0]), ("solves", [0, 1])] {
+        let case = case::parse(&format!("{text}[solver]\npath = \"{path}\"\n"), "case.toml", &[]).unwrap();
+        let mut prepared = prepare(&case).unwrap();
+        let [mut set_up, mut factorised] = [0, 0];
+        let mut count = |event: &Event| {
+            set_up += usize::from(matches!(event, Event::Solver(SolveEvent::SettingUp { .. })));
+            factorised += usize::from(matches!(event, Event::Solver(SolveEvent::Factorising { .. })));
+            ControlFlow::Continue(())
+        };
+        let settings = Settings::of(&case.solver);
+        let outcome = solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut count).unwrap();
+        assert_eq!((outcome.solution.status, [set_up, factorised]), (Status::Solved, expected), "{path}");
+        let counts: Vec<usize> = outcome.steps.iter().map(|step| step.answer.counts.steps()).collect();
+        assert!(counts[1..].iter().sum::<usize>() < 9 * counts[0], "{path}: {counts:?}");
+        assert!(outcome.steps.iter().all(|step| step.attempts == 1), "{path}");
+    }
+}
+
 /// What would go wrong in a later step is said before the first one is solved.
 #[test]
 fn steps_that_cannot_be_posed_are_refused_at_once() {

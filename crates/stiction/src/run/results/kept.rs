@@ -34,8 +34,18 @@ pub(crate) struct KeptStep {
     pub(crate) files: Sums,
     /// Checksum of its lines of the log.
     pub(crate) log: String,
-    /// All this as it stands in the file.
-    entry: Value,
+    /// The checksum of all this and of what stands before it.
+    seal: String,
+    /// All this as it stands in the file: the list is written with every step, and most of it is not new.
+    text: String,
+}
+
+impl KeptStep {
+    fn new(record: StepRecord, files: Sums, log: String, entry: &Value) -> KeptStep {
+        let seal = entry["checksum"].as_str().unwrap_or_default().to_string();
+        // Line breaks within strings are escaped.
+        KeptStep { record, files, log, seal, text: format!("{entry:#}").replace('\n', "\n    ") }
+    }
 }
 
 impl Kept {
@@ -49,20 +59,24 @@ impl Kept {
     pub(crate) fn push(&mut self, record: &StepRecord, files: Sums, log: String) {
         let mut entry = json!({ "record": record, "files": files, "log": log });
         entry["checksum"] = seal(self.last_seal(), &entry).into();
-        self.steps.push(KeptStep { record: record.clone(), files, log, entry });
+        self.steps.push(KeptStep::new(record.clone(), files, log, &entry));
     }
 
     fn last_seal(&self) -> String {
-        let last = self.steps.last().and_then(|step| step.entry["checksum"].as_str());
-        last.map_or_else(|| seal(String::new(), &self.head), String::from)
+        self.steps.last().map_or_else(|| seal(String::new(), &self.head), |step| step.seal.clone())
     }
 
     /// The text of the file.
     pub(crate) fn text(&self) -> String {
         let mut list = self.head.clone();
         list["checksum"] = seal(String::new(), &self.head).into();
-        list["steps"] = self.steps.iter().map(|step| step.entry.clone()).collect();
-        json::text(&list)
+        list["steps"] = json!([]);
+        let head = json::text(&list);
+        let entries: Vec<&str> = self.steps.iter().map(|step| step.text.as_str()).collect();
+        match head.strip_suffix("[]\n}\n") {
+            Some(head) if !entries.is_empty() => format!("{head}[\n    {}\n  ]\n}}\n", entries.join(",\n    ")),
+            _ => head,
+        }
     }
 
     /// Reads the list up to the first entry that is not as it was written, and says which that is; without a list where its
@@ -96,7 +110,7 @@ impl Kept {
                 Ok((record, Sums::deserialize(&entry["files"])?, String::deserialize(&entry["log"])?))
             })();
             let (record, files, log) = fields.map_err(|_: serde_json::Error| no_list())?;
-            kept.steps.push(KeptStep { record, files, log, entry });
+            kept.steps.push(KeptStep::new(record, files, log, &entry));
         }
         Ok((Some(kept), None))
     }
