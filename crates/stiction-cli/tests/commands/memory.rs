@@ -55,7 +55,7 @@ fn a_refusal_says_what_is_needed_what_there_is_and_what_sets_the_limit() {
 fn a_mesh_beyond_all_memory_is_refused_before_it_is_made() {
     let folder = Folder::new("far-too-large", CASE);
     let run = folder.run(&["solve", "case.toml", "--set", "mesh.block.cells=[900, 900, 900]"]);
-    assert!(run.code == Some(2) && run.err.contains("a mesh of 731432701 nodes"), "{}", run.err);
+    assert!(run.code == Some(2) && run.err.contains("unknowns needs"), "{}", run.err);
     assert!(run.err.contains("may be used"), "{}", run.err);
 }
 
