@@ -25,7 +25,7 @@ const SIDES: [(&str, usize); 10] = [
     ("end", 1),
 ];
 
-/// Refuses a case by the counts of its blocks and rings, before any mesh is made. Meshes from files count nothing here, nor
+/// Refuses a case by the counts of its blocks and rings, before any mesh is made. Meshes that are read or given count nothing here, nor
 /// do parts that are fixed elsewhere than at their sides.
 ///
 /// # Errors
@@ -80,7 +80,7 @@ fn of_part(part: &MeshSpec, name: Option<&str>, fixes: &[FixSpec]) -> LeastCount
     let (mut cells, element) = match &part.source {
         MeshSource::Block(block) => (block.cells, block.element),
         MeshSource::Ring(ring) => (ring.cells, ring.element),
-        MeshSource::File { .. } | MeshSource::Parts(_) => return LeastCounts::default(),
+        MeshSource::File { .. } | MeshSource::Given(_) | MeshSource::Parts(_) => return LeastCounts::default(),
     };
     let Some(mut sides) = fixed_sides(fixes, name) else { return LeastCounts::default() };
     sides.sort_unstable();
