@@ -317,7 +317,7 @@ fn few_cells(mesh: &MeshSpec) -> bool {
     match &mesh.source {
         MeshSource::Block(block) => few(&block.cells),
         MeshSource::Ring(ring) => few(&ring.cells),
-        MeshSource::File { .. } => false,
+        MeshSource::File { .. } | MeshSource::Given(_) => false,
         MeshSource::Parts(parts) => parts.len() < 5 && parts.iter().all(|(_, part)| few_cells(part)),
     }
 }
