@@ -26,6 +26,7 @@ pub use gmres::{Krylov, gmres};
 pub use lanczos::{Ritz, largest_eigenvalue};
 pub use lu::Lu;
 pub use ordering::{NodeGraph, nested_dissection, nested_dissection_until, ordering_bytes};
+pub(crate) use ordering::{fronts, mean_distance};
 pub use pages::in_huge_pages;
 pub(crate) use pattern::{Pattern, piece};
 pub use selected::inverse_forms;

@@ -122,6 +122,48 @@ fn compact_labels(n: usize, node_of: Option<&[u32]>) -> (Vec<u32>, usize) {
     (node.collect(), count as usize)
 }
 
+/// The order of Cuthill & McKee (1969), connected part by connected part: `order[k]` is the node that comes as the `k`-th.
+/// Nodes follow one another in fronts through the mesh, so that neighbours have close numbers. Each part begins at a node
+/// that is far from another one.
+pub(crate) fn fronts(graph: &NodeGraph) -> Vec<u32> {
+    let degree = |v: u32| graph.neighbours_of(v as usize).len();
+    let mut seen = vec![0u8; graph.len()];
+    let mut order = Vec::with_capacity(graph.len());
+    for first in 0..graph.len() as u32 {
+        if seen[first as usize] > 0 {
+            continue;
+        }
+        // The node reached last by a search from anywhere is far from some other one.
+        let (begin, mut from) = (order.len(), first);
+        for pass in 1..=2 {
+            order.truncate(begin);
+            order.push(from);
+            seen[from as usize] = pass;
+            let mut next = begin;
+            while let Some(&v) = order.get(next) {
+                next += 1;
+                let new = order.len();
+                for &w in graph.neighbours_of(v as usize) {
+                    if seen[w as usize] < pass {
+                        seen[w as usize] = pass;
+                        order.push(w);
+                    }
+                }
+                order[new..].sort_by_key(|&w| degree(w));
+            }
+            from = order[order.len() - 1];
+        }
+    }
+    order
+}
+
+/// Mean distance of the numbers of neighbours where `place[v]` is the number of node `v`.
+pub(crate) fn mean_distance(graph: &NodeGraph, place: impl Fn(u32) -> u32) -> f64 {
+    let distances = |v: u32| graph.neighbours_of(v as usize).iter().map(move |&w| (v, w));
+    let all = (0..graph.len() as u32).flat_map(distances);
+    all.map(|(v, w)| f64::from(place(v).abs_diff(place(w)))).sum::<f64>() / graph.neighbours.len().max(1) as f64
+}
+
 /// Nested dissection by METIS (Karypis & Kumar 1998): `order[k]` is the node eliminated as the `k`-th.
 /// The seed is fixed, so the same graph always gets the same order.
 pub fn nested_dissection(graph: &NodeGraph) -> Vec<u32> {

@@ -8,7 +8,7 @@ use super::points::Point;
 use super::tightening::Tightening;
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
-use crate::linalg::multigrid::{Block, Blocks, Hierarchy, NodeConstraint};
+use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, RelativeMatrix};
 
 /// A problem for the iteration, and how far it goes.
 #[derive(Clone, Copy)]
@@ -160,7 +160,7 @@ impl State {
     }
 
     /// At displacements `u`, whose law decides the first contact conditions.
-    pub(super) fn at(u: Vector, k: &Blocks<3, 3>) -> State {
+    pub(super) fn at(u: Vector, k: &RelativeMatrix) -> State {
         State { iterate: Iterate { ku: k.times(&u), u, ..Iterate::default() }, ..State::default() }
     }
 
@@ -280,7 +280,7 @@ fn spring_differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool 
 }
 
 /// `y += change` times the column of `K` at a component of a node; `K` is symmetric.
-fn add_column(k: &Blocks<3, 3>, node: usize, component: usize, change: f64, y: &mut Vector) {
+fn add_column(k: &RelativeMatrix, node: usize, component: usize, change: f64, y: &mut Vector) {
     if change == 0.0 {
         return;
     }

@@ -4,19 +4,19 @@ use super::points::{NoOwnNode, OtherNodes, Point, points};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::multigrid::{Block, Blocks, Hierarchy, Kernel, LinearSpace, NO_NODE, Nodes, RelativeCoordinates};
-use crate::linalg::{NodeGraph, Stop};
+use crate::linalg::multigrid::{
+    Block, Blocks, Hierarchy, Kernel, LinearSpace, NO_NODE, Nodes, RelativeCoordinates, RelativeMatrix,
+};
+use crate::linalg::{NodeGraph, Stop, fronts, mean_distance};
 
 /// The transformed problem: `K`, `f` and the near-kernel by nodes, those of contact points in their frames `(n, t1, t2)` and,
 /// between bodies, as displacements relative to the other body. Contact conditions then concern single components.
 #[derive(Debug)]
 pub(super) struct Transformed {
     pub nodes: Nodes,
-    pub k: Blocks<3, 3>,
+    pub k: RelativeMatrix,
     pub f: Vec<[f64; 3]>,
     pub points: Vec<Point>,
-    /// Where rows of `B` reach other nodes than the point's own.
-    relative: Option<RelativeCoordinates>,
     /// The rigid motions of floating bodies.
     pub motions: RigidMotions,
 }
@@ -98,7 +98,7 @@ impl Transformed {
     pub(super) fn new(problem: &ContactProblem, stop: &Stop) -> Result<(Transformed, Hierarchy), Error> {
         stop.check()?;
         let mut graph = NodeGraph::of_symmetric(&problem.elastic.K, problem.elastic.node_of.as_deref());
-        if let Some(order) = corners_last(problem, &graph) {
+        if let Some(order) = order(problem, &graph) {
             graph = graph.reordered(&order);
         }
         let nodes =
@@ -116,7 +116,7 @@ impl Transformed {
         let soft = |others: &OtherNodes| -> f64 {
             // The other nodes add their compliance, without the scale, which belongs to friction and not to the body.
             let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            others.iter().map(|(v, b)| compliance(&k, *v as usize, [1.0; 3], square(b))).sum()
+            others.iter().map(|(v, b)| compliance(&k.diagonal(*v as usize), [1.0; 3], square(b))).sum()
         };
         let of_others: Vec<f64> = others.iter().map(soft).collect();
         let others: Vec<OtherNodes> =
@@ -132,12 +132,14 @@ impl Transformed {
         let relative =
             between_bodies.then(|| RelativeCoordinates::new(own.clone(), &others, nodes.count).ok_or_else(chained));
         let relative = relative.transpose()?;
-        let hierarchy = Hierarchy::new(&mut k, &kernel, &own, relative.as_ref(), linear, stop)?;
+        let k = RelativeMatrix::new(k, relative);
+        stop.check()?;
+        let hierarchy = Hierarchy::new(&k, &kernel, &own, linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {
             let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();
-            p.compliance = of_others + compliance(&k, p.node, p.scale, 3.0) + coarse;
+            p.compliance = of_others + compliance(&k.diagonal(p.node), p.scale, 3.0) + coarse;
         }
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
         if !motions.is_empty() {
@@ -148,14 +150,14 @@ impl Transformed {
                 p.floats = problem.rows(j).into_iter().any(reached);
             }
         }
-        let mut transformed = Transformed { nodes, k, f: Vec::new(), points, relative, motions };
+        let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions };
         transformed.set_load(&problem.elastic.f);
         Ok((transformed, hierarchy))
     }
 
     /// Whether rows of `B` reach other nodes than the points' own.
     pub(super) fn relates_points(&self) -> bool {
-        self.relative.is_some()
+        self.k.relative.is_some()
     }
 
     /// Replaces the load.
@@ -169,7 +171,7 @@ impl Transformed {
         for p in &self.points {
             f[p.node] = times(&p.forces(), &f[p.node]);
         }
-        if let Some(relative) = &self.relative {
+        if let Some(relative) = &self.k.relative {
             relative.forces(&mut f);
         }
         f
@@ -181,7 +183,7 @@ impl Transformed {
         for p in &self.points {
             x[p.node] = times(&p.displacements(), &x[p.node]);
         }
-        if let Some(relative) = &self.relative {
+        if let Some(relative) = &self.k.relative {
             relative.to_relative(&mut x);
         }
         x
@@ -190,7 +192,7 @@ impl Transformed {
     /// The inverse of [`Self::to_frames`].
     pub(super) fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
-        if let Some(relative) = &self.relative {
+        if let Some(relative) = &self.k.relative {
             relative.to_absolute(&mut x);
         }
         for p in &self.points {
@@ -201,9 +203,8 @@ impl Transformed {
     }
 }
 
-/// Displacement over force at a node: `weight` over the trace of its scaled diagonal block.
-fn compliance(k: &Blocks<3, 3>, node: usize, scale: [f64; 3], weight: f64) -> f64 {
-    let d = k.diagonal(node);
+/// Displacement over force at a node with the diagonal block `d`: `weight` over its scaled trace.
+fn compliance(d: &Block<3, 3>, scale: [f64; 3], weight: f64) -> f64 {
     weight / (0..3).map(|c| d[c][c] * scale[c] * scale[c]).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
@@ -224,14 +225,29 @@ fn kernel(problem: &ContactProblem, nodes: &Nodes) -> Vec<Kernel<3>> {
     kernel
 }
 
-/// Nodes in the middle of edges first, then corners, both in their order: sweeps that begin with the middles leave errors that
+/// Where neighbours have numbers this many times as far apart as in the order of fronts, the latter is taken. Mesh generators
+/// that insert nodes one by one leave them hundreds of times as far, blocks and rings less than twice. On 50 000 nodes of such
+/// a mesh the set-up then takes two thirds of the time, and 17 cycles suffice where 20 were taken.
+const SCATTERED: f64 = 4.0;
+
+/// The order of nodes for sweeps, if not that of the mesh: by [fronts] where neighbours would otherwise lie far from one
+/// another in memory, and nodes in the middle of edges before corners. Sweeps that begin with the middles leave errors that
 /// the linear space represents better. Hexahedra of 20 nodes take 14 instead of 21 cycles.
-fn corners_last(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u32>> {
-    let (middles, labels) = (problem.elastic.middles.as_ref()?, problem.elastic.node_of.as_ref()?);
+fn order(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u32>> {
+    let mut order = fronts(graph);
+    let mut place = vec![0; graph.len()];
+    order.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
+    let scattered = mean_distance(graph, |v| v) > SCATTERED * mean_distance(graph, |v| place[v as usize]);
+    if !scattered {
+        order.sort_unstable();
+    }
+    let (Some(middles), Some(labels)) = (&problem.elastic.middles, &problem.elastic.node_of) else {
+        return scattered.then_some(order);
+    };
     let middles: HashSet<u32> = middles.iter().map(|middle| middle[0]).collect();
     let is_middle =
         |&v: &u32| graph.unknowns_of(v as usize).first().is_some_and(|&i| middles.contains(&labels[i as usize]));
-    let (mut order, corners): (Vec<u32>, Vec<u32>) = (0..graph.len() as u32).partition(is_middle);
+    let (mut order, corners): (Vec<u32>, Vec<u32>) = order.into_iter().partition(is_middle);
     order.extend(corners);
     Some(order)
 }

@@ -237,45 +237,94 @@ impl Nodes {
 
     /// The matrix by nodes; components without unknown get a diagonal entry, so that it stays positive definite.
     pub(crate) fn blocks(&self, k: &SymmetricCsr, graph: &NodeGraph) -> Blocks<3, 3> {
-        let neighbours = |v: usize, name: &mut dyn FnMut(u32)| {
+        let pattern = Pattern::new(self.count, self.count, |v, name| {
             name(v as u32);
             graph.neighbours_of(v).iter().for_each(|&w| name(w));
-        };
-        Blocks::from_rows(
-            self.count,
-            self.count,
-            neighbours,
-            #[inline(always)]
-            |v, row| {
-                let own = graph.unknowns_of(v);
+        });
+        let mut value = pattern.zeros();
+        self.copy_stored(k, graph, &pattern, &mut value);
+        symmetrise(&pattern, &mut value);
+        let Pattern { start, column } = pattern;
+        Blocks { rows: self.count, cols: self.count, start, column, value }
+    }
+
+    /// What `k` stores of each row: the entries left of the diagonal and on it. The rows are taken in the order of `k`, which
+    /// is larger than the caches, whatever order the nodes are in.
+    fn copy_stored(&self, k: &SymmetricCsr, graph: &NodeGraph, pattern: &Pattern, value: &mut [Block<3, 3>]) {
+        let (mut rows, mut rest) = (Vec::with_capacity(self.count), value);
+        for v in 0..self.count {
+            let (own, tail) = rest.split_at_mut(pattern.row(v).len());
+            rows.push((v, own));
+            rest = tail;
+        }
+        rows.sort_by_key(|(v, _)| graph.unknowns_of(*v).first().copied());
+        let most = piece(rows.len()).max(ROWS_PER_TASK);
+        rows.par_iter_mut().with_min_len(ROWS_PER_TASK).with_max_len(most).for_each_init(
+            || vec![0u32; self.count],
+            |slot, (v, row)| {
+                pattern.row(*v).iter().enumerate().for_each(|(place, &w)| slot[w as usize] = place as u32);
+                let own = graph.unknowns_of(*v);
                 for (r, &i) in own.iter().enumerate() {
                     for (j, a) in k.entries_of(i as usize) {
                         let (w, c) = self.of[j as usize];
-                        row.at(w)[r][c as usize] += a;
+                        row[slot[w as usize] as usize][r][c as usize] += a;
                     }
                 }
-                // Entries right of the diagonal are stored in the rows of the neighbours, in the columns of the node.
-                let (Some(&lowest), Some(&highest)) = (own.first(), own.last()) else { return };
-                for &w in graph.neighbours_of(v).iter().chain([&(v as u32)]) {
-                    let block = row.at(w);
-                    for (c, &j) in graph.unknowns_of(w as usize).iter().enumerate().filter(|(_, j)| **j > lowest) {
-                        let (columns, values) = k.row(j as usize);
-                        let begin = columns.partition_point(|&i| i < lowest);
-                        for (&i, &a) in columns[begin..].iter().zip(&values[begin..]) {
-                            let (of, r) = self.of[i as usize];
-                            if i > highest || i == j {
-                                break;
-                            }
-                            if of as usize == v {
-                                block[r as usize][c] += a;
-                            }
-                        }
-                    }
-                }
-                let diagonal = row.at(v as u32);
+                let diagonal = &mut row[slot[*v] as usize];
                 let scale = (0..own.len()).map(|c| diagonal[c][c]).fold(f64::MIN_POSITIVE, f64::max);
                 (own.len()..3).for_each(|c| diagonal[c][c] = scale);
             },
-        )
+        );
     }
+}
+
+/// Adds to each block off the diagonal the transpose of the one across, and fills the diagonal blocks above their diagonal. The
+/// pattern is symmetric.
+fn symmetrise(pattern: &Pattern, value: &mut [Block<3, 3>]) {
+    let rows = pattern.start.len() - 1;
+    let slab = rows.div_ceil(rayon::current_num_threads()).max(ROWS_PER_TASK);
+    let (mut slabs, mut rest) = (Vec::new(), &mut *value);
+    for first in (0..rows).step_by(slab) {
+        let own = first..rows.min(first + slab);
+        let (values, tail) = rest.split_at_mut(pattern.start[own.end] - pattern.start[own.start]);
+        slabs.push((own, values));
+        rest = tail;
+    }
+    slabs.into_par_iter().for_each(|(own, values)| {
+        let base = pattern.start[own.start];
+        // The place of the next block above the diagonal in each row: the columns of a row ascend, and so do the rows below.
+        let above = |v: usize| pattern.start[v] + pattern.row(v).partition_point(|&w| w as usize <= v);
+        let mut next: Vec<usize> = own.clone().map(above).collect();
+        for v in own.clone() {
+            for place in pattern.start[v]..pattern.start[v + 1] {
+                let w = pattern.column[place] as usize;
+                if w == v {
+                    let block = &mut values[place - base];
+                    (0..3).for_each(|r| (r + 1..3).for_each(|c| block[r][c] = block[c][r]));
+                } else if own.contains(&w) && w < v {
+                    let across = &mut next[w - own.start];
+                    add_across(values, place - base, *across - base);
+                    *across += 1;
+                }
+            }
+        }
+    });
+    // Blocks that couple rows of two slabs.
+    for v in 0..rows {
+        let first = v / slab * slab;
+        for (k, &w) in pattern.row(v).iter().enumerate().take_while(|(_, w)| (**w as usize) < first) {
+            if let Ok(across) = pattern.row(w as usize).binary_search(&(v as u32)) {
+                add_across(value, pattern.start[v] + k, pattern.start[w as usize] + across);
+            }
+        }
+    }
+}
+
+/// Two blocks across the diagonal, of which each entry is stored in one: both are set to the sum of one and the other's
+/// transpose.
+fn add_across(value: &mut [Block<3, 3>], place: usize, across: usize) {
+    let (one, other) = (value[place], value[across]);
+    let sum: Block<3, 3> = std::array::from_fn(|r| std::array::from_fn(|c| one[r][c] + other[c][r]));
+    value[place] = sum;
+    value[across] = std::array::from_fn(|r| std::array::from_fn(|c| sum[c][r]));
 }

@@ -28,7 +28,7 @@ pub(crate) use coarse_problem::CoarseProblem;
 pub(crate) use coarsen::Kernel;
 pub(crate) use dense::inverse;
 pub(crate) use quadratic::{LinearSpace, NO_NODE};
-pub(crate) use relative_coordinates::RelativeCoordinates;
+pub(crate) use relative_coordinates::{RelativeCoordinates, RelativeMatrix};
 pub(crate) use truncation::NodeConstraint;
 
 use super::Stop;
@@ -101,38 +101,36 @@ impl Hierarchy {
     /// rigid motions for elasticity). Only `contact_nodes` can be constrained later. `None` if aggregation does not make
     /// the matrix coarser.
     ///
-    /// With relative coordinates `a` is transformed to them ([`RelativeCoordinates::transform_matrix`]). The coarse
-    /// spaces are those of `a` as it was given, so that bodies joined by contact alone keep separate aggregates.
+    /// With relative coordinates the coarse spaces are those of the displacements, so that bodies joined by contact alone keep
+    /// separate aggregates.
     ///
     /// With a linear space the first coarse level is that of its functions, and aggregation begins there.
     ///
     /// # Errors
     /// If there is no memory for a level, or `stop` asks to end, which it is asked between the levels and their parts.
     pub(crate) fn new(
-        a: &mut Blocks<3, 3>,
+        a: &RelativeMatrix,
         kernel: &[Kernel<3>],
         contact_nodes: &[u32],
-        relative: Option<&RelativeCoordinates>,
         linear: Option<LinearSpace>,
         stop: &Stop,
     ) -> Result<Option<Hierarchy>, Error> {
+        let (plain, relative) = (a.of_displacements(), a.relative.as_ref());
         let (linear, step, support) = match linear {
             None => {
-                let Some(mut step) = aggregated(a, kernel, contact_nodes)? else { return Ok(None) };
+                let Some(mut step) = aggregated(plain, kernel, contact_nodes)? else { return Ok(None) };
                 stop.check()?;
                 if let Some(relative) = relative {
-                    relative.transform_matrix(a);
                     step = relative.transform_step(step, a);
                 }
                 let support = Support::of_step(&step, contact_nodes);
                 (None, step, support)
             }
             Some(LinearSpace { prolongation, kernel }) => {
-                let Some((matrix, a_times_p)) = galerkin(a, &prolongation, contact_nodes) else { return Ok(None) };
+                let Some((matrix, a_times_p)) = galerkin(plain, &prolongation, contact_nodes) else { return Ok(None) };
                 stop.check()?;
                 let mut linear = Coarser { prolongation, a_times_p, matrix, kernel };
                 if let Some(relative) = relative {
-                    relative.transform_matrix(a);
                     linear = relative.transform_step(linear, a);
                 }
                 stop.check()?;
@@ -149,7 +147,7 @@ impl Hierarchy {
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
         drop(step.prolongation);
-        let fine = Level::new(a);
+        let fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), |i| a.diagonal(i));
         let (mut matrix, mut kernel) = (step.matrix, step.kernel);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while matrix.rows > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::blocks::Blocks;
+use super::blocks::{Block, Blocks};
 use crate::linalg::in_huge_pages;
 use crate::linalg::pattern::ROWS_PER_TASK;
 
@@ -118,6 +118,29 @@ impl<const R: usize, const C: usize> Packed<R, C> {
         let mut value = in_huge_pages(vec![[[0.0; R]; C]; a.value.len()]);
         value.par_iter_mut().zip(&a.value).for_each(|(v, a)| *v = single(a));
         Packed { rows: a.rows, start: a.start.clone(), column: a.column.clone(), value }
+    }
+
+    /// The matrix with these rows, columns and blocks of each.
+    pub(super) fn of_rows<'a>(rows: usize, row: impl Fn(usize) -> (&'a [u32], &'a [Block<R, C>]) + Sync) -> Self {
+        let mut start = vec![0; rows + 1];
+        (0..rows).for_each(|i| start[i + 1] = start[i] + row(i).0.len());
+        let mut column = in_huge_pages(vec![0; start[rows]]);
+        let mut value = in_huge_pages(vec![[[0.0; R]; C]; start[rows]]);
+        let (mut tasks, mut columns, mut values) = (Vec::new(), column.as_mut_slice(), value.as_mut_slice());
+        for first in (0..rows).step_by(ROWS_PER_TASK) {
+            let own = first..rows.min(first + ROWS_PER_TASK);
+            let entries = start[own.end] - start[own.start];
+            let (parts, rest) = (columns.split_at_mut(entries), values.split_at_mut(entries));
+            tasks.push((own, parts.0, rest.0));
+            (columns, values) = (parts.1, rest.1);
+        }
+        tasks.into_par_iter().for_each(|(own, columns, values)| {
+            let blocks = own.flat_map(|i| row(i).0.iter().zip(row(i).1));
+            for ((column, value), (j, a)) in columns.iter_mut().zip(values).zip(blocks) {
+                (*column, *value) = (*j, single(a));
+            }
+        });
+        Packed { rows, start, column, value }
     }
 
     pub(super) fn row(&self, i: usize) -> (&[u32], &[Single<R, C>]) {

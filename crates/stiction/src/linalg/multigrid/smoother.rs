@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::blocks::Blocks;
+use super::blocks::{Block, Blocks};
 use super::dense::inverse;
 use super::packed::{Packed, Single, Sum, single};
 use crate::linalg::vectorised;
@@ -32,12 +32,17 @@ fn chunk_of(node: usize) -> usize {
 
 impl<const R: usize, const W: usize> Level<R, W> {
     pub(super) fn new(a: &Blocks<R, R>) -> Self {
-        let inverse = (0..a.rows).into_par_iter().map(|i| single(&inverse(&a.diagonal(i)))).collect();
-        let colour = colours(a);
+        Self::of(Packed::new(a), |i| a.diagonal(i))
+    }
+
+    /// Of a matrix, and its diagonal blocks in double precision.
+    pub(super) fn of(matrix: Packed<R, R>, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
+        let inverse = (0..matrix.rows).into_par_iter().map(|i| single(&inverse(&diagonal(i)))).collect();
+        let colour = colours(&matrix);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
         let mut by_colour = vec![Vec::new(); count];
         colour.iter().enumerate().for_each(|(chunk, &c)| by_colour[c as usize].push(chunk as u32));
-        Level { matrix: Packed::new(a), inverse, colour, by_colour }
+        Level { matrix, inverse, colour, by_colour }
     }
 
     fn nodes(&self, chunk: usize) -> Range<usize> {
@@ -158,7 +163,7 @@ fn step<const R: usize, const W: usize>(inverses: &[f32], node: usize, b: &[f32;
 }
 
 /// The least colour for each chunk that none of the chunks before it which it is coupled to has.
-fn colours<const R: usize>(a: &Blocks<R, R>) -> Vec<u32> {
+fn colours<const R: usize>(a: &Packed<R, R>) -> Vec<u32> {
     let chunks = a.rows.div_ceil(CHUNK);
     let mut colour = vec![0u32; chunks];
     for chunk in 0..chunks {

@@ -164,8 +164,10 @@ fn a_cycle_reads_little_more_than_the_finest_matrix_and_a_few_times_that_on_flat
     // lines of three nodes for three of them (27 x 36 against 3 x 19 x 9, 1.9 times, and a third of it on each level).
     for (step, most) in [([1.0; 3], 1.6), ([20.0, 1.0, 1.0], 2.2), ([20.0, 20.0, 1.0], 4.0)] {
         let (a, kernel) = lattice([13, 13, 13], step);
-        let levels =
-            Hierarchy::new(&mut a.clone(), &kernel, &[], None, None, &Stop::never()).unwrap().unwrap().level_sizes();
+        let levels = Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[], None, &Stop::never())
+            .unwrap()
+            .unwrap()
+            .level_sizes();
         let all: usize = levels.iter().map(|l| l.1).sum();
         let complexity = all as f64 / levels[0].1 as f64;
         assert!(complexity < most, "{step:?}: {complexity} {levels:?}");
@@ -257,7 +259,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let whole = Coarser { prolongation, a_times_p: Blocks::default(), ..below };
     let expected = truncated_galerkin(&a, &whole, &nodes, &constraints);
     let touched = support.touched();
-    let truncation = truncation::Truncation::new(&a, &nodes, Default::default());
+    let truncation = truncation::Truncation::new(&RelativeMatrix::new(a.clone(), None), &nodes, Default::default());
     let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
     let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
     for k in 0..whole.matrix.rows {
@@ -275,7 +277,9 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     }
     // Cycles with the linear level contract, and what is constrained does not move.
     let mut hierarchy =
-        Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, Some(space), &Stop::never()).unwrap().unwrap();
+        Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, Some(space), &Stop::never())
+            .unwrap()
+            .unwrap();
     hierarchy.constrain(&constraints, true);
     let truncated = |x: &mut Vec<[f64; 3]>| {
         for (&v, constraint) in nodes.iter().zip(&constraints) {
@@ -327,7 +331,9 @@ impl SlippingFace {
         let constraints: Vec<NodeConstraint> =
             (0..nodes.len()).map(|k| if k % 7 == 0 { NodeConstraint::default() } else { slips }).collect();
         let mut hierarchy =
-            Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, None, &Stop::never()).unwrap().unwrap();
+            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never())
+                .unwrap()
+                .unwrap();
         hierarchy.constrain(&constraints, true);
         SlippingFace { a, nodes, constraints, hierarchy }
     }
@@ -422,7 +428,8 @@ fn the_restricted_residual_is_that_on_truncated_functions_less_that_on_lifts() {
 fn the_coarse_problem_is_that_of_the_finest_level_in_a_smaller_space() {
     let (a, kernel) = lattice([25, 21, 23], [1.0; 3]);
     let nodes: Vec<u32> = (0..a.rows as u32).filter(|v| v % 5 == 0).collect();
-    let mut hierarchy = Hierarchy::new(&mut a.clone(), &kernel, &nodes, None, None, &Stop::never()).unwrap().unwrap();
+    let mut hierarchy =
+        Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &nodes, None, &Stop::never()).unwrap().unwrap();
     // Earlier constraints of the levels do not matter.
     hierarchy.constrain(&vec![NodeConstraint { constrained: [true; 3], ..Default::default() }; nodes.len()], true);
     let spring = [[3.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, -1.0, 0.5]];
@@ -469,7 +476,9 @@ fn the_levels_contain_the_compliance_of_a_node_in_flat_cells_too() {
         let (a, kernel) = lattice([13, 13, 13], step);
         let node = (6 * 13 + 6) * 13;
         let hierarchy =
-            Hierarchy::new(&mut a.clone(), &kernel, &[node as u32], None, None, &Stop::never()).unwrap().unwrap();
+            Hierarchy::new(&RelativeMatrix::new(a.clone(), None), &kernel, &[node as u32], None, &Stop::never())
+                .unwrap()
+                .unwrap();
         let (own, coarse) = (inverse(&a.diagonal(node)), hierarchy.coarse_compliances()[0]);
         for c in 0..3 {
             let mut u = vec![[0.0; 3]; a.rows];
@@ -496,7 +505,7 @@ pub(super) fn assert_local_changes<const C: usize>(
 ) {
     let support = truncation::Support::of_step(step, nodes);
     let touched = support.touched();
-    let truncation = truncation::Truncation::new(a, nodes, Default::default());
+    let truncation = truncation::Truncation::new(&RelativeMatrix::new(a.clone(), None), nodes, Default::default());
     let expected = truncated_galerkin(conditioned, step, nodes, constraints);
     let change = truncation.change(&support, &touched, constraints, step.matrix.rows);
     for k in 0..step.matrix.rows {

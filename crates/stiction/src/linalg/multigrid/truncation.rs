@@ -1,4 +1,3 @@
-use super::Hierarchy;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::coarsest::CoarsestFactor;
@@ -6,6 +5,7 @@ use super::coulomb_coupling::{CoulombCoupling, coupled_inverse};
 use super::dense::{add_product, add_transpose_product, inverse_of_truncated, inverse_on};
 use super::packed::{Packed, double, single};
 use super::smoother::Level;
+use super::{Hierarchy, RelativeMatrix};
 
 /// The constraint at a node: constrained components, which keep their value, and a stiffness added to its diagonal block
 /// (positive semidefinite, on free components).
@@ -108,8 +108,8 @@ fn product<const C: usize>(a: &Blocks<3, C>, b: &Blocks<C, 6>) -> Blocks<3, 6> {
 
 impl Truncation {
     /// For contact `nodes` of the matrix `a` with their support in the first aggregated level.
-    pub(super) fn new(a: &Blocks<3, 3>, nodes: &[u32], support: Support<6>) -> Self {
-        let mut place = vec![u32::MAX; a.rows];
+    pub(super) fn new(a: &RelativeMatrix, nodes: &[u32], support: Support<6>) -> Self {
+        let mut place = vec![u32::MAX; a.len()];
         nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
         let others = |k: usize, name: &mut dyn FnMut(u32)| {
             let own = a.row(nodes[k] as usize).0.iter().map(|&j| place[j as usize]);
