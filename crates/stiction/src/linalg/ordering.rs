@@ -244,6 +244,28 @@ mod tests {
     }
 
     #[test]
+    fn fronts_bring_neighbours_of_a_scattered_mesh_together() {
+        let n = 30;
+        let graph = NodeGraph::new(&grid(n), None);
+        // 7 is no divisor of the number of nodes: a permutation.
+        let scattered =
+            graph.reordered(&(0..n as u32 * n as u32).map(|v| v * 7 * 31 % (n * n) as u32).collect::<Vec<_>>());
+        assert!(mean_distance(&scattered, |v| v) > 100.0);
+        let order = fronts(&scattered);
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert!(sorted.iter().enumerate().all(|(k, &v)| k as u32 == v));
+        // Row by row neighbours are 1 or n apart. Fronts from a corner have at most n nodes.
+        let bandwidth = |graph: &NodeGraph| {
+            let of = |v: u32| graph.neighbours_of(v as usize).iter().map(move |w| w.abs_diff(v)).max().unwrap_or(0);
+            (0..graph.len() as u32).map(of).max().unwrap_or(0)
+        };
+        let found = scattered.reordered(&order);
+        assert!(bandwidth(&found) <= n as u32 + 1, "{}", bandwidth(&found));
+        assert!(mean_distance(&found, |v| v) < 1.5 * mean_distance(&graph, |v| v));
+    }
+
+    #[test]
     fn nested_dissection_is_a_permutation() {
         let graph = NodeGraph::new(&grid(20), None);
         let mut order = nested_dissection(&graph);

@@ -85,3 +85,36 @@ pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize
     }
     (of, count as usize)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cubes cut into five tetrahedra each, mirrored from one to the next: half of the nodes have edges along the axes only,
+    /// the others along the diagonals of faces as well.
+    #[test]
+    fn aggregates_of_cut_cubes_are_around_the_nodes_with_many_neighbours() {
+        let n = 20usize;
+        let at = |x: [i64; 3]| (x[0] as usize * n + x[1] as usize) * n + x[2] as usize;
+        let (mut start, mut neighbour) = (vec![0], Vec::new());
+        for v in 0..n * n * n {
+            let x = [v / (n * n), v / n % n, v % n].map(|c| c as i64);
+            let even = x.iter().sum::<i64>() % 2 == 0;
+            for q in 0..27i64 {
+                let step = [q / 9 - 1, q / 3 % 3 - 1, q % 3 - 1];
+                let length = step.iter().map(|s| s * s).sum::<i64>();
+                let y: [i64; 3] = std::array::from_fn(|c| x[c] + step[c]);
+                let inside = y.iter().all(|c| (0..n as i64).contains(c));
+                if inside && (length == 1 || length == 2 && even) {
+                    neighbour.push(at(y) as u32);
+                }
+            }
+            start.push(neighbour.len());
+        }
+        let (of, count) = aggregates(&start, &neighbour);
+        assert!(of.iter().all(|&g| (g as usize) < count));
+        // A neighbourhood has 19 nodes. Around every node in turn there would be one to 14.
+        let mean = of.len() as f64 / count as f64;
+        assert!((19.0..30.0).contains(&mean), "{mean}");
+    }
+}

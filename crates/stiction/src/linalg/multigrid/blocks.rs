@@ -328,3 +328,45 @@ fn add_across(value: &mut [Block<3, 3>], place: usize, across: usize) {
     value[place] = sum;
     value[across] = std::array::from_fn(|r| std::array::from_fn(|c| sum[c][r]));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Csr;
+
+    /// A matrix of nodes with one to three unknowns, which are scattered over the matrix.
+    fn scattered() -> (SymmetricCsr, Vec<u32>) {
+        let n = 3001;
+        let node_of: Vec<u32> = (0..n as u32).map(|i| i * 7 % n as u32 / 3).collect();
+        let mut entries: Vec<(usize, usize, f64)> = (0..n).map(|i| (i, i, 10.0 + (i % 7) as f64)).collect();
+        for i in 0..n {
+            for step in [1, 3, 50, 1500] {
+                if let j @ 0.. = i as i64 - step {
+                    let value = ((i * 13 + j as usize) % 17) as f64 - 8.0;
+                    entries.extend([(i, j as usize, value), (j as usize, i, value)]);
+                }
+            }
+        }
+        (SymmetricCsr::from_full(&Csr::from_triplets(n, n, &entries), "K").unwrap(), node_of)
+    }
+
+    #[test]
+    fn blocks_have_the_products_of_the_matrix_in_any_order_of_nodes_and_on_any_number_of_threads() {
+        let (k, node_of) = scattered();
+        let graph = NodeGraph::of_symmetric(&k, Some(&node_of));
+        let n = graph.len() as u32;
+        let x: Vec<f64> = (0..k.rows).map(|i| (i as f64 * 0.618).fract() - 0.5).collect();
+        let expected = k.times(&x);
+        for order in [(0..n).collect::<Vec<_>>(), (0..n).map(|v| v * 17 % n).collect()] {
+            let graph = graph.reordered(&order);
+            let nodes = Nodes::new(&graph, k.rows).unwrap();
+            for threads in [1, 3] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let blocks = pool.install(|| nodes.blocks(&k, &graph));
+                let found = nodes.scatter(&blocks.times(&nodes.gather(&x)));
+                let wrong = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(wrong < 1e-12, "{wrong}");
+            }
+        }
+    }
+}
