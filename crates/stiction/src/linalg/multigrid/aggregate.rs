@@ -42,18 +42,15 @@ pub(super) fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Ve
 /// join a neighbouring aggregate, then those still left form aggregates of their own. Returns the aggregate of each node
 /// and their number; a node without strong neighbours is an aggregate.
 ///
-/// Nodes with far fewer neighbours than these have come last among the centres of neighbourhoods. Where cubes are cut into
-/// five tetrahedra each, half of the nodes have 6 neighbours and the others 18: around the former aggregates would be half as
-/// large.
+/// Nodes whose neighbours all have twice as many neighbours come last among the centres of neighbourhoods. Where cubes are cut
+/// into five tetrahedra each, half of the nodes have 6 neighbours and the others 18: around the former aggregates would be
+/// half as large. Of all neighbours, because along stretched cells those without the others' couplings have to be centres.
 pub(super) fn aggregates(start: &[usize], neighbour: &[u32]) -> (Vec<u32>, usize) {
     let n = start.len() - 1;
     let neighbours = |i: usize| &neighbour[start[i]..start[i + 1]];
     let mut of = vec![NONE; n];
     let mut count = 0;
-    let few = |i: usize| {
-        let theirs: usize = neighbours(i).iter().map(|&j| neighbours(j as usize).len()).sum();
-        2 * neighbours(i).len().pow(2) < theirs
-    };
+    let few = |i: usize| neighbours(i).iter().all(|&j| neighbours(j as usize).len() >= 2 * neighbours(i).len());
     for late in [false, true] {
         for i in 0..n {
             let free = of[i] == NONE && neighbours(i).iter().all(|&j| of[j as usize] == NONE);
