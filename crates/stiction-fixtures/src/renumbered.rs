@@ -96,7 +96,6 @@ fn renumber(
         MeshSource::Block(description) => block(description)?,
         MeshSource::Ring(description) => ring(description)?,
         MeshSource::File { path, scale, include } => read_mesh(path, *scale, include)?.0,
-        MeshSource::Given(_) => return Err("its mesh is no file and no block".into()),
         MeshSource::Given(given) => given.0.clone(),
     };
     if !(mesh.arrays.nodes.is_empty() && mesh.arrays.cells.is_empty()) {
