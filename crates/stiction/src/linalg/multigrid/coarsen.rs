@@ -88,7 +88,7 @@ impl Threshold {
     /// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
     const DEPENDENT: f64 = 1e-8;
     /// Steps of the power iteration; the damping is not sensitive to the estimate. With 3 to 8 bricks take the same cycles, one
-    /// more or less, and nine graded blocks 196 to 213 in all, 185 with 6.
+    /// more or less, and nine graded blocks 195 (with 6) to 215 in all.
     const POWER_STEPS: usize = 6;
     /// Bytes of `A P` at a time: enough rows for the threads, few enough for the caches.
     const SLAB: usize = 16 << 20;
