@@ -87,9 +87,8 @@ impl Threshold {
     const BYTES_PER_ROW: f64 = 16e3;
     /// A column of the near-kernel is dependent if orthogonalisation leaves less than this multiple of its length.
     const DEPENDENT: f64 = 1e-8;
-    /// Steps of the power iteration; the damping is not sensitive to the estimate. With 3 to 8 bricks take the same cycles, one
-    /// more or less, and nine graded blocks 195 (with 6) to 215 in all.
-    const POWER_STEPS: usize = 6;
+    /// Steps of the power iteration; the damping is not sensitive to the estimate.
+    const POWER_STEPS: usize = 8;
     /// Bytes of `A P` at a time: enough rows for the threads, few enough for the caches.
     const SLAB: usize = 16 << 20;
     /// Coarse nodes a thread takes at a time.
