@@ -61,7 +61,7 @@ The pressed brick with Coulomb friction by Stiction, and the same brick without 
 one thread, seconds, each the least of three runs in turn in one run of
 
 ```sh
-python3 bench/external/setup.py --docs
+python3 bench/external/setup.py --docs --sizes {sizes} --elements {elements}
 ```
 
 GAMG and pyamg have the rigid motions, BoomerAMG coarsens by nodes and interpolates the rotations, AMGCL has blocks of three.
@@ -247,7 +247,7 @@ def main():
         cpu = [line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
         head = f"{cpu[0] if cpu else platform.machine()}, {time.strftime('%Y-%m-%d')}\n\n"
         with open(os.path.join(ROOT, "docs", "set-up.md"), "w") as file:
-            file.write(PAGE + head + "\n".join(rows) + "\n")
+            file.write(PAGE.format(sizes=arguments.sizes, elements=arguments.elements) + head + "\n".join(rows) + "\n")
 
 
 environment()
