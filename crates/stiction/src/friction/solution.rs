@@ -1,5 +1,7 @@
 //! What every solver of contact takes, reports and returns.
 
+use serde::{Deserialize, Serialize};
+
 use super::PointState;
 use crate::Error;
 use crate::certificate::Certificate;
@@ -7,7 +9,8 @@ use crate::contact::ContactProblem;
 use crate::linalg::Stop;
 
 /// The way a solution is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SolverPath {
     /// The faster by prediction, within memory; never that of a [`Solution`].
     #[default]
@@ -96,7 +99,8 @@ impl Default for Settings {
 }
 
 /// How the iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Status {
     /// The certificate passes.
     Solved,
@@ -117,7 +121,8 @@ pub enum Status {
 }
 
 /// How an iteration ended by its own rule, before the certificate judges.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum End {
     /// The residual is at most its target.
     Converged,
@@ -142,7 +147,8 @@ impl End {
 }
 
 /// What the solver is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Newton's method on the law itself.
     Newton,
@@ -160,7 +166,7 @@ pub enum Phase {
 }
 
 /// What the observer receives at every iteration.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// What the solver is doing.
     pub phase: Phase,

@@ -1,5 +1,7 @@
 use std::ops::ControlFlow;
 
+use serde::{Deserialize, Serialize};
+
 use super::squares::Coupling;
 use crate::friction::{End, PointState};
 use crate::qp::MprgpSettings;
@@ -57,7 +59,8 @@ pub enum CopiesAtOnce {
 }
 
 /// Multipliers in one block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Splitting {
     /// Together.
     #[default]

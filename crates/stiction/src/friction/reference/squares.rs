@@ -1,3 +1,5 @@
+use serde::{Deserialize, Serialize};
+
 use crate::contact::Friction;
 use crate::qp::Bounds;
 
@@ -15,7 +17,8 @@ pub(super) struct Squares {
 
 /// Which copies of the multipliers are constrained to be equal; both give `count - 1` times `3m` rows and the same for two
 /// squares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Coupling {
     /// `lambda_i - lambda_(i+1) = 0`, as printed in the source paper.
     Chain,

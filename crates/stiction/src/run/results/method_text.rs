@@ -2,7 +2,7 @@
 
 use crate::friction::{Given, MethodReport, MethodSettings, Status};
 use crate::io::text::number;
-use crate::run::solve::{MethodDetails, Outcome};
+use crate::run::solve::{MethodDetails, Outcome, word};
 
 /// The method in a few words.
 pub(crate) fn words(name: &str, settings: &MethodSettings, report: &MethodReport) -> String {
@@ -10,7 +10,7 @@ pub(crate) fn words(name: &str, settings: &MethodSettings, report: &MethodReport
     let inside = if name.starts_with("msa") { format!(" with {}", details.inner) } else { String::new() };
     let (Some(squares), Some(coupling)) = (details.squares, details.coupling) else { return format!("{name}{inside}") };
     let plural = if squares == 1 { "" } else { "s" };
-    format!("{name}{inside}, {squares} square{plural} ({coupling}), rho {}", number(report.penalty))
+    format!("{name}{inside}, {squares} square{plural} ({}), rho {}", word(coupling), number(report.penalty))
 }
 
 /// Why a method that converged by its own rule has not solved the problem, and the remedy.

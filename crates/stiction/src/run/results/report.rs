@@ -18,7 +18,7 @@ use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
     BalanceRecord, BoltState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode, pair_totals,
-    path_name, totals,
+    totals, word,
 };
 use crate::solve::Solutions;
 
@@ -116,7 +116,7 @@ fn work(outcome: &Outcome) -> String {
         let restarts = many(counts.restarts, "restart");
         return format!("{} of multigrid, {restarts}", many(counts.cycles, "cycle"));
     }
-    let path = path_name(outcome.solution.path);
+    let path = word(outcome.solution.path);
     let inside = match &outcome.method {
         Some(report) => {
             let (steps, problems) = (report.counts.steps(), report.counts.qp_problems);

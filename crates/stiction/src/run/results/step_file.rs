@@ -9,7 +9,7 @@ use super::fields::body;
 use super::kept::{AGAIN, Kept, KeptStep};
 use super::masters::pair_fields;
 use super::sums::{self, Sums};
-use super::write::{PHASES, encoded, log, phase_word, withdraw_result, write_body, write_contact};
+use super::write::{encoded, log, withdraw_result, write_body, write_contact};
 use crate::Error;
 use crate::friction::Progress;
 use crate::io::case::{AgainstSpec, Case};
@@ -239,17 +239,7 @@ fn finished_log(folder: &Path, steps: &[KeptStep]) -> String {
 fn history(log: &str, number: usize) -> Vec<Progress> {
     let progress = |line: &str| {
         let line: Value = serde_json::from_str(line).ok()?;
-        let count = |key: &str| line[key].as_u64().map(|value| value as usize);
-        let phase = PHASES.into_iter().find(|&phase| line["phase"] == phase_word(phase))?;
-        (count("step") == Some(number)).then_some(Progress {
-            phase,
-            iteration: count("iteration")?,
-            residual: line["residual"].as_f64()?,
-            products: count("products")?,
-            open: count("open")?,
-            stick: count("stick")?,
-            slip: count("slip")?,
-        })
+        if line["step"] == number { Progress::deserialize(line).ok() } else { None }
     };
     log.lines().filter_map(progress).collect()
 }

@@ -267,8 +267,7 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
 /// One line an iteration, with the number of its load step if there are any; `seconds` run since its start.
 pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
     let line = |(progress, &seconds): (&Progress, &f64)| {
-        let Progress { iteration, residual, products, open, stick, slip, .. } = *progress;
-        let phase = phase_word(progress.phase);
+        let Progress { phase, iteration, residual, products, open, stick, slip } = *progress;
         let mut line = json!({
             "iteration": iteration, "phase": phase, "residual": residual, "products": products,
             "open": open, "stick": stick, "slip": slip, "seconds": seconds,
@@ -279,15 +278,6 @@ pub(crate) fn log(outcome: &Outcome, number: Option<usize>) -> String {
         format!("{line}\n")
     };
     outcome.solution.history.iter().zip(&outcome.times).map(line).collect()
-}
-
-/// All kinds of iterations.
-pub(crate) const PHASES: [Phase; 6] =
-    [Phase::Newton, Phase::Gradient, Phase::FixedPoint, Phase::Proximal, Phase::Uzawa, Phase::Multigrid];
-
-/// What `log.jsonl` calls a kind of iteration.
-pub(crate) fn phase_word(phase: Phase) -> String {
-    phase_name(phase).replace(' ', "_")
 }
 
 /// What logs call a kind of iteration.

@@ -20,9 +20,7 @@ pub use bolts::{BoltState, bolt_states};
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;
-pub(super) use record::path_name;
-#[cfg(feature = "report")]
-pub(super) use record::status_name;
+pub(super) use record::word;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,

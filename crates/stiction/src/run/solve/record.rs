@@ -3,7 +3,7 @@
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::{Map, Value, value};
+use serde_json::{Map, Value};
 
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
@@ -22,7 +22,6 @@ use crate::run::pose::{Prepared, Seconds, Span};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AnswerRecord {
     /// How the iteration ended.
-    #[serde(with = "StatusName")]
     pub status: Status,
     /// Where nothing balances the loads: the motion along which they carry a body away.
     pub escape_mode: Option<String>,
@@ -64,7 +63,6 @@ pub struct AnswerRecord {
     /// What it cost.
     pub counts: CountsRecord,
     /// Factor or multigrid.
-    #[serde(with = "PathName")]
     pub path: SolverPath,
     /// Why the direct path was taken, where the settings left the choice.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -102,42 +100,9 @@ pub struct StepRecord {
     pub balance: BalanceRecord,
 }
 
-/// How the iteration ended, as files call it.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Status", rename_all = "snake_case")]
-pub(super) enum StatusName {
-    Solved,
-    MaxIterations,
-    Stalled,
-    NoEquilibrium,
-    Uncertified,
-    PassesThrough,
-    Interrupted,
-}
-
-/// The status as files call it.
-#[cfg(feature = "report")]
-pub(crate) fn status_name(status: Status) -> String {
-    word(StatusName::serialize(&status, value::Serializer))
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "SolverPath", rename_all = "snake_case")]
-enum PathName {
-    Auto,
-    Dense,
-    Solves,
-    Multigrid,
-}
-
-/// The path as a case names it.
-pub(crate) fn path_name(path: SolverPath) -> String {
-    word(PathName::serialize(&path, value::Serializer))
-}
-
-/// What a variant without data becomes in a file.
-fn word(name: Result<Value, serde_json::Error>) -> String {
-    name.ok().as_ref().and_then(Value::as_str).unwrap_or_default().into()
+/// What a variant without data is called in files.
+pub(crate) fn word(variant: impl Serialize) -> String {
+    serde_json::to_value(variant).ok().as_ref().and_then(Value::as_str).unwrap_or_default().into()
 }
 
 /// The limit load of friction: forces per unit of the displacement of what moves farthest.
@@ -272,17 +237,17 @@ pub struct BalanceRecord {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodDetails {
     /// How it ended.
-    pub end: String,
+    pub end: End,
     /// The method for given friction inside.
     pub inner: String,
     /// Variant of the fixed point.
     pub variant: Option<u8>,
     /// How normal and tangential multipliers are divided.
-    pub splitting: Option<String>,
+    pub splitting: Option<Splitting>,
     /// Squares around a disc.
     pub squares: Option<usize>,
     /// How the squares are tied to one another.
-    pub coupling: Option<String>,
+    pub coupling: Option<Coupling>,
     /// Penalty, length per force.
     pub rho: Option<f64>,
     /// Disagreement of the copies of the multipliers.
@@ -493,21 +458,10 @@ impl MethodDetails {
         let given = settings.method.given()?;
         let (splitting, variant) = match given {
             Given::Uzawa(how) => {
-                let splitting = match how.splitting {
-                    Splitting::No => "no",
-                    Splitting::Partial => "partial",
-                    Splitting::Complete => "complete",
-                };
                 let variant = if how.sweeps == Sweeps::One { 2 } else { 1 };
-                (Some(splitting.to_string()), (how.copies == CopiesAtOnce::One).then_some(variant))
+                (Some(how.splitting), (how.copies == CopiesAtOnce::One).then_some(variant))
             }
             Given::AdaptiveUzawa | Given::Discs => (None, None),
-        };
-        let end = match report.end {
-            End::Converged => "converged",
-            End::Limit => "limit",
-            End::Stalled => "stalled",
-            End::Interrupted => "interrupted",
         };
         let inner = match given {
             Given::Uzawa(Minimization { copies: CopiesAtOnce::One, .. }) => "alg1",
@@ -515,18 +469,14 @@ impl MethodDetails {
             Given::AdaptiveUzawa => "smalbe",
             Given::Discs => "discs",
         };
-        let coupling = match settings.coupling {
-            Coupling::Chain => "chain",
-            Coupling::Star => "star",
-        };
         let by_squares = given != Given::Discs;
         Some(MethodDetails {
-            end: end.into(),
+            end: report.end,
             inner: inner.into(),
             variant,
             splitting,
             squares: by_squares.then_some(settings.squares),
-            coupling: by_squares.then(|| coupling.into()),
+            coupling: by_squares.then_some(settings.coupling),
             rho: by_squares.then_some(report.penalty),
             disagreement: by_squares.then_some(report.disagreement),
             tolerance: settings.tolerance,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::quantities::energy;
-use super::record::{StatusName, or_infinite};
+use super::record::or_infinite;
 use crate::friction::{CoulombFacts, PointState, Solution, Status};
 use crate::linalg::dot;
 use crate::run::pose::Prepared;
@@ -52,7 +52,6 @@ pub struct AttemptRecord {
     /// Its name.
     pub start: String,
     /// How it ended.
-    #[serde(with = "StatusName")]
     pub status: Status,
     /// Number of the solution it has found, from 1.
     pub solution: Option<usize>,

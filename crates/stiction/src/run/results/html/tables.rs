@@ -6,7 +6,7 @@ use crate::io::look::Units;
 use crate::io::text::{escaped, number, triple};
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
-use crate::run::solve::{CertificateRecord, StepRecord, Totals, path_name, status_name};
+use crate::run::solve::{CertificateRecord, StepRecord, Totals, word};
 
 impl Units<'_> {
     fn area(&self) -> String {
@@ -252,7 +252,7 @@ fn steps(list: &[StepRecord], units: &Units) -> String {
         table.rows.push(vec![
             format!("{step} {name}").trim_end().to_string(),
             number(*t),
-            status_name(answer.status).replace('_', " "),
+            word(answer.status).replace('_', " "),
             format!("{:.1e}", answer.certificate.worst),
             number(c.normal_force),
             triple(c.tangential_force),
@@ -304,7 +304,7 @@ fn run(s: &Summary) -> String {
     let seconds = answer.seconds.0.iter().filter(|(_, time)| *time >= SHORTEST);
     let Versions { stiction, summary } = &s.versions;
     add("method", answer.method.clone());
-    add("path", path_name(answer.path));
+    add("path", word(answer.path));
     add("counts", list(&mut counts.filter(|(_, n)| *n > 0).map(|(name, n)| (name, n.to_string()))));
     add("seconds", list(&mut seconds.map(|(name, time)| (name.as_str(), format!("{time:.2}")))));
     add("memory", answer.peak_memory_bytes.map_or(String::new(), |b| format!("{:.2} GB at most", b as f64 / 1e9)));
