@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
-use crate::fem::{Field, Formulation, Orthotropic, Voigt};
+use crate::fem::{Field, Material};
 use crate::friction::{Method, MethodSettings, SolverPath};
 use crate::mesh::{Block, Mesh, MeshNotes, Ring, Turn};
 
@@ -105,22 +105,8 @@ pub enum MeshSource {
 /// A linear elastic material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialSpec {
-    /// Its name.
-    pub name: String,
-    /// Young's modulus, stress, > 0; the mean of three if orthotropic.
-    pub young: f64,
-    /// Poisson's ratio, in (-1, 0.5); 0 if orthotropic.
-    pub poisson: f64,
-    /// Nine moduli in place of two.
-    pub orthotropic: Option<Box<Orthotropic>>,
-    /// Thermal strain for each unit of temperature, along the axes of the mesh; `None` if not given.
-    pub expansion: Option<Voigt>,
-    /// Temperature without thermal strain.
-    pub reference_temperature: f64,
-    /// Mass per volume, >= 0.
-    pub density: f64,
-    /// How the strain of linear cells is integrated.
-    pub formulation: Formulation,
+    /// What it is made of.
+    pub material: Material,
     /// Volume groups; `None` is the whole body, possible only for a single material.
     pub on: Option<Vec<(String, Spot)>>,
     /// Where the file says so.

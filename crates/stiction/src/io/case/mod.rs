@@ -128,7 +128,7 @@ fn weighs_something(case: &Case) -> Result<(), Error> {
     };
     let on_mass = case.loads.iter().find_map(|load| name(load).map(|name| (load, name)));
     match on_mass {
-        Some((load, name)) if case.materials.iter().all(|m| m.density == 0.0) => {
+        Some((load, name)) if case.materials.iter().all(|spec| spec.material.density == 0.0) => {
             let what = format!("{name} acts on nothing: no material has a density");
             Err(load.spot.error(what, "add density = ... to a material"))
         }

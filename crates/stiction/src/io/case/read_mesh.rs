@@ -7,7 +7,7 @@ use super::read_contact::direction;
 use super::read_region::groups;
 use super::view::View;
 use crate::Error;
-use crate::fem::{Formulation, Orthotropic, Voigt, frame, strain_along};
+use crate::fem::{Formulation, Material, Orthotropic, Voigt, frame, strain_along};
 use crate::mesh::{Block, BlockElement, Ring, Turn};
 
 /// The mesh; relative paths start at `folder`.
@@ -130,7 +130,7 @@ fn material(name: &str, table: &View) -> Result<MaterialSpec, Error> {
         let what = "`formulation = \"b-bar\"` is for isotropic materials, and this one is orthotropic";
         return Err(table.error("formulation", what, "take `formulation` out"));
     }
-    Ok(MaterialSpec {
+    let material = Material {
         name: name.into(),
         young,
         poisson,
@@ -143,9 +143,8 @@ fn material(name: &str, table: &View) -> Result<MaterialSpec, Error> {
             "b-bar" => Formulation::BBar,
             _ => Formulation::Auto,
         },
-        on: table.given("on").map(|node| groups(table.source, node)),
-        spot: table.spot(),
-    })
+    };
+    Ok(MaterialSpec { material, on: table.given("on").map(|node| groups(table.source, node)), spot: table.spot() })
 }
 
 /// The constants of an orthotropic material, if one of them has three values.

@@ -5,7 +5,7 @@ mod robustness;
 
 use super::*;
 use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
-use crate::fem::{Field, Formulation};
+use crate::fem::{Field, Formulation, Material};
 use crate::mesh::{Block, BlockElement, Ring, Turn};
 
 /// The case file of the design, with a title that is easy to move.
@@ -96,8 +96,9 @@ fn the_brick_is_read_as_it_is_meant() {
     assert_eq!(case.mesh.source, MeshSource::Block(block));
     assert_eq!(case.mesh.spot.place, "case.toml:3:1");
     let [steel] = case.materials.as_slice() else { panic!() };
-    assert_eq!((steel.name.as_str(), steel.young, steel.poisson, steel.density), ("steel", 21.19e10, 0.277, 0.0));
-    assert_eq!((steel.formulation, &steel.on), (Formulation::Auto, &None));
+    let Material { name, young, poisson, density, .. } = &steel.material;
+    assert_eq!((name.as_str(), *young, *poisson, *density), ("steel", 21.19e10, 0.277, 0.0));
+    assert_eq!((steel.material.formulation, &steel.on), (Formulation::Auto, &None));
     let [fix] = case.fixes.as_slice() else { panic!() };
     assert!(fix.value.iter().all(|v| matches!(v, Some(Field::Constant(0.0)))));
     let Region::Groups(groups) = &fix.on else { panic!() };
@@ -270,7 +271,7 @@ fn overrides_replace_add_and_quote_as_needed() {
     assert_eq!((block.cells, block.size), ([12, 4, 4], [5.0, 1.0, 1.0]));
     assert_eq!(case.contacts[0].friction, SurfaceFriction::Coulomb(0.2));
     assert_eq!((case.solver.max_iterations, case.solver.tolerance), (7, 1e-5));
-    assert_eq!(case.materials[0].density, 1.0);
+    assert_eq!(case.materials[0].material.density, 1.0);
     let Region::Groups(groups) = &case.fixes[0].on else { panic!() };
     assert_eq!((groups[0].0.as_str(), groups[0].1.place.as_str()), ("y-min", "--set fix.0.on=y-min"));
 }

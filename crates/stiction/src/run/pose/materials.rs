@@ -13,17 +13,7 @@ pub(crate) fn materials(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<(Vec<Mate
         [MaterialSpec { on: None, .. }] => vec![0; mesh.cell_count()],
         _ => of_groups(mesh, specs)?,
     };
-    let material = |spec: &MaterialSpec| Material {
-        name: spec.name.clone(),
-        young: spec.young,
-        poisson: spec.poisson,
-        density: spec.density,
-        formulation: spec.formulation,
-        orthotropic: spec.orthotropic.clone(),
-        expansion: spec.expansion,
-        reference_temperature: spec.reference_temperature,
-    };
-    Ok((specs.iter().map(material).collect(), of_cell))
+    Ok((specs.iter().map(|spec| spec.material.clone()).collect(), of_cell))
 }
 
 /// For each cell the number of the material whose groups it belongs to.
@@ -36,8 +26,8 @@ fn of_groups(mesh: &Mesh, specs: &[MaterialSpec]) -> Result<Vec<u32>, Error> {
         };
         let twice = cells.iter().filter(|&&cell| of_cell[cell as usize] != u32::MAX);
         if let Some(&first) = twice.clone().next() {
-            let other = &specs[of_cell[first as usize] as usize].name;
-            let what = format!("{} cells are made of both \"{other}\" and \"{}\"", twice.count(), spec.name);
+            let other = &specs[of_cell[first as usize] as usize].material.name;
+            let what = format!("{} cells are made of both \"{other}\" and \"{}\"", twice.count(), spec.material.name);
             return Err(spec.spot.error(what, "let each cell belong to the groups of one material only"));
         }
         cells.iter().for_each(|&cell| of_cell[cell as usize] = number as u32);
