@@ -45,33 +45,28 @@ pub struct Seconds {
 }
 
 impl Seconds {
-    /// All phases with their names.
-    pub fn phases(&self) -> [(&'static str, Span); 9] {
+    fn spans(&mut self) -> [(&'static str, &mut Span); 9] {
         [
-            ("mesh", self.mesh),
-            ("assembly", self.assembly),
-            ("contact", self.contact),
-            ("setup", self.setup),
-            ("ordering", self.ordering),
-            ("factorisation", self.factorisation),
-            ("iteration", self.iteration),
-            ("coulomb", self.coulomb),
-            ("output", self.output),
+            ("mesh", &mut self.mesh),
+            ("assembly", &mut self.assembly),
+            ("contact", &mut self.contact),
+            ("setup", &mut self.setup),
+            ("ordering", &mut self.ordering),
+            ("factorisation", &mut self.factorisation),
+            ("iteration", &mut self.iteration),
+            ("coulomb", &mut self.coulomb),
+            ("output", &mut self.output),
         ]
+    }
+
+    /// All phases with their names.
+    pub fn phases(mut self) -> [(&'static str, Span); 9] {
+        self.spans().map(|(name, span)| (name, *span))
     }
 
     /// Adds what a step has taken.
     pub(crate) fn add(&mut self, other: &Seconds) {
-        let Seconds { mesh, assembly, contact, setup, ordering, factorisation, iteration, coulomb, output } = *other;
-        self.mesh = self.mesh + mesh;
-        self.assembly = self.assembly + assembly;
-        self.contact = self.contact + contact;
-        self.setup = self.setup + setup;
-        self.ordering = self.ordering + ordering;
-        self.factorisation = self.factorisation + factorisation;
-        self.iteration = self.iteration + iteration;
-        self.coulomb = self.coulomb + coulomb;
-        self.output = self.output + output;
+        self.spans().into_iter().zip(other.phases()).for_each(|((_, sum), (_, span))| *sum = *sum + span);
     }
 
     /// The sum of all phases.
