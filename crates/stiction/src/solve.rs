@@ -14,6 +14,7 @@ use crate::friction::{
     self, Multigrid, Progress, Settings, Solution, SolverPath, SoughtForce, Status, Tightened, multigrid_fits,
     solve_multigrid, tighten_by_multigrid,
 };
+use crate::linalg::Watch;
 
 pub(crate) use least::{LeastCounts, fits_by_counts};
 pub use starts::{Attempt, Solutions, Start, solve_from_starts};
@@ -44,7 +45,7 @@ pub enum SolveEvent {
 }
 
 /// Called at every [`SolveEvent`].
-pub type Observer<'a> = dyn FnMut(&SolveEvent) -> ControlFlow<()> + 'a;
+pub type Observer<'a> = Watch<'a, SolveEvent>;
 
 /// A factor or a multigrid hierarchy, worth keeping from one solve to the next while `K` and `B` stand.
 #[derive(Debug, Default)]

@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::condense::{Condensed, Recovered, components, condense, imbalance, symmetric_pattern};
 use super::measures::{Measures, measure};
 use super::problem::{DiscreteProblem, GlobalProblem};
@@ -10,6 +8,7 @@ use super::solve::solve;
 use super::sparse::Sparse;
 use super::system::Discrete;
 use crate::Error;
+use crate::linalg::Watch;
 
 /// Whether the velocities of bodies are eliminated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -117,11 +116,7 @@ impl Prepared<'_> {
     ///
     /// # Errors
     /// As [`solve`].
-    pub fn solve(
-        &self,
-        settings: &Settings,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<Solution, Error> {
+    pub fn solve(&self, settings: &Settings, observer: &mut Watch<Progress>) -> Result<Solution, Error> {
         match &self.body {
             Body::Condensed(condensed) => solve(&condensed.local, settings, observer),
             Body::Sparse(sparse) => {

@@ -1,10 +1,8 @@
-use std::ops::ControlFlow;
-
 use super::V3;
 use super::measures::Measures;
 use super::settings::{Counts, Progress, Settings, Solution, Status};
 use crate::friction::law::nearest_in_cone;
-use crate::linalg::norm;
+use crate::linalg::{Watch, norm};
 
 /// Impulses in the units of the problem, with their velocities and measures.
 #[derive(Debug, Clone)]
@@ -34,7 +32,7 @@ pub(super) struct Monitor<'a> {
     /// Euclidean norm of `q` in the units of the problem.
     pub size_of_q: f64,
     pub settings: &'a Settings,
-    pub observer: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    pub observer: &'a mut Watch<'a, Progress>,
     pub counts: Counts,
     pub history: Vec<Progress>,
     pub best: Option<Judged>,

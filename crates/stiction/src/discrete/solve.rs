@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::V3;
 use super::admm::alternating_directions;
 use super::blocks::Blocks;
@@ -11,7 +9,7 @@ use super::settings::{Method, Progress, Settings, Solution, Status};
 use super::sweeps::sweep;
 use super::system::Discrete;
 use crate::Error;
-use crate::linalg::axpy;
+use crate::linalg::{Watch, axpy};
 
 /// Solves a local problem without bilateral part by the method of the settings.
 ///
@@ -19,11 +17,7 @@ use crate::linalg::axpy;
 ///
 /// # Errors
 /// If the start has another length than the problem needs, or holds values that are not finite.
-pub fn solve(
-    problem: &LocalProblem,
-    settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Solution, Error> {
+pub fn solve(problem: &LocalProblem, settings: &Settings, observer: &mut Watch<Progress>) -> Result<Solution, Error> {
     let blocks = Blocks::new(problem);
     let velocity = |r: &[f64]| {
         let mut u = problem.W.times(r);

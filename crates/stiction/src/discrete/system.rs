@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::V3;
 use super::blocks::Blocks;
 use super::linear::LinearSystem;
@@ -10,7 +8,7 @@ use super::solve::iterate;
 use crate::Error;
 use crate::friction::law::Linearisation;
 use crate::friction::system::{Iterate, Step, System, length, moved};
-use crate::linalg::{Lu, norm};
+use crate::linalg::{Lu, Watch, norm};
 
 /// `x -> (W + shift)⁻¹ x`, factorised.
 pub(super) type Shifted<'a> = Box<dyn Fn(&[V3]) -> Vec<V3> + 'a>;
@@ -81,7 +79,7 @@ impl<'a> Discrete<'a> {
         q: &[f64],
         velocity: &dyn Fn(&[f64]) -> Vec<f64>,
         settings: &Settings,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        observer: &mut Watch<Progress>,
     ) -> Result<Solution, Error> {
         let start = settings.start(q.len())?;
         let start = start.map_or_else(|| vec![[0.0; 3]; self.mu.len()], |start| self.scaled(start));

@@ -20,8 +20,7 @@ pub use multigrid::{Multigrid, coulomb_facts_by_multigrid, solve_multigrid};
 pub(crate) use multigrid::{SoughtForce, Tightened, multigrid_bytes, multigrid_fits, tighten_by_multigrid};
 pub use reference::{
     Answer, CopiesAtOnce, Coupling, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep,
-    Minimization, ObserveMethod, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method,
-    solve_with,
+    Minimization, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method, solve_with,
 };
 pub use solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
 pub use uniqueness::CoulombFacts;

@@ -31,7 +31,7 @@ pub use pages::in_huge_pages;
 pub(crate) use pattern::{Pattern, piece};
 pub use selected::inverse_forms;
 pub use small::{SmallLu, symmetric_eigen};
-pub use stop::Stop;
+pub use stop::{Stop, Watch};
 pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;
 pub use symmetric_csr::SymmetricCsr;

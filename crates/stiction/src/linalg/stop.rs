@@ -1,9 +1,13 @@
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 use std::{fmt, panic, thread};
 
 use crate::Error;
+
+/// Called at every event of a kind; whether to go on.
+pub type Watch<'a, Event> = dyn FnMut(&Event) -> ControlFlow<()> + 'a;
 
 /// A way to stop long work from outside: what it asks of, every few milliseconds where that can be had and from whichever
 /// thread it runs on. Clones ask the same.

@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::dual_system::DualSystem;
 use super::proximal::proximal;
 use super::rigid_start::balanced;
@@ -13,7 +11,7 @@ use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution
 use crate::friction::system::{
     Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, length, newton,
 };
-use crate::linalg::{axpy, norm};
+use crate::linalg::{Watch, axpy, norm};
 
 /// Thresholds of Newton's method on the dual.
 pub(super) const RULES: Rules = Rules {
@@ -94,12 +92,7 @@ const STRATEGY: [Stage; 5] = [
 ///
 /// # Panics
 /// If the start has another length than `3m`; [`Settings::validate`] checks it.
-pub fn solve(
-    problem: &ContactProblem,
-    dual: &Dual,
-    settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Solution {
+pub fn solve(problem: &ContactProblem, dual: &Dual, settings: &Settings, observer: &mut Watch<Progress>) -> Solution {
     let isotropic = problem.isotropic();
     let mut solver = Solver::new(problem, &isotropic, dual, settings);
     if no_equilibrium(problem, &dual.floating.motions).is_some() {
@@ -218,7 +211,7 @@ impl<'a> Solver<'a> {
         &self.problem.contact.friction
     }
 
-    fn run_strategy(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
+    fn run_strategy(&mut self, tolerance: f64, observer: &mut Watch<Progress>) -> End {
         if self.at.lambda.iter().all(|x| *x == [0.0; 3]) {
             self.rigid_start();
         }
@@ -245,7 +238,7 @@ impl<'a> Solver<'a> {
     }
 
     /// A step of `g -> F lambda_n(g)`, then an attempt of Newton on the law itself; where that stalls it leaves no trace.
-    fn fixed_point_step(&mut self, tolerance: f64, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> End {
+    fn fixed_point_step(&mut self, tolerance: f64, observer: &mut Watch<Progress>) -> End {
         if self.steps_left == 0 {
             return End::Limit;
         }
@@ -310,7 +303,7 @@ impl<'a> Solver<'a> {
         phase: Phase,
         factor: f64,
         tolerance: f64,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        observer: &mut Watch<Progress>,
     ) -> End {
         self.refresh();
         let r: Vec<f64> = self.r.iter().map(|r| factor * r).collect();

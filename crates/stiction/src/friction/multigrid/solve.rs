@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
 use super::directions::norm;
@@ -15,8 +13,8 @@ use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_equilibrium;
 use crate::friction::{Counts, End, Phase, PointState, Progress, Settings, Solution, SolverPath};
-use crate::linalg::Stop;
 use crate::linalg::multigrid::Hierarchy;
+use crate::linalg::{Stop, Watch};
 
 /// A problem transformed to the frames of its contact points, with the multigrid hierarchy of its stiffness: what can be
 /// kept as long as `K` and `B` do not change.
@@ -82,7 +80,7 @@ pub fn solve_multigrid(
     problem: &ContactProblem,
     multigrid: &mut Multigrid,
     settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Watch<Progress>,
 ) -> Solution {
     let Multigrid { transformed, hierarchy } = multigrid;
     let sizes = (transformed.nodes.of.len(), transformed.points.len());

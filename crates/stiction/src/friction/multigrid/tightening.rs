@@ -6,8 +6,6 @@
 //! [stretch](SoughtForce::stretch) along its free length: over `s` with its stretch the energy is minimised exactly
 //! before each cycle, and the search directions of the cycles are made conjugate to it.
 
-use std::ops::ControlFlow;
-
 use super::directions::{Direction, Vector};
 use super::iteration::{Iterate, State, Subproblem};
 use super::solve::{Multigrid, multipliers, point_laws, progress, start};
@@ -15,7 +13,7 @@ use super::strategy::{STAGES, Traits};
 use super::transform::Transformed;
 use crate::contact::ContactProblem;
 use crate::friction::{Counts, End, Progress, Settings, SolverPath};
-use crate::linalg::SmallLu;
+use crate::linalg::{SmallLu, Watch};
 
 /// A bolt whose force is given, with what its shortening does beyond the one that the load of the problem contains.
 #[derive(Debug, Clone)]
@@ -172,7 +170,7 @@ pub(crate) fn tighten_by_multigrid(
     multigrid: &mut Multigrid,
     sought: &[SoughtForce],
     settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Watch<Progress>,
 ) -> Tightened {
     let Multigrid { transformed, hierarchy } = multigrid;
     transformed.set_load(&problem.elastic.f);

@@ -1,17 +1,17 @@
 use std::ops::ControlFlow;
 
 use super::lagrangian::{Copies, Lagrangian};
-use super::method::{MethodCounts, MethodSettings, MethodStep, ObserveMethod};
+use super::method::{MethodCounts, MethodSettings, MethodStep};
 use super::minimize::{Minimizer, verdict};
 use crate::friction::{End, PointState};
-use crate::linalg::{dot, norm};
+use crate::linalg::{Watch, dot, norm};
 use crate::qp::Bounds;
 
 /// What an iteration keeps besides its iterate.
 pub(super) struct Record<'a, 'b> {
     pub counts: MethodCounts,
     pub history: Vec<MethodStep>,
-    pub observe: &'a mut ObserveMethod<'b>,
+    pub observe: &'a mut Watch<'b, MethodStep>,
 }
 
 impl Record<'_, '_> {

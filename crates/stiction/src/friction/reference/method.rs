@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use serde::{Deserialize, Serialize};
 
 use super::squares::Coupling;
@@ -304,6 +302,3 @@ pub struct MethodReport {
     /// Its steps.
     pub history: Vec<MethodStep>,
 }
-
-/// Receives every step; may stop the method.
-pub type ObserveMethod<'a> = dyn FnMut(&MethodStep) -> ControlFlow<()> + 'a;

@@ -15,8 +15,8 @@ mod solve_with;
 mod squares;
 
 pub use method::{
-    CopiesAtOnce, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep, Minimization, ObserveMethod,
-    Penalty, Splitting, Start, Sweeps,
+    CopiesAtOnce, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep, Minimization, Penalty,
+    Splitting, Start, Sweeps,
 };
 pub use quadratic::Quadratic;
 pub use run_method::{fixed_point_defect, run_method};

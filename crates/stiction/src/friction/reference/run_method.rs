@@ -3,7 +3,7 @@ use super::fixed_point::{SlipBounds, fixed_point, inexact_fixed_point, uzawa_on}
 use super::given::Record;
 use super::lagrangian::{Copies, Lagrangian};
 use super::method::{
-    CopiesAtOnce, Given, Method, MethodCounts, MethodReport, MethodSettings, Minimization, ObserveMethod, Penalty,
+    CopiesAtOnce, Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep, Minimization, Penalty,
     Splitting, Sweeps,
 };
 use super::minimize::Minimizer;
@@ -12,7 +12,7 @@ use super::squares::{Squares, boxes};
 use crate::Error;
 use crate::contact::Friction;
 use crate::friction::End;
-use crate::linalg::norm;
+use crate::linalg::{Watch, norm};
 
 /// Solves by one of the methods with squares, by the discs or by the fixed point, for laws `friction` of the points
 /// of `q`. Methods for Coulomb friction take given friction as well, whose bounds they leave alone.
@@ -24,7 +24,7 @@ pub fn run_method(
     q: &Quadratic<'_>,
     friction: &[Friction],
     settings: &MethodSettings,
-    observe: &mut ObserveMethod<'_>,
+    observe: &mut Watch<MethodStep>,
 ) -> Result<MethodReport, Error> {
     validate(friction, settings)?;
     let mut record = Record { counts: MethodCounts::default(), history: Vec::new(), observe };

@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::method::{Given, Method, MethodCounts, MethodReport, MethodSettings, MethodStep, Start};
 use super::quadratic::{MOST_STORED, Quadratic};
 use super::run_method::{is_exact, run_method};
@@ -11,6 +9,7 @@ use crate::friction::direct::{make_admissible, path_of, solve};
 use crate::friction::law::{augmented, parameters, state};
 use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, Status};
 use crate::friction::system::by_point;
+use crate::linalg::Watch;
 
 /// A solution and what the method has to tell about how it got there.
 #[derive(Debug, Clone)]
@@ -40,7 +39,7 @@ pub fn solve_with(
     dual: &Dual,
     settings: &Settings,
     method: &MethodSettings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Watch<Progress>,
 ) -> Result<Answer, Error> {
     if method.method == Method::Newton {
         return Ok(Answer { solution: solve(problem, dual, settings, observer), method: None });

@@ -1,6 +1,5 @@
 //! Files that do not depend on the solution, written while it is being found.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::mpsc;
 use std::thread;
@@ -11,6 +10,7 @@ use crate::Error;
 use crate::io::replace::Pending;
 use crate::io::vtu::EncodedGrid;
 use crate::io::{folder, machine, problem};
+use crate::linalg::Watch;
 use crate::linalg::memory::Room;
 use crate::run::pose::memory::output_room;
 use crate::run::pose::{Prepared, Span, place, stopwatch};
@@ -55,7 +55,7 @@ pub fn solve_writing(
     prepared: &Prepared,
     settings: &Settings,
     into: &Path,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<(Outcome, Ahead), Error> {
     let is_new = !into.exists();
     let room = output_room(&prepared.mesh, settings.pictures, &settings.memory);

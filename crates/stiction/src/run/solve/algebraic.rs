@@ -1,6 +1,5 @@
 //! Discrete problems given as matrices: from a file to a judged answer.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,6 +8,7 @@ use crate::discrete::{
     Form, Measures, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
 };
 use crate::io::{Contents, arrays};
+use crate::linalg::Watch;
 
 /// A judged answer, or as far as the iteration came.
 #[derive(Debug, Clone)]
@@ -124,7 +124,7 @@ pub fn answer(
     contents: &Contents,
     settings: &Settings,
     form: Form,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Watch<Progress>,
 ) -> Result<Answer, Error> {
     let start = Instant::now();
     let prepared = prepare(&contents.problem, form, settings.method)?;
@@ -159,7 +159,7 @@ fn from_guesses(
     prepared: &Prepared,
     contents: &Contents,
     settings: &Settings,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Watch<Progress>,
 ) -> Result<(Solution, Option<Guess>), Error> {
     if contents.guesses.is_empty() || settings.start.is_some() {
         return Ok((prepared.solve(settings, observer)?, None));

@@ -16,6 +16,7 @@ use crate::friction::{
 };
 use crate::io::case::SolverSpec;
 use crate::io::machine;
+use crate::linalg::Watch;
 use crate::run::pose::loads::TIME;
 use crate::run::pose::memory::is_of_memory;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, Span, place, stopwatch};
@@ -175,11 +176,7 @@ impl Outcome {
 /// If the matrices do not fit the memory, the stiffness matrix is not positive definite, or the method or the path is
 /// not for the case. An iteration that ends short of its tolerance is no error but a status of the solution; what is
 /// stopped before its first iteration ends with [`Error::interrupted`].
-pub fn solve(
-    prepared: &Prepared,
-    settings: &Settings,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
-) -> Result<Outcome, Error> {
+pub fn solve(prepared: &Prepared, settings: &Settings, observer: &mut Watch<Event>) -> Result<Outcome, Error> {
     if let Some(bolt) = prepared.loading.bolts.iter().find(|bolt| bolt.is_by_force()) {
         let what = format!("bolt \"{}\" is tightened by force, which takes load steps", bolt.name);
         return Err(bolt.spot.error(what, "solve the steps of the case (`solve_steps`), or give its shortening"));
@@ -203,7 +200,7 @@ pub(crate) fn solve_again(
     prepared: &Prepared,
     settings: &Settings,
     kept: &mut Kept,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
     let problem = &prepared.problem;
     settings.solver.validate(problem)?;
@@ -244,7 +241,7 @@ pub(crate) fn tightened_by_multigrid(
     settings: &Settings,
     sought: &[SoughtForce],
     kept: &mut Kept,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<Option<(Tightened, Seconds)>, Error> {
     let (problem, mut solver) = (&prepared.problem, settings.solver.clone());
     if sought.is_empty() || settings.method.method != Method::Newton || !kept.begins_with_multigrid(problem, &solver) {
@@ -358,7 +355,7 @@ pub(crate) fn other_starts(
     settings: &Settings,
     kept: &mut Kept,
     outcome: &mut Outcome,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) {
     let final_status = matches!(outcome.solution.status, Status::Interrupted | Status::NoEquilibrium);
     let Some(starts) = settings.starts.filter(|_| !final_status && outcome.method.is_none()) else { return };
@@ -387,7 +384,7 @@ pub(crate) fn uniqueness_facts(
     settings: &Settings,
     kept: &mut Kept,
     outcome: &mut Outcome,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) {
     let (problem, solution) = (&prepared.problem, &outcome.solution);
     let unsettled = matches!(solution.status, Status::Interrupted | Status::NoEquilibrium);

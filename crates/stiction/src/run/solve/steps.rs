@@ -20,6 +20,7 @@ use crate::contact::{ContactProblem, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
+use crate::linalg::Watch;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
@@ -97,7 +98,7 @@ pub fn solve_steps(
     settings: &Settings,
     restart: Option<Restart>,
     keep: &mut KeepStep,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
     // What each step writes; the solver asks for its own.
     output_room(&prepared.mesh, settings.pictures, &settings.memory)
@@ -160,7 +161,7 @@ pub fn solve_steps(
 }
 
 /// Halves the increment; false where it is as short as it may be.
-fn halve(march: &mut March, steps: &[StepSpec], observer: &mut dyn FnMut(&Event) -> ControlFlow<()>) -> bool {
+fn halve(march: &mut March, steps: &[StepSpec], observer: &mut Watch<Event>) -> bool {
     let Some(shorter) = march.at.halve() else { return false };
     march.at = shorter;
     if let Some([begin, t]) = shorter.span(steps) {
@@ -248,7 +249,7 @@ fn tighten(
     march: &mut March,
     kept: &mut Kept,
     t: f64,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<(LoadState, Outcome), Error> {
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
@@ -313,7 +314,7 @@ fn attempt(
     march: &mut March,
     from: &(Vec<f64>, Vec<f64>),
     kept: &mut Kept,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
     let with = |start: Option<Vec<f64>>, start_displacement: Option<Vec<f64>>| Settings {
         solver: friction::Settings { start, start_displacement, ..settings.solver.clone() },
@@ -430,7 +431,7 @@ fn end(
     seconds: Seconds,
     kept: &mut Kept,
     interrupted: bool,
-    observer: &mut dyn FnMut(&Event) -> ControlFlow<()>,
+    observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
     let March { body, last, records, .. } = march;
     let Some((mut outcome, reference)) = last else {
