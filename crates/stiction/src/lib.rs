@@ -57,6 +57,8 @@
 
 #![warn(missing_docs, unreachable_pub)]
 #![warn(clippy::missing_errors_doc)]
+// Matrices keep their capitals.
+#![allow(non_snake_case)]
 
 pub mod certificate;
 pub mod contact;

@@ -89,7 +89,6 @@ pub struct Bodies {
 
 /// The prescribed part of the body, for reactions and the balance of forces; `p` prescribed displacements.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Supports {
     /// Rows of the stiffness matrix at the prescribed degrees of freedom, `p x n`.
     pub K: Csr,
@@ -147,7 +146,6 @@ pub struct ContactProblem {
 
 /// The elastic bodies as a linear system, `n` unknown displacements.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Elastic {
     /// Stiffness, `n x n`, symmetric. Positive definite; with a near-kernel, positive
     /// semidefinite with no other null space than rigid motions of its connected components. Problems that differ in loads
@@ -166,7 +164,6 @@ pub struct Elastic {
 
 /// The contact conditions at `m` points.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Contact {
     /// Jump operator, `3m x n`: normal rows, then first, then second tangential ones. Any sparse matrix.
     pub B: Csr,
@@ -203,7 +200,6 @@ pub struct Labels {
 
 impl ContactProblem {
     /// A problem from bare matrices: one pair, unit areas, slip measured from zero.
-    #[allow(non_snake_case)]
     pub fn from_matrices(
         K: impl Into<Arc<SymmetricCsr>>,
         f: Vec<f64>,

@@ -101,7 +101,6 @@ impl RigidMotions {
     }
 
     /// The jumps `B R` of the motions, one vector of length `3m` each.
-    #[allow(non_snake_case)]
     pub fn jumps(&self, B: &Csr) -> Vec<Vec<f64>> {
         let jump = |k: usize| {
             let (mut u, mut alpha) = (vec![0.0; B.cols], vec![0.0; self.len()]);

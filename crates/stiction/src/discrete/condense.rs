@@ -28,7 +28,6 @@ enum Factor {
 
 /// `l = -R⁻¹ (C r + s)`.
 #[derive(Debug)]
-#[allow(non_snake_case)]
 struct Eliminated {
     factor: Lu,
     C: Csr,
@@ -67,7 +66,6 @@ pub fn condense(problem: &DiscreteProblem) -> Result<Condensed, Error> {
     }
 }
 
-#[allow(non_snake_case)]
 fn condense_bodies(problem: &GlobalProblem) -> Result<Condensed, Error> {
     let (n, size) = (problem.f.len(), problem.w.len());
     let empty = Equalities { G: Csr::zero(n, 0), b: Vec::new() };
@@ -159,7 +157,6 @@ impl Eliminated {
 
 impl Body {
     /// `local` numbers its unknowns.
-    #[allow(non_snake_case)]
     fn new(M: &Csr, unknowns: Vec<u32>, local: &[u32]) -> Result<Self, Error> {
         let singular = || {
             let what = format!("M is singular on the unknowns around {}", unknowns.first().copied().unwrap_or(0));
@@ -209,7 +206,6 @@ impl Body {
 }
 
 /// `W -= V R⁻¹ C`, `q -= V R⁻¹ s`.
-#[allow(non_snake_case)]
 fn eliminate(local: &mut LocalProblem, V: &Csr, C: Csr, R: &Csr, s: &[f64]) -> Result<Eliminated, Error> {
     let dependent = || {
         let what = "the bilateral constraints are not independent (R is singular)";
@@ -286,7 +282,6 @@ pub(super) fn balance_of_bodies(problem: &GlobalProblem, r: &[f64], v: &[f64], l
 }
 
 /// `|G' v + b|` over its terms; zero without constraints.
-#[allow(non_snake_case)]
 fn balance_of_constraints(problem: &GlobalProblem, v: &[f64]) -> f64 {
     let Some(Equalities { G, b }) = &problem.equalities else { return 0.0 };
     let mut residual = G.transpose_times(v);

@@ -12,7 +12,6 @@ use crate::linalg::Csr;
 /// ```
 /// `W` may be singular and not symmetric.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct LocalProblem {
     /// `d`: 2 or 3.
     pub dimension: usize,
@@ -28,7 +27,6 @@ pub struct LocalProblem {
 
 /// Constraints without a sign among those of a [`LocalProblem`]: `V' r + R l + s = 0`, `p` rows.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Bilateral {
     /// `dm x p`.
     pub V: Csr,
@@ -44,7 +42,6 @@ pub struct Bilateral {
 /// M v = H r + f + G l,   u = H' v + w,   G' v + b = 0
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct GlobalProblem {
     /// `d`: 2 or 3.
     pub dimension: usize,
@@ -64,7 +61,6 @@ pub struct GlobalProblem {
 
 /// Constraints without a sign of a [`GlobalProblem`]: `G' v + b = 0`, `p` of them.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Equalities {
     /// `n x p`.
     pub G: Csr,

@@ -37,7 +37,6 @@ impl Independent<'_> {
 ///
 /// # Errors
 /// If one contradicts the others.
-#[allow(non_snake_case)]
 pub(super) fn independent(problem: &DiscreteProblem) -> Result<Independent<'_>, Error> {
     let (rows, rhs) = match problem {
         DiscreteProblem::Local(LocalProblem { bilateral: Some(Bilateral { V, R, s }), .. }) => {

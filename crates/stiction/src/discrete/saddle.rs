@@ -139,7 +139,6 @@ fn equal_rows(a: &Csr) -> Vec<u32> {
 }
 
 /// `[M -G; G' 0]` on the pattern of `order`.
-#[allow(non_snake_case)]
 pub(super) fn bordered(problem: &GlobalProblem, order: &Order) -> Csr {
     let velocities = cliques(problem);
     let Some(Equalities { G, b }) = &problem.equalities else { return velocities };

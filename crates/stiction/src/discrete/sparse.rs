@@ -11,7 +11,6 @@ use crate::linalg::{Csr, Lu, axpy, inverse_forms};
 
 /// A global problem with its velocities kept as unknowns: `W = H' A⁻¹ H` is never formed, with `A = [M -G; G' 0]`.
 #[derive(Debug)]
-#[allow(non_snake_case)]
 pub(super) struct Sparse {
     A: Csr,
     factor: Lu,

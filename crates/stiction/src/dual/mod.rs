@@ -20,7 +20,6 @@ use crate::linalg::{Cholesky, Csr, Path, Stop, SymmetricCsr, Trailing, axpy};
 
 /// `Q` as an operator on `R^{3m}`, by a Cholesky factor of `K`.
 #[derive(Debug)]
-#[allow(non_snake_case)]
 pub struct Dual {
     factor: Cholesky,
     /// The unknowns some row of `B` touches, in the order of the columns of `B_touched`.
@@ -202,7 +201,6 @@ fn entries_by_body(b: &Csr, i: usize, body: impl Fn(u32) -> u32) -> Vec<Entry> {
 }
 
 /// The body of each unknown: the connected components of the graph of `K`.
-#[allow(non_snake_case)]
 fn bodies(K: &SymmetricCsr) -> Vec<u32> {
     let mut body = vec![0; K.rows];
     for (number, unknowns) in components(K).iter().enumerate() {

@@ -49,7 +49,6 @@ pub fn read_folder(path: &Path) -> Result<Contents, Error> {
     contents(&Folder(path)).map_err(|error| error.at(&path.display().to_string()))
 }
 
-#[allow(non_snake_case)]
 fn contents(source: &dyn Source) -> Result<Contents, Error> {
     let mu = || source.vector(if source.has("mu") { "mu" } else { "friction" });
     let problem = if source.has("W") {

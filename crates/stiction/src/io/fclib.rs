@@ -174,7 +174,6 @@ impl Node {
     }
 }
 
-#[allow(non_snake_case)]
 fn local(node: &Node) -> Result<LocalProblem, Error> {
     let vectors = node.group("vectors")?;
     let bilateral = match (node.has_group("V")?, node.has_group("R")?) {
@@ -191,7 +190,6 @@ fn local(node: &Node) -> Result<LocalProblem, Error> {
     })
 }
 
-#[allow(non_snake_case)]
 fn global(node: &Node) -> Result<GlobalProblem, Error> {
     let vectors = node.group("vectors")?;
     let equalities = match node.has_group("G")? {

@@ -10,7 +10,6 @@ use crate::linalg::{Symmetric, largest_eigenvalue};
 ///
 /// The methods of the source paper take thousands of products, so `Q` is stored as a matrix unless it is too large.
 #[derive(Debug)]
-#[allow(non_snake_case)]
 pub struct Quadratic<'a> {
     Q: Matrix<'a>,
     /// Length, `3m`; zero where `has_row` is false.
