@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 
 use super::field::point;
 use super::rotated::Constrained;
+use super::solid::all_exist;
 use super::{DofMap, Fix, RotatedNode};
 use crate::Error;
 use crate::mesh::Mesh;
@@ -81,11 +82,9 @@ fn along_axes(components: &[f64]) -> Constrained {
 }
 
 fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [f64]) -> Result<(), Error> {
+    all_exist("node", &fix.nodes, mesh.nodes.len())?;
     for &node in &fix.nodes {
-        let Some(&x) = mesh.nodes.get(node as usize) else {
-            let what = format!("node {node} does not exist, the mesh has {}", mesh.nodes.len());
-            return Err(Error::new("", what, "name nodes of the mesh"));
-        };
+        let x = mesh.nodes[node as usize];
         for (c, field) in fix.value.iter().enumerate() {
             let Some(field) = field else { continue };
             let value = field.finite_at(x, t)?;

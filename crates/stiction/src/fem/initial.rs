@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::elastic::{PLACE, Voigt};
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded, volume_points};
+use super::solid::all_exist;
 use super::{Load, Solid, Temperature};
 use crate::Error;
 use crate::mesh::geometry::corners;
@@ -67,10 +68,7 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
         };
         heated.ok_or_else(refused)
     };
-    if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= solid.material_of_cell.len()) {
-        let what = format!("cell {cell} does not exist, the mesh has {}", solid.material_of_cell.len());
-        return Err(Error::new("", what, "name cells of the mesh"));
-    }
+    all_exist("cell", cells, solid.material_of_cell.len())?;
     // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
     let parts: Vec<Result<_, Error>> = cells.par_iter().with_min_len(1024).map(of_cell).collect();
     let mut initial = InitialStrain {

@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::elements::{MOST_NODES, folded, volume_points};
 use super::faces::{FacePoint, face_coordinates, face_points};
+use super::solid::all_exist;
 use super::submerged::submerged_points;
 use super::{Field, Load, Solid, initial_strain};
 use crate::Error;
@@ -90,10 +91,7 @@ fn on_points(
     if faces.is_empty() {
         return Err(Error::new("", "the load acts on no boundary face", "name a group that has boundary faces"));
     }
-    if let Some(face) = faces.iter().find(|&&face| face as usize >= mesh.faces.len()) {
-        let what = format!("boundary face {face} does not exist, the mesh has {}", mesh.faces.len());
-        return Err(Error::new("", what, "name boundary faces of the mesh"));
-    }
+    all_exist("boundary face", faces, mesh.faces.len())?;
     for &face in faces {
         for point in points(&face_coordinates(mesh, face)) {
             let force = force(&point)?;
@@ -178,11 +176,7 @@ fn on_mass(
     nodal: &mut [f64],
     acceleration: impl Fn(V3) -> Result<V3, Error> + Sync,
 ) -> Result<(), Error> {
-    let count = solid.mesh.cell_count();
-    if let Some(cell) = cells.iter().find(|&&cell| cell as usize >= count) {
-        let what = format!("cell {cell} does not exist, the mesh has {count}");
-        return Err(Error::new("", what, "name cells of the mesh"));
-    }
+    all_exist("cell", cells, solid.mesh.cell_count())?;
     let density = |cell: u32| solid.materials[solid.material_of_cell[cell as usize] as usize].density;
     if !cells.iter().any(|&cell| density(cell) > 0.0) {
         let remedy = "give the material a density, mass per volume";

@@ -76,6 +76,13 @@ impl<'a> CellList<'a> {
     }
 }
 
+/// An error if the mesh, which has `count` of `what`, has not all that are `named`.
+pub(super) fn all_exist(what: &str, named: &[u32], count: usize) -> Result<(), Error> {
+    let Some(number) = named.iter().find(|&&number| number as usize >= count) else { return Ok(()) };
+    let missing = format!("{what} {number} does not exist, the mesh has {count}");
+    Err(Error::new("", missing, format!("name {what}s of the mesh")))
+}
+
 /// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
 /// linear tetrahedra lock. Materials no cell uses are not mentioned.
 pub fn notes(solid: &Solid) -> Vec<String> {

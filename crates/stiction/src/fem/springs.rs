@@ -6,6 +6,7 @@
 use super::FeModel;
 use super::faces::{face_coordinates, face_points};
 use super::rotated::turn_block;
+use super::solid::all_exist;
 use crate::Error;
 use crate::linalg::{Csr, SymmetricCsr};
 use crate::mesh::Mesh;
@@ -87,10 +88,7 @@ fn number(model: &FeModel) -> Vec<usize> {
 }
 
 fn refuse(mesh: &Mesh, spring: &Spring) -> Result<(), Error> {
-    if let Some(face) = spring.faces.iter().find(|&&face| face as usize >= mesh.faces.len()) {
-        let what = format!("boundary face {face} does not exist, the mesh has {}", mesh.faces.len());
-        return Err(Error::new("", what, "name boundary faces of the mesh"));
-    }
+    all_exist("boundary face", &spring.faces, mesh.faces.len())?;
     let good = |k: f64| k >= 0.0 && k.is_finite();
     if !good(spring.normal) || !good(spring.tangential) || spring.normal + spring.tangential == 0.0 {
         let what = format!("springs of stiffness {} along and {} across the normal", spring.normal, spring.tangential);
