@@ -66,20 +66,10 @@ pub(super) fn points_of_pair(
         face_size: sizes,
         search,
         covered_area: met.iter().map(|met| met.covered).sum(),
-        touching_area: 0.0,
-        uncovered: 0,
-        barely_covered: 0,
-        shared: 0,
-        taken: 0,
         averted: met.iter().any(|met| met.averted),
-        nearest: None,
+        ..PairFacts::default()
     };
-    let mut found = SurfaceFacts {
-        name: surface.name.clone(),
-        gap_min: f64::INFINITY,
-        gap_max: f64::NEG_INFINITY,
-        ..SurfaceFacts::default()
-    };
+    let mut found = SurfaceFacts::named(&surface.name);
     let outward = normals(mesh, &surface.faces, &model.dofs);
     let frames = frames(mesh, model, surface, master, &met, &outward, taken, &mut facts, &mut found);
     let outward: HashMap<u32, V3> = outward.into_iter().collect();

@@ -45,12 +45,7 @@ pub(super) fn points_on_obstacle(
     if surface.faces.is_empty() {
         return Err(Error::new("", "the contact surface has no faces", "name a group of boundary faces in `on`"));
     }
-    let mut facts = SurfaceFacts {
-        name: surface.name.clone(),
-        gap_min: f64::INFINITY,
-        gap_max: f64::NEG_INFINITY,
-        ..Default::default()
-    };
+    let mut facts = SurfaceFacts::named(&surface.name);
     let outward = nodal_normals(mesh, &surface.faces);
     let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     let distance_of = |node: u32| -> Result<Option<(f64, [f64; 3])>, Error> {

@@ -10,16 +10,17 @@ use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
 /// One of the two surfaces of a pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Role {
     /// The surface named in `on`.
+    #[default]
     On,
     /// The surface named in `against`.
     Against,
 }
 
 /// Why a surface carries the contact points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reason {
     /// The case says so.
     Asked,
@@ -32,6 +33,7 @@ pub enum Reason {
     /// Its body is softer.
     Softer,
     /// Neither differs; it was named first.
+    #[default]
     First,
 }
 

@@ -183,8 +183,15 @@ pub struct SurfaceFacts {
     pub pair: Option<PairFacts>,
 }
 
+impl SurfaceFacts {
+    /// Of a surface of which no point has been found yet.
+    pub(super) fn named(name: &str) -> Self {
+        SurfaceFacts { name: name.into(), gap_min: f64::INFINITY, gap_max: f64::NEG_INFINITY, ..Default::default() }
+    }
+}
+
 /// What was found about two surfaces; areas and sizes are those of the slave.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PairFacts {
     /// The surface that carries the points.
     pub slave: Role,

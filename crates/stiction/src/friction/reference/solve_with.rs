@@ -140,12 +140,10 @@ fn judge(
         report.states.clone()
     };
     let counts = Counts {
-        newton_steps: 0,
-        restarts: 0,
         fixed_point_steps: report.counts.fixed_point_steps,
         products: report.counts.products,
         solves: dual.solves(),
-        cycles: 0,
+        ..Counts::default()
     };
     let path = path_of(dual);
     Solution { status, path, u, lambda, states, certificate, counts, history: history.to_vec() }

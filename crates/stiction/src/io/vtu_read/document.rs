@@ -45,6 +45,7 @@ pub(super) struct Array<'a> {
 }
 
 /// The grid as it is written.
+#[derive(Default)]
 pub(super) struct Document<'a> {
     pub big: bool,
     /// Bytes of the numbers that head binary data, 4 or 8.
@@ -99,16 +100,7 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, Error> {
         return Err(Error::new("", what, remedy));
     }
     let mut xml = Xml { bytes, pos: 0 };
-    let mut document = Document {
-        big: false,
-        header: 4,
-        zlib: false,
-        points: 0,
-        cells: 0,
-        arrays: Vec::new(),
-        appended: None,
-        length: bytes.len(),
-    };
+    let mut document = Document { header: 4, length: bytes.len(), ..Document::default() };
     let (mut file, mut pieces, mut section) = (false, 0, None);
     while let Some(event) = xml.next()? {
         match event {

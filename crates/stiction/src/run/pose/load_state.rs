@@ -14,7 +14,7 @@ use crate::mesh::v3::{dot, norm, scale, sub};
 const ROUNDING: f64 = 1e-12;
 
 /// The loading as functions of time, with the places of the case for errors.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Loading {
     /// The loads.
     pub loads: Vec<Load>,
@@ -70,11 +70,7 @@ impl Loading {
             motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
             steps: case.steps.clone(),
-            undeformed: Vec::new(),
-            slid: Vec::new(),
-            initial: Initial::default(),
-            bolts: Vec::new(),
-            travel: [0.0; 3],
+            ..Loading::default()
         }
     }
 
