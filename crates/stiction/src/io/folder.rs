@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
+pub(crate) use super::replace::sync;
 use super::replace::{parent, remove_durably, replace, replace_durably, sync_names};
 use crate::Error;
 
@@ -35,14 +36,6 @@ pub fn create(folder: &Path) -> Result<(), Error> {
     // Not every folder above may be read.
     missing.iter().rev().for_each(|created| drop(sync_names(parent(created))));
     Ok(())
-}
-
-/// Has these files of `folder` on the disk on return, so that another one may name them: see [`write_text_durably`].
-///
-/// # Errors
-/// If the system refuses it.
-pub fn sync<S: AsRef<str> + Sync>(folder: &Path, names: &[S]) -> Result<(), Error> {
-    super::replace::sync(folder, names)
 }
 
 /// Writes a text file as a whole, which is on the disk on return.

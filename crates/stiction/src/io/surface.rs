@@ -58,6 +58,14 @@ pub fn parse_obj(bytes: &[u8], source_name: &str, scale: f64) -> Result<RawSurfa
     super::check_scale(scale).and_then(|()| obj::parse(bytes, scale)).map_err(|e| e.at(source_name))
 }
 
+/// The surface that has been read, if there is any `face` in it.
+fn finished(surface: RawSurface, face: &str) -> Result<RawSurface, Error> {
+    if surface.triangles.is_empty() && surface.collapsed == 0 {
+        return Err(Error::new("", format!("there is no {face} in this file"), DAMAGED));
+    }
+    Ok(surface.finish())
+}
+
 /// An error on a line, counted from 1.
 fn on_line(line: usize, what: impl Into<String>, remedy: &str) -> Error {
     Error::new(format!("line {line}"), what, remedy)

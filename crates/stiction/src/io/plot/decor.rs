@@ -7,7 +7,7 @@ use super::font;
 use super::ticks::{ten_to, ticks};
 
 /// Heights of texts, pixels.
-pub(super) const TITLE: f64 = 36.0;
+const TITLE: f64 = 36.0;
 pub(super) const BODY: f64 = 24.0;
 pub(super) const SMALL: f64 = 22.0;
 

@@ -2,7 +2,7 @@
 
 use super::camera::{Area, Camera, Vec3, add, area_vector, dot, unit};
 use super::color::{INK, Rgb, range_of, viridis};
-use super::decor::{BODY, SMALL, TITLE, with_unit};
+use super::decor::{self, BODY, SMALL, with_unit};
 use super::drawing::{Align, Drawing};
 use super::scene::Surface;
 use super::ticks::ticks;
@@ -52,7 +52,6 @@ pub struct SpacePlot<'a> {
 const WALL: Rgb = [246, 246, 246];
 const GRID: Rgb = [222, 222, 222];
 const EDGE: Rgb = [70, 70, 70];
-const QUIET: Rgb = [95, 95, 95];
 /// Where the observer stands: in front, to the right, above.
 const TOWARD: Vec3 = [0.75, -1.0, 0.62];
 
@@ -71,8 +70,7 @@ pub fn space(plot: &SpacePlot) -> Result<Drawing, Error> {
     for axis in 0..3 {
         frame.axis(&mut drawing, axis);
     }
-    drawing.text(plot.title, [40.0, 42.0], TITLE, INK, Align::Left);
-    drawing.text(plot.subtitle, [40.0, 82.0], BODY, QUIET, Align::Left);
+    decor::heading(&mut drawing, plot.title, plot.subtitle);
     Ok(drawing)
 }
 

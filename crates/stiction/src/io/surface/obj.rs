@@ -1,6 +1,6 @@
 //! Wavefront OBJ: `v x y z` and `f a b c ...`; all else is passed over.
 
-use super::{DAMAGED, on_line, point, shown, words};
+use super::{DAMAGED, finished, on_line, point, shown, words};
 use crate::Error;
 use crate::contact::RawSurface;
 use crate::io::number::integer;
@@ -34,10 +34,7 @@ pub(super) fn parse(bytes: &[u8], scale: f64) -> Result<RawSurface, Error> {
             _ => {}
         }
     }
-    if surface.triangles.is_empty() && surface.collapsed == 0 {
-        return Err(Error::new("", "there is no face in this file", DAMAGED));
-    }
-    Ok(surface.finish())
+    finished(surface, "face")
 }
 
 /// The place of a vertex named as `7`, `7/1`, `7//3` or, counted back from the last one, `-1`.

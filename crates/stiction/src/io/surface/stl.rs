@@ -1,6 +1,6 @@
 //! STL.
 
-use super::{DAMAGED, on_line, point, shown, words};
+use super::{DAMAGED, finished, on_line, point, shown, words};
 use crate::Error;
 use crate::contact::RawSurface;
 
@@ -96,8 +96,5 @@ fn text(bytes: &[u8], scale: f64) -> Result<RawSurface, Error> {
     if inside {
         return Err(on_line(facet, "the file ends within this facet", DAMAGED));
     }
-    if surface.triangles.is_empty() && surface.collapsed == 0 {
-        return Err(Error::new("", "there is no facet in this file", DAMAGED));
-    }
-    Ok(surface.finish())
+    finished(surface, "facet")
 }
