@@ -58,7 +58,7 @@ fn row(ending: &str, file: &[u8]) -> Result<(), Box<dyn Error>> {
 
 fn grid(mesh: &Mesh) -> Result<Vec<u8>, Box<dyn Error>> {
     let path = std::env::temp_dir().join(format!("stiction-readers-{}.vtu", std::process::id()));
-    vtu::write(&path, &vtu::Grid::from_mesh(mesh), &[], &[], &[])?;
+    vtu::write(&path, &vtu::Grid::from_mesh(mesh), &[], &[])?;
     let bytes = std::fs::read(&path)?;
     std::fs::remove_file(&path)?;
     Ok(bytes)

@@ -183,20 +183,14 @@ impl EncodedGrid {
     }
 }
 
-/// Writes a grid with its arrays. An array of the whole file called `TimeValue` is the file's time to ParaView.
+/// Writes a grid with its arrays.
 ///
 /// # Errors
 /// If an array does not have as many numbers as the grid has points or cells, the cells do not fit together, or the file
 /// cannot be written.
-pub fn write(
-    path: &Path,
-    grid: &Grid,
-    point_arrays: &[Array],
-    cell_arrays: &[Array],
-    field_data: &[Array],
-) -> Result<(), Error> {
+pub fn write(path: &Path, grid: &Grid, point_arrays: &[Array], cell_arrays: &[Array]) -> Result<(), Error> {
     let encoded = EncodedGrid::new(grid, true).map_err(|e| e.at(&path.display().to_string()))?;
-    write_encoded(path, &encoded, point_arrays, cell_arrays, field_data)
+    write_encoded(path, &encoded, point_arrays, cell_arrays)
 }
 
 /// [`write()`] for points and cells that are encoded already.
@@ -208,18 +202,16 @@ pub fn write_encoded(
     grid: &EncodedGrid,
     point_arrays: &[Array],
     cell_arrays: &[Array],
-    field_data: &[Array],
 ) -> Result<(), Error> {
-    validate_arrays(grid, point_arrays, cell_arrays, field_data).map_err(|e| e.at(&path.display().to_string()))?;
+    validate_arrays(grid, point_arrays, cell_arrays).map_err(|e| e.at(&path.display().to_string()))?;
     let EncodedGrid { points, cells, coordinates, of_cells } = grid;
     let mut xml = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
+         header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<FieldData>\n</FieldData>\n",
     );
-    let [file_data, point_data, cell_data] = [(field_data, true), (point_arrays, false), (cell_arrays, false)]
-        .map(|(arrays, of_file)| arrays.iter().map(|array| encoded(array, of_file)).collect::<Vec<_>>());
+    let [point_data, cell_data] =
+        [point_arrays, cell_arrays].map(|arrays| arrays.iter().map(encoded).collect::<Vec<_>>());
     let mut appended = Appended::default();
-    appended.section(&mut xml, "FieldData", &file_data);
     let _ = writeln!(xml, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
     appended.section(&mut xml, "PointData", &point_data);
     appended.section(&mut xml, "CellData", &cell_data);
@@ -274,19 +266,13 @@ fn validate_cells(grid: &Grid) -> Result<(), Error> {
     Ok(())
 }
 
-fn validate_arrays(
-    grid: &EncodedGrid,
-    point_arrays: &[Array],
-    cell_arrays: &[Array],
-    field_data: &[Array],
-) -> Result<(), Error> {
-    let of_points = point_arrays.iter().map(|a| (a, Some(grid.points)));
-    let of_cells = cell_arrays.iter().map(|a| (a, Some(grid.cells)));
-    for (array, tuples) in of_points.chain(of_cells).chain(field_data.iter().map(|a| (a, None))) {
+fn validate_arrays(grid: &EncodedGrid, point_arrays: &[Array], cell_arrays: &[Array]) -> Result<(), Error> {
+    let of_points = point_arrays.iter().map(|a| (a, grid.points));
+    for (array, tuples) in of_points.chain(cell_arrays.iter().map(|a| (a, grid.cells))) {
         let (name, components, len) = (array.name, array.components, array.data.len());
-        if components == 0 || len % components != 0 || tuples.is_some_and(|n| n * components != len) {
-            let expected = tuples.map_or(String::new(), |n| format!(" for {n} points or cells"));
-            return invalid(format!("array \"{name}\" has {len} numbers by {components} components{expected}"));
+        if components == 0 || tuples * components != len {
+            let expected = format!("for {tuples} points or cells");
+            return invalid(format!("array \"{name}\" has {len} numbers by {components} components {expected}"));
         }
         if !array.component_names.is_empty() && array.component_names.len() != components {
             return invalid(format!("array \"{name}\" does not name each of its {components} components"));
@@ -339,14 +325,10 @@ struct Encoded {
     parts: Vec<Vec<u8>>,
 }
 
-fn encoded(array: &Array, of_file: bool) -> Encoded {
+fn encoded(array: &Array) -> Encoded {
     let mut attributes = format!("NumberOfComponents=\"{}\"", array.components);
     for (i, name) in array.component_names.iter().enumerate() {
         let _ = write!(attributes, " ComponentName{i}=\"{}\"", escaped(name));
-    }
-    if of_file {
-        // Nothing else in the file tells how long it is.
-        let _ = write!(attributes, " NumberOfTuples=\"{}\"", array.data.len() / array.components);
     }
     match array.data {
         Data::F64(values) => Encoded::new("Float64", &attributes, array.name, values, true),

@@ -72,7 +72,7 @@ fn what_is_written_is_read_back_bit_by_bit() {
     let path = scratch("mixed.vtu");
     let point_arrays = [Array::vector("displacement", &displacement)];
     let cell_arrays = [Array::tensor("stress", &stress), Array::integer("a < b & \"c\"", &[-1, 7])];
-    write(&path, &Grid::from_mesh(&mesh), &point_arrays, &cell_arrays, &[Array::scalar("TimeValue", &[0.25])]).unwrap();
+    write(&path, &Grid::from_mesh(&mesh), &point_arrays, &cell_arrays).unwrap();
     let arrays = decode(&std::fs::read(&path).unwrap());
     std::fs::remove_file(path).unwrap();
     assert_eq!(doubles(&arrays["Points"]), mesh.nodes.as_flattened());
@@ -82,7 +82,6 @@ fn what_is_written_is_read_back_bit_by_bit() {
         .all(|(a, b)| a.to_bits() == b.to_bits());
     assert!(same);
     assert_eq!(singles(&arrays["stress"]), stress.as_flattened());
-    assert_eq!(doubles(&arrays["TimeValue"]), [0.25]);
     assert_eq!(longs(&arrays["connectivity"]), [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 8]);
     assert_eq!(longs(&arrays["offsets"]), [8, 12]);
     assert_eq!(arrays["types"], [HEXAHEDRON, TETRA]);
@@ -99,7 +98,7 @@ fn arrays_of_several_blocks_do_not_depend_on_the_number_of_threads() {
         let bytes = |threads: usize| {
             let path = scratch(&format!("blocks-{threads}.vtu"));
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| write(&path, &Grid::new(&points), &[Array::scalar("v", &values)], &[], &[])).unwrap();
+            pool.install(|| write(&path, &Grid::new(&points), &[Array::scalar("v", &values)], &[])).unwrap();
             let bytes = std::fs::read(&path).unwrap();
             std::fs::remove_file(path).unwrap();
             bytes
@@ -113,7 +112,7 @@ fn arrays_of_several_blocks_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn an_empty_surface_is_a_valid_file() {
     let path = scratch("empty.vtu");
-    write(&path, &Grid::new(&[]), &[Array::scalar("pressure", &[])], &[], &[]).unwrap();
+    write(&path, &Grid::new(&[]), &[Array::scalar("pressure", &[])], &[]).unwrap();
     assert!(decode(&std::fs::read(&path).unwrap())["pressure"].is_empty());
     std::fs::remove_file(path).unwrap();
 }
@@ -124,8 +123,7 @@ fn arrays_that_do_not_fit_are_refused_before_anything_is_written() {
     let mut grid = Grid::new(&points);
     grid.push(TRIANGLE, &[0, 1, 2]);
     let path = scratch("refused.vtu");
-    let error =
-        |grid: &Grid, point: &[Array], cell: &[Array]| write(&path, grid, point, cell, &[]).unwrap_err().to_string();
+    let error = |grid: &Grid, point: &[Array], cell: &[Array]| write(&path, grid, point, cell).unwrap_err().to_string();
     assert!(error(&grid, &[Array::scalar("pressure", &[1.0])], &[]).contains("\"pressure\" has 1 numbers"));
     assert!(error(&grid, &[], &[Array::vector("normal", &points)]).contains("\"normal\""));
     let mut stray = grid.clone();
@@ -133,6 +131,6 @@ fn arrays_that_do_not_fit_are_refused_before_anything_is_written() {
     assert!(error(&stray, &[], &[]).contains("node 3"));
     assert!(!path.exists());
     let nowhere = scratch("no-such-folder").join("a.vtu");
-    let error = write(&nowhere, &grid, &[], &[], &[]).unwrap_err().to_string();
+    let error = write(&nowhere, &grid, &[], &[]).unwrap_err().to_string();
     assert!(error.contains("a.vtu") && error.contains("folder"), "{error}");
 }

@@ -18,7 +18,7 @@ fn body() -> Mesh {
 
 fn file(name: &str, grid: &Grid, points: &[Array], cells: &[Array]) -> String {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    write(&path, grid, points, cells, &[]).unwrap();
+    write(&path, grid, points, cells).unwrap();
     path.display().to_string()
 }
 

@@ -46,7 +46,7 @@ fn what_zlib_promises_is_refused_before_it_takes_memory() {
         let zeros = vec![0; points.len()];
         let names: Vec<String> = (0..arrays).map(|i| format!("group{i}")).collect();
         let fields: Vec<Array> = names.iter().map(|name| Array::integer(name, &zeros)).collect();
-        vtu::write(&path, &grid, &fields, &[], &[]).unwrap();
+        vtu::write(&path, &grid, &fields, &[]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         let (read, memory) = measured(|| vtu_read::parse(&bytes, "a.vtu", 1.0).map(|_| ()));

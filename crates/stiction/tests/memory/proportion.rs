@@ -187,7 +187,7 @@ fn from_disk() {
         let at = |ending: &str| Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("memory-{element:?}.{ending}"));
         std::fs::write(at("msh"), written::msh(&mesh)).unwrap();
         std::fs::write(at("inp"), written::inp(&mesh)).unwrap();
-        vtu::write(&at("vtu"), &vtu::Grid::from_mesh(&mesh), &[], &[], &[]).unwrap();
+        vtu::write(&at("vtu"), &vtu::Grid::from_mesh(&mesh), &[], &[]).unwrap();
         for ending in ["msh", "inp", "vtu"] {
             let (read, used) = counting::measured(|| read_mesh(&at(ending), 1.0, &[]));
             let (nodes, most) = (read.unwrap().0.nodes.len(), used.peak as f64 / used.kept as f64);

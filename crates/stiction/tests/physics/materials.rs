@@ -140,7 +140,7 @@ fn a_free_body_in_a_linear_temperature_field_bends_without_stress() {
         let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bent-{element:?}.vtu"));
         let mut values: Vec<f64> = mesh.nodes.iter().map(|&x| 120.0 + dot(slope, x)).collect();
         let written = |values: &[f64]| {
-            write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", values)], &[], &[]).unwrap();
+            write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", values)], &[]).unwrap();
             format!("[mesh]\nfile = {:?}\n{STEEL}", path.display().to_string())
         };
         for value in [expression, "{ array = \"T\" }"] {
@@ -306,7 +306,7 @@ fn temperatures_at_points_act_like_their_expression() {
         let centre = |nodes: &[u32]| nodes.iter().map(|&n| values[n as usize]).sum::<f64>() / nodes.len() as f64;
         let of_cells: Vec<f64> = mesh.cell_iter().map(|(_, nodes)| centre(nodes)).collect();
         let cells = [Array::scalar("centre", &of_cells)];
-        write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", &values)], &cells, &[]).unwrap();
+        write(&path, &Grid::from_mesh(&mesh), &[Array::scalar("T", &values)], &cells).unwrap();
         let text = |temperature: &str| {
             format!(
                 "[mesh]\nfile = {:?}\n{STEEL}[[fix]]\non = {{ box = [[0, 0, 0], [0, 2, 2]] }}\n[[load]]\ntemperature = {temperature}\n",

@@ -157,7 +157,7 @@ fn single_arrays_of_a_large_result_come_back_in_any_order() {
     let on_points = [Array::scalar("first", &first), Array::vector("unasked", &unasked)];
     let mut grid = Grid::new(&points);
     (0..points.len() as u32).for_each(|point| grid.push(VERTEX, &[point]));
-    write(&path, &grid, &on_points, &[Array::scalar("last", &last)], &[]).unwrap();
+    write(&path, &grid, &on_points, &[Array::scalar("last", &last)]).unwrap();
     let read = read_fields(&path, &[(Over::Cells, "last"), (Over::Cells, "first"), (Over::Points, "first")]).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!((read.points, read.cells), (points.len(), points.len()));

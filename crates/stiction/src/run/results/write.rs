@@ -198,7 +198,6 @@ pub(crate) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, b
             Array::single("von_mises", &body.von_mises),
             Array::integer("material", &material),
         ],
-        &[],
     )
 }
 
@@ -221,7 +220,7 @@ fn write_obstacles(path: &Path, prepared: &Prepared) -> Result<bool, Error> {
     if surfaces.is_empty() {
         return folder::remove(path).map(|()| false);
     }
-    vtu::write(path, &grid, &[Array::integer("pair", &pair)], &[], &[]).map(|()| true)
+    vtu::write(path, &grid, &[Array::integer("pair", &pair)], &[]).map(|()| true)
 }
 
 /// The surfaces of all pairs one after the other, of each the slave (`side` 0) and then the master (1); a node of two
@@ -261,7 +260,7 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
     if stepped {
         arrays.push(Array::vector("slid", &slid));
     }
-    vtu::write(path, &grid, &arrays, &[], &[])
+    vtu::write(path, &grid, &arrays, &[])
 }
 
 /// One line an iteration, with the number of its load step if there are any; `seconds` run since its start.
