@@ -19,7 +19,6 @@
 use std::sync::Arc;
 
 use super::case::nearest;
-use crate::Error;
 use crate::fem::Field;
 
 /// Longest expression, in characters; nobody writes a longer one by hand.
@@ -67,18 +66,8 @@ pub(crate) struct Fault {
     pub remedy: String,
 }
 
-/// The field an expression describes; [`Field::Constant`] if no variable occurs in it.
-///
-/// # Errors
-/// If the text is no expression in x, y, z and t: what is wrong, and where in the text.
-pub fn parse(text: &str) -> Result<Field, Error> {
-    compile(text, &VARIABLES).map_err(|fault| {
-        let column = text.get(..fault.span.start).map_or(0, |head| head.chars().count()) + 1;
-        Error::new(format!("character {column} of the expression"), fault.what, fault.remedy)
-    })
-}
-
-/// The field of an expression in the variables `allowed`, a subset of [`VARIABLES`].
+/// The field of an expression in the variables `allowed`, a subset of [`VARIABLES`]; [`Field::Constant`] if none occurs
+/// in it.
 pub(crate) fn compile(text: &str, allowed: &[&str]) -> Result<Field, Fault> {
     if text.chars().count() > MAX_CHARS {
         let what = format!("the expression is longer than {MAX_CHARS} characters");

@@ -1,4 +1,12 @@
 use super::*;
+use crate::Error;
+
+fn parse(text: &str) -> Result<Field, Error> {
+    compile(text, &VARIABLES).map_err(|fault| {
+        let column = text[..fault.span.start].chars().count() + 1;
+        Error::new(format!("character {column} of the expression"), fault.what, fault.remedy)
+    })
+}
 
 fn value(text: &str, x: [f64; 3], t: f64) -> f64 {
     match parse(text) {
