@@ -1,7 +1,7 @@
 //! Keys of `[mesh]` and its parts.
 
 use super::super::kind::{ANY, Key, Kind, Limits, POSITIVE, Rules, choice, key};
-use super::POINT;
+use super::{POINT, VALUES};
 use crate::mesh::MOST_DEGREES;
 
 pub(super) static MESH: Rules = Rules {
@@ -74,16 +74,16 @@ static BLOCK: Rules = Rules {
     doc: "A box of cells.",
     one_of: &[],
     keys: &[
-        key("size", Kind::List { of: &Kind::Number(POSITIVE), from: 3, to: 3 }, "size = [3, 1, 1]", "Lengths of the edges along x, y, z.")
+        key("size", VALUES, "size = [3, 1, 1]", "Lengths of the edges along x, y, z.")
             .required()
             .unit("length"),
-        key("cells", Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 }, "cells = [24, 8, 8]", "Number of cells (boxes, before any cut into tetrahedra) along x, y, z.")
+        key("cells", CELLS, "cells = [24, 8, 8]", "Number of cells (boxes, before any cut into tetrahedra) along x, y, z.")
             .required(),
         key("element", ELEMENT, "element = \"tet4\"", "The element.").default("\"tet4\""),
         key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra; only for tet4 and tet10, where \"five\" is the default."),
         key("parity", Kind::Whole { from: 0, to: 1 }, "parity = 0", "For split = \"five\": at 0 (the default) the central tetrahedron of the cell at the origin stands on the corners 100 010 001 111, at 1 on the other four."),
         key("origin", POINT, "origin = [0, 0, 0]", "The lowest corner.").default("[0, 0, 0]").unit("length"),
-        key("grading", Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 }, "grading = [1, 1, 5]", "Length of the last cell over that of the first along x, y, z; between them the lengths form a geometric sequence.")
+        key("grading", GRADINGS, "grading = [1, 1, 5]", "Length of the last cell over that of the first along x, y, z; between them the lengths form a geometric sequence.")
             .default("[1, 1, 1]"),
     ],
 };
@@ -109,19 +109,13 @@ static RING: Rules = Rules {
         )
         .required()
         .unit("degree"),
-        key(
-            "cells",
-            Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 },
-            "cells = [4, 24, 2]",
-            "Number of cells along the radius, around and along z.",
-        )
-        .required(),
+        key("cells", CELLS, "cells = [4, 24, 2]", "Number of cells along the radius, around and along z.").required(),
         key("element", ELEMENT, "element = \"hex8\"", "The element.").default("\"tet4\""),
         key("split", SPLIT, "split = \"five\"", "How each box is cut into tetrahedra, as for a block."),
         key("parity", Kind::Whole { from: 0, to: 1 }, "parity = 0", "For split = \"five\", as for a block."),
         key(
             "grading",
-            Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 },
+            GRADINGS,
             "grading = [5, 1, 1]",
             "Length of the last cell over that of the first along the radius, around and along z.",
         )
@@ -132,6 +126,8 @@ static RING: Rules = Rules {
 /// The largest angle is that of [`crate::mesh::MOST_DEGREES`].
 const RING_ANGLE: Limits = Limits { low: 0.0, low_included: false, high: MOST_DEGREES, high_included: true, ..ANY };
 
+const CELLS: Kind = Kind::List { of: &Kind::Whole { from: 1, to: 100_000 }, from: 3, to: 3 };
+const GRADINGS: Kind = Kind::List { of: &Kind::Number(GRADING), from: 3, to: 3 };
 const GRADING: Limits = Limits { low: 1e-3, low_included: true, high: 1e3, high_included: true, ..ANY };
 
 const ELEMENT: Kind = Kind::Choice {
