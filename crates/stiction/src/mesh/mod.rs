@@ -4,15 +4,18 @@
 //! cells that no computation could use. [`info`] tells what is in it.
 
 mod arrays;
+mod bisect;
 pub mod block;
 mod buckets;
 mod build;
 mod check;
 mod components;
+mod cut;
 mod face_table;
 pub(crate) mod geometry;
 mod groups;
 mod info;
+mod inherit;
 mod join;
 mod notes;
 mod quadratic;
@@ -25,10 +28,12 @@ mod tree;
 pub(crate) mod v3;
 
 pub use arrays::{CellArray, MeshArrays, NodeArray};
+pub use bisect::{Bisection, Refined, refine};
 pub use block::{Block, BlockElement, block};
 pub(crate) use buckets::Buckets;
 pub use build::build;
 pub use components::bodies;
+pub use cut::{Order, cut, tetrahedra};
 pub use info::{CellInfo, GroupInfo, MeshInfo, info};
 pub(crate) use info::{CellShape, info_with};
 pub use join::{Turn, join, place};

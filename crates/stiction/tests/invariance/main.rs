@@ -1,5 +1,6 @@
 //! What must not change an answer: units, place in space, numbering, threads.
 
 mod frames;
+mod refinement;
 mod slanted_symmetry;
 mod stop;
