@@ -94,8 +94,8 @@ fn hexahedron(cell: &[u32]) -> Vec<[usize; 4]> {
 
 /// The face of a hexahedron that the face of a tetrahedron opposite to corner `i` lies in.
 fn face_of(local: [usize; 4], i: usize) -> Option<usize> {
-    let within = |face: &&[usize]| (0..4).all(|k| k == i || face.contains(&local[k]));
-    CellKind::Hex8.faces().iter().position(|face| within(&face))
+    let within = |face: &[usize]| (0..4).all(|k| k == i || face.contains(&local[k]));
+    CellKind::Hex8.faces().iter().position(|face| within(face))
 }
 
 /// Tetrahedra with their corners.
