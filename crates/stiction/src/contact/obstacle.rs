@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use super::Triangles;
+pub(super) use crate::mesh::v3::unit;
 use crate::mesh::v3::{dot, norm, sub};
 
 /// Which side of a curved obstacle the body is on.
@@ -84,12 +85,6 @@ impl Obstacle {
             _ => self.distance(x),
         }
     }
-}
-
-/// `None` for a vector that has no direction.
-pub(super) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
-    let l = norm(a);
-    (l > 0.0 && l.is_finite()).then(|| a.map(|c| c / l))
 }
 
 #[cfg(test)]

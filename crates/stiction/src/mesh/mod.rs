@@ -12,6 +12,7 @@ mod check;
 mod components;
 mod cut;
 mod face_table;
+pub(crate) mod facets;
 pub(crate) mod geometry;
 mod groups;
 mod info;
@@ -23,6 +24,7 @@ mod quality;
 mod query;
 mod raw;
 mod ring;
+mod rounding;
 pub(crate) mod shape;
 mod tree;
 pub(crate) mod v3;
@@ -43,6 +45,7 @@ pub use quality::quality;
 pub(crate) use query::ascending;
 pub use raw::{RawCells, RawGroup, RawMesh};
 pub use ring::{MOST_DEGREES, Ring, ring};
+pub use rounding::{Rounded, round_facets};
 pub use tree::{Bounds, Tree, nearest_on_triangle, weights_on_triangle};
 
 /// The shape and interpolation of a cell. Local node order is that of VTK, for linear cells that of Gmsh as well.

@@ -36,3 +36,19 @@ pub(crate) fn mean(points: impl Iterator<Item = V3>) -> V3 {
 pub(crate) fn det([a, b, c]: [V3; 3]) -> f64 {
     dot(a, cross(b, c))
 }
+
+/// `None` for a vector that has no direction.
+pub(crate) fn unit(a: V3) -> Option<V3> {
+    let l = norm(a);
+    (l > 0.0 && l.is_finite()).then(|| a.map(|c| c / l))
+}
+
+/// Two unit vectors across a unit vector and each other.
+pub(crate) fn across(n: V3) -> [V3; 2] {
+    let least = (0..3).min_by(|&i, &j| n[i].abs().total_cmp(&n[j].abs())).unwrap_or(0);
+    let mut e = [0.0; 3];
+    e[least] = 1.0;
+    let e = sub(e, scale(dot(e, n), n));
+    let e = scale(1.0 / norm(e), e);
+    [e, cross(n, e)]
+}
