@@ -2,10 +2,12 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
-use stiction::io::case;
-use stiction::run::{Outcome, Prepared, Settings, StepRecord, bolt_states, prepare, report, solve_steps};
-use stiction_fixtures::case_run::{block, solved};
+use stiction::io::case::{self, MeshSource};
+use stiction::mesh::{Group, MeshNotes, Order, block as make_block, refine, tetrahedra};
+use stiction::run::{Outcome, Prepared, Settings, StepRecord, bolt_states, prepare, report, solve, solve_steps};
+use stiction_fixtures::case_run::{CORNER, block, solved};
 
 /// The joint of `cases/pretension`, whose bolt and plate float, with some values changed.
 fn joint(set: &[(&str, &str)]) -> (Outcome, Prepared) {
@@ -128,4 +130,47 @@ fn a_bolt_with_nothing_between_its_parts_is_told() {
     assert!(bolt_states(&prepared, &outcome)[0].force.abs() < 1e-6);
     let told = report(&prepared, &outcome).to_string();
     assert!(told.contains("bolt \"body\" has the force") && told.contains("tighten it by `shortening`"), "{told}");
+}
+
+/// A bar held at both ends and cut in its middle has the force E A s / L: by faces between cells, on the mesh as it is made
+/// and where it has been refined at random.
+#[test]
+fn a_cut_between_cells_is_the_same_on_refined_cells() {
+    for (element, order) in [("hex8", Order::Linear), ("hex8", Order::Quadratic), ("tet10", Order::Quadratic)] {
+        let text = block([2.0, 2.0, 8.0], [2, 2, 4], &format!("element = \"{element}\""))
+            + CORNER
+            + "[materials.steel]\nyoung = 200e3\npoisson = 0.3\n[[fix]]\non = \"z-max\"\ncomponents = \"z\"\n\
+               [[bolt]]\non = \"cut\"\nshortening = 0.01\n";
+        let mut case = case::parse(&text, "case.toml", &[]).unwrap();
+        let MeshSource::Block(description) = &case.mesh.source else { panic!("a block") };
+        let mut mesh = make_block(description).unwrap();
+        let in_cut = |&node: &u32| (mesh.nodes[node as usize][2] - 4.0).abs() < 1e-9;
+        let mut group = Group { name: "cut".into(), ..Group::default() };
+        for (kind, cell) in mesh.cell_iter() {
+            for local in kind.faces() {
+                let nodes: Vec<u32> = local.iter().map(|&i| cell[i]).filter(in_cut).collect();
+                // Each face once: seen from above, from the cell under it.
+                let below = cell.iter().all(|&node| mesh.nodes[node as usize][2] < 4.0 + 1e-9);
+                if nodes.len() == local.len() && below {
+                    let corners = kind.linear().faces()[0].len();
+                    group.interior_faces.push([0, 1, 2, 3].map(|i| if i < corners { nodes[i] } else { u32::MAX }));
+                    group.nodes.extend(&nodes[corners..]);
+                }
+            }
+        }
+        group.nodes.sort_unstable();
+        group.nodes.dedup();
+        mesh.groups.push(group);
+        let mut at = tetrahedra(&mesh, order).unwrap();
+        for level in 0..3u32 {
+            case.mesh.source = MeshSource::Given(Arc::new((at.mesh.clone(), MeshNotes::default())));
+            let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+            let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
+            let outcome = solve(&prepared, &Settings::of(&case.solver), go_on).unwrap();
+            let force = bolt_states(&prepared, &outcome)[0].force;
+            assert!((force / 1000.0 - 1.0).abs() < 1e-7, "{element} {order:?} {level}: {force}");
+            let some: Vec<u32> = (0..at.mesh.cell_count() as u32).filter(|cell| (cell * 7 + level) % 5 == 0).collect();
+            at = refine(&at, &some, 2).unwrap().next;
+        }
+    }
 }
