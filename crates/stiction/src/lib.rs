@@ -60,6 +60,7 @@
 // Matrices keep their capitals.
 #![allow(non_snake_case)]
 
+pub mod accuracy;
 pub mod certificate;
 pub mod contact;
 pub mod discrete;

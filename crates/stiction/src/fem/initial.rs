@@ -8,14 +8,17 @@ use super::solid::all_exist;
 use super::{Load, Solid, Temperature};
 use crate::Error;
 use crate::mesh::geometry::corners;
+use crate::mesh::shape::{HEX20, TET10};
 use crate::mesh::v3::{V3, add, scale};
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Cells, Mesh};
 
 /// What the strain `e0` of cells amounts to: the body stores `1/2 u'Ku - force'u + energy`, the energy of `e(u) - e0`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InitialStrain {
     /// Mean of `e0` over each cell; empty if there is none.
     pub strain: Vec<Voigt>,
+    /// Rise of temperature at the integration points of all quadratic cells, cell by cell; empty if none is heated.
+    pub rise: Vec<f64>,
     /// `∫ Bᵀ C e0`, newton, one entry per degree of freedom; without resultant and moment in each cell.
     pub force: Vec<f64>,
     /// `1/2 ∫ e0 C e0`, energy.
@@ -48,7 +51,7 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
     };
     let list = solid.cells();
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
-    let of_cell = |&cell: &u32| -> Result<(Voigt, Vec<V3>, f64), Error> {
+    let of_cell = |&cell: &u32| -> Result<_, Error> {
         let number = solid.material_of_cell[cell as usize] as usize;
         let material = &solid.materials[number];
         let expansion = material.expansion.ok_or_else(|| {
@@ -66,18 +69,28 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
         };
-        heated.ok_or_else(refused)
+        let of_points = if kind.edges().is_empty() { Vec::new() } else { rise.iter().map(|point| point.1).collect() };
+        Ok((heated.ok_or_else(refused)?, of_points))
     };
     all_exist("cell", cells, solid.material_of_cell.len())?;
     // Cells are integrated in parallel and added in their order: the sum does not depend on the threads.
     let parts: Vec<Result<_, Error>> = cells.par_iter().with_min_len(1024).map(of_cell).collect();
+    let points = quadratic_points(solid.mesh);
+    let all_points = solid.mesh.cells.iter().zip(&points).map(|(block, [_, count])| count * block.len()).sum();
     let mut initial = InitialStrain {
         strain: vec![[0.0; 6]; solid.material_of_cell.len()],
+        rise: Vec::new(),
         force: vec![0.0; 3 * solid.mesh.nodes.len()],
         energy: 0.0,
     };
     for (&cell, part) in cells.iter().zip(parts) {
-        let (strain, forces, energy) = part?;
+        let ((strain, forces, energy), rise) = part?;
+        if !rise.is_empty() {
+            let (block, local) = list.place(cell as usize);
+            let [first, count] = points[block];
+            initial.rise.resize(all_points, 0.0);
+            initial.rise[first + count * local..][..count].copy_from_slice(&rise);
+        }
         initial.strain[cell as usize] = strain;
         initial.energy += energy;
         for (&node, force) in list.get(cell as usize).1.iter().zip(forces) {
@@ -85,6 +98,22 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
         }
     }
     Ok(Some(initial))
+}
+
+/// Of each block of cells the first of its integration points among those of all quadratic cells, and how many a cell has;
+/// none of linear cells.
+pub(crate) fn quadratic_points(mesh: &Mesh) -> Vec<[usize; 2]> {
+    let mut first = 0;
+    let of_block = |block: &Cells| {
+        let count = match block.kind {
+            CellKind::Tet4 | CellKind::Hex8 => 0,
+            CellKind::Tet10 => TET10.len(),
+            CellKind::Hex20 => HEX20.len(),
+        };
+        first += count * block.len();
+        [first - count * block.len(), count]
+    };
+    mesh.cells.iter().map(of_block).collect()
 }
 
 /// Mean strain, nodal forces and energy of a cell from weights and rises of temperature at its points.

@@ -32,6 +32,7 @@ pub use dofs::dof_map;
 pub use elastic::{Orthotropic, Stiffness, Voigt, frame, strain_along};
 pub use faces::{FacePoint, face_coordinates, face_points, nodal_normals};
 pub use field::Field;
+pub(crate) use initial::quadratic_points;
 pub use initial::{InitialStrain, initial_strain};
 pub use loads::external_forces;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};

@@ -71,8 +71,17 @@ impl<'a> CellList<'a> {
     /// Kind and nodes of cell number `cell`.
     #[inline]
     pub(super) fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
-        let (end, block) = self.blocks[self.blocks.partition_point(|&(end, _)| end <= cell)];
-        (block.kind, block.cell(cell + block.len() - end))
+        let (block, local) = self.place(cell);
+        let (_, block) = self.blocks[block];
+        (block.kind, block.cell(local))
+    }
+
+    /// Its block, and its number there.
+    #[inline]
+    pub(super) fn place(&self, cell: usize) -> (usize, usize) {
+        let place = self.blocks.partition_point(|&(end, _)| end <= cell);
+        let (end, block) = self.blocks[place];
+        (place, cell + block.len() - end)
     }
 }
 

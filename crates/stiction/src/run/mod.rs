@@ -23,7 +23,7 @@ pub use solve::{
     AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord,
     DistinctRecord, Event, KeepStep, MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord,
     Restart, Settings, SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord,
-    bolt_states, escape_mode, pair_totals, solve, solve_steps, totals, widened,
+    bolt_states, discretisation_error, escape_mode, pair_totals, solve, solve_steps, totals, widened,
 };
 
 /// Discrete problems given as matrices.

@@ -9,6 +9,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("mesh", &[]),
     ("fem", &["linalg", "mesh"]),
     ("contact", &["linalg", "mesh", "fem"]),
+    ("accuracy", &["linalg", "mesh", "fem", "contact"]),
     ("dual", &["linalg", "contact"]),
     ("certificate", &["linalg", "contact"]),
     ("qp", &["linalg"]),
@@ -16,7 +17,23 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("discrete", &["linalg", "contact", "friction"]),
     ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
     ("solve", &["linalg", "contact", "dual", "friction"]),
-    ("run", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete", "io", "solve"]),
+    (
+        "run",
+        &[
+            "linalg",
+            "mesh",
+            "fem",
+            "contact",
+            "accuracy",
+            "dual",
+            "certificate",
+            "qp",
+            "friction",
+            "discrete",
+            "io",
+            "solve",
+        ],
+    ),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

@@ -4,6 +4,7 @@ mod bolts;
 mod certificate;
 mod closed_forms;
 mod corners;
+mod discretisation;
 mod exact_answers;
 mod floating;
 mod friction_laws;

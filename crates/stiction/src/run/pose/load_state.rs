@@ -53,6 +53,9 @@ pub struct Initial {
     pub energy: f64,
     /// Mean strain of each cell; empty where there is none or it is not known.
     pub strain: Vec<Voigt>,
+    /// Rise of temperature at the integration points of quadratic cells, see [`InitialStrain`]; empty where there is none or
+    /// it is not known.
+    pub rise: Vec<f64>,
     /// Shortening of each bolt, length.
     pub shortening: Vec<f64>,
     /// Force through the cut of each bolt that the thermal strain of the cells beyond it causes while no node moves.
@@ -161,9 +164,9 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
         [at(&model.dofs.free), at(&model.dofs.prescribed)]
     };
-    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, mut force, energy }| {
+    let initial = strained.map_or(Initial::default(), |InitialStrain { strain, rise, mut force, energy }| {
         let [load, support_load] = at_both(&mut force);
-        Initial { load, support_load, energy, strain, thermal_force, shortening: Vec::new() }
+        Initial { load, support_load, energy, strain, rise, thermal_force, shortening: Vec::new() }
     });
     let [load, support_load] = at_both(&mut force);
     let displacement = without(travel, &dofs);
@@ -176,6 +179,11 @@ fn added(mut sum: InitialStrain, more: InitialStrain) -> InitialStrain {
     sum.force.iter_mut().zip(&more.force).for_each(|(a, b)| *a += b);
     for (a, b) in sum.strain.iter_mut().zip(&more.strain) {
         (0..6).for_each(|k| a[k] += b[k]);
+    }
+    if sum.rise.is_empty() {
+        sum.rise = more.rise;
+    } else {
+        sum.rise.iter_mut().zip(&more.rise).for_each(|(a, b)| *a += b);
     }
     sum
 }

@@ -4,6 +4,7 @@ pub(super) mod algebraic;
 pub(super) mod balance;
 mod bolts;
 mod clearance;
+mod discretisation;
 mod nested;
 mod passing;
 mod path;
@@ -17,6 +18,7 @@ pub(super) mod tractions;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
+pub use discretisation::discretisation_error;
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;

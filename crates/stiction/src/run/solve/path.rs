@@ -4,10 +4,12 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::clearance;
+use super::discretisation::add_estimate;
 use super::nested;
 use super::passing;
 use super::record::StepRecord;
 use crate::Error;
+use crate::accuracy::Estimate;
 use crate::contact::sliding::{Sliding, least_resisted};
 use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
@@ -132,6 +134,8 @@ pub struct Outcome {
     pub coulomb: Option<CoulombFacts>,
     /// What other starts have found, if the settings ask for some; `solution` is the first of the distinct ones.
     pub solutions: Option<Solutions>,
+    /// How good the mesh is for it; `None` where loads carry a body away.
+    pub estimate: Option<Estimate>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
     pub times: Vec<f64>,
     /// Time by phase.
@@ -146,7 +150,8 @@ impl Outcome {
     /// A solution of which nothing else is known.
     pub(crate) fn new(solution: Solution, settings: &Settings) -> Self {
         let (method_name, settings) = (settings.method_name.clone(), settings.method.clone());
-        let (method, path_reason, sliding, overlaps, coulomb, solutions, times, seconds, steps) = Default::default();
+        let (method, path_reason, sliding, overlaps, coulomb, solutions, estimate, times, seconds, steps) =
+            Default::default();
         let peak_memory = machine::peak_memory();
         Outcome {
             solution,
@@ -158,6 +163,7 @@ impl Outcome {
             overlaps,
             coulomb,
             solutions,
+            estimate,
             times,
             seconds,
             peak_memory,
@@ -190,6 +196,7 @@ pub fn solve(prepared: &Prepared, settings: &Settings, observer: &mut Watch<Even
     let now = passing::moved(prepared, &outcome.solution.u, TIME)?;
     passing::look(prepared, &passing::at_rest(prepared), &now, &mut outcome);
     uniqueness_facts(prepared, settings, &mut kept, &mut outcome, observer);
+    add_estimate(prepared, &mut outcome);
     Ok(outcome)
 }
 

@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 use super::balance::{Balance, BodyState, balance};
 use super::bolts::{BoltSearch, bolt_states};
 use super::clearance::close_clearance;
+use super::discretisation::add_estimate;
 use super::passing;
 use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
 use super::record::StepRecord;
@@ -127,6 +128,7 @@ pub fn solve_steps(
         };
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
         passing::look(prepared, &march.moved, &now, &mut outcome);
+        add_estimate(prepared, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
             Status::Solved | Status::Uncertified => true,
@@ -205,7 +207,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
     let slid = slid(prepared, &loads, &last.u);
     let moved = passing::moved(prepared, &last.u, last.t)?;
-    let outcome = restored(prepared, settings, &last, records.last(), history);
+    let mut outcome = restored(prepared, settings, &last, records.last(), history);
+    add_estimate(prepared, &mut outcome);
     let [work, elastic, dissipation] = last.energy;
     let balance = Balance { work, elastic, dissipation };
     let answer =

@@ -1,0 +1,87 @@
+//! How far the mesh is from fine enough: an estimate of the discretisation error of an answer.
+//!
+//! The stress of an element is less smooth than that of the body. [`estimate`] recovers a smooth stress from it
+//! (Zienkiewicz and Zhu 1992, "The superconvergent patch recovery and a posteriori error estimates"): around each corner
+//! of the mesh a polynomial is fitted to the stress at sampling points of the cells there. The difference of both, in
+//! the energy norm, is the estimate. It needs no constant, bounds nothing, and knows neither contact nor friction but
+//! through the stress they cause.
+//!
+//! Where stress may jump nothing is averaged: cells of different [`region`](Straining::region)s have polynomials of their
+//! own, and bodies in contact share no node.
+
+mod cells;
+mod patches;
+
+pub use cells::Straining;
+
+use cells::Body;
+use patches::Patches;
+use rayon::prelude::*;
+
+use crate::fem::Solid;
+
+/// An estimate of the discretisation error.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Estimate {
+    /// Squared energy norm of the estimated error of the stress of each cell, energy.
+    pub cells: Vec<f64>,
+    /// Volume of each cell.
+    pub volumes: Vec<f64>,
+    /// Squared energy norm of the stress that was found, energy.
+    pub norm2: f64,
+    /// The same of the stress that would suppress all strain without stress; zero without any, energy.
+    pub suppressed2: f64,
+}
+
+/// Stress below this part of what thermal strain could cause is what the solver leaves of none.
+const ROUNDING: f64 = 1e-7;
+
+impl Estimate {
+    /// Squared energy norm of the estimated error, energy.
+    pub fn error2(&self) -> f64 {
+        self.cells.iter().sum()
+    }
+
+    /// The estimated error over the energy norm of the exact stress, whose square is taken as that of the stress found and
+    /// that of the error together; between 0 and 1, and 0 where there is no stress.
+    pub fn relative(&self) -> f64 {
+        let whole = self.whole2();
+        if whole == 0.0 { 0.0 } else { (self.error2() / whole).sqrt() }
+    }
+
+    /// Of each cell the root of its squared error per volume over that of the whole squared norm per volume: the relative
+    /// error where all cells are as bad, whatever their sizes.
+    pub fn by_cell(&self) -> Vec<f64> {
+        let whole = self.whole2();
+        let density = whole / self.volumes.iter().sum::<f64>();
+        let of_cell = |(error, volume): (&f64, &f64)| (error / volume / density).sqrt();
+        if whole == 0.0 {
+            return vec![0.0; self.cells.len()];
+        }
+        self.cells.par_iter().zip(&self.volumes).with_min_len(4096).map(of_cell).collect()
+    }
+
+    /// The squared norm that errors are compared with; zero where all stress is rounding.
+    fn whole2(&self) -> f64 {
+        let whole = self.norm2 + self.error2();
+        if whole <= ROUNDING * ROUNDING * self.suppressed2 { 0.0 } else { whole }
+    }
+}
+
+/// Estimates the discretisation error of the stress of a body; the result does not depend on the number of threads.
+///
+/// # Panics
+/// If the lengths of `straining` do not fit the mesh.
+pub fn estimate(solid: &Solid, straining: &Straining) -> Estimate {
+    let body = Body::new(solid, straining);
+    let samples = body.samples();
+    let patches = Patches::new(&body, &samples);
+    let mut estimate = Estimate::default();
+    for [error2, norm2, volume, suppressed2] in body.errors(&samples, &patches) {
+        estimate.cells.push(error2);
+        estimate.volumes.push(volume);
+        estimate.norm2 += norm2;
+        estimate.suppressed2 += suppressed2;
+    }
+    estimate
+}
