@@ -341,7 +341,7 @@ fn combined<const K: usize>(weights: &[f64; K], values: &[Voigt; K]) -> Voigt {
 enum Compliance {
     /// `1/(2 mu)`, and what the square of the trace is multiplied with.
     Isotropic(f64, f64),
-    Full([Voigt; 6]),
+    Full(Box<[Voigt; 6]>),
 }
 
 impl Compliance {
@@ -354,10 +354,10 @@ impl Compliance {
             Some(stiffness) => {
                 let lu = SmallLu::new(stiffness.iter().map(|row| row.to_vec()).collect());
                 let column = |k: usize| lu.solve(&from_fn::<f64, 6, _>(|i| f64::from(u8::from(i == k))));
-                Compliance::Full(from_fn(|k| {
+                Compliance::Full(Box::new(from_fn(|k| {
                     let column = column(k);
                     from_fn(|i| column[i])
-                }))
+                })))
             }
         }
     }
