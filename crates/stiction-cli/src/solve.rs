@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::case::{self, Case};
+use stiction::io::case::{self, AccuracySpec, Case};
 use stiction::io::folder;
 use stiction::linalg::Stop;
-use stiction::run::{self, Ahead, Event, Origin, Outcome, Prepared, Restart, Settings, Step};
+use stiction::run::{
+    self, Ahead, Event, Indicators, Level, LevelRecord, Origin, Outcome, Prepared, Restart, Settings, SolvedLevel, Step,
+};
 
 use crate::progress::{Mode, Progress};
 use crate::{code, hold, interrupt, memory, output, threads};
@@ -33,6 +35,9 @@ pub struct Arguments {
     /// Look for further solutions from so many starts, short for --set solver.starts=N
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=10_000))]
     starts: Option<u16>,
+    /// Refine the mesh until the error in the energy norm is below this, short for --set accuracy.energy=P%
+    #[arg(long, value_name = "P%")]
+    accuracy: Option<String>,
     /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
     #[arg(long, value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -71,6 +76,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
     overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
+    overrides.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
     let mut case = case::read(&arguments.case, &overrides)?;
     case.mesh.include_from(&arguments.include);
     let origin = Origin {
@@ -83,32 +89,26 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         let what = "this case has no load steps to resume";
         return Err(Error::new("--resume", what, "solve it without --resume, or add [[step]] to the case"));
     }
+    if arguments.resume && case.accuracy.is_some() {
+        let what = "refinement begins with the first mesh, and a run that refines cannot be resumed";
+        return Err(Error::new("--resume", what, "solve it without --resume"));
+    }
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
     run::writable(&folder)?;
     if arguments.resume {
         case = run::widened_before(&case, &folder)?;
     }
-    let mut resume = arguments.resume;
-    let mut widenings = 0;
-    let (prepared, mut outcome, ahead) = loop {
-        let (prepared, solved) = attempt(arguments, &case, &folder, resume, say)?;
-        let (outcome, ahead) = match solved {
-            Err(error) if error.interrupted => {
-                output::note("interrupted: nothing has been found yet, nothing is written\n");
-                return Ok(code::INTERRUPTED);
-            }
-            solved => solved?,
-        };
-        memory::give_back();
-        match run::widened(&case, &prepared, &outcome) {
-            Some(wider) if widenings < MOST_WIDENINGS => {
-                let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
-                say(&format!("\n{what}\nsolved again with contact there\n\n"));
-                (case, resume, widenings) = (wider, false, widenings + 1);
-            }
-            _ => break (prepared, outcome, ahead),
+    let solved = match case.accuracy {
+        Some(accuracy) => refined(arguments, &case, &accuracy, &folder, say),
+        None => solved(arguments, &case, None, &folder, say),
+    };
+    let (prepared, mut outcome, ahead) = match solved {
+        Err(error) if error.interrupted => {
+            output::note("interrupted: nothing has been found yet, nothing is written\n");
+            return Ok(code::INTERRUPTED);
         }
+        solved => solved?,
     };
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
     let unlisted = if arguments.no_report { None } else { report(&folder, &prepared, &mut files) };
@@ -121,7 +121,14 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         output::data(&folder::read_text(&folder.join("summary.json"))?);
     }
     let code = match outcome.solution.status {
-        Status::Solved => 0,
+        Status::Solved => match outcome.accuracy.as_ref().filter(|accuracy| !accuracy.reached) {
+            None => 0,
+            Some(accuracy) => {
+                let why = accuracy.ended.as_deref().unwrap_or_default();
+                output::note(&format!("warning: the accuracy was not reached: {why}; the files hold the last mesh\n"));
+                code::SHORT
+            }
+        },
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
             let motion = run::escape_mode(&prepared.problem, outcome.solution.status).unwrap_or_default();
@@ -150,6 +157,54 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     unlisted.map_or(Ok(code), Err)
 }
 
+/// Solves the case on ever finer meshes.
+fn refined(
+    arguments: &Arguments,
+    case: &Case,
+    accuracy: &AccuracySpec,
+    folder: &Path,
+    say: fn(&str),
+) -> Result<(Prepared, Outcome, Ahead), Error> {
+    let mut solve = |level: &Level| {
+        let mut indicators = Indicators::default();
+        let (prepared, outcome, _) = solved(arguments, &level.case, Some((level, &mut indicators)), folder, say)?;
+        Ok(SolvedLevel { prepared, outcome, indicators })
+    };
+    let settings = Settings { pictures: !arguments.no_pictures, ..Settings::of(&case.solver) };
+    let mut tell = |level: &LevelRecord| say(&format!("{}\n", run::level_line(level)));
+    let (prepared, outcome) = run::solve_to_accuracy(case, accuracy, &mut solve, &mut tell)?;
+    Ok((prepared, outcome, Ahead::of(&settings)))
+}
+
+/// Solves the case, again where contact was found beyond where it was looked for.
+fn solved(
+    arguments: &Arguments,
+    case: &Case,
+    mut level: Option<(&Level, &mut Indicators)>,
+    folder: &Path,
+    say: fn(&str),
+) -> Result<(Prepared, Outcome, Ahead), Error> {
+    let mut resume = arguments.resume;
+    let (mut case, mut widenings) = (case.clone(), 0);
+    loop {
+        let level = level.as_mut().map(|(level, indicators)| {
+            **indicators = Indicators::default();
+            (*level, &mut **indicators)
+        });
+        let (prepared, solved) = attempt(arguments, &case, level, folder, resume, say)?;
+        let (outcome, ahead) = solved?;
+        memory::give_back();
+        match run::widened(&case, &prepared, &outcome) {
+            Some(wider) if widenings < MOST_WIDENINGS => {
+                let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
+                say(&format!("\n{what}\nsolved again with contact there\n\n"));
+                (case, resume, widenings) = (wider, false, widenings + 1);
+            }
+            _ => return Ok((prepared, outcome, ahead)),
+        }
+    }
+}
+
 /// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most.
 const MOST_WIDENINGS: usize = 5;
 
@@ -160,6 +215,7 @@ type Solved = Result<(Outcome, Ahead), Error>;
 fn attempt(
     arguments: &Arguments,
     case: &Case,
+    level: Option<(&Level, &mut Indicators)>,
     folder: &Path,
     resume: bool,
     say: fn(&str),
@@ -168,8 +224,12 @@ fn attempt(
     progress.say("reading and assembling".into());
     let mut prepared = run::prepare(case).inspect_err(|_| progress.finish())?;
     progress.finish();
-    say(&format!("{}", prepared.facts));
-
+    if level.as_ref().is_none_or(|(level, _)| level.number == 0) {
+        say(&format!("{}", prepared.facts));
+    }
+    if let Some(start) = level.as_ref().and_then(|(level, _)| level.start.clone()) {
+        prepared.start_from(start);
+    }
     let mut settings = Settings::of(&case.solver);
     settings.solver.stop = Stop::when(interrupt::asked);
     settings.pictures = !arguments.no_pictures;
@@ -197,10 +257,20 @@ fn attempt(
         progress.show(event);
         ControlFlow::Continue(())
     };
-    let solved = match steps {
-        None => run::solve_writing(&prepared, &settings, folder, &mut observe),
-        Some((mut files, restart)) => {
-            let mut keep = |prepared: &Prepared, step: &Step| run::keep_step(&mut files, prepared, step);
+    let solved = match (steps, level) {
+        (None, None) => run::solve_writing(&prepared, &settings, folder, &mut observe),
+        (None, Some((_, indicators))) => {
+            let outcome = run::solve(&prepared, &settings, &mut observe);
+            outcome.map(|outcome| {
+                indicators.add(&outcome);
+                (outcome, Ahead::of(&settings))
+            })
+        }
+        (Some((mut files, restart)), mut level) => {
+            let mut keep = |prepared: &Prepared, step: &Step| {
+                level.iter_mut().for_each(|(_, indicators)| indicators.add(step.outcome));
+                run::keep_step(&mut files, prepared, step)
+            };
             let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
             outcome.map(|outcome| (outcome, Ahead::of(&settings)))
         }

@@ -5,6 +5,7 @@
 //! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]).
 
 mod pose;
+mod refine;
 mod results;
 mod solve;
 
@@ -12,18 +13,21 @@ pub use pose::{
     Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, MemoryLimit, Prepared,
     Seconds, Span, SpringFacts, prepare, read_mesh,
 };
+pub use refine::{Indicators, Level, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, Side, StepFiles, Summary,
-    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, limit_load, passes_through, phase_name,
-    report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write, write_with,
+    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, level_line, limit_load, passes_through,
+    phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write,
+    write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
 pub use solve::{
-    AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord,
-    DistinctRecord, Event, KeepStep, MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord,
-    Restart, Settings, SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord,
-    bolt_states, discretisation_error, escape_mode, pair_totals, solve, solve_steps, totals, widened,
+    AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord,
+    CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named, Outcome, OverlapName,
+    OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord, Step, StepLine,
+    StepRecord, Totals, UniquenessRecord, ValueRecord, bolt_states, discretisation_error, escape_mode, pair_totals,
+    solve, solve_steps, totals, widened,
 };
 
 /// Discrete problems given as matrices.

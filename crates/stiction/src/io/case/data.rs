@@ -32,8 +32,27 @@ pub struct Case {
     pub contacts: Vec<ContactSpec>,
     /// `[solver]`.
     pub solver: SolverSpec,
+    /// `[accuracy]`: the mesh is refined until these goals are met.
+    pub accuracy: Option<AccuracySpec>,
     /// In the order of their times; empty for a single static problem.
     pub steps: Vec<StepSpec>,
+}
+
+/// How accurate an answer has to be; each goal is a part of one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AccuracySpec {
+    /// Of the stresses in the mean: estimated error in the energy norm, relative.
+    pub energy: Option<f64>,
+    /// Of the resultants of contact: error bars over the largest resultant.
+    pub forces: Option<f64>,
+    /// Of the largest displacement: error bar, relative.
+    pub displacement: Option<f64>,
+    /// Of the largest pressure of each contact: error bar, relative.
+    pub pressure: Option<f64>,
+    /// No mesh with more displacements is solved.
+    pub max_unknowns: Option<usize>,
+    /// Whether meshes are of quadratic tetrahedra, or of linear ones.
+    pub quadratic: bool,
 }
 
 /// A stretch of the time axis, from the end of the step before it or from 0.

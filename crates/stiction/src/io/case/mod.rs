@@ -8,6 +8,7 @@ mod check;
 mod data;
 mod kind;
 mod nearest;
+mod read_accuracy;
 mod read_body;
 mod read_bolt;
 mod read_contact;
@@ -101,6 +102,7 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
         loads: each(&case, "load", read_body::load)?,
         bolts,
         contacts,
+        accuracy: read_accuracy::accuracy(&case, &solver)?,
         solver,
         steps,
     };

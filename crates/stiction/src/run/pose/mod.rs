@@ -27,6 +27,7 @@ pub(super) use coarser::Coarser;
 pub use facts::{BoltFacts, ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
 pub use load_state::{Initial, Loading};
 pub use memory::MemoryLimit;
+pub(super) use mesh::mesh as made_mesh;
 pub use mesh::read_mesh;
 pub use prepare::{Prepared, prepare};
 pub(super) use seconds::stopwatch;

@@ -51,6 +51,8 @@ pub struct Prepared {
     pub multigrid_first: bool,
     /// The same case on a coarser mesh, where there is one and its solution is worth having.
     pub coarser: Option<Coarser>,
+    /// Displacements of the unknowns to start from, where an answer on another mesh gives some.
+    pub start: Option<Vec<f64>>,
     /// Time taken by the mesh, by assembly and by posing the contact.
     pub seconds: [Span; 3],
 }
@@ -147,6 +149,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         multigrid_first,
         motions,
         coarser,
+        start: None,
         seconds,
     };
     for t in planned(case) {
@@ -159,6 +162,18 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         apply(&mut prepared, &last, &unslid);
     }
     Ok(prepared)
+}
+
+impl Prepared {
+    /// Lets solves start from displacements along x, y, z of all nodes, `3 i + c`, where they go by multigrid.
+    ///
+    /// # Panics
+    /// If there are not three for each node.
+    pub fn start_from(&mut self, mut all: Vec<f64>) {
+        let dofs = &self.model.dofs;
+        dofs.to_components(&mut all);
+        self.start = Some(dofs.free.iter().map(|&dof| all[dof as usize]).collect());
+    }
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.

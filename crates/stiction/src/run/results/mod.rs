@@ -1,5 +1,6 @@
 //! From an answer to a folder of results, and back.
 
+mod accuracy_text;
 mod ahead;
 pub(super) mod algebraic;
 mod beside;
@@ -28,6 +29,7 @@ mod sums;
 mod view;
 mod write;
 
+pub use accuracy_text::level as level_line;
 pub use ahead::{Ahead, solve_writing};
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::accuracy_text;
 use super::fields::surfaces;
 use super::method_text;
 use super::overlap_text;
@@ -92,6 +93,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     far_slides(prepared, outcome).into_iter().for_each(|warning| rows.add("note", warning));
     let (size, place) = largest_displacement(prepared, outcome);
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
+    outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));
     } else if outcome.solution.path == SolverPath::Multigrid && has_coulomb(prepared) {

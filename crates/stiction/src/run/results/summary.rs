@@ -12,7 +12,7 @@ use super::write::Origin;
 use crate::Error;
 use crate::run::pose::Prepared;
 use crate::run::solve::quantities::load;
-use crate::run::solve::{AnswerRecord, BalanceRecord, Outcome, StepRecord};
+use crate::run::solve::{AccuracyRecord, AnswerRecord, BalanceRecord, Outcome, StepRecord};
 
 /// Number of the format: another one where keys have another name or another meaning.
 pub const FORMAT: u32 = 2;
@@ -37,6 +37,9 @@ pub struct Summary {
     /// One record a load step; empty without load steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRecord>,
+    /// Where the mesh was refined: goals, levels and values with their error bars.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
     /// The command that wrote the folder.
     pub command: Option<String>,
     /// The case as the program understood it.
@@ -76,6 +79,7 @@ impl Summary {
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
             balance: outcome.steps.last().map(|last| last.balance),
             steps: outcome.steps.clone(),
+            accuracy: outcome.accuracy.clone(),
             command: origin.command.clone(),
             problem: problem_rows(&prepared.facts),
             report: report(prepared, outcome).rows,

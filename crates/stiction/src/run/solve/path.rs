@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::clearance;
 use super::discretisation::add_estimate;
+use super::levels::AccuracyRecord;
 use super::nested;
 use super::passing;
 use super::record::StepRecord;
@@ -144,6 +145,8 @@ pub struct Outcome {
     pub peak_memory: Option<u64>,
     /// One for each load step; empty without load steps.
     pub steps: Vec<StepRecord>,
+    /// How accurate it is, where the mesh was refined for it.
+    pub accuracy: Option<AccuracyRecord>,
 }
 
 impl Outcome {
@@ -168,6 +171,7 @@ impl Outcome {
             seconds,
             peak_memory,
             steps,
+            accuracy: None,
         }
     }
 }
@@ -218,7 +222,8 @@ pub(crate) fn solve_again(
         // A coarser problem takes less than this one, for which there may be no memory.
         let coarser = prepared.coarser.as_ref().filter(|_| kept.fits(problem, &solver).is_ok());
         let nested = coarser.and_then(|coarser| nested::start(coarser, prepared, &solver.stop));
-        solver.start_displacement = nested.or_else(|| clearance::start(prepared));
+        let known = nested.or_else(|| prepared.start.clone());
+        solver.start_displacement = known.or_else(|| clearance::start(prepared));
     }
     let mut watch = |event: &SolveEvent| {
         clock.event(event);

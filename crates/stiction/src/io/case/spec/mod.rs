@@ -1,5 +1,6 @@
 //! Every key of a case file: the one source of its validation, its JSON schema and its messages.
 
+mod accuracy;
 mod bolt;
 mod contact;
 mod load;
@@ -10,6 +11,8 @@ mod solver;
 mod step;
 
 use super::kind::{ANY, Kind, POSITIVE, Rules, key};
+use accuracy::ACCURACY;
+pub(super) use accuracy::PART;
 use bolt::BOLT;
 use contact::CONTACT;
 use load::{FIX, LOAD, SPRING};
@@ -50,6 +53,12 @@ pub(super) static CASE: Rules = Rules {
             "Surfaces that may touch a rigid obstacle or one another.",
         ),
         key("solver", Kind::Table(&SOLVER), "[solver]", "Settings of the solver; the defaults need no tuning."),
+        key(
+            "accuracy",
+            Kind::Table(&ACCURACY),
+            "[accuracy]",
+            "How accurate the answer has to be; the mesh is refined until it is.",
+        ),
         key(
             "step",
             Kind::Tables(&STEP),

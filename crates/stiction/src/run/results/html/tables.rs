@@ -4,9 +4,10 @@ use serde_json::json;
 
 use crate::io::look::Units;
 use crate::io::text::{escaped, number, triple};
+use crate::run::results::accuracy_text::percent;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
-use crate::run::solve::{CertificateRecord, StepRecord, Totals, word};
+use crate::run::solve::{AccuracyRecord, CertificateRecord, LevelRecord, StepRecord, Totals, ValueRecord, word};
 
 impl Units<'_> {
     fn area(&self) -> String {
@@ -97,6 +98,7 @@ pub(super) fn uniqueness(s: &Summary) -> String {
 pub(super) fn all(s: &Summary, units: &Units) -> String {
     let mut out = certificate(&s.answer.certificate, units);
     out += &contact(s, units);
+    out += &s.accuracy.as_ref().map_or(String::new(), accuracy);
     out += &solutions(s, units);
     out += &bodies(s, units);
     out += &steps(&s.steps, units);
@@ -133,6 +135,29 @@ fn parts(c: &CertificateRecord) -> String {
     format!(
         "<p>Each body and each pair by its own forces: equilibrium of the body; natural residual and equilibrium of the pair.</p>\n{}",
         table.html()
+    )
+}
+
+/// The meshes of a refinement, and the values of the last with their error bars.
+fn accuracy(accuracy: &AccuracyRecord) -> String {
+    let mut meshes = Table::new(&["Mesh", "Cells", "Unknowns", "Points", "Error", "Iterations", "CPU [s]"]);
+    for level in &accuracy.levels {
+        let LevelRecord { level, cells, unknowns, points, error, iterations, cpu_seconds, .. } = level;
+        let counts = [level + 1, *cells, *unknowns, *points].map(|count| count.to_string());
+        let rest = [percent(*error), iterations.to_string(), format!("{cpu_seconds:.2}")];
+        meshes.rows.push(counts.into_iter().chain(rest).collect());
+    }
+    let mut values = Table::new(&["Quantity", "Value", "Error bar"]);
+    for ValueRecord { name, value, bar } in &accuracy.values {
+        let bar = if value.is_some() { bar.map_or("not known".to_string(), number) } else { String::new() };
+        let value = value.map_or("grows without bound".to_string(), number);
+        values.rows.push(vec![name.clone(), value, bar]);
+    }
+    format!(
+        "<h2 id=\"accuracy\">Accuracy</h2>\n<p>The error is that of the stresses in the mean (energy norm), estimated from \
+         recovered stresses. A bar says how far the value of the last mesh is expected from that of an infinitely fine one.</p>\n{}{}",
+        meshes.html(),
+        values.html()
     )
 }
 

@@ -1,0 +1,134 @@
+//! What engineers read from an answer, and how far it may be off, from a sequence of meshes.
+
+use crate::contact::Friction;
+use crate::mesh::Mesh;
+use crate::mesh::v3::{norm, sub};
+use crate::run::pose::Prepared;
+use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord};
+
+/// On the safe side of what the sequence says.
+const SAFETY: f64 = 1.25;
+/// Meshes before the last that are asked.
+const BEFORE: usize = 3;
+/// A mesh says something of another one whose estimate is smaller by this factor.
+const APART: f64 = 1.05;
+/// Meshes before which no figure means much: contact may not be resolved at all.
+pub(super) const LEAST_LEVELS: usize = 3;
+/// A peak that grows at least as this power of the size of the cells where it is has no limit.
+const SINGULAR: f64 = 0.15;
+/// How often the cells there must have been halved to say so.
+const HALVED: f64 = 2.0;
+
+/// What a value is, for the goals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sort {
+    Force,
+    Displacement,
+    Pressure,
+    Other,
+}
+
+/// A number of one mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Value {
+    pub name: String,
+    pub sort: Sort,
+    pub value: f64,
+    /// Where a peak is, and the size of the cells there.
+    pub peak: Option<([f64; 3], f64)>,
+}
+
+/// All of them, in the same order on each mesh.
+pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
+    let answer = AnswerRecord::of(prepared, outcome);
+    let plain = |name: String, sort: Sort, value: f64| Value { name, sort, value, peak: None };
+    let mut all = Vec::new();
+    for pair in &answer.pairs {
+        let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
+            pair.totals;
+        let of = |what: &str| if answer.pairs.len() > 1 { format!("{what} of \"{}\"", pair.name) } else { what.into() };
+        let area = stick_area + slip_area;
+        all.push(plain(of("normal force"), Sort::Force, normal_force));
+        if prepared.problem.contact.friction.iter().any(|law| *law != Friction::None) {
+            all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
+        }
+        all.push(plain(of("contact area"), Sort::Other, area));
+        all.push(plain(of("mean pressure"), Sort::Other, if area > 0.0 { normal_force / area } else { 0.0 }));
+        let peak = max_pressure_at.map(|at| (at, cell_size(&prepared.mesh, at)));
+        all.push(Value { peak, ..plain(of("largest pressure"), Sort::Pressure, max_pressure) });
+    }
+    for bolt in &answer.bolts {
+        all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
+    }
+    all.push(plain("largest displacement".into(), Sort::Displacement, answer.displacement_max));
+    all.push(plain("reaction of the supports".into(), Sort::Other, norm(answer.reaction)));
+    all.push(plain("energy".into(), Sort::Other, answer.energy));
+    all
+}
+
+/// By name, for the record of a level.
+pub(super) fn named(values: &[Value]) -> Named {
+    Named(values.iter().map(|value| (value.name.clone(), value.value)).collect())
+}
+
+/// The size of the smallest cell that has a node at `place`.
+fn cell_size(mesh: &Mesh, place: [f64; 3]) -> f64 {
+    let near = |node: &u32| mesh.nodes[*node as usize] == place;
+    let shapes = mesh.cell_shapes();
+    let mut cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).zip(&shapes);
+    let size = cells.by_ref().filter(|(nodes, _)| nodes.iter().any(near)).map(|(_, shape)| shape.volume.cbrt());
+    size.fold(f64::INFINITY, f64::min)
+}
+
+/// Half the width of the error bar of the last of `values`, one for each mesh, by the estimates `error` of these meshes:
+/// values converge at least as fast as the energy norm, and that none does so faster is the cautious assumption.
+/// `None` with fewer than three meshes, or without one that says something.
+pub(super) fn bar(values: &[f64], error: &[f64]) -> Option<f64> {
+    let last = values.len().checked_sub(1)?;
+    if values.len() < LEAST_LEVELS {
+        return None;
+    }
+    let says = |&j: &usize| error[j] > APART * error[last];
+    let from = |j: usize| (values[j] - values[last]).abs() * error[last] / (error[j] - error[last]);
+    let largest = (last.saturating_sub(BEFORE)..last).filter(says).map(from).reduce(f64::max)?;
+    Some(SAFETY * largest)
+}
+
+/// Whether a peak grows without bound: the cells at its place were halved twice and more, and it rises with a power of their
+/// size at every mesh.
+pub(super) fn is_unbounded(peaks: &[&Value]) -> bool {
+    let known = |value: &&Value| value.peak.map(|(at, size)| (at, size, value.value));
+    let Some(all) = peaks.iter().map(known).collect::<Option<Vec<_>>>() else { return false };
+    let Some((&(at, size, value), before)) = all.split_last() else { return false };
+    // The meshes on which the peak stood at this place already.
+    let stood = before.iter().rev().take_while(|(place, coarse, _)| norm(sub(*place, at)) <= 2.0 * coarse);
+    let Some(&(_, coarse, first)) = stood.last() else { return false };
+    let (halvings, growth) = ((coarse / size).log2(), (value / first).log2());
+    halvings >= HALVED && growth >= SINGULAR * halvings
+}
+
+/// The values of the last mesh with their bars.
+pub(super) fn records(levels: &[Vec<Value>], error: &[f64]) -> Vec<ValueRecord> {
+    let Some(last) = levels.last() else { return Vec::new() };
+    let record = |(i, value): (usize, &Value)| {
+        let of_levels: Vec<&Value> = levels.iter().map(|level| &level[i]).collect();
+        if is_unbounded(&of_levels) {
+            return ValueRecord { name: value.name.clone(), value: None, bar: None };
+        }
+        let numbers: Vec<f64> = of_levels.iter().map(|value| value.value).collect();
+        ValueRecord { name: value.name.clone(), value: Some(value.value), bar: bar(&numbers, error) }
+    };
+    last.iter().enumerate().map(record).collect()
+}
+
+/// The largest bar of the values of a sort over the largest of these values; `None` where one has no bar yet. Values without a limit
+/// are no goal.
+pub(super) fn worst_bar(levels: &[Vec<Value>], error: &[f64], sort: Sort) -> Option<f64> {
+    let of_sort = levels.last()?.iter().zip(records(levels, error)).filter(|(value, _)| value.sort == sort);
+    let bounded: Vec<(f64, Option<f64>)> =
+        of_sort.filter_map(|(_, record)| Some((record.value?, record.bar))).collect();
+    let scale = bounded.iter().map(|(value, _)| value.abs()).fold(0.0, f64::max);
+    let bars = bounded.iter().map(|(_, bar)| *bar).collect::<Option<Vec<f64>>>()?;
+    let worst = bars.into_iter().fold(0.0, f64::max);
+    Some(if worst == 0.0 { 0.0 } else { worst / scale })
+}

@@ -1,0 +1,66 @@
+//! How accurate an answer is, in words.
+
+use super::rows::Rows;
+use crate::io::text::number;
+use crate::mesh::many;
+use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
+
+/// Bars of values below this part of them are printed as such a part.
+const SMALLEST: f64 = 1e-6;
+
+/// What the sequence of meshes has reached, and its values.
+pub(super) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
+    let goals: Vec<String> = accuracy.goals.iter().map(goal).collect();
+    let verdict = if accuracy.reached { "reached" } else { "NOT REACHED" };
+    rows.add("accuracy", format!("{verdict} with {}: {}", many(accuracy.levels.len(), "mesh"), goals.join(", ")));
+    if let Some(why) = &accuracy.ended {
+        let needed = accuracy.needed_unknowns.map(|needed| format!("; needed are about {} unknowns", rounded(needed)));
+        rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
+    }
+    accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));
+}
+
+/// A goal and what was reached.
+fn goal(goal: &GoalRecord) -> String {
+    let reached = goal.reached.map_or("not known yet".to_string(), percent);
+    let name = if goal.name == "energy" { "energy norm" } else { &goal.name };
+    format!("{name} {reached} ({} asked)", percent(goal.asked))
+}
+
+/// A value and its bar.
+pub(super) fn with_bar(ValueRecord { name, value, bar }: &ValueRecord) -> String {
+    match (value, bar) {
+        (None, _) => format!("{name}: grows without bound as the mesh is refined, it has no value"),
+        (Some(value), None) => format!("{name} {}, error not known", number(*value)),
+        (Some(value), Some(bar)) if *value != 0.0 => {
+            format!("{name} {} within {}", number(*value), percent((bar / value.abs()).max(SMALLEST)))
+        }
+        (Some(value), Some(bar)) => format!("{name} {} within {}", number(*value), number(*bar)),
+    }
+}
+
+/// A level in one line.
+pub fn level(level: &LevelRecord) -> String {
+    let LevelRecord { unknowns, points, error, iterations, cpu_seconds, .. } = level;
+    format!(
+        "mesh {:>2}  {unknowns:>8} unknowns  {points:>6} points  error {:>7}  iterations {iterations:>3}  {cpu_seconds:.2} s",
+        level.level + 1,
+        percent(*error),
+    )
+}
+
+/// A part of one with two digits.
+pub(super) fn percent(part: f64) -> String {
+    let percent = 100.0 * part;
+    let digits = (1.0 - percent.abs().log10().floor()).clamp(0.0, 8.0);
+    if percent == 0.0 || !percent.is_finite() {
+        format!("{percent} %")
+    } else {
+        format!("{percent:.*} %", digits as usize)
+    }
+}
+
+/// Two digits.
+fn rounded(count: f64) -> String {
+    if count >= 1e6 { format!("{:.1} million", count / 1e6) } else { format!("{:.0} 000", (count / 1000.0).max(1.0)) }
+}
