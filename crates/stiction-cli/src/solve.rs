@@ -167,7 +167,16 @@ fn refined(
 ) -> Result<(Prepared, Outcome, Ahead), Error> {
     let mut solve = |level: &Level| {
         let mut indicators = Indicators::default();
-        let (prepared, outcome, _) = solved(arguments, &level.case, Some((level, &mut indicators)), folder, say)?;
+        // Until a level is solved the folder holds the steps of the level before.
+        let steps = folder.join("level");
+        let solved = solved(arguments, &level.case, Some((level, &mut indicators)), &steps, say);
+        let (prepared, outcome, _) = solved.inspect_err(|_| run::discard_steps(&steps))?;
+        if !case.steps.is_empty() {
+            match outcome.solution.status == Status::Solved || level.number == 0 {
+                true => run::adopt_steps(&steps, folder)?,
+                false => run::discard_steps(&steps),
+            }
+        }
         Ok(SolvedLevel { prepared, outcome, indicators })
     };
     let settings = Settings { pictures: !arguments.no_pictures, ..Settings::of(&case.solver) };

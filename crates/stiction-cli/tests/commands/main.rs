@@ -1,6 +1,7 @@
 //! The command as a user runs it: what it prints, writes and refuses; and the shipped cases and recipes, each held against
 //! statics, a closed form or a published number.
 
+mod accuracy;
 mod algebraic;
 mod bad_input;
 mod both_sides;

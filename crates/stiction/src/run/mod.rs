@@ -16,9 +16,9 @@ pub use pose::{
 pub use refine::{Indicators, Level, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, Side, StepFiles, Summary,
-    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, level_line, limit_load, passes_through,
-    phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write,
-    write_with,
+    SurfaceFields, Versions, adopt_steps, begin_steps, body_fields, check, discard_steps, keep_step, level_line,
+    limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before,
+    writable, write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};

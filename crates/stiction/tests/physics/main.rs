@@ -1,5 +1,6 @@
 //! What mechanics says: closed forms, statics, published numbers, orders of convergence.
 
+mod accuracy;
 mod bolts;
 mod certificate;
 mod closed_forms;

@@ -11,7 +11,7 @@ use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
 use crate::mesh::{Bisection, MeshNotes, Order, many, refine, tetrahedra};
 use crate::run::pose::memory::is_of_memory;
-use crate::run::pose::{MemoryLimit, Prepared, made_mesh, place};
+use crate::run::pose::{MemoryLimit, Prepared, Seconds, made_mesh, place};
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
@@ -21,6 +21,8 @@ const MOST_LEVELS: usize = 40;
 /// Unknowns beyond what may be solved that a goal has to take for the sequence to end before it gets there: predictions are
 /// that uncertain.
 const BEYOND: f64 = 2.0;
+/// Levels before a prediction ends the sequence: until contact and corners are resolved errors need not fall at all.
+const PREDICTING_LEVELS: usize = 5;
 /// Bytes of the process below which memory says nothing about unknowns.
 const OWN_MEMORY: u64 = 300 << 20;
 /// An error so small is none: the solution lies in the space of the elements.
@@ -96,6 +98,7 @@ pub fn solve_to_accuracy(
     let mut level = Level { number: 0, case: on_mesh(case, &bisection, &notes), start: None };
     let mut history = History::default();
     let mut last: Option<(Prepared, Outcome)> = None;
+    let mut seconds = Seconds::default();
     let ended = loop {
         let solved = match (solve(&level), &last) {
             (Ok(solved), _) => solved,
@@ -112,6 +115,7 @@ pub fn solve_to_accuracy(
         }
         history.add(level.number, &prepared, &outcome, error);
         history.levels.last().into_iter().for_each(&mut *observe);
+        seconds.add(&outcome.seconds);
         fix_contacts(&mut level.case, &prepared);
         let u = full_displacement(&prepared.model, &outcome.solution.u);
         let peak = outcome.peak_memory;
@@ -122,10 +126,11 @@ pub fn solve_to_accuracy(
             break None;
         }
         if history.levels.len() >= MOST_LEVELS {
-            break Some(format!("{} were made", many(MOST_LEVELS, "mesh")));
+            break Some(format!("{MOST_LEVELS} meshes were solved"));
         }
+        let needed = history.needed(accuracy).filter(|_| history.levels.len() >= PREDICTING_LEVELS);
         let most = most_unknowns(accuracy, &history, &limit, peak);
-        if let Some(why) = history.needed(accuracy).and_then(|needed| out_of_reach(needed, most)) {
+        if let Some(why) = needed.and_then(|needed| out_of_reach(needed, most)) {
             break Some(why);
         }
         let marked = marking::marked(&cells, goal_of_sum(&goals, &cells));
@@ -142,6 +147,7 @@ pub fn solve_to_accuracy(
     let Some((prepared, mut outcome)) = last else {
         return Err(Error::new("", "no mesh was solved", "report this to the developers with the case"));
     };
+    outcome.seconds = seconds;
     outcome.accuracy = Some(history.record(accuracy, ended));
     Ok((prepared, outcome))
 }
@@ -236,9 +242,6 @@ impl History {
 
     /// Unknowns at which all goals are expected to be met.
     fn needed(&self, accuracy: &AccuracySpec) -> Option<f64> {
-        if self.levels.len() < LEAST_LEVELS {
-            return None;
-        }
         let by_level: Vec<Vec<GoalRecord>> =
             (1..=self.levels.len()).map(|levels| self.goals(accuracy, levels)).collect();
         let for_goal = |(i, goal): (usize, &GoalRecord)| {

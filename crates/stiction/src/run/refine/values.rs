@@ -61,7 +61,6 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         all.push(plain(format!("force of bolt \"{}\"", bolt.name), Sort::Force, bolt.force));
     }
     all.push(plain("largest displacement".into(), Sort::Displacement, answer.displacement_max));
-    all.push(plain("reaction of the supports".into(), Sort::Other, norm(answer.reaction)));
     all.push(plain("energy".into(), Sort::Other, answer.energy));
     all
 }
@@ -131,4 +130,46 @@ pub(super) fn worst_bar(levels: &[Vec<Value>], error: &[f64], sort: Sort) -> Opt
     let bars = bounded.iter().map(|(_, bar)| *bar).collect::<Option<Vec<f64>>>()?;
     let worst = bars.into_iter().fold(0.0, f64::max);
     Some(if worst == 0.0 { 0.0 } else { worst / scale })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_of_a_value_that_follows_the_error_is_its_error_with_some_to_spare() {
+        let error = [0.1, 0.05, 0.02, 0.01];
+        let values = error.map(|e| 3.0 + 2.0 * e);
+        let found = bar(&values, &error).unwrap_or(0.0);
+        assert!((found - SAFETY * 0.02).abs() < 1e-12, "{found}");
+        // One that converges faster is closer than its bar, and one that does not change has none to speak of.
+        let faster = error.map(|e| 3.0 + 2.0 * e * e);
+        assert!(bar(&faster, &error).is_some_and(|bar| bar > 2.0 * 1e-4 && bar < 0.02));
+        assert_eq!(bar(&[5.0; 4], &error), Some(0.0));
+    }
+
+    #[test]
+    fn a_bar_takes_three_meshes_and_errors_that_fall() {
+        assert_eq!(bar(&[1.0, 2.0], &[0.2, 0.1]), None);
+        assert_eq!(bar(&[1.0, 2.0, 3.0], &[0.1, 0.1, 0.1]), None);
+        assert_eq!(bar(&[], &[]), None);
+    }
+
+    fn peak(value: f64, at: [f64; 3], size: f64) -> Value {
+        Value { name: "largest pressure".into(), sort: Sort::Pressure, value, peak: Some((at, size)) }
+    }
+
+    #[test]
+    fn a_peak_that_follows_the_size_of_its_cells_is_without_bound_and_one_that_settles_is_not() {
+        let singular: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(h.powf(-0.5), [1.0; 3], h)).to_vec();
+        assert!(is_unbounded(&singular.iter().collect::<Vec<_>>()));
+        let smooth: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(2.0 - h * h, [1.0; 3], h)).to_vec();
+        assert!(!is_unbounded(&smooth[1..].iter().collect::<Vec<_>>()));
+        // Two meshes are not enough, and neither is a peak that has only just come to this place.
+        assert!(!is_unbounded(&singular[2..].iter().collect::<Vec<_>>()));
+        let mut wandering = singular.clone();
+        wandering[2].peak = Some(([9.0; 3], 0.25));
+        assert!(!is_unbounded(&wandering.iter().collect::<Vec<_>>()));
+        assert!(!is_unbounded(&[]));
+    }
 }

@@ -2,7 +2,6 @@
 
 use super::rows::Rows;
 use crate::io::text::number;
-use crate::mesh::many;
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 
 /// Bars of values below this part of them are printed as such a part.
@@ -12,7 +11,8 @@ const SMALLEST: f64 = 1e-6;
 pub(super) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
     let goals: Vec<String> = accuracy.goals.iter().map(goal).collect();
     let verdict = if accuracy.reached { "reached" } else { "NOT REACHED" };
-    rows.add("accuracy", format!("{verdict} with {}: {}", many(accuracy.levels.len(), "mesh"), goals.join(", ")));
+    let last = accuracy.levels.last().map_or(0, |level| level.level + 1);
+    rows.add("accuracy", format!("{verdict} on mesh {last}: {}", goals.join(", ")));
     if let Some(why) = &accuracy.ended {
         let needed = accuracy.needed_unknowns.map(|needed| format!("; needed are about {} unknowns", rounded(needed)));
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));

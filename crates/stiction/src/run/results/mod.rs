@@ -39,7 +39,7 @@ pub use masters::pair_fields as surface_fields;
 pub use page::{write_report, write_report_on};
 pub use report::{Report, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
-pub use step_file::{StepFiles, begin_steps, keep_step, widened_before};
+pub use step_file::{StepFiles, adopt_steps, begin_steps, discard_steps, keep_step, widened_before};
 pub use summary::{FORMAT, Summary, Versions, summary};
 pub use sums::SUMS;
 pub use write::{Origin, phase_name, writable, write, write_with};

@@ -88,6 +88,32 @@ pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
     Ok(case)
 }
 
+/// Moves the steps of a level of refinement from a folder of their own into that of the result, where they replace those of the
+/// level before.
+///
+/// # Errors
+/// If a file cannot be moved.
+pub fn adopt_steps(from: &Path, folder: &Path) -> Result<(), Error> {
+    withdraw_result(folder)?;
+    remove_steps(folder)?;
+    let mut names = folder::names(from)?;
+    // The list of finished steps comes last: what it names is there.
+    names.sort_by_key(|name| name == STATE);
+    for name in names {
+        std::fs::rename(from.join(&name), folder.join(&name)).map_err(|error| folder::refused(folder, &error))?;
+    }
+    folder::remove_empty(from);
+    Ok(())
+}
+
+/// Removes the steps of a level that was not solved, with their folder.
+pub fn discard_steps(from: &Path) {
+    // What cannot be removed is replaced by the next level.
+    let _ = remove_steps(from);
+    let _ = folder::remove(&from.join("log.jsonl"));
+    folder::remove_empty(from);
+}
+
 /// Removes what a stepped run has left.
 pub(crate) fn remove_steps(folder: &Path) -> Result<(), Error> {
     folder::withdraw(&folder.join(STATE))?;

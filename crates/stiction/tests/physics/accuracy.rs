@@ -1,0 +1,184 @@
+//! Refinement until an answer is as accurate as asked, beside known limits.
+
+use std::ops::ControlFlow;
+
+use stiction::io::case;
+use stiction::run::{
+    AccuracyRecord, Indicators, Level, LevelRecord, Outcome, Prepared, Settings, SolvedLevel, prepare, solve,
+    solve_to_accuracy,
+};
+
+/// The brick of the source paper's kind on a coarse mesh; its limits are known from many uniform and adaptive meshes.
+const BRICK: &str = r#"
+[mesh]
+block = { size = [3, 1, 1], cells = [6, 2, 2], element = "tet4", split = "six" }
+[materials.steel]
+young = 21.19e10
+poisson = 0.277
+[[fix]]
+on = "x-min"
+[[load]]
+on = "x-max"
+traction = [0, 0, 1e6]
+[[load]]
+on = "z-max"
+traction = [0, 0, "-2/3*1e6*(3 - x)"]
+[[contact]]
+on = "z-min"
+against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
+friction = "none"
+"#;
+
+/// A quarter of a square foot without radius under a block: pressure grows without bound towards its edges.
+const PUNCH: &str = r#"
+[mesh]
+block = { size = [2, 2, 2], cells = [4, 4, 4], element = "hex8" }
+[materials.steel]
+young = 210e3
+poisson = 0.3
+[[fix]]
+on = "x-min"
+components = "x"
+[[fix]]
+on = "y-min"
+components = "y"
+[[fix]]
+on = "z-max"
+components = "z"
+value = -1e-3
+[[contact]]
+on = { box = [[0, 0, 0], [1, 1, 0]] }
+against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
+friction = "none"
+"#;
+
+/// A cube of hexahedra pressed on a block that is wider than it.
+const CUBE_ON_BLOCK: &str = r#"
+[mesh.parts.cube]
+block = { size = [1, 1, 1], cells = [2, 2, 2], element = "hex8" }
+move = [0.5, 0.5, 1]
+[mesh.parts.base]
+block = { size = [2, 2, 1], cells = [3, 3, 2], element = "tet4" }
+[materials.steel]
+young = 210e3
+poisson = 0.3
+[[fix]]
+on = "base.z-min"
+[[fix]]
+on = "cube.z-max"
+components = "xy"
+[[load]]
+on = "cube.z-max"
+traction = [0, 0, -100]
+[[contact]]
+on = "cube.z-min"
+against = "base.z-max"
+friction = { coulomb = 0.3 }
+"#;
+
+fn level(level: &Level) -> Result<SolvedLevel, stiction::Error> {
+    let mut prepared = prepare(&level.case)?;
+    level.start.iter().for_each(|start| prepared.start_from(start.clone()));
+    let outcome = solve(&prepared, &Settings::of(&level.case.solver), &mut |_| ControlFlow::Continue(()))?;
+    let mut indicators = Indicators::default();
+    indicators.add(&outcome);
+    Ok(SolvedLevel { prepared, outcome, indicators })
+}
+
+fn refined(text: &str, goals: &str) -> (Prepared, Outcome, AccuracyRecord) {
+    let case = case::parse(&format!("{text}\n[accuracy]\n{goals}"), "case.toml", &[]).unwrap();
+    let accuracy = case.accuracy.unwrap();
+    let mut told = Vec::new();
+    let (prepared, outcome) =
+        solve_to_accuracy(&case, &accuracy, &mut level, &mut |level| told.push(level.clone())).unwrap();
+    let record = outcome.accuracy.clone().unwrap();
+    assert_eq!(told, record.levels);
+    (prepared, outcome, record)
+}
+
+/// The power of the number of unknowns with which `error` falls from one level to another.
+fn rate(from: (&LevelRecord, f64), to: (&LevelRecord, f64)) -> f64 {
+    (from.1 / to.1).ln() / (to.0.unknowns as f64 / from.0.unknowns as f64).ln()
+}
+
+#[test]
+fn the_brick_gets_the_accuracy_that_is_asked_for() {
+    // Energy of the continuum -72.6928(5), the norm of its solution 12.05: extrapolated from meshes of up to 107,000 quadratic
+    // unknowns by another program.
+    const ENERGY: f64 = -72.6928;
+    const NORM: f64 = 12.05;
+    let (_, outcome, record) = refined(BRICK, "energy = 0.014");
+    assert!(record.reached && record.ended.is_none() && record.needed_unknowns.is_none());
+    let truth = |level: &LevelRecord| (2.0 * (level.values.get("energy").unwrap() - ENERGY)).sqrt() / NORM;
+    for pair in record.levels.windows(2) {
+        assert!(truth(&pair[1]) < truth(&pair[0]) && pair[1].unknowns > pair[0].unknowns);
+        let effectivity = pair[1].error / truth(&pair[1]);
+        assert!((0.85..1.2).contains(&effectivity), "{} unknowns: {effectivity}", pair[1].unknowns);
+    }
+    let (second, last) = (&record.levels[1], record.levels.last().unwrap());
+    let rate = rate((second, truth(second)), (last, truth(last)));
+    assert!(rate > 0.48, "{rate}");
+    // A true error of 2 % takes 44,000 unknowns on uniform meshes of the same elements.
+    let after = record.levels.iter().position(|level| truth(level) < 0.02).unwrap();
+    let [coarse, fine] = [&record.levels[after - 1], &record.levels[after]];
+    let part = (truth(coarse) / 0.02).ln() / (truth(coarse) / truth(fine)).ln();
+    let needed = coarse.unknowns as f64 * (fine.unknowns as f64 / coarse.unknowns as f64).powf(part);
+    assert!(needed < 20_000.0, "{needed}");
+    // Each level starts from the one before it: never more than twice the cycles of a single solve.
+    assert!(record.levels.iter().all(|level| level.iterations <= 25), "{:?}", record.levels);
+    // Limits from the same sequences, with their uncertainty.
+    for (name, limit, uncertain) in [("normal force", 6.475e5, 5e2), ("largest displacement", 2.226e-4, 5e-8)] {
+        let value = record.values.iter().find(|value| value.name == name).unwrap();
+        let off = (value.value.unwrap() - limit).abs();
+        assert!(off <= value.bar.unwrap() + uncertain, "{name}: {off} of {value:?}");
+        assert!(value.bar.unwrap() < 0.02 * limit, "{value:?}");
+    }
+    assert!(outcome.solution.certificate.passed);
+}
+
+#[test]
+fn a_peak_without_limit_gets_no_value_and_is_no_goal() {
+    let (_, _, record) = refined(PUNCH, "energy = 0.07\nforces = 0.02\npressure = 0.5");
+    assert!(record.reached, "{:?}", record.ended);
+    let of = |name: &str| record.values.iter().find(|value| value.name == name).unwrap();
+    assert_eq!((of("largest pressure").value, of("largest pressure").bar), (None, None));
+    // The mean is finite: it is the force over a square of side 1.
+    let [mean, force] = ["mean pressure", "normal force"].map(|name| of(name).value.unwrap());
+    assert!((mean - force).abs() < 1e-9 * force, "{mean} {force}");
+    // The force falls from mesh to mesh: the energy of the answers does, and the support moves the same way.
+    let forces: Vec<f64> = record.levels.iter().map(|level| level.values.get("normal force").unwrap()).collect();
+    assert!(forces.is_sorted_by(|a, b| a > b), "{forces:?}");
+    // Uniform meshes give 1/6 for a singularity of the root of the distance.
+    let (first, last) = (&record.levels[1], record.levels.last().unwrap());
+    let rate = rate((first, first.error), (last, last.error));
+    assert!(rate > 0.4, "{rate}");
+}
+
+#[test]
+fn two_bodies_are_both_refined_and_keep_their_roles() {
+    let (prepared, outcome, record) = refined(CUBE_ON_BLOCK, "energy = 0.06");
+    assert!(record.reached);
+    for (name, before) in [("cube.body", 8 * 6), ("base.body", 3 * 3 * 2 * 6)] {
+        let cells = prepared.mesh.groups.iter().find(|group| group.name == name).unwrap().cells.len();
+        assert!(cells > before, "{name}: {cells}");
+    }
+    // The load of 100 on a unit square goes through the contact whatever the mesh.
+    for level in &record.levels {
+        let force = level.values.get("normal force").unwrap();
+        assert!((force - 100.0).abs() < 1e-5, "{force}");
+    }
+    let faces = |i: usize| prepared.mesh.faces[prepared.surfaces[0].faces[i] as usize].corners()[0];
+    assert!(prepared.mesh.nodes[faces(0) as usize][2] == 1.0);
+    assert!(outcome.solution.certificate.passed);
+}
+
+#[test]
+fn what_cannot_be_reached_ends_early_and_says_what_it_takes() {
+    let (prepared, outcome, record) = refined(BRICK, "energy = 0.002\nmax_unknowns = 9000");
+    assert!(!record.reached);
+    assert!(prepared.problem.unknowns() <= 9000 && outcome.solution.certificate.passed);
+    assert!(record.ended.unwrap().contains("`max_unknowns`") || record.needed_unknowns.unwrap() > 9000.0);
+    // The brick needs 1.2 million for 0.2 % by the rate N^-1/2 from 2 % at 17,000.
+    let needed = record.needed_unknowns.unwrap();
+    assert!((2e5..1e7).contains(&needed), "{needed}");
+}
