@@ -1,7 +1,8 @@
 //! The whole way: from a case to a certified answer in a folder.
 //!
-//! Three rooms, each of which uses those before it: `pose` reads the mesh, resolves names and poses the contact problem
-//! ([`prepare`]); `solve` solves and certifies it, one load step after the other ([`solve()`], [`solve_steps`]); `results`
+//! Four rooms, each of which uses those before it: `pose` reads the mesh, resolves names and poses the contact problem
+//! ([`prepare`]); `solve` solves and certifies it, one load step after the other ([`solve()`], [`solve_steps`]); `refine`
+//! does so on ever finer meshes until the answer is accurate enough ([`solve_to_accuracy`]); `results`
 //! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]).
 
 mod pose;
