@@ -77,6 +77,15 @@ pub enum MeshNote {
         /// What it is.
         what: Vec<String>,
     },
+    /// Boundary edges of linear cells that were made round, and those that stay straight though the surface is curved there.
+    RoundedFacets {
+        /// How many were moved.
+        moved: usize,
+        /// By how much at most, length.
+        most: f64,
+        /// How many stay straight.
+        straight: usize,
+    },
     /// Numbers in a set that no node or element has, and the first of them.
     UnknownMembers {
         /// Name of the group.
@@ -128,6 +137,13 @@ impl fmt::Display for MeshNote {
             MeshNote::UnjoinedFaces { count, first } => {
                 let faces = many(*count, "face");
                 write!(f, "{faces} of hexahedra touch tetrahedra without being joined: {}", list(first, *count))
+            }
+            MeshNote::RoundedFacets { moved, most, straight } => {
+                let stay = match straight {
+                    0 => String::new(),
+                    _ => format!("; {} where the surface is curved stay straight", many(*straight, "edge")),
+                };
+                write!(f, "{} of facets made round, by up to {most:.3e}{stay}", many(*moved, "edge"))
             }
             MeshNote::Skipped { what, count } => write!(f, "{} in no group, not used", many(*count, what)),
             MeshNote::NotRead { what } => {

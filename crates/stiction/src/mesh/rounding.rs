@@ -108,6 +108,11 @@ fn places(mesh: &Mesh, feature_angle: f64) -> Vec<(u32, Option<V3>)> {
         let middle = mesh.faces[t as usize].nodes()[3 + k as usize];
         let [a, b] = ends.map(|node| mesh.nodes[node as usize]);
         let chord = sub(b, a);
+        // That of a cell which was curved from the beginning, beside linear ones.
+        let bulge = sub(mesh.nodes[middle as usize], add(a, scale(0.5, chord)));
+        if norm(bulge) > FLAT * norm(chord) {
+            continue;
+        }
         let of = |&(_, t, _): &([u32; 2], u32, u32)| {
             let n = ends.map(|end| {
                 let k = triangles[t as usize].iter().position(|&node| node == end).unwrap_or(0);

@@ -3,6 +3,7 @@
 //! The meshes are nested and of tetrahedra. Each level starts from the displacements of the one before it. Which surface of a
 //! pair carries the contact points, and how far counterparts are looked for, stays what the first mesh gave.
 
+mod first;
 mod marking;
 mod prediction;
 mod sequence;

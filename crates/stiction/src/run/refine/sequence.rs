@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::first::first;
 use super::values::{self, LEAST_LEVELS, Sort, Value};
 use super::{marking, prediction};
 use crate::Error;
@@ -9,9 +10,9 @@ use crate::contact::Counterpart;
 use crate::fem::full_displacement;
 use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
-use crate::mesh::{Bisection, MeshNotes, Order, many, refine, tetrahedra};
+use crate::mesh::{Bisection, MeshNotes, many, refine};
 use crate::run::pose::memory::is_of_memory;
-use crate::run::pose::{MemoryLimit, Prepared, Seconds, made_mesh, place};
+use crate::run::pose::{MemoryLimit, Prepared, Seconds, place};
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
@@ -91,10 +92,7 @@ pub fn solve_to_accuracy(
     observe: &mut dyn FnMut(&LevelRecord),
 ) -> Result<(Prepared, Outcome), Error> {
     let limit = MemoryLimit::of(&case.solver);
-    let order = if accuracy.quadratic { Order::Quadratic } else { Order::Linear };
-    let (mesh, notes) = made_mesh(&case.mesh, &limit)?;
-    let mut bisection = tetrahedra(&mesh, order).map_err(|error| place::at(&case.mesh.spot, error))?;
-    drop(mesh);
+    let (mut bisection, notes) = first(case, accuracy, &limit)?;
     let mut level = Level { number: 0, case: on_mesh(case, &bisection, &notes), start: None };
     let mut history = History::default();
     let mut last: Option<(Prepared, Outcome)> = None;

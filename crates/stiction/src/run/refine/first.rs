@@ -1,0 +1,48 @@
+//! The mesh that refinement begins with.
+
+use crate::Error;
+use crate::io::case::{AccuracySpec, Case, MeshSource, MeshSpec};
+use crate::mesh::{Bisection, BlockElement, MeshNote, MeshNotes, Order, round_facets, tetrahedra};
+use crate::run::pose::{MemoryLimit, made_mesh, place};
+
+/// Boundary edges of linear cells at which the surface bends by more are edges of the part, degrees; as for obstacles from files.
+const FEATURE_ANGLE: f64 = 30.0;
+
+/// The mesh of the case as tetrahedra. Blocks and rings are made of the best of them, and of quadratic ones to begin with: rings then
+/// have their radii. Linear cells of files become quadratic with their facets made round.
+///
+/// # Errors
+/// If the mesh cannot be made, read or cut.
+pub(super) fn first(
+    case: &Case,
+    accuracy: &AccuracySpec,
+    limit: &MemoryLimit,
+) -> Result<(Bisection, MeshNotes), Error> {
+    let mut spec = case.mesh.clone();
+    let (order, element) = match accuracy.quadratic {
+        true => (Order::Quadratic, BlockElement::Tet10Six),
+        false => (Order::Linear, BlockElement::Tet4Six),
+    };
+    made_of(&mut spec, element);
+    let (mesh, mut notes) = made_mesh(&spec, limit)?;
+    let is_linear = mesh.cells.iter().any(|block| block.kind.linear() == block.kind && !block.is_empty());
+    let mut bisection = tetrahedra(&mesh, order).map_err(|error| place::at(&spec.spot, error))?;
+    if is_linear && accuracy.quadratic {
+        let rounded = round_facets(&mut bisection, FEATURE_ANGLE);
+        if rounded.moved + rounded.straight > 0 {
+            let (moved, straight, most) = (rounded.moved, rounded.straight, rounded.most);
+            notes.0.push(MeshNote::RoundedFacets { moved, most, straight });
+        }
+    }
+    Ok((bisection, notes))
+}
+
+/// Makes blocks and rings of `element`.
+fn made_of(spec: &mut MeshSpec, element: BlockElement) {
+    match &mut spec.source {
+        MeshSource::Block(block) => block.element = element,
+        MeshSource::Ring(ring) => ring.element = element,
+        MeshSource::Parts(parts) => parts.iter_mut().for_each(|(_, part)| made_of(part, element)),
+        MeshSource::File { .. } | MeshSource::Given(_) => {}
+    }
+}
