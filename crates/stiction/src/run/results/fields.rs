@@ -21,6 +21,9 @@ pub struct BodyFields {
     pub stress: Vec<[f32; 6]>,
     /// Von Mises stress of each cell.
     pub von_mises: Vec<f32>,
+    /// Estimated error of the stress of each cell, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty
+    /// without an estimate.
+    pub error: Vec<f32>,
 }
 
 /// The fields over the body of an answer.
@@ -32,7 +35,9 @@ pub fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let single = |stress: [f64; 6]| (stress.map(|s| s as f32), von_mises(&stress) as f32);
     let (stress, von_mises) = cell_stress_as(&solid, &u, &prepared.loading.initial.strain, single).unzip();
     let displacement = u.as_chunks().0.iter().map(|&u| add(u, prepared.loading.travel)).collect();
-    BodyFields { displacement, reaction, stress, von_mises }
+    let error = outcome.estimate.as_ref().map_or(Vec::new(), |estimate| estimate.by_cell());
+    let error = error.into_iter().map(|error| error as f32).collect();
+    BodyFields { displacement, reaction, stress, von_mises, error }
 }
 
 /// Which of the two surfaces of a pair.

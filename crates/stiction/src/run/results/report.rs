@@ -93,6 +93,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     far_slides(prepared, outcome).into_iter().for_each(|warning| rows.add("note", warning));
     let (size, place) = largest_displacement(prepared, outcome);
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
+    if let Some(estimate) = &outcome.estimate {
+        let error = accuracy_text::percent(estimate.relative());
+        rows.add("mesh", format!("the error of the stresses in the mean is estimated at {error} (energy norm)"));
+    }
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));

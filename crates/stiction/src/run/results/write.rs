@@ -189,15 +189,19 @@ pub(crate) fn encoded(prepared: &Prepared, by_threads: bool) -> Result<EncodedGr
 
 pub(crate) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, body: &BodyFields) -> Result<(), Error> {
     let material: Vec<i32> = prepared.material_of_cell.iter().map(|&m| m as i32).collect();
+    let mut cells = vec![
+        Array::tensor("stress", &body.stress),
+        Array::single("von_mises", &body.von_mises),
+        Array::integer("material", &material),
+    ];
+    if !body.error.is_empty() {
+        cells.push(Array::single("error", &body.error));
+    }
     vtu::write_encoded(
         path,
         grid,
         &[Array::vector("displacement", &body.displacement), Array::vector("reaction", &body.reaction)],
-        &[
-            Array::tensor("stress", &body.stress),
-            Array::single("von_mises", &body.von_mises),
-            Array::integer("material", &material),
-        ],
+        &cells,
     )
 }
 

@@ -9,6 +9,7 @@ use super::quantities::{energy, escape_mode, largest_displacement, load, reactio
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
 use super::{Balance, BoltState, Outcome, Totals, bolt_states};
+use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
 use crate::contact::{Overlap, OverlapKind};
@@ -43,6 +44,9 @@ pub struct AnswerRecord {
     /// The largest displacement of a node.
     #[serde(deserialize_with = "or_nan")]
     pub displacement_max: f64,
+    /// Estimated error of the stresses in the mean, relative (energy norm); none where loads carry a body away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discretisation_error: Option<f64>,
     /// `1/2 u'Ku - f'u` over all degrees of freedom.
     #[serde(deserialize_with = "or_nan")]
     pub energy: f64,
@@ -360,6 +364,7 @@ impl AnswerRecord {
             bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
             bolts: bolt_states(prepared, outcome),
             displacement_max: largest_displacement(prepared, outcome).0,
+            discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             energy: energy(prepared, &outcome.solution.u),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),
