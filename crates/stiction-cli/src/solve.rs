@@ -126,7 +126,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
             Some(accuracy) => {
                 let why = accuracy.ended.as_deref().unwrap_or_default();
                 output::note(&format!("warning: the accuracy was not reached: {why}; the files hold the last mesh\n"));
-                code::SHORT
+                if interrupt::asked() { code::INTERRUPTED } else { code::SHORT }
             }
         },
         Status::Interrupted => code::INTERRUPTED,

@@ -98,6 +98,10 @@ impl Case {
             let built = built.map_err(|error| raised(py, error.at("mesh")))?;
             case.mesh.source = MeshSource::Given(Arc::new(built));
         }
+        if case.accuracy.is_some() {
+            let what = "meshes are refined by the command only";
+            return Err(wrong(py, "accuracy", what, "take out [accuracy], or run `stiction solve`"));
+        }
         let text =
             text.unwrap_or_else(|| path.as_ref().and_then(|p| std::fs::read_to_string(p).ok()).unwrap_or_default());
         let origin = Origin { path, case_text: text, overrides, command: None };

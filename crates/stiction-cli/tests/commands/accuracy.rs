@@ -31,7 +31,7 @@ fn what_is_not_reached_is_said_and_the_files_are_there() {
     let folder = Folder::new("accuracy-short", CASE);
     let run = folder.run(&["solve", "case.toml", "--accuracy", "0.5%", "--set", "accuracy.max_unknowns=5000"]);
     run.ends(1, &["the accuracy was not reached", "`max_unknowns`"]);
-    assert!(run.out.contains("NOT REACHED") && run.out.contains("needed are about"), "{run:#?}");
+    assert!(run.out.contains("NOT REACHED") && run.out.contains("unknowns are needed"), "{run:#?}");
     let accuracy = &folder.summary("case-results")["accuracy"];
     assert!(accuracy["needed_unknowns"].as_f64().unwrap() > 5000.0, "{accuracy}");
     folder.run(&["check", "case-results"]).ends(0, &[]);
@@ -59,6 +59,11 @@ fn goals_without_sense_are_refused() {
     folder.run(&["solve", "case.toml", "--accuracy", "2"]).ends(2, &["accuracy.energy", "0.02 is 2 %"]);
     folder.run(&["solve", "case.toml", "--accuracy", "good"]).ends(2, &["`energy` is \"good\"", "energy = \"2%\""]);
     folder.run(&["solve", "case.toml", "--accuracy", "80%"]).ends(2, &["0.01 % to 50 %"]);
+    let elastic = CASE[..CASE.find("[[contact]]").unwrap()].to_string() + "[accuracy]\npressure = 0.05\n";
+    let without = Folder::new("accuracy-elastic", &elastic);
+    without.run(&["solve", "case.toml"]).ends(2, &["`pressure`", "no contact", "ask for `energy`"]);
+    let small = ["solve", "case.toml", "--accuracy", "5%", "--set", "accuracy.max_unknowns=900"];
+    folder.run(&small).ends(2, &["[mesh]", "the first mesh has", "more than `max_unknowns`", "coarser"]);
     let both = ["solve", "case.toml", "--accuracy", "5%", "--starts", "3"];
     folder.run(&both).ends(2, &["one answer of Newton's method", "`starts`"]);
     folder.run(&["solve", "case.toml", "--accuracy", "5%", "--resume"]).ends(2, &["--resume"]);

@@ -7,27 +7,7 @@ use stiction::run::{
     AccuracyRecord, Indicators, Level, LevelRecord, Outcome, Prepared, Settings, SolvedLevel, prepare, solve,
     solve_to_accuracy,
 };
-
-/// The brick of the source paper's kind on a coarse mesh; its limits are known from many uniform and adaptive meshes.
-const BRICK: &str = r#"
-[mesh]
-block = { size = [3, 1, 1], cells = [6, 2, 2], element = "tet4", split = "six" }
-[materials.steel]
-young = 21.19e10
-poisson = 0.277
-[[fix]]
-on = "x-min"
-[[load]]
-on = "x-max"
-traction = [0, 0, 1e6]
-[[load]]
-on = "z-max"
-traction = [0, 0, "-2/3*1e6*(3 - x)"]
-[[contact]]
-on = "z-min"
-against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }
-friction = "none"
-"#;
+use stiction_fixtures::case_run::CASE;
 
 /// A quarter of a square foot without radius under a block: pressure grows without bound towards its edges.
 const PUNCH: &str = r#"
@@ -85,6 +65,11 @@ fn level(level: &Level) -> Result<SolvedLevel, stiction::Error> {
     Ok(SolvedLevel { prepared, outcome, indicators })
 }
 
+/// The brick of the source paper's kind on a coarse mesh; its limits are known from many uniform and adaptive meshes.
+fn brick() -> String {
+    CASE.replace("cells = [9, 3, 3]", "cells = [6, 2, 2]").replace("{ coulomb = 0.35 }", "\"none\"")
+}
+
 fn refined(text: &str, goals: &str) -> (Prepared, Outcome, AccuracyRecord) {
     let case = case::parse(&format!("{text}\n[accuracy]\n{goals}"), "case.toml", &[]).unwrap();
     let accuracy = case.accuracy.unwrap();
@@ -107,7 +92,7 @@ fn the_brick_gets_the_accuracy_that_is_asked_for() {
     // unknowns by another program.
     const ENERGY: f64 = -72.6928;
     const NORM: f64 = 12.05;
-    let (_, outcome, record) = refined(BRICK, "energy = 0.02");
+    let (_, outcome, record) = refined(&brick(), "energy = 0.02");
     assert!(record.reached && record.ended.is_none() && record.needed_unknowns.is_none());
     let truth = |level: &LevelRecord| (2.0 * (level.values.get("energy").unwrap() - ENERGY)).sqrt() / NORM;
     for pair in record.levels.windows(2) {
@@ -175,7 +160,7 @@ fn two_bodies_are_both_refined_and_keep_their_roles() {
 
 #[test]
 fn what_cannot_be_reached_ends_early_and_says_what_it_takes() {
-    let (prepared, outcome, record) = refined(BRICK, "energy = 0.002\nmax_unknowns = 9000");
+    let (prepared, outcome, record) = refined(&brick(), "energy = 0.002\nmax_unknowns = 9000");
     assert!(!record.reached);
     assert!(prepared.problem.unknowns() <= 9000 && outcome.solution.certificate.passed);
     assert!(record.ended.unwrap().contains("`max_unknowns`") || record.needed_unknowns.unwrap() > 9000.0);

@@ -100,9 +100,9 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
         fixes: each(&case, "fix", read_body::fix)?,
         springs: each(&case, "spring", read_body::spring)?,
         loads: each(&case, "load", read_body::load)?,
+        accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,
         bolts,
         contacts,
-        accuracy: read_accuracy::accuracy(&case, &solver)?,
         solver,
         steps,
     };

@@ -6,8 +6,13 @@ use super::view::View;
 use crate::Error;
 use crate::friction::Method;
 
-/// The goals of a case, if it has some.
-pub(super) fn accuracy(case: &View, solver: &SolverSpec) -> Result<Option<AccuracySpec>, Error> {
+/// The goals of a case, if it has some. Forces are those of contacts and bolts, pressures of contacts only.
+pub(super) fn accuracy(
+    case: &View,
+    solver: &SolverSpec,
+    has_contact: bool,
+    has_bolts: bool,
+) -> Result<Option<AccuracySpec>, Error> {
     let Some(table) = case.table("accuracy") else { return Ok(None) };
     if solver.method.method != Method::Newton || solver.starts.is_some() {
         let what = "meshes are refined for one answer of Newton's method";
@@ -15,6 +20,13 @@ pub(super) fn accuracy(case: &View, solver: &SolverSpec) -> Result<Option<Accura
     }
     let [energy, forces, displacement, pressure] =
         ["energy", "forces", "displacement", "pressure"].map(|key| goal(&table, key));
+    for (key, has_values, of) in
+        [("forces", has_contact || has_bolts, "neither contact nor a bolt"), ("pressure", has_contact, "no contact")]
+    {
+        if table.given(key).is_some() && !has_values {
+            return Err(table.error(key, format!("`{key}` is asked for, and the case has {of}"), "ask for `energy` or `displacement`"));
+        }
+    }
     let mut spec = AccuracySpec {
         energy: energy?,
         forces: forces?,

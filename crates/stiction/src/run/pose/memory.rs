@@ -77,7 +77,7 @@ impl MemoryLimit {
 
 /// Whether an error is one of too little memory, which is a matter of the mesh.
 pub(crate) fn is_of_memory(error: &Error) -> bool {
-    error.remedy.contains("a machine with more memory")
+    error.remedy.contains("`settings.memory_limit`")
 }
 
 /// Refuses a mesh whose matrix alone would not fit, before it is made or assembled: nobody should find that out by the machine

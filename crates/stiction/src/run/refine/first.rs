@@ -12,7 +12,7 @@ const FEATURE_ANGLE: f64 = 30.0;
 /// have their radii. Linear cells of files become quadratic with their facets made round.
 ///
 /// # Errors
-/// If the mesh cannot be made, read or cut.
+/// If the mesh cannot be made, read or cut, or has more displacements than `max_unknowns` allows.
 pub(super) fn first(
     case: &Case,
     accuracy: &AccuracySpec,
@@ -27,6 +27,12 @@ pub(super) fn first(
     let (mesh, mut notes) = made_mesh(&spec, limit)?;
     let is_linear = mesh.cells.iter().any(|block| block.kind.linear() == block.kind && !block.is_empty());
     let mut bisection = tetrahedra(&mesh, order).map_err(|error| place::at(&spec.spot, error))?;
+    let displacements = 3 * bisection.mesh.nodes.len();
+    if accuracy.max_unknowns.is_some_and(|most| displacements > most) {
+        let what = format!("the first mesh has {displacements} displacements as tetrahedra, more than `max_unknowns`");
+        let remedy = format!("begin with a coarser mesh, or allow more than {displacements}");
+        return Err(place::at(&spec.spot, Error::new("", what, remedy)));
+    }
     if is_linear && accuracy.quadratic {
         let rounded = round_facets(&mut bisection, FEATURE_ANGLE);
         if rounded.moved + rounded.straight > 0 {

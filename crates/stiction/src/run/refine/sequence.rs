@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::first::first;
-use super::values::{self, LEAST_LEVELS, Sort, Value};
+use super::values::{self, EXACT, LEAST_LEVELS, Sort, Value};
 use super::{marking, prediction};
 use crate::Error;
 use crate::contact::Counterpart;
@@ -11,8 +11,7 @@ use crate::fem::full_displacement;
 use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
 use crate::mesh::{Bisection, MeshNotes, many, refine};
-use crate::run::pose::memory::is_of_memory;
-use crate::run::pose::{MemoryLimit, Prepared, Seconds, place};
+use crate::run::pose::{MemoryLimit, Prepared, Seconds};
 use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
@@ -26,9 +25,6 @@ const BEYOND: f64 = 2.0;
 const PREDICTING_LEVELS: usize = 5;
 /// Bytes of the process below which memory says nothing about unknowns.
 const OWN_MEMORY: u64 = 300 << 20;
-/// An error so small is none: the solution lies in the space of the elements.
-const EXACT: f64 = 1e-6;
-
 /// A mesh to be solved on.
 #[derive(Debug)]
 pub struct Level {
@@ -36,7 +32,7 @@ pub struct Level {
     pub number: usize,
     /// The case on this mesh.
     pub case: Case,
-    /// Displacements of the answer before at the nodes of this mesh, three each; none on the first.
+    /// Displacements of the answer before at the nodes of this mesh, three each, length; none on the first and with load steps.
     pub start: Option<Vec<f64>>,
 }
 
@@ -54,7 +50,7 @@ pub struct SolvedLevel {
 /// Where the error of a level is; with load steps where it is in any of them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Indicators {
-    /// Squared error of each cell in the energy norm, and of contact at it.
+    /// Squared energy norm of the estimated error of each cell, energy.
     pub cells: Vec<f64>,
     /// Estimated error in the energy norm, relative.
     pub error: f64,
@@ -80,11 +76,12 @@ struct History {
 /// Solves `case` on ever finer meshes until the goals of `accuracy` are met; `solve` solves one level, `observe` is told of
 /// each that is solved. Goals are believed from the third level on: before, contact may not be resolved at all.
 ///
-/// Ends early, with the reason in the record, where a later level is interrupted or not solved, where memory or `max_unknowns` forbids the
-/// next one, and where a goal is predicted to take more than twice what they allow. The answer then is the last that was solved.
+/// Ends early, with the reason in the record, where a later level cannot be made, is interrupted or not solved, where memory or
+/// `max_unknowns` forbids it, and where a goal is predicted to take more than twice what they allow. The answer then is the last that
+/// was solved.
 ///
 /// # Errors
-/// What makes the mesh impossible to refine; what `solve` returns, but for lack of memory and interruptions after the first level.
+/// On the first level: what makes the mesh impossible to refine, more of it than `max_unknowns`, what `solve` returns.
 pub fn solve_to_accuracy(
     case: &Case,
     accuracy: &AccuracySpec,
@@ -100,16 +97,18 @@ pub fn solve_to_accuracy(
     let ended = loop {
         let solved = match (solve(&level), &last) {
             (Ok(solved), _) => solved,
+            // What was found on the mesh before is not lost.
             (Err(error), Some(_)) if error.interrupted => break Some("it was interrupted".to_string()),
-            (Err(error), Some(_)) if is_of_memory(&error) => break Some(error.what),
-            (Err(error), _) => return Err(error),
+            (Err(error), Some(_)) => break Some(error.what),
+            (Err(error), None) => return Err(error),
         };
         let SolvedLevel { prepared, outcome, indicators: Indicators { cells, error } } = solved;
         if outcome.solution.status != Status::Solved {
             if last.is_none() {
                 return Ok((prepared, outcome));
             }
-            break Some(format!("the mesh with {} was not solved", many(prepared.problem.unknowns(), "unknown")));
+            let how = if outcome.solution.status == Status::Interrupted { "interrupted" } else { "not solved" };
+            break Some(format!("the mesh with {} was {how}", many(prepared.problem.unknowns(), "unknown")));
         }
         history.add(level.number, &prepared, &outcome, error);
         history.levels.last().into_iter().for_each(&mut *observe);
@@ -132,15 +131,17 @@ pub fn solve_to_accuracy(
             break Some(why);
         }
         let marked = marking::marked(&cells, goal_of_sum(&goals, &cells));
-        let finer = refine(&bisection, &marked, BISECTIONS).map_err(|error| place::at(&case.mesh.spot, error))?;
-        let unknowns = 3 * finer.next.mesh.nodes.len();
-        if accuracy.max_unknowns.is_some_and(|most| unknowns > most) {
-            break Some(format!("the next mesh has {unknowns} displacements, more than `max_unknowns`"));
-        }
-        let start = Some(finer.carry(&u)?);
-        bisection = finer.next;
-        level =
-            Level { number: level.number + 1, case: on_mesh(&level.case, &bisection, &MeshNotes::default()), start };
+        let (finer, start) = match finer(&bisection, &marked, accuracy, &u) {
+            Ok(finer) => finer,
+            Err(error) => break Some(error.what),
+        };
+        bisection = finer;
+        level = Level {
+            number: level.number + 1,
+            case: on_mesh(&level.case, &bisection, &notes),
+            // The last load step says nothing of the first.
+            start: case.steps.is_empty().then_some(start),
+        };
     };
     let Some((prepared, mut outcome)) = last else {
         return Err(Error::new("", "no mesh was solved", "report this to the developers with the case"));
@@ -148,6 +149,18 @@ pub fn solve_to_accuracy(
     outcome.seconds = seconds;
     outcome.accuracy = Some(history.record(accuracy, ended));
     Ok((prepared, outcome))
+}
+
+/// The next mesh, with the displacements `u` at its nodes.
+fn finer(mesh: &Bisection, marked: &[u32], accuracy: &AccuracySpec, u: &[f64]) -> Result<(Bisection, Vec<f64>), Error> {
+    let finer = refine(mesh, marked, BISECTIONS)?;
+    let displacements = 3 * finer.next.mesh.nodes.len();
+    if accuracy.max_unknowns.is_some_and(|most| displacements > most) {
+        let what = format!("the next mesh has {displacements} displacements, more than `max_unknowns`");
+        return Err(Error::new("", what, "allow more"));
+    }
+    let start = finer.carry(u)?;
+    Ok((finer.next, start))
 }
 
 /// The case on the mesh of a level, where it is placed already.

@@ -14,6 +14,8 @@ const BEFORE: usize = 3;
 const APART: f64 = 1.05;
 /// Meshes before which no figure means much: contact may not be resolved at all.
 pub(super) const LEAST_LEVELS: usize = 3;
+/// An estimate so small is none: the solution lies in the space of the elements, and values have no error either.
+pub(super) const EXACT: f64 = 1e-6;
 /// A peak that grows at least as this power of the size of the cells where it is has no limit.
 const SINGULAR: f64 = 0.15;
 /// How often the cells there must have been halved to say so.
@@ -72,18 +74,20 @@ pub(super) fn named(values: &[Value]) -> Named {
 
 /// The size of the smallest cell that has a node at `place`.
 fn cell_size(mesh: &Mesh, place: [f64; 3]) -> f64 {
-    let near = |node: &u32| mesh.nodes[*node as usize] == place;
-    let shapes = mesh.cell_shapes();
-    let mut cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).zip(&shapes);
-    let size = cells.by_ref().filter(|(nodes, _)| nodes.iter().any(near)).map(|(_, shape)| shape.volume.cbrt());
-    size.fold(f64::INFINITY, f64::min)
+    let at_place = |node: &u32| mesh.nodes[*node as usize] == place;
+    let cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).enumerate();
+    let near = cells.filter(|(_, nodes)| nodes.iter().any(at_place));
+    near.map(|(cell, _)| mesh.cell_volume(cell).cbrt()).fold(f64::INFINITY, f64::min)
 }
 
 /// Half the width of the error bar of the last of `values`, one for each mesh, by the estimates `error` of these meshes:
 /// values converge at least as fast as the energy norm, and that none does so faster is the cautious assumption.
-/// `None` with fewer than three meshes, or without one that says something.
+/// `None` with fewer than three meshes, or without one that says something; zero where the answer is exact.
 pub(super) fn bar(values: &[f64], error: &[f64]) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
+    if error[last] <= EXACT {
+        return Some(0.0);
+    }
     if values.len() < LEAST_LEVELS {
         return None;
     }
@@ -153,6 +157,8 @@ mod tests {
         assert_eq!(bar(&[1.0, 2.0], &[0.2, 0.1]), None);
         assert_eq!(bar(&[1.0, 2.0, 3.0], &[0.1, 0.1, 0.1]), None);
         assert_eq!(bar(&[], &[]), None);
+        // The solution lies in the space of the elements: no mesh has more to say.
+        assert_eq!(bar(&[4.0], &[1e-12]), Some(0.0));
     }
 
     fn peak(value: f64, at: [f64; 3], size: f64) -> Value {

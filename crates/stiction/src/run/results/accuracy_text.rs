@@ -14,7 +14,7 @@ pub(super) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
     let last = accuracy.levels.last().map_or(0, |level| level.level + 1);
     rows.add("accuracy", format!("{verdict} on mesh {last}: {}", goals.join(", ")));
     if let Some(why) = &accuracy.ended {
-        let needed = accuracy.needed_unknowns.map(|needed| format!("; needed are about {} unknowns", rounded(needed)));
+        let needed = accuracy.needed_unknowns.map(|needed| format!("; about {} unknowns are needed", rounded(needed)));
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
     }
     accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));

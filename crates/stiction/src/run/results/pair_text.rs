@@ -11,7 +11,7 @@ const ROUNDING: f64 = 1e-9;
 pub(crate) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     let s = &contact.surface;
     let why = match pair.reason {
-        Reason::Asked => "as asked",
+        Reason::Asked => "as given",
         Reason::Array => "its friction is an array",
         Reason::Free => "the other surface is prescribed",
         Reason::Finer => "its faces are the smaller ones",
