@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::case::{self, AccuracySpec, Case};
+use stiction::io::case;
 use stiction::io::folder;
 use stiction::linalg::Stop;
-use stiction::run::{
-    self, Ahead, Event, Indicators, Level, LevelRecord, Origin, Outcome, Prepared, Restart, Settings, SolvedLevel, Step,
-};
+use stiction::run::{self, Origin, Plan, Prepared, Stage};
 
 use crate::progress::{Mode, Progress};
 use crate::{code, hold, interrupt, memory, output, threads};
@@ -41,7 +39,7 @@ pub struct Arguments {
     /// A folder outside that of a mesh file from which an .inp may include files; may be given several times
     #[arg(long, value_name = "DIR")]
     include: Vec<PathBuf>,
-    /// Go on after the last finished load step that the folder holds of the same case
+    /// Go on after the last finished load step, or mesh of a refining run, that the folder holds of the same case
     #[arg(long)]
     resume: bool,
     /// Leave out report.html; `stiction report DIR` writes it later
@@ -85,24 +83,14 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         overrides,
         command: Some(command_line()),
     };
-    if arguments.resume && case.steps.is_empty() {
-        let what = "this case has no load steps to resume";
-        return Err(Error::new("--resume", what, "solve it without --resume, or add [[step]] to the case"));
-    }
-    if arguments.resume && case.accuracy.is_some() {
-        let what = "refinement begins with the first mesh, and a run that refines cannot be resumed";
-        return Err(Error::new("--resume", what, "solve it without --resume"));
-    }
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
     run::writable(&folder)?;
-    if arguments.resume {
-        case = run::widened_before(&case, &folder)?;
-    }
-    let solved = match case.accuracy {
-        Some(accuracy) => refined(arguments, &case, &accuracy, &folder, say),
-        None => solved(arguments, &case, None, &folder, say),
-    };
+    let plan = Plan { folder: Some(&folder), resume: arguments.resume, pictures: !arguments.no_pictures };
+    let mut showing = Showing { mode: arguments.progress, say, progress: None };
+    let solved = run::solve_case(&case, &plan, &Stop::when(interrupt::asked), None, &mut |stage| showing.show(&stage));
+    showing.end();
+    memory::give_back();
     let (prepared, mut outcome, ahead) = match solved {
         Err(error) if error.interrupted => {
             output::note("interrupted: nothing has been found yet, nothing is written\n");
@@ -157,135 +145,52 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     unlisted.map_or(Ok(code), Err)
 }
 
-/// Solves the case on ever finer meshes.
-fn refined(
-    arguments: &Arguments,
-    case: &Case,
-    accuracy: &AccuracySpec,
-    folder: &Path,
+/// What is said while a case is solved.
+struct Showing {
+    mode: Mode,
     say: fn(&str),
-) -> Result<(Prepared, Outcome, Ahead), Error> {
-    let mut solve = |level: &Level| {
-        let mut indicators = Indicators::default();
-        // Until a level is solved the folder holds the steps of the level before.
-        let steps = folder.join("level");
-        let solved = solved(arguments, &level.case, Some((level, &mut indicators)), &steps, say);
-        let (prepared, outcome, _) = solved.inspect_err(|_| run::discard_steps(&steps))?;
-        if !case.steps.is_empty() {
-            match outcome.solution.status == Status::Solved || level.number == 0 {
-                true => run::adopt_steps(&steps, folder)?,
-                false => run::discard_steps(&steps),
-            }
-        }
-        Ok(SolvedLevel { prepared, outcome, indicators })
-    };
-    let settings = Settings { pictures: !arguments.no_pictures, ..Settings::of(&case.solver) };
-    let mut tell = |level: &LevelRecord| say(&format!("{}\n", run::level_line(level)));
-    let (prepared, outcome) = run::solve_to_accuracy(case, accuracy, &mut solve, &mut tell)?;
-    Ok((prepared, outcome, Ahead::of(&settings)))
+    progress: Option<Progress>,
 }
 
-/// Solves the case, again where contact was found beyond where it was looked for.
-fn solved(
-    arguments: &Arguments,
-    case: &Case,
-    mut level: Option<(&Level, &mut Indicators)>,
-    folder: &Path,
-    say: fn(&str),
-) -> Result<(Prepared, Outcome, Ahead), Error> {
-    let mut resume = arguments.resume;
-    let (mut case, mut widenings) = (case.clone(), 0);
-    loop {
-        let level = level.as_mut().map(|(level, indicators)| {
-            **indicators = Indicators::default();
-            (*level, &mut **indicators)
-        });
-        let (prepared, solved) = attempt(arguments, &case, level, folder, resume, say)?;
-        let (outcome, ahead) = solved?;
-        memory::give_back();
-        match run::widened(&case, &prepared, &outcome) {
-            Some(wider) if widenings < MOST_WIDENINGS => {
-                let what = run::passes_through(&prepared, &outcome).unwrap_or_default();
-                say(&format!("\n{what}\nsolved again with contact there\n\n"));
-                (case, resume, widenings) = (wider, false, widenings + 1);
+impl Showing {
+    fn show(&mut self, stage: &Stage) -> ControlFlow<()> {
+        match stage {
+            Stage::Posing => self.running().say("reading and assembling".into()),
+            Stage::Posed(facts, level) => {
+                self.end();
+                if *level == 0 {
+                    (self.say)(&facts.to_string());
+                }
+                interrupt::heard();
             }
-            _ => return Ok((prepared, outcome, ahead)),
-        }
-    }
-}
-
-/// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most.
-const MOST_WIDENINGS: usize = 5;
-
-/// What was found, with the files begun beside it.
-type Solved = Result<(Outcome, Ahead), Error>;
-
-/// Prepares and solves the case once.
-fn attempt(
-    arguments: &Arguments,
-    case: &Case,
-    level: Option<(&Level, &mut Indicators)>,
-    folder: &Path,
-    resume: bool,
-    say: fn(&str),
-) -> Result<(Prepared, Solved), Error> {
-    let progress = Progress::new(arguments.progress);
-    progress.say("reading and assembling".into());
-    let mut prepared = run::prepare(case).inspect_err(|_| progress.finish())?;
-    progress.finish();
-    if level.as_ref().is_none_or(|(level, _)| level.number == 0) {
-        say(&format!("{}", prepared.facts));
-    }
-    if let Some(start) = level.as_ref().and_then(|(level, _)| level.start.clone()) {
-        prepared.start_from(start);
-    }
-    let mut settings = Settings::of(&case.solver);
-    settings.solver.stop = Stop::when(interrupt::asked);
-    settings.pictures = !arguments.no_pictures;
-    interrupt::heard();
-    let mut steps = None;
-    if !case.steps.is_empty() {
-        let (files, restart) = run::begin_steps(&prepared, folder, resume)?;
-        if resume {
-            if let Some(damage) = files.damage() {
-                let from = match &restart {
-                    Some(restart) => format!("going back to the end of step {}", restart.records.len()),
-                    None => "no step before it is whole".into(),
-                };
-                output::note(&format!("warning: {damage}; {from}\n"));
+            Stage::Event(event) => self.running().show(event),
+            Stage::Step(..) => {}
+            Stage::Level(level) => {
+                self.line(&run::level_line(level));
+                memory::give_back();
             }
-            match &restart {
-                Some(restart) => say(&resumed(restart, folder)),
-                None => say(&format!("nothing to resume in {}: solving from the beginning\n", folder.display())),
+            Stage::Note(text) => self.line(text),
+            Stage::Warning(text) => {
+                self.end();
+                output::note(&format!("warning: {text}\n"));
             }
         }
-        steps = Some((files, restart));
-    }
-    let progress = Progress::new(arguments.progress);
-    let mut observe = |event: &Event| {
-        progress.show(event);
         ControlFlow::Continue(())
-    };
-    let solved = match (steps, level) {
-        (None, None) => run::solve_writing(&prepared, &settings, folder, &mut observe),
-        (None, Some((_, indicators))) => {
-            let outcome = run::solve(&prepared, &settings, &mut observe);
-            outcome.map(|outcome| {
-                indicators.add(&outcome);
-                (outcome, Ahead::of(&settings))
-            })
-        }
-        (Some((mut files, restart)), mut level) => {
-            let mut keep = |prepared: &Prepared, step: &Step| {
-                level.iter_mut().for_each(|(_, indicators)| indicators.add(step.outcome));
-                run::keep_step(&mut files, prepared, step)
-            };
-            let outcome = run::solve_steps(&mut prepared, &settings, restart, &mut keep, &mut observe);
-            outcome.map(|outcome| (outcome, Ahead::of(&settings)))
-        }
-    };
-    progress.finish();
-    Ok((prepared, solved))
+    }
+
+    fn running(&mut self) -> &Progress {
+        self.progress.get_or_insert_with(|| Progress::new(self.mode))
+    }
+
+    fn line(&mut self, text: &str) {
+        self.end();
+        (self.say)(&format!("{text}\n"));
+    }
+
+    /// Takes a moving line away.
+    fn end(&mut self) {
+        self.progress.take().iter().for_each(Progress::finish);
+    }
 }
 
 #[cfg(feature = "report")]
@@ -309,11 +214,6 @@ fn report(folder: &Path, prepared: &Prepared, files: &mut Vec<String>) -> Option
 fn report(_: &Path, _: &Prepared, _: &mut [String]) -> Option<Error> {
     output::note("no report.html: it is not built into this program (feature \"report\")\n");
     None
-}
-
-fn resumed(restart: &Restart, folder: &Path) -> String {
-    let steps = restart.records.len();
-    format!("resuming after step {steps} at t = {}, found in {}\n", restart.last.t, folder.display())
 }
 
 /// What was typed, with quotes where a shell needs them.

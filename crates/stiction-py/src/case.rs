@@ -12,7 +12,7 @@ use stiction::io::case::{self, MeshSource};
 use stiction::io::lock::Lock;
 use stiction::linalg::Stop;
 use stiction::mesh::{CellKind, Mesh, RawCells, RawGroup, RawMesh, build};
-use stiction::run::{self, Ahead, BodyFields, Event, Facts, Origin, Outcome, Prepared, Settings, Side, SurfaceFields};
+use stiction::run::{self, BodyFields, Event, Facts, Origin, Plan, Prepared, Side, Stage, SurfaceFields};
 use stiction::{Error, SolveEvent, Status};
 
 use crate::arrays::table;
@@ -98,10 +98,6 @@ impl Case {
             let built = built.map_err(|error| raised(py, error.at("mesh")))?;
             case.mesh.source = MeshSource::Given(Arc::new(built));
         }
-        if case.accuracy.is_some() {
-            let what = "meshes are refined by the command only";
-            return Err(wrong(py, "accuracy", what, "take out [accuracy], or run `stiction solve`"));
-        }
         let text =
             text.unwrap_or_else(|| path.as_ref().and_then(|p| std::fs::read_to_string(p).ok()).unwrap_or_default());
         let origin = Origin { path, case_text: text, overrides, command: None };
@@ -172,9 +168,6 @@ impl Case {
         if resume && folder.is_none() {
             return Err(wrong(py, "resume", "there is no folder to resume from", "give `folder`"));
         }
-        if resume && self.case.steps.is_empty() {
-            return Err(wrong(py, "resume", "this case has no load steps to resume", "solve it without"));
-        }
         let order = Order {
             case: self.case.clone(),
             origin: self.origin.clone(),
@@ -188,8 +181,8 @@ impl Case {
             py,
             threads,
             move |stop, teller| order.done(&stop, teller),
-            |(event, seconds): (Event, f64)| match &hear {
-                Some(hear) => hear_event(hear, &event, seconds),
+            |(news, seconds): (News, f64)| match &hear {
+                Some(hear) => hear_news(hear, &news, seconds),
                 None => Ok(true),
             },
         )?;
@@ -197,8 +190,31 @@ impl Case {
     }
 }
 
-fn hear_event(hear: &Bound<'_, PyAny>, event: &Event, seconds: f64) -> PyResult<bool> {
+/// What a caller is told while a case is solved.
+enum News {
+    Event(Event),
+    /// A mesh is solved: its number from 1 and its estimated error.
+    Mesh(usize, f64),
+}
+
+impl News {
+    fn of(stage: &Stage) -> Option<News> {
+        match stage {
+            Stage::Event(event) => Some(News::Event(**event)),
+            Stage::Level(level) => Some(News::Mesh(level.level + 1, level.error)),
+            _ => None,
+        }
+    }
+}
+
+fn hear_news(hear: &Bound<'_, PyAny>, news: &News, seconds: f64) -> PyResult<bool> {
     let none = (0, f64::NAN, 0, 0, 0);
+    let event = match news {
+        News::Event(event) => event,
+        News::Mesh(number, error) => {
+            return hear.call1(("mesh", number, error, 0, 0, 0, seconds, 0, f64::NAN))?.extract();
+        }
+    };
     let (phase, (iteration, residual, open, stick, slip), step, t) = match event {
         Event::Solver(SolveEvent::SettingUp { .. }) => ("set-up", none, 0, f64::NAN),
         Event::Solver(SolveEvent::Ordering) => ("ordering", none, 0, f64::NAN),
@@ -217,9 +233,6 @@ fn hear_event(hear: &Bound<'_, PyAny>, event: &Event, seconds: f64) -> PyResult<
     };
     hear.call1((phase, iteration, residual, open, stick, slip, seconds, step, t))?.extract()
 }
-
-/// Contact where none was looked for moves bodies elsewhere, where they may meet again; so often at most, as in the command.
-const MOST_WIDENINGS: usize = 5;
 
 /// What is to be done.
 struct Order {
@@ -252,43 +265,36 @@ struct Done {
     files: Vec<String>,
 }
 
-type Told = Teller<(Event, f64), Result<Done, Error>>;
+type Told = Teller<(News, f64), Result<Done, Error>>;
 
 impl Order {
     /// The way of the command: solved again where contact turns up that was not looked for, then written.
     fn done(self, stop: &Stop, teller: &Told) -> Result<Done, Error> {
-        let begin = Instant::now();
-        let mut observe = |event: &Event| {
-            let told = self.told.then(|| teller.tell((*event, begin.elapsed().as_secs_f64())));
-            if stop.asked() { ControlFlow::Break(()) } else { told.unwrap_or(ControlFlow::Continue(())) }
-        };
         // Held until all is written.
         let _lock = self.folder.as_deref().map(Lock::take).transpose()?;
         if let Some(folder) = &self.folder {
             run::writable(folder)?;
         }
-        let mut case = case::Case::clone(&self.case);
-        let mut resume = self.resume;
-        let mut posed = self.posed.try_lock().ok().and_then(|mut posed| posed.take());
-        if let (true, Some(folder)) = (resume, &self.folder) {
-            case = run::widened_before(&case, folder)?;
-            posed = None;
-        }
-        let mut widenings = 0;
-        let (prepared, mut outcome, ahead, steps) = loop {
-            let mut prepared = match posed.take() {
-                Some(posed) => posed,
-                None => run::prepare(&case)?,
-            };
-            stop.check()?;
-            let mut settings = Settings::of(&case.solver);
-            settings.solver.stop = stop.clone();
-            let (outcome, ahead, steps) = self.attempt(&mut prepared, &settings, resume, &mut observe)?;
-            match run::widened(&case, &prepared, &outcome) {
-                Some(wider) if widenings < MOST_WIDENINGS => (case, resume, widenings) = (wider, false, widenings + 1),
-                _ => break (prepared, outcome, ahead, steps),
+        let begin = Instant::now();
+        let mut steps = Vec::new();
+        let mut hear = |stage: Stage| {
+            match stage {
+                // Of a mesh that was refined, or without contact that has been found since.
+                Stage::Posing => steps.clear(),
+                Stage::Step(prepared, step) => steps.push(StepFields {
+                    t: step.records.last().map_or(f64::NAN, |record| record.t),
+                    body: run::body_fields(prepared, step.outcome),
+                    surfaces: run::surface_fields(prepared, step.outcome),
+                }),
+                _ => {}
             }
+            let told = News::of(&stage).filter(|_| self.told);
+            let told = told.map(|news| teller.tell((news, begin.elapsed().as_secs_f64())));
+            if stop.asked() { ControlFlow::Break(()) } else { told.unwrap_or(ControlFlow::Continue(())) }
         };
+        let posed = self.posed.try_lock().ok().and_then(|mut posed| posed.take());
+        let plan = Plan { folder: self.folder.as_deref(), resume: self.resume, pictures: true };
+        let (prepared, mut outcome, ahead) = run::solve_case(&self.case, &plan, stop, posed, &mut hear)?;
         let mut files = Vec::new();
         if let Some(folder) = &self.folder {
             files = run::write_with(&prepared, &mut outcome, &self.origin, folder, ahead)?;
@@ -315,35 +321,6 @@ impl Order {
             files,
             mesh: prepared.mesh,
         })
-    }
-
-    fn attempt(
-        &self,
-        prepared: &mut Prepared,
-        settings: &Settings,
-        resume: bool,
-        observe: &mut dyn FnMut(&Event) -> ControlFlow<()>,
-    ) -> Result<(Outcome, Ahead, Vec<StepFields>), Error> {
-        if self.case.steps.is_empty() {
-            let (outcome, ahead) = match &self.folder {
-                Some(folder) => run::solve_writing(prepared, settings, folder, observe)?,
-                None => (run::solve(prepared, settings, observe)?, Ahead::default()),
-            };
-            return Ok((outcome, ahead, Vec::new()));
-        }
-        let begun = self.folder.as_deref().map(|folder| run::begin_steps(prepared, folder, resume)).transpose()?;
-        let (mut files, restart) = begun.map_or((None, None), |(files, restart)| (Some(files), restart));
-        let mut steps = Vec::new();
-        let mut keep = |prepared: &Prepared, step: &run::Step| {
-            steps.push(StepFields {
-                t: step.records.last().map_or(f64::NAN, |record| record.t),
-                body: run::body_fields(prepared, step.outcome),
-                surfaces: run::surface_fields(prepared, step.outcome),
-            });
-            files.as_mut().map_or(Ok(()), |files| run::keep_step(files, prepared, step))
-        };
-        let outcome = run::solve_steps(prepared, settings, restart, &mut keep, observe)?;
-        Ok((outcome, Ahead::default(), steps))
     }
 }
 
@@ -380,7 +357,8 @@ fn body(py: Python<'_>, dict: &Bound<'_, PyDict>, fields: &BodyFields) -> PyResu
     dict.set_item("displacement", table(py, fields.displacement.as_flattened(), 3)?)?;
     dict.set_item("reaction", table(py, fields.reaction.as_flattened(), 3)?)?;
     dict.set_item("stress", singles(py, &fields.stress)?)?;
-    dict.set_item("von_mises", PyArray1::from_slice(py, &fields.von_mises))
+    dict.set_item("von_mises", PyArray1::from_slice(py, &fields.von_mises))?;
+    dict.set_item("cell_error", PyArray1::from_slice(py, &fields.error))
 }
 
 fn singles<'py>(py: Python<'py>, stress: &[[f32; 6]]) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -4,6 +4,10 @@ use crate::folder::{CASE, Folder};
 
 const STEPS: &str = "\n[[step]]\nname = \"half\"\nuntil = 0.5\n[[step]]\nname = \"whole\"\nuntil = 1\n";
 
+fn stepped() -> String {
+    CASE.replace("traction = [0, 0, 1e6]", "traction = [0, 0, \"1e6*t\"]") + STEPS
+}
+
 #[test]
 fn the_files_are_those_of_the_last_mesh_and_the_summary_has_all() {
     let folder = Folder::new("accuracy", CASE);
@@ -39,8 +43,7 @@ fn what_is_not_reached_is_said_and_the_files_are_there() {
 
 #[test]
 fn load_steps_are_solved_on_one_mesh_from_the_beginning() {
-    let stepped = CASE.replace("traction = [0, 0, 1e6]", "traction = [0, 0, \"1e6*t\"]") + STEPS;
-    let folder = Folder::new("accuracy-steps", &stepped);
+    let folder = Folder::new("accuracy-steps", &stepped());
     let run = folder.run(&["solve", "case.toml", "--accuracy", "8%"]);
     run.ends(0, &[]);
     let summary = folder.summary("case-results");
@@ -66,5 +69,58 @@ fn goals_without_sense_are_refused() {
     folder.run(&small).ends(2, &["[mesh]", "the first mesh has", "more than `max_unknowns`", "coarser"]);
     let both = ["solve", "case.toml", "--accuracy", "5%", "--starts", "3"];
     folder.run(&both).ends(2, &["one answer of Newton's method", "`starts`"]);
-    folder.run(&["solve", "case.toml", "--accuracy", "5%", "--resume"]).ends(2, &["--resume"]);
+}
+
+/// Unknowns, estimate and values of each level: what a resumed run has to share with one that was not interrupted.
+fn levels(folder: &Folder, results: &str) -> Vec<serde_json::Value> {
+    let levels = folder.summary(results)["accuracy"]["levels"].as_array().unwrap().clone();
+    levels.iter().map(|level| serde_json::json!([level["unknowns"], level["error"], level["values"]])).collect()
+}
+
+#[test]
+fn a_run_goes_on_after_its_last_mesh() {
+    for (name, case, end) in [("accuracy-resume", CASE.to_string(), "4%"), ("accuracy-resume-steps", stepped(), "7%")] {
+        let folder = Folder::new(name, &case);
+        let whole = ["solve", "case.toml", "--accuracy", end, "-o", "whole"];
+        folder.run(&whole).ends(0, &[]);
+        let limit = ["solve", "case.toml", "--accuracy", end, "-o", "part", "--set", "accuracy.max_unknowns=6000"];
+        folder.run(&limit).ends(1, &["`max_unknowns`"]);
+        let before = levels(&folder, "part").len();
+        let resumed = folder.run(&["solve", "case.toml", "--accuracy", end, "-o", "part", "--resume"]);
+        resumed.ends(0, &[]);
+        assert!(resumed.out.contains(&format!("resuming after mesh {before} with")), "{resumed:#?}");
+        assert!(!resumed.out.contains(&format!("mesh {before:>2}  ")), "{resumed:#?}");
+        assert!(before < levels(&folder, "whole").len());
+        assert_eq!(levels(&folder, "whole"), levels(&folder, "part"));
+        folder.run(&["check", "part"]).ends(0, &[]);
+        // A stricter goal goes on from there.
+        let stricter = folder.run(&["solve", "case.toml", "--accuracy", "3.5%", "-o", "whole", "--resume"]);
+        stricter.ends(0, &[]);
+        assert!(levels(&folder, "whole").len() > levels(&folder, "part").len());
+    }
+}
+
+#[test]
+fn only_levels_of_the_same_case_are_gone_on_from() {
+    let folder = Folder::new("accuracy-resume-other", CASE);
+    folder.run(&["solve", "case.toml", "--accuracy", "6%"]).ends(0, &[]);
+    let again = |more: [&str; 2]| {
+        folder.run(&["solve", "case.toml", "--accuracy", "5%", "--resume", "-o", "case-results", more[0], more[1]])
+    };
+    again(["--set", "load.1.traction=[0, 0, 2e6]"]).ends(2, &["another case", "-o DIR"]);
+    again(["--set", "mesh.block.cells=[8, 3, 3]"]).ends(2, &["another case"]);
+    again(["--set", "accuracy.element=tet4"]).ends(2, &["another case"]);
+    let file = folder.path.join("case-results/refinement.npz");
+    let mut bytes = std::fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&file, bytes).unwrap();
+    again(["--threads", "2"]).ends(2, &["refinement.npz", "without --resume"]);
+    std::fs::remove_file(&file).unwrap();
+    let anew = again(["--threads", "2"]);
+    anew.ends(0, &[]);
+    assert!(anew.out.contains("nothing to resume in case-results"), "{anew:#?}");
+    // Without an accuracy the levels are those of another run.
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    assert!(!file.exists());
 }

@@ -71,6 +71,8 @@ class Step:
     """``(cells, 6)``: mean xx, yy, zz, xy, yz, xz of each cell."""
     von_mises: npt.NDArray[np.float32]
     """``(cells,)``."""
+    cell_error: npt.NDArray[np.float32]
+    """``(cells,)``: estimated error of the stress of each cell, relative to the norm of the stress of the whole body."""
     contact: dict[str, Surface]
     """The contact surfaces by name."""
 
@@ -127,6 +129,8 @@ class Result:
     """``(cells, 6)``: mean xx, yy, zz, xy, yz, xz of each cell."""
     von_mises: npt.NDArray[np.float32]
     """``(cells,)``."""
+    cell_error: npt.NDArray[np.float32]
+    """``(cells,)``: estimated error of the stress of each cell, relative to the norm of the stress of the whole body."""
     contact: dict[str, Surface]
     """The contact surfaces by name."""
     steps: list[Step]
@@ -144,6 +148,19 @@ class Result:
     def solved(self) -> bool:
         """Whether the certificate passes."""
         return self.status == "solved"
+
+    @property
+    def error(self) -> float | None:
+        """Estimated discretisation error: of the stresses in the mean, in the energy norm, relative to their norm."""
+        error: float | None = self.summary.get("discretisation_error")
+        return error
+
+    @property
+    def accuracy(self) -> dict[str, Any] | None:
+        """Of a case with ``accuracy`` what its meshes have reached: ``reached``, ``goals``, ``levels`` and ``values`` with their
+        error bars, as in ``summary.json``; otherwise None."""
+        accuracy: dict[str, Any] | None = self.summary.get("accuracy")
+        return accuracy
 
     def __repr__(self) -> str:
         judged = repr(self.certificate)[1:-1].replace("Certificate", "certificate")
@@ -185,7 +202,7 @@ class Result:
         return data
 
     def _cell_data(self) -> dict[str, Any]:
-        return {"stress": self.stress, "von_mises": self.von_mises}
+        return {"stress": self.stress, "von_mises": self.von_mises, "error": self.cell_error}
 
 
 class Case:
@@ -282,14 +299,16 @@ class Case:
         check: bool = True,
         progress: Callable[[Progress], object] | None = None,
     ) -> Result:
-        """Solve the case, with all its load steps.
+        """Solve the case: all its load steps, and with ``accuracy`` on ever finer meshes until that is reached or cannot be.
+
+        Whether it was is in ``accuracy`` of the result, whose mesh is the last one.
 
         Parameters
         ----------
         folder : path, optional
             Where to write what the command writes: VTU files, summary, pictures, what ``stiction check`` needs.
         resume : bool
-            Go on after the last finished load step that the folder holds of this case.
+            Go on after the last finished load step, or mesh of a case with ``accuracy``, that the folder holds of this case.
         report : bool
             Whether ``report.html`` is among the files.
         threads, check, progress :
@@ -344,7 +363,7 @@ def _fields(found: dict[str, Any]) -> dict[str, Any]:
             other = masters.get(own["name"])
             master = None if other is None else Surface(**{**other, "master": None})
             contact[own["name"]] = Surface(**{**own, "master": master})
-    return {name: found[name] for name in ("displacement", "reaction", "stress", "von_mises")} | {"contact": contact}
+    return {name: found[name] for name in ("displacement", "reaction", "stress", "von_mises", "cell_error")} | {"contact": contact}
 
 
 def toml(table: Mapping[str, Any]) -> str:

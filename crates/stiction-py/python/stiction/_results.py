@@ -18,11 +18,12 @@ class Progress(NamedTuple):
 
     phase: str
     """``set-up``, ``ordering``, ``factorisation``, ``solving``, or the kind of iteration (``newton``,
-    ``multigrid`` ..); of a case also ``step``, ``step halved``, ``step finished``, ``uniqueness``, ``other starts``."""
+    ``multigrid`` ..); of a case also ``step``, ``step halved``, ``step finished``, ``mesh`` (one is solved),
+    ``uniqueness``, ``other starts``."""
     iteration: int
-    """Number of the iteration; 0 outside iterations."""
+    """Number of the iteration, or of the mesh; 0 outside iterations."""
     residual: float
-    """Relative residual; not a number outside iterations."""
+    """Relative residual; of a mesh its estimated error; not a number outside iterations."""
     open: int
     """Points that are open."""
     stick: int

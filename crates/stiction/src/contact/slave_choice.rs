@@ -3,6 +3,8 @@
 //! A slave node that cannot carry a multiplier leaves its function to its neighbours. Over faces that are prescribed
 //! altogether there is no such neighbour, so there the other surface becomes the slave of a pair of its own.
 
+use serde::{Deserialize, Serialize};
+
 use super::mortar::meet;
 use super::pair::default_search;
 use super::{ContactSurface, Counterpart, Master};
@@ -10,7 +12,7 @@ use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
 /// One of the two surfaces of a pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Role {
     /// The surface named in `on`.
     #[default]

@@ -271,6 +271,6 @@ fn read_middles(arrays: &Arrays) -> Result<Vec<[u32; 3]>, Error> {
 }
 
 /// What is wrong with a file that a run has written.
-pub(super) fn damaged(what: impl Into<String>) -> Error {
+pub(crate) fn damaged(what: impl Into<String>) -> Error {
     Error::new("", what, "the file is damaged or not of this program; solve the case again")
 }

@@ -3,23 +3,25 @@
 //! Four rooms, each of which uses those before it: `pose` reads the mesh, resolves names and poses the contact problem
 //! ([`prepare`]); `solve` solves and certifies it, one load step after the other ([`solve()`], [`solve_steps`]); `refine`
 //! does so on ever finer meshes until the answer is accurate enough ([`solve_to_accuracy`]); `results`
-//! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]).
+//! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]). [`solve_case`] goes the whole
+//! way.
 
 mod pose;
 mod refine;
 mod results;
 mod solve;
+mod whole;
 
 pub use pose::{
     Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, MemoryLimit, Prepared,
     Seconds, Span, SpringFacts, prepare, read_mesh,
 };
-pub use refine::{Indicators, Level, SolvedLevel, solve_to_accuracy};
+pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, Side, StepFiles, Summary,
-    SurfaceFields, Versions, adopt_steps, begin_steps, body_fields, check, discard_steps, keep_step, level_line,
-    limit_load, passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before,
-    writable, write, write_with,
+    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, level_line, limit_load, passes_through,
+    phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write,
+    write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
@@ -30,6 +32,8 @@ pub use solve::{
     StepRecord, Totals, UniquenessRecord, ValueRecord, bolt_states, discretisation_error, escape_mode, pair_totals,
     solve, solve_steps, totals, widened,
 };
+
+pub use whole::{Plan, Stage, Teller, solve_case};
 
 /// Discrete problems given as matrices.
 pub mod algebraic {

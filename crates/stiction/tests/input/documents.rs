@@ -122,6 +122,9 @@ fn completed(block: &str) -> String {
     if missing("[materials") {
         text += "[materials.any]\nyoung = 1\npoisson = 0.3\n";
     }
+    if block.contains("[accuracy]") && missing("[[contact]]") {
+        text += "[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = \"none\"\n";
+    }
     if block.contains("lock = \"tighten\"") {
         text += "[[step]]\nname = \"tighten\"\nuntil = 1\n[[step]]\nuntil = 2\n";
     }

@@ -3,10 +3,8 @@
 use std::ops::ControlFlow;
 
 use stiction::io::case;
-use stiction::run::{
-    AccuracyRecord, Indicators, Level, LevelRecord, Outcome, Prepared, Settings, SolvedLevel, prepare, solve,
-    solve_to_accuracy,
-};
+use stiction::linalg::Stop;
+use stiction::run::{AccuracyRecord, LevelRecord, Outcome, Plan, Prepared, Stage, solve_case};
 use stiction_fixtures::case_run::CASE;
 
 /// A quarter of a square foot without radius under a block: pressure grows without bound towards its edges.
@@ -56,15 +54,6 @@ against = "base.z-max"
 friction = { coulomb = 0.3 }
 "#;
 
-fn level(level: &Level) -> Result<SolvedLevel, stiction::Error> {
-    let mut prepared = prepare(&level.case)?;
-    level.start.iter().for_each(|start| prepared.start_from(start.clone()));
-    let outcome = solve(&prepared, &Settings::of(&level.case.solver), &mut |_| ControlFlow::Continue(()))?;
-    let mut indicators = Indicators::default();
-    indicators.add(&outcome);
-    Ok(SolvedLevel { prepared, outcome, indicators })
-}
-
 /// The brick of the source paper's kind on a coarse mesh; its limits are known from many uniform and adaptive meshes.
 fn brick() -> String {
     CASE.replace("cells = [9, 3, 3]", "cells = [6, 2, 2]").replace("{ coulomb = 0.35 }", "\"none\"")
@@ -72,10 +61,14 @@ fn brick() -> String {
 
 fn refined(text: &str, goals: &str) -> (Prepared, Outcome, AccuracyRecord) {
     let case = case::parse(&format!("{text}\n[accuracy]\n{goals}"), "case.toml", &[]).unwrap();
-    let accuracy = case.accuracy.unwrap();
     let mut told = Vec::new();
-    let (prepared, outcome) =
-        solve_to_accuracy(&case, &accuracy, &mut level, &mut |level| told.push(level.clone())).unwrap();
+    let mut tell = |stage: Stage| {
+        if let Stage::Level(level) = stage {
+            told.push(level.clone());
+        }
+        ControlFlow::Continue(())
+    };
+    let (prepared, outcome, _) = solve_case(&case, &Plan::default(), &Stop::never(), None, &mut tell).unwrap();
     let record = outcome.accuracy.clone().unwrap();
     assert_eq!(told, record.levels);
     (prepared, outcome, record)

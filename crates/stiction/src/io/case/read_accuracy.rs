@@ -24,7 +24,11 @@ pub(super) fn accuracy(
         [("forces", has_contact || has_bolts, "neither contact nor a bolt"), ("pressure", has_contact, "no contact")]
     {
         if table.given(key).is_some() && !has_values {
-            return Err(table.error(key, format!("`{key}` is asked for, and the case has {of}"), "ask for `energy` or `displacement`"));
+            return Err(table.error(
+                key,
+                format!("`{key}` is asked for, and the case has {of}"),
+                "ask for `energy` or `displacement`",
+            ));
         }
     }
     let mut spec = AccuracySpec {

@@ -9,4 +9,5 @@ mod prediction;
 mod sequence;
 mod values;
 
-pub use sequence::{Indicators, Level, SolvedLevel, solve_to_accuracy};
+pub(super) use sequence::other_case;
+pub use sequence::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::first::first;
 use super::values::{self, EXACT, LEAST_LEVELS, Sort, Value};
 use super::{marking, prediction};
 use crate::Error;
-use crate::contact::Counterpart;
+use crate::contact::{Counterpart, Role};
 use crate::fem::full_displacement;
 use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
@@ -34,6 +36,8 @@ pub struct Level {
     pub case: Case,
     /// Displacements of the answer before at the nodes of this mesh, three each, length; none on the first and with load steps.
     pub start: Option<Vec<f64>>,
+    /// Whether an earlier run has solved it.
+    pub again: bool,
 }
 
 /// The answer of a level.
@@ -66,43 +70,90 @@ impl Indicators {
     }
 }
 
-/// What is known of the levels so far.
-#[derive(Default)]
-struct History {
-    levels: Vec<LevelRecord>,
+/// The levels that were solved, with all that a later run needs to go on from the last of them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Sequence {
+    /// One for each level.
+    pub levels: Vec<LevelRecord>,
     values: Vec<Vec<Value>>,
+    contacts: Vec<Fixed>,
+    /// Cells of each level but the last that were marked, in ascending order.
+    #[serde(skip)]
+    pub marked: Vec<Vec<u32>>,
+    /// Where the error of the last level is.
+    #[serde(skip)]
+    pub indicators: Indicators,
+    /// Displacements of all nodes of the last level, three each, length.
+    #[serde(skip)]
+    pub displacement: Vec<f64>,
 }
 
-/// Solves `case` on ever finer meshes until the goals of `accuracy` are met; `solve` solves one level, `observe` is told of
-/// each that is solved. Goals are believed from the third level on: before, contact may not be resolved at all.
+/// What the first mesh decides for a contact with a surface, by the number of the contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Fixed {
+    contact: usize,
+    slave: Option<Role>,
+    search: Option<f64>,
+}
+
+/// What is done on each level.
+pub trait Levels {
+    /// Solves a level.
+    ///
+    /// # Errors
+    /// What ends the sequence.
+    fn solve(&mut self, level: &Level) -> Result<SolvedLevel, Error>;
+
+    /// A level is solved, the last of `sequence`.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn finished(&mut self, sequence: &Sequence) -> Result<(), Error>;
+}
+
+/// Solves `case` on ever finer meshes until the goals of `accuracy` are met. Goals are believed from the third level on: before, contact may not be resolved at all.
+///
+/// Goes on from `before`, the levels of an earlier run of the same case: their meshes are made again, and the last of them is
+/// solved again from its displacements.
 ///
 /// Ends early, with the reason in the record, where a later level cannot be made, is interrupted or not solved, where memory or
 /// `max_unknowns` forbids it, and where a goal is predicted to take more than twice what they allow. The answer then is the last that
 /// was solved.
 ///
 /// # Errors
-/// On the first level: what makes the mesh impossible to refine, more of it than `max_unknowns`, what `solve` returns.
+/// On the first level: what makes the mesh impossible to refine, more of it than `max_unknowns`, what [`Levels::solve`] returns. On any:
+/// what [`Levels::finished`] returns. If the levels `before` are not of this case.
 pub fn solve_to_accuracy(
     case: &Case,
     accuracy: &AccuracySpec,
-    solve: &mut dyn FnMut(&Level) -> Result<SolvedLevel, Error>,
-    observe: &mut dyn FnMut(&LevelRecord),
+    before: Option<Sequence>,
+    work: &mut dyn Levels,
 ) -> Result<(Prepared, Outcome), Error> {
     let limit = MemoryLimit::of(&case.solver);
     let (mut bisection, notes) = first(case, accuracy, &limit)?;
-    let mut level = Level { number: 0, case: on_mesh(case, &bisection, &notes), start: None };
-    let mut history = History::default();
+    let (mut case, again) = (case.clone(), before.is_some());
+    let mut sequence = before.unwrap_or_default();
+    sequence.fix_contacts(&mut case);
+    for (marked, level) in sequence.marked.iter().zip(&sequence.levels) {
+        bisection = repeated(&bisection, marked, level)?;
+    }
+    let mut level = Level {
+        number: sequence.marked.len(),
+        start: (again && case.steps.is_empty()).then(|| sequence.displacement.clone()),
+        case: on_mesh(&case, &bisection, &notes),
+        again,
+    };
     let mut last: Option<(Prepared, Outcome)> = None;
     let mut seconds = Seconds::default();
     let ended = loop {
-        let solved = match (solve(&level), &last) {
+        let solved = match (work.solve(&level), &last) {
             (Ok(solved), _) => solved,
             // What was found on the mesh before is not lost.
             (Err(error), Some(_)) if error.interrupted => break Some("it was interrupted".to_string()),
             (Err(error), Some(_)) => break Some(error.what),
             (Err(error), None) => return Err(error),
         };
-        let SolvedLevel { prepared, outcome, indicators: Indicators { cells, error } } = solved;
+        let SolvedLevel { prepared, outcome, indicators } = solved;
         if outcome.solution.status != Status::Solved {
             if last.is_none() {
                 return Ok((prepared, outcome));
@@ -110,45 +161,65 @@ pub fn solve_to_accuracy(
             let how = if outcome.solution.status == Status::Interrupted { "interrupted" } else { "not solved" };
             break Some(format!("the mesh with {} was {how}", many(prepared.problem.unknowns(), "unknown")));
         }
-        history.add(level.number, &prepared, &outcome, error);
-        history.levels.last().into_iter().for_each(&mut *observe);
+        if !level.again {
+            sequence.add(&prepared, &outcome, indicators);
+            sequence.fix_contacts(&mut case);
+            work.finished(&sequence)?;
+        }
         seconds.add(&outcome.seconds);
-        fix_contacts(&mut level.case, &prepared);
-        let u = full_displacement(&prepared.model, &outcome.solution.u);
         let peak = outcome.peak_memory;
         last = Some((prepared, outcome));
-        let goals = history.goals(accuracy, history.levels.len());
-        let enough = history.levels.len() >= LEAST_LEVELS || error <= EXACT;
+        let goals = sequence.goals(accuracy, sequence.levels.len());
+        let enough = sequence.levels.len() >= LEAST_LEVELS || sequence.indicators.error <= EXACT;
         if enough && goals.iter().all(GoalRecord::met) {
             break None;
         }
-        if history.levels.len() >= MOST_LEVELS {
+        if sequence.levels.len() >= MOST_LEVELS {
             break Some(format!("{MOST_LEVELS} meshes were solved"));
         }
-        let needed = history.needed(accuracy).filter(|_| history.levels.len() >= PREDICTING_LEVELS);
-        let most = most_unknowns(accuracy, &history, &limit, peak);
+        let needed = sequence.needed(accuracy).filter(|_| sequence.levels.len() >= PREDICTING_LEVELS);
+        let most = most_unknowns(accuracy, &sequence, &limit, peak);
         if let Some(why) = needed.and_then(|needed| out_of_reach(needed, most)) {
             break Some(why);
         }
-        let marked = marking::marked(&cells, goal_of_sum(&goals, &cells));
-        let (finer, start) = match finer(&bisection, &marked, accuracy, &u) {
+        let cells = &sequence.indicators.cells;
+        let marked = marking::marked(cells, goal_of_sum(&goals, cells));
+        let (finer, start) = match finer(&bisection, &marked, accuracy, &sequence.displacement) {
             Ok(finer) => finer,
             Err(error) => break Some(error.what),
         };
+        sequence.marked.push(marked);
         bisection = finer;
         level = Level {
             number: level.number + 1,
-            case: on_mesh(&level.case, &bisection, &notes),
             // The last load step says nothing of the first.
             start: case.steps.is_empty().then_some(start),
+            case: on_mesh(&case, &bisection, &notes),
+            again: false,
         };
     };
     let Some((prepared, mut outcome)) = last else {
         return Err(Error::new("", "no mesh was solved", "report this to the developers with the case"));
     };
     outcome.seconds = seconds;
-    outcome.accuracy = Some(history.record(accuracy, ended));
+    outcome.accuracy = Some(sequence.record(accuracy, ended));
     Ok((prepared, outcome))
+}
+
+/// A mesh that an earlier run has refined, once more; `level` is what that run says of it.
+fn repeated(mesh: &Bisection, marked: &[u32], level: &LevelRecord) -> Result<Bisection, Error> {
+    let cells = mesh.mesh.cell_count();
+    if level.cells != cells || marked.iter().any(|&cell| cell as usize >= cells) {
+        return Err(other_case());
+    }
+    Ok(refine(mesh, marked, BISECTIONS)?.next)
+}
+
+/// Refuses to go on with levels that are not of the case.
+pub(in crate::run) fn other_case() -> Error {
+    let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or solve \
+                  without --resume";
+    Error::new("", "the meshes that were solved before are of another case", remedy)
 }
 
 /// The next mesh, with the displacements `u` at its nodes.
@@ -171,25 +242,24 @@ fn on_mesh(case: &Case, bisection: &Bisection, notes: &MeshNotes) -> Case {
     case
 }
 
-/// Keeps what the mesh decided: which surface of a pair carries the contact points, and how far its counterpart is looked for.
-fn fix_contacts(case: &mut Case, prepared: &Prepared) {
-    for (number, contact) in case.contacts.iter_mut().enumerate() {
-        let AgainstSpec::Surface { slave, search, widened, .. } = &mut contact.against else { continue };
-        let Some(surface) = prepared.contact_of.iter().position(|&of| of == number) else { continue };
-        if let Counterpart::Surface(master) = &prepared.surfaces[surface].against {
-            *slave = Some(master.slave);
-        }
-        if let Some(pair) = &prepared.facts.contacts[surface].surface.pair {
-            (*search, *widened) = (Some(pair.search), None);
-        }
-    }
+/// What the mesh of a posed case decides.
+fn decided(prepared: &Prepared) -> Vec<Fixed> {
+    let of_surface = |(surface, &contact): (usize, &usize)| {
+        let slave = match &prepared.surfaces[surface].against {
+            Counterpart::Surface(master) => Some(master.slave),
+            Counterpart::Obstacle(_) => None,
+        };
+        let search = prepared.facts.contacts[surface].surface.pair.as_ref().map(|pair| pair.search);
+        Fixed { contact, slave, search }
+    };
+    prepared.contact_of.iter().enumerate().map(of_surface).collect()
 }
 
 /// The most unknowns that may be solved, as far as the levels tell: memory grows with them in proportion once it is more
 /// than the program's own.
-fn most_unknowns(accuracy: &AccuracySpec, history: &History, limit: &MemoryLimit, peak: Option<u64>) -> f64 {
+fn most_unknowns(accuracy: &AccuracySpec, sequence: &Sequence, limit: &MemoryLimit, peak: Option<u64>) -> f64 {
     let asked = accuracy.max_unknowns.map_or(f64::INFINITY, |most| most as f64);
-    let last = history.levels.last().map_or(0.0, |level| level.unknowns as f64);
+    let last = sequence.levels.last().map_or(0.0, |level| level.unknowns as f64);
     let by_memory = match (limit.bytes, peak) {
         (Some(limit), Some(peak)) if peak > OWN_MEMORY => last * limit as f64 / peak as f64,
         _ => f64::INFINITY,
@@ -213,22 +283,39 @@ fn goal_of_sum(goals: &[GoalRecord], cells: &[f64]) -> Option<f64> {
 /// The key of the goal that the estimate itself is held against.
 const ENERGY: &str = "energy";
 
-impl History {
-    fn add(&mut self, level: usize, prepared: &Prepared, outcome: &Outcome, error: f64) {
+impl Sequence {
+    fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
         let values = values::values(prepared, outcome);
         let of_steps: usize = outcome.steps.iter().map(|step| step.answer.counts.steps()).sum();
         let counts = &outcome.solution.counts;
         self.levels.push(LevelRecord {
-            level,
+            level: self.levels.len(),
             cells: prepared.mesh.cell_count(),
             unknowns: prepared.problem.unknowns(),
             points: prepared.problem.points(),
-            error,
+            error: indicators.error,
             iterations: if outcome.steps.is_empty() { counts.newton_steps.max(counts.cycles) } else { of_steps },
             cpu_seconds: outcome.seconds.total().cpu,
             values: values::named(&values),
         });
         self.values.push(values);
+        self.contacts = decided(prepared);
+        self.displacement = full_displacement(&prepared.model, &outcome.solution.u);
+        self.indicators = indicators;
+    }
+
+    /// Tells a case what the first mesh has decided: which surface of a pair carries the contact points, and how far its
+    /// counterpart is looked for.
+    fn fix_contacts(&self, case: &mut Case) {
+        for fixed in &self.contacts {
+            let against = case.contacts.get_mut(fixed.contact).map(|contact| &mut contact.against);
+            if let Some(AgainstSpec::Surface { slave, search, widened, .. }) = against {
+                *slave = fixed.slave.or(*slave);
+                if fixed.search.is_some() {
+                    (*search, *widened) = (fixed.search, None);
+                }
+            }
+        }
     }
 
     fn errors(&self) -> Vec<f64> {

@@ -1,5 +1,7 @@
 //! What engineers read from an answer, and how far it may be off, from a sequence of meshes.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::Friction;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{norm, sub};
@@ -22,7 +24,7 @@ const SINGULAR: f64 = 0.15;
 const HALVED: f64 = 2.0;
 
 /// What a value is, for the goals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Sort {
     Force,
     Displacement,
@@ -31,7 +33,7 @@ pub(super) enum Sort {
 }
 
 /// A number of one mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Value {
     pub name: String,
     pub sort: Sort,
@@ -56,7 +58,7 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         }
         all.push(plain(of("contact area"), Sort::Other, area));
         all.push(plain(of("mean pressure"), Sort::Other, if area > 0.0 { normal_force / area } else { 0.0 }));
-        let peak = max_pressure_at.map(|at| (at, cell_size(&prepared.mesh, at)));
+        let peak = max_pressure_at.and_then(|at| Some((at, cell_size(&prepared.mesh, at)?)));
         all.push(Value { peak, ..plain(of("largest pressure"), Sort::Pressure, max_pressure) });
     }
     for bolt in &answer.bolts {
@@ -72,12 +74,12 @@ pub(super) fn named(values: &[Value]) -> Named {
     Named(values.iter().map(|value| (value.name.clone(), value.value)).collect())
 }
 
-/// The size of the smallest cell that has a node at `place`.
-fn cell_size(mesh: &Mesh, place: [f64; 3]) -> f64 {
+/// The size of the smallest cell that has a node at `place`, length.
+fn cell_size(mesh: &Mesh, place: [f64; 3]) -> Option<f64> {
     let at_place = |node: &u32| mesh.nodes[*node as usize] == place;
     let cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).enumerate();
     let near = cells.filter(|(_, nodes)| nodes.iter().any(at_place));
-    near.map(|(cell, _)| mesh.cell_volume(cell).cbrt()).fold(f64::INFINITY, f64::min)
+    near.map(|(cell, _)| mesh.cell_volume(cell).cbrt()).reduce(f64::min)
 }
 
 /// Half the width of the error bar of the last of `values`, one for each mesh, by the estimates `error` of these meshes:

@@ -93,7 +93,7 @@ pub fn widened_before(case: &Case, folder: &Path) -> Result<Case, Error> {
 ///
 /// # Errors
 /// If a file cannot be moved.
-pub fn adopt_steps(from: &Path, folder: &Path) -> Result<(), Error> {
+pub(in crate::run) fn adopt_steps(from: &Path, folder: &Path) -> Result<(), Error> {
     withdraw_result(folder)?;
     remove_steps(folder)?;
     let mut names = folder::names(from)?;
@@ -107,7 +107,7 @@ pub fn adopt_steps(from: &Path, folder: &Path) -> Result<(), Error> {
 }
 
 /// Removes the steps of a level that was not solved, with their folder.
-pub fn discard_steps(from: &Path) {
+pub(in crate::run) fn discard_steps(from: &Path) {
     // What cannot be removed is replaced by the next level.
     let _ = remove_steps(from);
     let _ = folder::remove(&from.join("log.jsonl"));
@@ -271,7 +271,7 @@ fn history(log: &str, number: usize) -> Vec<Progress> {
 }
 
 /// A number that differs where the posed problem, its loading, or the time axis differs (FNV-1a, by words).
-fn fingerprint(prepared: &Prepared) -> u64 {
+pub(crate) fn fingerprint(prepared: &Prepared) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;
     let (problem, loading) = (&prepared.problem, &prepared.loading);

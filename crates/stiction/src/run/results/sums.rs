@@ -6,6 +6,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::REPORT;
+use super::level_file::LEVELS;
 use super::step_file::{STATE, number_of};
 use super::write::is_other_solution;
 use crate::Error;
@@ -18,13 +19,14 @@ pub const SUMS: &str = "SHA256SUMS";
 pub(crate) type Sums = BTreeMap<String, String>;
 
 /// What a run writes besides its pictures and the files of its steps.
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 13] = [
     "case.toml",
     "contact.pvd",
     "contact.vtu",
     "log.jsonl",
     "obstacles.vtu",
     "problem.npz",
+    LEVELS,
     "result.pvd",
     "result.vtu",
     "solution.npz",
