@@ -131,7 +131,7 @@ fn the_report_is_whole_offline_and_nothing_of_the_case_becomes_markup() {
     }
     let pictures = elements(&html, "figcaption");
     assert!(
-        ["deformed.png", "pressure.png", "shear.png", "status.png", "convergence.png", "history.png"]
+        ["deformed.png", "error.png", "pressure.png", "shear.png", "status.png", "convergence.png", "history.png"]
             .iter()
             .all(|name| pictures.contains(name))
     );

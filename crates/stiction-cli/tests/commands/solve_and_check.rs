@@ -3,12 +3,13 @@
 use crate::folder::{CASE, Folder};
 use serde_json::Value;
 
-const FILES: [&str; 14] = [
+const FILES: [&str; 15] = [
     "SHA256SUMS",
     "case.toml",
     "contact.vtu",
     "convergence.png",
     "deformed.png",
+    "error.png",
     "log.jsonl",
     "pressure.png",
     "problem.npz",
@@ -243,6 +244,12 @@ fn the_commented_cases_solve() {
         folder.run(&["new", name, "--from", name]).ends(0, &[]);
         folder.run(&["solve", &format!("{name}/case.toml"), "-o", &format!("{name}-results")]).ends(0, &[]);
         folder.run(&["check", &format!("{name}-results")]).ends(0, &[]);
+        // Each says how accurate its mesh is.
+        let text = std::fs::read_to_string(folder.path.join(name).join("case.toml")).unwrap();
+        let said = text.split("are off by about ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+        let estimated = 100.0 * folder.summary(&format!("{name}-results"))["discretisation_error"].as_f64().unwrap();
+        let said: f64 = said.parse().unwrap();
+        assert!((estimated / said - 1.0).abs() < 0.1, "{name}: {said} % is {estimated}");
     }
 }
 

@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
+use super::accuracy_text;
 use super::beside::beside;
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
+use crate::accuracy::Estimate;
 use crate::io::look::Units;
 use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
     surface_map,
 };
-use crate::mesh::Face;
+use crate::mesh::{Face, Mesh};
 use crate::run::pose::Prepared;
 use crate::run::solve::{Outcome, StepRecord};
 
@@ -41,12 +43,16 @@ pub(crate) fn write(
         maps(folder, title, &suffix, surface, &units)
     };
     let mut files = vec!["deformed.png".to_string()];
+    let error = node_error(mesh, body, outcome);
+    let draw_body = || {
+        deformed(&plot)?.0.write_png(&folder.join("deformed.png"))?;
+        error.as_ref().map_or(Ok(()), |error| error_map(folder, prepared, outcome, &faces, error))
+    };
     // The body takes about as long as a contact surface.
-    let (drawn, of_surfaces) = beside(
-        || deformed(&plot)?.0.write_png(&folder.join("deformed.png")),
-        || surfaces.iter().map(of_surface).collect::<Vec<Result<Vec<String>, Error>>>(),
-    );
+    let (drawn, of_surfaces) =
+        beside(draw_body, || surfaces.iter().map(of_surface).collect::<Vec<Result<Vec<String>, Error>>>());
     drawn?;
+    files.extend(error.map(|_| ERROR.to_string()));
     for names in of_surfaces {
         files.extend(names?);
     }
@@ -63,6 +69,50 @@ pub(crate) fn write(
         files.push("history.png".into());
     }
     Ok(files)
+}
+
+/// The picture of the error.
+const ERROR: &str = "error.png";
+/// It shows errors up to so many times the mean one: at edges they are many times that.
+const SHOWN: f64 = 4.0;
+
+/// The estimated error at each node, percent: the mean of its cells, cut off at what is shown. `None` without any error.
+fn node_error(mesh: &Mesh, body: &BodyFields, outcome: &Outcome) -> Option<Vec<f64>> {
+    let most = 100.0 * SHOWN * outcome.estimate.as_ref()?.relative();
+    let cells = mesh.cells.iter().flat_map(|block| block.nodes.chunks_exact(block.kind.nodes()));
+    let mut sums = vec![[0.0, 0.0]; mesh.nodes.len()];
+    for (nodes, &error) in cells.zip(&body.error) {
+        for &node in nodes {
+            let [sum, count] = &mut sums[node as usize];
+            *sum += 100.0 * f64::from(error);
+            *count += 1.0;
+        }
+    }
+    (most > 0.0).then(|| sums.iter().map(|[sum, count]| (sum / count).min(most)).collect())
+}
+
+/// Where the mesh is too coarse, over the boundary.
+fn error_map(
+    folder: &Path,
+    prepared: &Prepared,
+    outcome: &Outcome,
+    faces: &[&[u32]],
+    error: &[f64],
+) -> Result<(), Error> {
+    let mean = outcome.estimate.as_ref().map_or(0.0, Estimate::relative);
+    let [mean, most] = [mean, SHOWN * mean].map(accuracy_text::percent);
+    let map = SurfaceMap {
+        points: &prepared.mesh.nodes,
+        faces,
+        values: MapValues::Scalar(error),
+        vectors: None,
+        focus: None,
+        title: &format!("{}: estimated error, {mean} in the mean, cut off at {most}", prepared.facts.title),
+        label: "Error",
+        unit_label: "%",
+        length_label: Units::of(prepared.facts.units.as_deref()).length,
+    };
+    surface_map(&map)?.write_png(&folder.join(ERROR))
 }
 
 fn forces_over_time(folder: &Path, title: &str, steps: &[StepRecord], unit_label: &str) -> Result<(), Error> {

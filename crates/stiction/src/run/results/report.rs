@@ -95,7 +95,11 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
     if let Some(estimate) = &outcome.estimate {
         let error = accuracy_text::percent(estimate.relative());
-        rows.add("mesh", format!("the error of the stresses in the mean is estimated at {error} (energy norm)"));
+        let over_steps = worst_step(&outcome.steps).map_or(String::new(), |(error, t)| {
+            format!(", over the load steps at most {} at t = {}", accuracy_text::percent(error), number(t))
+        });
+        let what = "the error of the stresses in the mean is estimated at";
+        rows.add("mesh", format!("{what} {error} (energy norm){over_steps}"));
     }
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     if let Some(facts) = &outcome.coulomb {
@@ -109,6 +113,13 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     }
     rows.add("work", work(outcome));
     Report { rows: rows.0, cost: cost(outcome) }
+}
+
+/// The largest estimated error of any load step with its time; `None` if it is that of the last one.
+fn worst_step(steps: &[StepRecord]) -> Option<(f64, f64)> {
+    let known = |step: &StepRecord| step.answer.discretisation_error.map(|error| (error, step.t));
+    let worst = steps.iter().filter_map(known).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (worst.1 < steps.last()?.t).then_some(worst)
 }
 
 fn iterations(outcome: &Outcome) -> usize {
