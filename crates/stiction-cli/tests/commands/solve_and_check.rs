@@ -181,7 +181,7 @@ fn a_case_without_contact_is_solved() {
     let (case, _) = CASE.split_once("[[contact]]").unwrap();
     let folder = Folder::new("free", case);
     folder.run(&["solve", "case.toml"]).ends(0, &[]);
-    assert_eq!(folder.names_in("case-results").len(), 9);
+    assert_eq!(folder.names_in("case-results").len(), 10);
     assert_eq!(folder.summary("case-results")["dual_dofs"], 0);
     folder.run(&["check", "case-results"]).ends(0, &[]);
     for method in ["alg1", "smalbe", "discs", "cfs2"] {

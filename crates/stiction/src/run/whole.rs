@@ -69,7 +69,11 @@ pub fn solve_case(
 ) -> Result<(Prepared, Outcome, Ahead), Error> {
     if plan.resume && case.steps.is_empty() && case.accuracy.is_none() {
         let what = "this case has no load steps to resume, and no accuracy that refines its mesh";
-        return Err(Error::new("--resume", what, "solve it without, or add [[step]] or [accuracy] to the case"));
+        return Err(Error::new(
+            "--resume",
+            what,
+            "solve it without --resume, or add [[step]] or [accuracy] to the case",
+        ));
     }
     let mut run = Run { plan, stop, tell, problem: String::new(), wanted: None };
     match &case.accuracy {
