@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use super::patches::Patches;
 use crate::fem::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
-use crate::fem::{Cut, Solid, Voigt, quadratic_points};
+use crate::fem::{self, Cut, Solid, Voigt, quadratic_points};
 use crate::linalg::SmallLu;
-use crate::mesh::CellKind;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, corners};
 use crate::mesh::shape::{GAUSS3, HEX20, TET10};
-use crate::mesh::v3::{V3, add, mean, scale, sub};
+use crate::mesh::v3::{V3, add, dot, mean, scale, sub};
+use crate::mesh::{CellKind, Cells};
 
 /// What strains a body.
 #[derive(Debug, Clone, Copy)]
@@ -26,29 +26,37 @@ pub struct Straining<'a> {
     pub rise: &'a [f64],
     /// Bolts: the cut and how far its sides are drawn together, length.
     pub cuts: &'a [(&'a Cut, f64)],
-    /// Number of the region of each cell. Between regions stress may jump.
+    /// Number of the region of each cell, all of one material. Between regions stress may jump.
     pub region: &'a [u32],
 }
 
 /// Cells for each task of a thread at least.
 const CELLS_PER_TASK: usize = 512;
 
-/// Stress of the cells of a mesh at its sampling points: where it is most accurate, as far as that is known.
-///
-/// Hexahedra with 20 nodes have the 2 x 2 x 2 Gauss points (Barlow 1976). The others have one, their middle, for the mean:
-/// no points of tetrahedra with 10 nodes are known at which all components are better than elsewhere.
-pub(super) struct Samples {
-    stress: Vec<Voigt>,
-    /// For each block of cells the number after its last cell, and its first sample.
-    blocks: Vec<[usize; 2]>,
+/// Stress of a cell where it is most accurate, as far as that is known: at the middle of linear cells, at the 2 x 2 x 2 Gauss points of
+/// hexahedra with 20 nodes (Barlow 1976). No such points of tetrahedra with 10 nodes are known.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sample {
+    pub(super) place: V3,
+    pub(super) stress: Voigt,
 }
 
-/// Most sampling points of a cell.
-pub(super) const MOST_SAMPLES: usize = 8;
+/// Of each block of cells how many samples a cell has, and the samples.
+pub(super) struct Samples(Vec<(usize, Vec<Sample>)>);
 
-pub(super) fn samples_of(kind: CellKind) -> usize {
+impl Samples {
+    /// Those of cell number `local` of a block.
+    #[inline]
+    pub(super) fn at(&self, (block, local): (usize, usize)) -> &[Sample] {
+        let (count, samples) = &self.0[block];
+        &samples[count * local..count * (local + 1)]
+    }
+}
+
+fn samples_of(kind: CellKind) -> usize {
     match kind {
-        CellKind::Tet4 | CellKind::Hex8 | CellKind::Tet10 => 1,
+        CellKind::Tet4 | CellKind::Hex8 => 1,
+        CellKind::Tet10 => 0,
         CellKind::Hex20 => 8,
     }
 }
@@ -72,37 +80,33 @@ static HEX8_SHAPES: LazyLock<[[f64; 8]; 8]> = LazyLock::new(|| {
     from_fn(|q| from_fn(|i| at(i, q).product()))
 });
 
-impl Samples {
-    /// Stress at the samples of cell number `cell`.
-    #[inline]
-    pub(super) fn at(&self, cell: u32, count: usize) -> &[Voigt] {
-        let block = self.blocks.partition_point(|[end, _]| *end <= cell as usize);
-        let before = if block == 0 { 0 } else { self.blocks[block - 1][0] };
-        let first = self.blocks[block][1] + count * (cell as usize - before);
-        &self.stress[first..first + count]
-    }
-}
+/// Linear functions of the four corners at the integration points of a tetrahedron with ten nodes.
+static LINEAR_AT_TET10: LazyLock<[[f64; 4]; 14]> = LazyLock::new(|| {
+    from_fn(|q| {
+        let shape = &TET10[q].shape;
+        let halves = |i: usize| (4..10).filter(move |k| CellKind::Tet10.edges()[k - 4].contains(&i)).map(|k| shape[k]);
+        from_fn(|i| shape[i] + 0.5 * halves(i).sum::<f64>())
+    })
+});
 
-/// Places of the samples of a cell.
-pub(super) fn places(kind: CellKind, x: &[V3], nodes: &[u32]) -> [V3; MOST_SAMPLES] {
-    let mut places = [[0.0; 3]; MOST_SAMPLES];
-    let node = |i: usize| x[nodes[i] as usize];
-    match kind {
-        CellKind::Tet4 | CellKind::Hex8 => places[0] = mean((0..nodes.len()).map(node)),
-        CellKind::Tet10 => places[0] = mean((4..10).map(node)),
-        CellKind::Hex20 => {
-            for (place, shape) in places.iter_mut().zip(&*HEX20_AT_SAMPLES) {
-                *place = (0..20).fold([0.0; 3], |sum, i| add(sum, scale(shape[i], node(i))));
-            }
-        }
-    }
-    places
+/// Part of its edge by which a middle of a straight one is off it at most.
+const STRAIGHT: f64 = 1e-12;
+
+/// Whether the edges of a tetrahedron with ten nodes are straight and its middles in their middles.
+fn is_straight(x: &[V3], nodes: &[u32]) -> bool {
+    CellKind::Tet10.edges().iter().zip(&nodes[4..]).all(|(ends, &middle)| {
+        let [a, b] = ends.map(|end| x[nodes[end] as usize]);
+        let (edge, off) = (sub(b, a), sub(scale(2.0, x[middle as usize]), add(a, b)));
+        dot(off, off) <= STRAIGHT * STRAIGHT * dot(edge, edge)
+    })
 }
 
 /// A body under strain.
 pub(super) struct Body<'a> {
     pub(super) solid: Solid<'a>,
     pub(super) straining: Straining<'a>,
+    /// Number of the region of each cell; cells whose stress is recovered in different ways are regions of their own.
+    pub(super) region: Vec<u32>,
     laws: Vec<(Law<'a>, Compliance)>,
     /// Of each block of cells the first integration point among those of quadratic cells, and how many a cell has.
     points: Vec<[usize; 2]>,
@@ -119,48 +123,65 @@ impl<'a> Body<'a> {
             (law, Compliance::new(&law))
         };
         let laws = solid.materials.iter().map(law).collect();
-        Body { solid: *solid, straining: *straining, laws, points: quadratic_points(solid.mesh) }
+        let way = |kind: CellKind| match kind {
+            CellKind::Tet4 | CellKind::Hex8 => 0,
+            CellKind::Tet10 => 1,
+            CellKind::Hex20 => 2,
+        };
+        let ways = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(way(block.kind), block.len()));
+        let region = straining.region.iter().zip(ways).map(|(region, way)| 3 * region + way).collect();
+        Body { solid: *solid, straining: *straining, region, laws, points: quadratic_points(solid.mesh) }
     }
 
-    fn law(&self, cell: usize) -> &(Law<'a>, Compliance) {
+    fn constants(&self, cell: usize) -> &(Law<'a>, Compliance) {
         &self.laws[self.solid.material_of_cell[cell] as usize]
     }
 
-    /// Stress at the samples of all cells.
-    pub(super) fn samples(&self) -> Samples {
-        let mesh = self.solid.mesh;
-        let total = mesh.cells.iter().map(|block| block.len() * samples_of(block.kind)).sum();
-        let (mut stress, mut blocks) = (vec![[0.0; 6]; total], Vec::new());
-        let (mut cell, mut sample) = (0, 0);
-        for (number, block) in mesh.cells.iter().enumerate() {
-            let (kind, count) = (block.kind, samples_of(block.kind));
-            let own = &mut stress[sample..sample + count * block.len()];
-            let tasks = own.par_chunks_exact_mut(count).zip(block.nodes.par_chunks_exact(kind.nodes()));
-            tasks.enumerate().with_min_len(CELLS_PER_TASK).for_each(|(i, (own, nodes))| {
-                let at = At { block: number, cell: cell + i, local: i, nodes };
-                if !self.sample(kind, &at, own) {
-                    own.fill([f64::NAN; 6]);
-                }
-            });
-            (cell, sample) = (cell + block.len(), sample + count * block.len());
-            blocks.push([cell, sample - count * block.len()]);
-        }
-        Samples { stress, blocks }
+    pub(super) fn law(&self, cell: usize) -> &Law<'a> {
+        &self.constants(cell).0
     }
 
-    /// False for a cell that is folded.
-    fn sample(&self, kind: CellKind, at: &At, samples: &mut [Voigt]) -> bool {
+    /// How far `node` is drawn back as `cell` sees it: across a cut.
+    pub(super) fn jump(&self, cell: u32, node: u32) -> V3 {
+        let at_cut =
+            |(cut, _): &&(&Cut, f64)| cut.cells.binary_search(&cell).is_ok() && cut.nodes.binary_search(&node).is_ok();
+        let cuts = self.straining.cuts.iter().filter(at_cut);
+        cuts.fold([0.0; 3], |jump, (cut, shortening)| add(jump, scale(*shortening, cut.axis)))
+    }
+
+    /// The samples of all cells.
+    pub(super) fn samples(&self) -> Samples {
         let x = &self.solid.mesh.nodes;
-        match kind {
-            CellKind::Tet4 => Tet4::new(&corners(x, at.nodes)).map(|e| samples[0] = self.stress(&e, at)[0]),
-            CellKind::Hex8 => Hex8::new(&corners(x, at.nodes)).map(|e| samples[0] = self.mean_stress(&e, at)),
-            CellKind::Tet10 => Tet10::new(&corners(x, at.nodes)).map(|e| samples[0] = self.mean_stress(&e, at)),
-            CellKind::Hex20 => Hex20::new(&corners(x, at.nodes)).map(|e| {
-                let stress = self.stress(&e, at);
-                samples.iter_mut().zip(&*HEX20_SAMPLES).for_each(|(s, weights)| *s = combined(weights, &stress));
-            }),
-        }
-        .is_some()
+        let mut cell = 0;
+        let of_block = |(number, block): (usize, &Cells)| {
+            let count = samples_of(block.kind);
+            let mut samples = vec![Sample::default(); count * block.len()];
+            let nodes = block.nodes.par_chunks_exact(block.kind.nodes());
+            let tasks = samples.par_chunks_exact_mut(count.max(1)).zip(nodes);
+            tasks.enumerate().with_min_len(CELLS_PER_TASK).for_each(|(i, (own, nodes))| {
+                let at = At { block: number, cell: cell + i, local: i, nodes };
+                own[0].place = mean(nodes.iter().map(|&node| x[node as usize]));
+                let known = match block.kind {
+                    CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| own[0].stress = self.stress(&e, &at)[0]),
+                    CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| own[0].stress = self.mean_stress(&e, &at)),
+                    CellKind::Tet10 => None,
+                    CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| {
+                        let stress = self.stress(&e, &at);
+                        for ((sample, weights), shape) in own.iter_mut().zip(&*HEX20_SAMPLES).zip(&*HEX20_AT_SAMPLES) {
+                            let weighted = shape.iter().zip(nodes).map(|(s, &node)| scale(*s, x[node as usize]));
+                            sample.place = weighted.fold([0.0; 3], add);
+                            sample.stress = combined(weights, &stress);
+                        }
+                    }),
+                };
+                if known.is_none() {
+                    own.iter_mut().for_each(|sample| sample.stress = [f64::NAN; 6]);
+                }
+            });
+            cell += block.len();
+            (count, samples)
+        };
+        Samples(self.solid.mesh.cells.iter().enumerate().map(of_block).collect())
     }
 
     /// Of each cell the squared energy norms of the error, of the stress and of the stress that would suppress its strain
@@ -184,7 +205,7 @@ impl<'a> Body<'a> {
 
     fn error(&self, kind: CellKind, at: &At, samples: &Samples, patches: &Patches) -> Option<[f64; 4]> {
         let x = &self.solid.mesh.nodes;
-        let region = self.straining.region[at.cell];
+        let region = self.region[at.cell];
         let smooth = |i: usize| match kind.edges().get(i.wrapping_sub(kind.linear().nodes())) {
             None => *patches.at_corner(at.nodes[i], region),
             Some(ends) => {
@@ -196,8 +217,8 @@ impl<'a> Body<'a> {
         Some(match kind {
             CellKind::Tet4 => {
                 let volume = crate::mesh::geometry::cell_volume(x, kind, at.nodes);
-                let compliance = &self.law(at.cell).1;
-                let found = samples.at(at.cell as u32, 1)[0];
+                let compliance = &self.constants(at.cell).1;
+                let found = samples.at((at.block, at.local))[0].stress;
                 let error: [Voigt; 4] = from_fn(|i| {
                     let smooth = smooth(i);
                     from_fn(|k| smooth[k] - found[k])
@@ -210,17 +231,23 @@ impl<'a> Body<'a> {
             }
             CellKind::Hex8 => {
                 let e = Hex8::new(&corners(x, at.nodes))?;
-                self.integrated(&e, at, &from_fn(smooth), |q| &HEX8_SHAPES[q])
+                self.integrated(&e.weight, &self.stress(&e, at), at, &from_fn(smooth), |q| &HEX8_SHAPES[q])
             }
             CellKind::Tet10 => {
-                let e = Tet10::new(&corners(x, at.nodes))?;
                 let rule = &*TET10;
-                self.integrated(&e, at, &from_fn(smooth), |q| &rule[q].shape)
+                let (weight, stress) = match is_straight(x, at.nodes) {
+                    true => self.straight(at)?,
+                    false => {
+                        let e = Tet10::new(&corners(x, at.nodes))?;
+                        (e.weight, self.stress(&e, at))
+                    }
+                };
+                self.integrated(&weight, &stress, at, &from_fn(smooth), |q| &rule[q].shape)
             }
             CellKind::Hex20 => {
                 let e = Hex20::new(&corners(x, at.nodes))?;
                 let rule = &*HEX20;
-                self.integrated(&e, at, &from_fn(smooth), |q| &rule[q].shape)
+                self.integrated(&e.weight, &self.stress(&e, at), at, &from_fn(smooth), |q| &rule[q].shape)
             }
         })
     }
@@ -228,20 +255,57 @@ impl<'a> Body<'a> {
     /// Integrals over a cell, `smooth` the recovered stress at its nodes.
     fn integrated<'s, const N: usize, const Q: usize>(
         &self,
-        element: &Element<N, Q>,
+        weight: &[f64; Q],
+        stress: &[Voigt; Q],
         at: &At,
         smooth: &[Voigt; N],
         shape: impl Fn(usize) -> &'s [f64; N],
     ) -> [f64; 4] {
-        let compliance = &self.law(at.cell).1;
+        let compliance = &self.constants(at.cell).1;
+        // The recovered stress is that of the whole strain.
+        let whole = N == 10 && !self.straining.initial.is_empty();
         let mut sums = [0.0; 4];
-        for (q, (found, weight)) in self.stress(element, at).iter().zip(element.weight).enumerate() {
+        for (q, (found, weight)) in stress.iter().zip(weight).enumerate() {
             let smooth = combined(shape(q), smooth);
-            let error = from_fn(|k| smooth[k] - found[k]);
+            let mut error = from_fn(|k| smooth[k] - found[k]);
+            if whole {
+                let free = self.law(at.cell).stress(&self.free_strain(at, q));
+                (0..6).for_each(|k| error[k] -= free[k]);
+            }
             let parts = [compliance.energy(&error), compliance.energy(found), 1.0, self.suppressed(at, q)];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
         }
         sums
+    }
+
+    /// Volumes of the integration points of a straight tetrahedron with ten nodes and the stress there, which is linear. `None` if it is
+    /// folded.
+    fn straight(&self, at: &At) -> Option<([f64; 14], [Voigt; 14])> {
+        let e = Tet4::new(&corners(&self.solid.mesh.nodes, &at.nodes[..4]))?;
+        let u: [V3; 10] = self.seen(at);
+        let g = &e.gradient[0];
+        let edges = CellKind::Tet10.edges();
+        let law = self.law(at.cell);
+        let at_corners: [Voigt; 4] = from_fn(|corner| {
+            let own = (0..4).map(|i| (u[i], scale(if i == corner { 3.0 } else { -1.0 }, g[i])));
+            let middle = |(k, ends): (usize, &[usize; 2])| {
+                let other = ends[usize::from(ends[0] == corner)];
+                ends.contains(&corner).then(|| (u[4 + k], scale(4.0, g[other])))
+            };
+            law.stress(&fem::strain(own.chain(edges.iter().enumerate().filter_map(middle))))
+        });
+        let stress = from_fn(|q| {
+            let free = if self.straining.initial.is_empty() { [0.0; 6] } else { law.stress(&self.free_strain(at, q)) };
+            let whole = combined(&LINEAR_AT_TET10[q], &at_corners);
+            from_fn(|k| whole[k] - free[k])
+        });
+        Some((from_fn(|q| 6.0 * e.weight[0] * TET10[q].weight), stress))
+    }
+
+    /// Displacements of the nodes of a cell as it sees them: at a cut where the other side is.
+    fn seen<const N: usize>(&self, at: &At) -> [V3; N] {
+        let displacement = self.straining.displacement.as_chunks().0;
+        from_fn(|i| sub(displacement[at.nodes[i] as usize], self.jump(at.cell as u32, at.nodes[i])))
     }
 
     fn mean_stress<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> Voigt {
@@ -251,18 +315,9 @@ impl<'a> Body<'a> {
 
     /// Stress of a cell at its integration points.
     fn stress<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> [Voigt; Q] {
-        let Straining { displacement, cuts, .. } = self.straining;
-        let mut u: [V3; N] = from_fn(|i| displacement.as_chunks().0[at.nodes[i] as usize]);
-        for (cut, shortening) in cuts.iter().filter(|(cut, _)| cut.cells.binary_search(&(at.cell as u32)).is_ok()) {
-            // The cell sees its nodes at the cut where the other side is.
-            for (u, node) in u.iter_mut().zip(at.nodes) {
-                if cut.nodes.binary_search(node).is_ok() {
-                    *u = sub(*u, scale(*shortening, cut.axis));
-                }
-            }
-        }
-        let law = &self.law(at.cell).0;
-        let mut strain: [Voigt; Q] = from_fn(|q| strain(&element.gradient[q], &u));
+        let u: [V3; N] = self.seen(at);
+        let law = self.law(at.cell);
+        let mut strain: [Voigt; Q] = element.gradient.map(|gradient| fem::strain(u.into_iter().zip(gradient)));
         if N == 8 && law.mean_dilatation {
             let dilatation = |e: &Voigt| e[0] + e[1] + e[2];
             let sum: f64 = strain.iter().zip(element.weight).map(|(e, w)| w * dilatation(e)).sum();
@@ -302,7 +357,7 @@ impl<'a> Body<'a> {
             return 0.0;
         }
         let free = self.free_strain(at, q);
-        self.law(at.cell).0.stress(&free).iter().zip(free).map(|(s, e)| s * e).sum()
+        self.law(at.cell).stress(&free).iter().zip(free).map(|(s, e)| s * e).sum()
     }
 }
 
@@ -312,20 +367,6 @@ struct At<'m> {
     cell: usize,
     local: usize,
     nodes: &'m [u32],
-}
-
-/// Strain from the gradients of the shape functions and the displacements of the nodes.
-#[inline]
-fn strain<const N: usize>(gradient: &[V3; N], u: &[V3; N]) -> Voigt {
-    let mut h = [[0.0; 3]; 3]; // displacement gradient, h[a][b] = ∂u_a/∂x_b
-    for (u, g) in u.iter().zip(gradient) {
-        for a in 0..3 {
-            for b in 0..3 {
-                h[a][b] += u[a] * g[b];
-            }
-        }
-    }
-    [h[0][0], h[1][1], h[2][2], h[0][1] + h[1][0], h[1][2] + h[2][1], h[0][2] + h[2][0]]
 }
 
 #[inline]

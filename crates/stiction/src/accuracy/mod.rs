@@ -1,10 +1,12 @@
 //! How far the mesh is from fine enough: an estimate of the discretisation error of an answer.
 //!
-//! The stress of an element is less smooth than that of the body. [`estimate`] recovers a smooth stress from it
-//! (Zienkiewicz and Zhu 1992, "The superconvergent patch recovery and a posteriori error estimates"): around each corner
-//! of the mesh a polynomial is fitted to the stress at sampling points of the cells there. The difference of both, in
-//! the energy norm, is the estimate. It needs no constant, bounds nothing, and knows neither contact nor friction but
-//! through the stress they cause.
+//! The stress of an element is less smooth than that of the body. [`estimate`] recovers a smooth stress from it and takes the
+//! difference of both, in the energy norm. Around each corner of the mesh a polynomial is fitted to the cells there: to their
+//! stress at points where it is superconvergent (Zienkiewicz and Zhu 1992, "The superconvergent patch recovery and a
+//! posteriori error estimates"), or, in tetrahedra with ten nodes, which have no such points, to the displacements of their
+//! nodes, which is then differentiated (Zhang and Naga 2005, "A new finite element gradient recovery method:
+//! superconvergence property"). It needs no constant, bounds nothing, and knows neither contact nor friction but through the
+//! stress they cause.
 //!
 //! Where stress may jump nothing is averaged: cells of different [`region`](Straining::region)s have polynomials of their
 //! own, and bodies in contact share no node.
@@ -76,12 +78,8 @@ pub fn estimate(solid: &Solid, straining: &Straining) -> Estimate {
     let body = Body::new(solid, straining);
     let samples = body.samples();
     let patches = Patches::new(&body, &samples);
-    let mut estimate = Estimate::default();
-    for [error2, norm2, volume, suppressed2] in body.errors(&samples, &patches) {
-        estimate.cells.push(error2);
-        estimate.volumes.push(volume);
-        estimate.norm2 += norm2;
-        estimate.suppressed2 += suppressed2;
-    }
-    estimate
+    let errors = body.errors(&samples, &patches);
+    let sum = |part: usize| errors.iter().map(|parts| parts[part]).sum();
+    let each = |part: usize| errors.iter().map(|parts| parts[part]).collect();
+    Estimate { cells: each(0), volumes: each(2), norm2: sum(1), suppressed2: sum(3) }
 }

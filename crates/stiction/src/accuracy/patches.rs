@@ -1,35 +1,80 @@
 //! Polynomials of stress around the corners of a mesh.
 
 use std::array::from_fn;
+use std::borrow::Cow;
+use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
-use super::cells::{Body, Samples, places, samples_of};
-use crate::fem::Voigt;
-use crate::mesh::v3::{V3, dot, scale, sub};
-use crate::mesh::{Buckets, CellKind, Mesh, ascending};
+use super::cells::{Body, Sample, Samples};
+use crate::fem::{CellList, Voigt, strain_of};
+use crate::mesh::v3::{V3, add, cross, dot, scale, sub};
+use crate::mesh::{Buckets, CellKind, ascending};
 
-/// Terms of a linear polynomial, and of a quadratic one.
+/// Terms of a linear, a quadratic and a cubic polynomial.
 const LINEAR: usize = 4;
 const QUADRATIC: usize = 10;
+const CUBIC: usize = 20;
 
-/// Linear polynomials are fitted to so many samples at least, quadratic ones to so many: tetrahedra with one sample each take
-/// their neighbours as well. A closer fit follows the scatter of the stress where it is not smooth and calls it right.
-const LEAST_SAMPLES: [usize; 2] = [8, 40];
+/// Powers of the local coordinates in each term.
+const POWERS: [[u8; 3]; CUBIC] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+    [2, 0, 0],
+    [0, 2, 0],
+    [0, 0, 2],
+    [1, 1, 0],
+    [0, 1, 1],
+    [1, 0, 1],
+    [3, 0, 0],
+    [0, 3, 0],
+    [0, 0, 3],
+    [2, 1, 0],
+    [2, 0, 1],
+    [1, 2, 0],
+    [0, 2, 1],
+    [1, 0, 2],
+    [0, 1, 2],
+    [1, 1, 1],
+];
 
-/// How fast the weight of samples falls with their squared distance, in wider patches of cells with several samples:
-/// without, what lies farther along the surface decides on the stress at it.
+/// The derivative of a term along a local coordinate: which term it is, up to the power that comes down.
+static DERIVATIVE: LazyLock<[[Option<usize>; 3]; CUBIC]> = LazyLock::new(|| {
+    POWERS.map(|powers| {
+        from_fn(|c| {
+            let mut lower = powers;
+            lower[c] = lower[c].checked_sub(1)?;
+            POWERS.iter().position(|powers| *powers == lower)
+        })
+    })
+});
+
+/// Linear cells whose stress a polynomial is fitted to at least. A closer fit follows the scatter of the stress where it is not
+/// smooth and calls it right.
+const LEAST_CELLS: usize = 8;
+
+/// A term, by its degree, of which the terms before it leave less than this part is not known from the places: a slope across a
+/// surface from one layer of cells; a curvature from two points; a third power from three layers of nodes, which leave nothing of
+/// it where enough of them leave 0.001 and more.
+const LEAST_PART: [f64; 4] = [0.0, 0.05, 0.02, 1e-3];
+
+/// The same for a curvature in wider patches of hexahedra.
+const LEAST_CURVATURE: f64 = 1e-3;
+
+/// How fast the weight of samples falls with their squared distance in wider patches of hexahedra: without, what lies
+/// farther along the surface decides on the stress at it.
 const FADING: f64 = 0.25;
-
-/// A term of which the terms before it leave less than this part is not known from the samples: a slope across a surface
-/// from one layer of cells; a curvature from two points, in the cells around a corner and in wider patches.
-const LEAST_SLOPE: f64 = 0.05;
-const LEAST_CURVATURE: [f64; 2] = [0.02, 1e-3];
 
 /// Patches for each task of a thread at least.
 const PATCHES_PER_TASK: usize = 128;
 
 /// The recovered stress: one polynomial for each corner and each region of the cells around it.
+///
+/// Tetrahedra with ten nodes, which have no points where their stress is better than elsewhere: the polynomial of third degree
+/// through the displacements of the nodes, differentiated; its stress is that of the whole strain, the one without stress
+/// included. Other cells: a polynomial through stresses at their samples.
 pub(super) struct Patches {
     corners: Corners,
     /// Stress at the corner.
@@ -66,7 +111,7 @@ impl Corners {
 impl Patches {
     pub(super) fn new(body: &Body, samples: &Samples) -> Self {
         let mesh = body.solid.mesh;
-        let region = body.straining.region;
+        let region = &body.region;
         let around = Buckets::new(mesh.nodes.len(), mesh.cell_count(), |range| {
             mesh.cells_in(range)
                 .flat_map(|(cell, nodes)| corners_of(nodes).iter().map(move |&node| [node, cell as u32]))
@@ -82,15 +127,14 @@ impl Patches {
             }
             corners.start.push(corners.patch.len() as u32);
         }
-        let finder = Finder { mesh, samples, region, around: &around, ends: ends(mesh) };
-        let quadratic = mesh.cells.iter().any(|block| !block.kind.edges().is_empty());
+        let finder = Finder { body, samples, around: &around, cells: body.solid.cells() };
         let found = corners.patch.par_iter().with_min_len(PATCHES_PER_TASK);
-        if !quadratic {
-            let value = found.map(|&[region, node]| finder.polynomial::<LINEAR>(node, region).0[0]).collect();
+        if mesh.cells.iter().all(|block| block.kind.edges().is_empty()) {
+            let value = found.map(|&[region, node]| finder.linear(node, region)).collect();
             return Patches { corners, value, change: Vec::new() };
         }
         let polynomial = |&[region, node]: &[u32; 2]| {
-            let ([value, terms @ ..], frame) = finder.polynomial::<QUADRATIC>(node, region);
+            let ([value, terms @ ..], frame) = finder.polynomial(node, region);
             (value, Change { corner: mesh.nodes[node as usize], frame, terms })
         };
         let (value, change) = found.map(polynomial).unzip();
@@ -107,7 +151,7 @@ impl Patches {
     pub(super) fn near_corner(&self, node: u32, region: u32, x: V3) -> Voigt {
         let patch = self.corners.patch(node, region);
         let Change { corner, frame, terms } = &self.change[patch];
-        let [_, powers @ ..]: [f64; QUADRATIC] = monomials(frame, sub(x, *corner));
+        let [_, powers @ ..]: [f64; QUADRATIC] = monomials(local(frame, sub(x, *corner)));
         let mut stress = self.value[patch];
         for (power, term) in powers.iter().zip(terms) {
             (0..6).for_each(|k| stress[k] += power * term[k]);
@@ -121,70 +165,196 @@ fn corners_of(nodes: &[u32]) -> &[u32] {
     &nodes[..if nodes.len() == 4 || nodes.len() == 10 { 4 } else { 8 }]
 }
 
-fn ends(mesh: &Mesh) -> Vec<usize> {
-    let mut end = 0;
-    let after = |len: usize| {
-        end += len;
-        end
-    };
-    mesh.cells.iter().map(|block| block.len()).map(after).collect()
+#[inline]
+fn local(frame: &[V3; 3], away: V3) -> V3 {
+    frame.map(|row| dot(row, away))
 }
 
-/// `1, x, y, z` and squares and products of the local coordinates of the place `away` from the corner.
+/// The terms of polynomials, as in [`POWERS`].
 #[inline]
-fn monomials<const M: usize>(frame: &[V3; 3], away: V3) -> [f64; M] {
-    let [x, y, z] = [dot(frame[0], away), dot(frame[1], away), dot(frame[2], away)];
-    let all = [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
-    from_fn(|i| all[i])
+fn monomials<const M: usize>([x, y, z]: V3) -> [f64; M] {
+    let [xx, yy, zz] = [x * x, y * y, z * z];
+    let squares = [1.0, x, y, z, xx, yy, zz, x * y, y * z, z * x];
+    let cubes = [x * xx, y * yy, z * zz, xx * y, xx * z, yy * x, yy * z, zz * x, zz * y, x * y * z];
+    from_fn(|i| if i < QUADRATIC { squares[i] } else { cubes[i - QUADRATIC] })
 }
 
 /// Finds polynomials.
 struct Finder<'a> {
-    mesh: &'a Mesh,
+    body: &'a Body<'a>,
     samples: &'a Samples,
-    region: &'a [u32],
     /// Cells at each corner.
     around: &'a Buckets,
-    /// The number after the last cell of each block.
-    ends: Vec<usize>,
+    cells: CellList<'a>,
 }
 
-/// Coefficients, and the frame of the local coordinates.
-type Polynomial<const M: usize> = ([Voigt; M], [V3; 3]);
+/// A polynomial of stress, and the frame of its local coordinates.
+type Polynomial = ([Voigt; QUADRATIC], [V3; 3]);
 
 impl Finder<'_> {
-    fn cell(&self, cell: u32) -> (CellKind, &[u32]) {
-        let block = self.ends.partition_point(|&end| end <= cell as usize);
-        let cells = &self.mesh.cells[block];
-        (cells.kind, cells.cell(cell as usize + cells.len() - self.ends[block]))
+    /// The cells of `region` at a node.
+    fn at(&self, node: u32, region: u32) -> Cow<'_, [u32]> {
+        let all = self.around.at(node as usize);
+        let is_of_region = |&cell: &u32| self.body.region[cell as usize] == region;
+        match all.iter().all(is_of_region) {
+            true => Cow::Borrowed(all),
+            false => Cow::Owned(all.iter().copied().filter(is_of_region).collect()),
+        }
     }
 
-    /// The polynomial of a corner: from the cells around it, from these and all their neighbours where they do not suffice,
-    /// and if that is too little as well from as many terms as can be told apart.
-    fn polynomial<const M: usize>(&self, node: u32, region: u32) -> Polynomial<M> {
-        let own =
-            |node: u32| self.around.at(node as usize).iter().copied().filter(|&c| self.region[c as usize] == region);
-        let corner = self.mesh.nodes[node as usize];
-        let cells: Vec<u32> = own(node).collect();
-        let frame = self.frame(corner, &cells);
-        let whole =
-            |cells: &[u32], strict: bool, wide: bool| Some((self.fit(corner, frame, cells, strict, wide)?, frame));
-        whole(&cells, true, false).unwrap_or_else(|| {
-            let corners = ascending(cells.iter().flat_map(|&cell| corners_of(self.cell(cell).1)).copied());
-            let wider = ascending(corners.into_iter().flat_map(own));
-            let found = whole(&wider, true, true).or_else(|| whole(&wider, false, true));
-            found.unwrap_or(([[f64::NAN; 6]; M], frame))
+    fn polynomial(&self, node: u32, region: u32) -> Polynomial {
+        let cells = self.at(node, region);
+        match self.cells.get(cells[0] as usize).0 {
+            CellKind::Tet10 => self.differentiated(node, &cells, region),
+            CellKind::Hex20 => self.quadratic(node, &cells, region),
+            CellKind::Tet4 | CellKind::Hex8 => {
+                let mut terms = [[0.0; 6]; QUADRATIC];
+                terms[0] = self.linear(node, region);
+                (terms, [[0.0; 3]; 3])
+            }
+        }
+    }
+
+    fn samples(&self, cells: &[u32]) -> impl Iterator<Item = &Sample> {
+        cells.iter().flat_map(|&cell| self.samples.at(self.cells.place(cell as usize)))
+    }
+
+    /// Stress at a corner of linear cells: of the polynomial through the mean stresses of the cells around it; of these and all their
+    /// neighbours where they do not suffice, and if that is too little as well from as many terms as can be told apart.
+    fn linear(&self, node: u32, region: u32) -> Voigt {
+        let corner = self.body.solid.mesh.nodes[node as usize];
+        let cells = self.at(node, region);
+        self.extrapolated(corner, &cells).unwrap_or_else(|| {
+            let fitted = self.fitted(corner, &self.frame(corner, &cells), &self.around(&cells, region), 0.0);
+            fitted.solved(false, LEAST_PART[2]).map_or([f64::NAN; 6], |terms: [Voigt; LINEAR]| terms[0])
         })
     }
 
+    /// The same of hexahedra with 20 nodes, from their samples.
+    fn quadratic(&self, node: u32, cells: &[u32], region: u32) -> Polynomial {
+        let corner = self.body.solid.mesh.nodes[node as usize];
+        let frame = self.frame(corner, cells);
+        let own = self.fitted(corner, &frame, cells, 0.0).solved(true, LEAST_PART[2]);
+        let found = own.or_else(|| {
+            self.fitted(corner, &frame, &self.around(cells, region), FADING).solved(false, LEAST_CURVATURE)
+        });
+        (found.unwrap_or([[f64::NAN; 6]; QUADRATIC]), frame)
+    }
+
+    /// These cells and their neighbours of the region.
+    fn around(&self, cells: &[u32], region: u32) -> Vec<u32> {
+        let corners = ascending(cells.iter().flat_map(|&cell| corners_of(self.cells.get(cell as usize).1)).copied());
+        ascending(corners.into_iter().flat_map(|corner| self.at(corner, region).into_owned()))
+    }
+
+    fn mean_stress(&self, cells: &[u32]) -> Voigt {
+        let (mut sum, mut count) = ([0.0; 6], 0.0);
+        for Sample { stress, .. } in self.samples(cells) {
+            (0..6).for_each(|k| sum[k] += stress[k]);
+            count += 1.0;
+        }
+        sum.map(|sum| sum / count)
+    }
+
+    /// Stress at the samples of `cells`.
+    fn fitted<const M: usize>(&self, corner: V3, frame: &[V3; 3], cells: &[u32], fading: f64) -> Fit<M, 6> {
+        // Uniform stress is kept to the last digit.
+        let mut fit = Fit::about(self.mean_stress(cells));
+        for Sample { place, stress } in self.samples(cells) {
+            let place = local(frame, sub(*place, corner));
+            fit.add(1.0 / (1.0 + fading * dot(place, place)), place, *stress);
+        }
+        fit
+    }
+
+    /// What the linear polynomial through the stresses of `cells` says at the corner, `None` if they do not suffice.
+    ///
+    /// With the mean place `d` relative to the corner, the mean products `M` of places and `G` of places with the stress less
+    /// its mean `s`, and `w = M⁻¹ d`, it says `s - Gᵀ w / (1 - w·d)`; the divisor is the part that [`LEAST_PART`] limits.
+    fn extrapolated(&self, corner: V3, cells: &[u32]) -> Option<Voigt> {
+        if cells.len() < LEAST_CELLS {
+            return None;
+        }
+        // Uniform stress is kept to the last digit.
+        let mean = self.mean_stress(cells);
+        let (mut d, mut m, mut g) = ([0.0; 3], [[0.0; 3]; 3], [[0.0; 6]; 3]);
+        for Sample { place, stress } in self.samples(cells) {
+            let away = sub(*place, corner);
+            let rest: Voigt = from_fn(|k| stress[k] - mean[k]);
+            for a in 0..3 {
+                d[a] += away[a];
+                (0..3).for_each(|b| m[a][b] += away[a] * away[b]);
+                (0..6).for_each(|k| g[a][k] += away[a] * rest[k]);
+            }
+        }
+        let count = cells.len() as f64;
+        let normals = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
+        let w = scale(1.0 / dot(m[0], normals[0]), normals.map(|normal| dot(normal, d)));
+        let left = 1.0 - dot(w, d) / count;
+        (left > LEAST_PART[1])
+            .then(|| from_fn(|k| mean[k] - (w[0] * g[0][k] + w[1] * g[1][k] + w[2] * g[2][k]) / (count * left)))
+    }
+
+    /// From the displacements of the nodes of the cells around a corner, differentiated (Zhang and Naga 2005); of these and all
+    /// their neighbours where they do not suffice, and if that is too little as well from as many terms as can be told apart.
+    fn differentiated(&self, node: u32, cells: &[u32], region: u32) -> Polynomial {
+        let frame = self.frame(self.body.solid.mesh.nodes[node as usize], cells);
+        let seen: Vec<Seen> = cells.iter().map(|&cell| (cell, self.body.jump(cell, node))).collect();
+        let found = self.displacement(node, &frame, &seen, true);
+        let found = found.or_else(|| self.displacement(node, &frame, &self.wider(&seen, region), false));
+        let law = self.body.law(cells[0] as usize);
+        let terms =
+            found.map_or([[f64::NAN; 6]; QUADRATIC], |u| gradients(&frame, &u).map(|h| law.stress(&strain_of(&h))));
+        (terms, frame)
+    }
+
+    /// These cells and their neighbours of the region.
+    fn wider(&self, cells: &[Seen], region: u32) -> Vec<Seen> {
+        let corners = cells.iter().flat_map(|&(cell, ahead)| {
+            let corners = corners_of(self.cells.get(cell as usize).1).iter();
+            corners.map(move |&corner| (corner, sub(ahead, self.body.jump(cell, corner))))
+        });
+        let around = |(corner, ahead): Seen| {
+            let cells = self.at(corner, region).into_owned().into_iter();
+            cells.map(move |cell| (cell, add(ahead, self.body.jump(cell, corner))))
+        };
+        first_of_each(first_of_each(corners.collect()).into_iter().flat_map(around).collect())
+    }
+
+    /// The polynomial of displacement of a patch. If `strict`, `None` where it does not tell all terms.
+    fn displacement(&self, node: u32, frame: &[V3; 3], cells: &[Seen], strict: bool) -> Option<[V3; CUBIC]> {
+        let mesh = self.body.solid.mesh;
+        let u = self.body.straining.displacement.as_chunks().0;
+        let mut nodes: Vec<[u32; 2]> = Vec::with_capacity(10 * cells.len());
+        for (place, &(cell, _)) in cells.iter().enumerate() {
+            nodes.extend(self.cells.get(cell as usize).1.iter().map(|&node| [node, place as u32]));
+        }
+        nodes.sort_unstable();
+        nodes.dedup_by_key(|entry| entry[0]);
+        if strict && nodes.len() < CUBIC {
+            return None;
+        }
+        // Of displacements only what they differ by is told to the last digit.
+        let (corner, own) = (mesh.nodes[node as usize], u[node as usize]);
+        let mut fit = Fit::about([0.0; 3]);
+        for [node, place] in nodes {
+            let (cell, ahead) = cells[place as usize];
+            let ahead = sub(ahead, self.body.jump(cell, node));
+            let away = sub(mesh.nodes[node as usize], corner);
+            fit.add(1.0, local(frame, away), add(sub(u[node as usize], own), ahead));
+        }
+        fit.solved(strict, LEAST_PART[2])
+    }
+
     /// Coordinates around a corner in which its cells are about as wide along each axis: flat cells and thin layers are no
-    /// reason for lack of digits, and what [`LEAST_SLOPE`] says holds for all of them.
+    /// reason for lack of digits, and what [`LEAST_PART`] says holds for all of them.
     fn frame(&self, corner: V3, cells: &[u32]) -> [V3; 3] {
+        let nodes = &self.body.solid.mesh.nodes;
         let mut moment = [[0.0; 3]; 3];
         let mut count = 0.0;
         for &cell in cells {
-            for &node in corners_of(self.cell(cell).1) {
-                let away = sub(self.mesh.nodes[node as usize], corner);
+            for &node in corners_of(self.cells.get(cell as usize).1) {
+                let away = sub(nodes[node as usize], corner);
                 for a in 0..3 {
                     (0..=a).for_each(|b| moment[a][b] += away[a] * away[b]);
                 }
@@ -206,82 +376,88 @@ impl Finder<'_> {
         }
         rows
     }
-
-    /// Least squares over the samples of `cells`. If `strict`, `None` where these are too few or lie such that they do not
-    /// tell all terms; otherwise those they do not tell are left out. Of a `wide` patch of cells
-    /// with several samples near ones have more weight.
-    fn fit<const M: usize>(
-        &self,
-        corner: V3,
-        frame: [V3; 3],
-        cells: &[u32],
-        strict: bool,
-        wide: bool,
-    ) -> Option<[Voigt; M]> {
-        let (mut mean, mut count) = ([0.0; 6], 0);
-        for &cell in cells {
-            let stress = self.samples.at(cell, samples_of(self.cell(cell).0));
-            stress.iter().for_each(|stress| (0..6).for_each(|k| mean[k] += stress[k]));
-            count += stress.len();
-        }
-        if strict && count < LEAST_SAMPLES[usize::from(M > LINEAR)] {
-            return None;
-        }
-        mean.iter_mut().for_each(|sum| *sum /= count as f64);
-        let curvature = LEAST_CURVATURE[usize::from(wide)];
-        let (mut gram, mut right) = ([[0.0; M]; M], [[0.0; 6]; M]);
-        for &cell in cells {
-            let (kind, nodes) = self.cell(cell);
-            let stress = self.samples.at(cell, samples_of(kind));
-            let fades = wide && stress.len() > 1;
-            for (place, stress) in places(kind, &self.mesh.nodes, nodes).iter().zip(stress) {
-                let terms: [f64; M] = monomials(&frame, sub(*place, corner));
-                let weight =
-                    if fades { 1.0 / (1.0 + FADING * (1..4).map(|i| terms[i] * terms[i]).sum::<f64>()) } else { 1.0 };
-                // Uniform stress is kept to the last digit.
-                let rest: Voigt = from_fn(|k| weight * (stress[k] - mean[k]));
-                for i in 0..M {
-                    let weighted = weight * terms[i];
-                    (0..=i).for_each(|j| gram[i][j] += weighted * terms[j]);
-                    (0..6).for_each(|k| right[i][k] += terms[i] * rest[k]);
-                }
-            }
-        }
-        solve(&mut gram, &mut right, curvature, strict).then(|| {
-            (0..6).for_each(|k| right[0][k] += mean[k]);
-            right
-        })
-    }
 }
 
-/// Solves with a Gram matrix (its lower triangle) by Cholesky's method; `right` becomes the solution. Where a term depends
-/// on those before it, false if `strict`; otherwise it gets no part.
-fn solve<const M: usize>(gram: &mut [[f64; M]; M], right: &mut [Voigt; M], curvature: f64, strict: bool) -> bool {
-    let mut known = [true; M];
-    for i in 0..M {
-        for j in 0..=i {
-            let rest = gram[i][j] - (0..j).map(|k| gram[i][k] * gram[j][k]).sum::<f64>();
-            if i > j {
-                gram[i][j] = if known[j] { rest / gram[j][j] } else { 0.0 };
-                continue;
+/// A cell or node of a patch, and what is added to the displacements it sees to have those of the patch: cells beyond a cut see it drawn
+/// back.
+type Seen = (u32, V3);
+
+/// The first entry of each number, ascending. All entries of a number say the same but where a cut ends inside the patch.
+fn first_of_each(mut list: Vec<Seen>) -> Vec<Seen> {
+    list.sort_by_key(|seen| seen.0);
+    list.dedup_by_key(|seen| seen.0);
+    list
+}
+
+/// Gradient, as a polynomial of degree two, of a displacement of degree three: `h[a][b]` is `∂u_a/∂x_b`.
+fn gradients(frame: &[V3; 3], u: &[V3; CUBIC]) -> [[V3; 3]; QUADRATIC] {
+    let mut h = [[[0.0; 3]; 3]; QUADRATIC];
+    for ((powers, lower), u) in POWERS.iter().zip(&*DERIVATIVE).zip(u) {
+        for c in 0..3 {
+            let Some(term) = lower[c] else { continue };
+            for a in 0..3 {
+                h[term][a] = add(h[term][a], scale(f64::from(powers[c]) * u[a], frame[c]));
             }
-            let least = if i < LINEAR { LEAST_SLOPE.min(i as f64) } else { curvature };
-            known[i] = rest > least * gram[i][i];
-            gram[i][i] = rest.max(0.0).sqrt();
         }
-        if strict && !known[i] {
-            return false;
-        }
-        for j in 0..i {
-            (0..6).for_each(|k| right[i][k] -= gram[i][j] * right[j][k]);
-        }
-        (0..6).for_each(|k| right[i][k] = if known[i] { right[i][k] / gram[i][i] } else { 0.0 });
     }
-    for i in (0..M).rev() {
-        for j in i + 1..M {
-            (0..6).for_each(|k| right[i][k] -= gram[j][i] * right[j][k]);
-        }
-        (0..6).for_each(|k| right[i][k] = if known[i] { right[i][k] / gram[i][i] } else { 0.0 });
+    h
+}
+
+/// Least squares for a polynomial of `M` terms with `V` values.
+struct Fit<const M: usize, const V: usize> {
+    /// What is taken off all values.
+    mean: [f64; V],
+    /// Products of the terms summed over the places, its lower triangle.
+    gram: [[f64; M]; M],
+    right: [[f64; V]; M],
+}
+
+impl<const M: usize, const V: usize> Fit<M, V> {
+    fn about(mean: [f64; V]) -> Self {
+        Fit { mean, gram: [[0.0; M]; M], right: [[0.0; V]; M] }
     }
-    true
+
+    #[inline]
+    fn add(&mut self, weight: f64, place: V3, value: [f64; V]) {
+        let terms: [f64; M] = monomials(place);
+        for i in 0..M {
+            let weighted = weight * terms[i];
+            (0..=i).for_each(|j| self.gram[i][j] += weighted * terms[j]);
+            (0..V).for_each(|k| self.right[i][k] += weighted * (value[k] - self.mean[k]));
+        }
+    }
+
+    /// The terms by Cholesky's method. Where the places do not tell one from those before it: `None` if `strict`, otherwise it
+    /// gets no part. `curvature` is the least part of a term of degree two.
+    fn solved(self, strict: bool, curvature: f64) -> Option<[[f64; V]; M]> {
+        let Fit { mean, mut gram, mut right } = self;
+        let least = [LEAST_PART[0], LEAST_PART[1], curvature, LEAST_PART[3]];
+        let mut known = [true; M];
+        for i in 0..M {
+            for j in 0..=i {
+                let rest = gram[i][j] - (0..j).map(|k| gram[i][k] * gram[j][k]).sum::<f64>();
+                if i > j {
+                    gram[i][j] = if known[j] { rest / gram[j][j] } else { 0.0 };
+                    continue;
+                }
+                known[i] = rest > least[usize::from(POWERS[i].iter().sum::<u8>())] * gram[i][i];
+                gram[i][i] = rest.max(0.0).sqrt();
+            }
+            if strict && !known[i] {
+                return None;
+            }
+            for j in 0..i {
+                (0..V).for_each(|k| right[i][k] -= gram[i][j] * right[j][k]);
+            }
+            (0..V).for_each(|k| right[i][k] = if known[i] { right[i][k] / gram[i][i] } else { 0.0 });
+        }
+        for i in (0..M).rev() {
+            for j in i + 1..M {
+                (0..V).for_each(|k| right[i][k] -= gram[j][i] * right[j][k]);
+            }
+            (0..V).for_each(|k| right[i][k] = if known[i] { right[i][k] / gram[i][i] } else { 0.0 });
+        }
+        (0..V).for_each(|k| right[0][k] += mean[k]);
+        Some(right)
+    }
 }

@@ -5,7 +5,7 @@ use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
 use super::{FeModel, Solid};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
-use crate::mesh::v3::scale;
+use crate::mesh::v3::{V3, scale};
 
 /// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
 ///
@@ -77,16 +77,29 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
 
 #[inline]
 pub(super) fn mean_strain<const N: usize, const Q: usize>(e: &Element<N, Q>, nodes: &[u32], u: &[f64]) -> Voigt {
-    let mut h = [[0.0; 3]; 3]; // mean displacement gradient, h[a][b] = ∂u_a/∂x_b
+    let displacement = u.as_chunks().0;
     let per_volume = 1.0 / e.volume();
-    for (&node, g) in nodes.iter().zip(e.integrated_gradient()) {
-        let (u, g) = (&u[3 * node as usize..][..3], scale(per_volume, g));
+    let gradients = e.integrated_gradient().map(|g| scale(per_volume, g));
+    strain(nodes.iter().map(|&node| displacement[node as usize]).zip(gradients))
+}
+
+/// Strain from the displacements of the nodes and the gradients of their shape functions.
+#[inline]
+pub(crate) fn strain(of_nodes: impl Iterator<Item = (V3, V3)>) -> Voigt {
+    let mut h = [[0.0; 3]; 3];
+    for (u, g) in of_nodes {
         for a in 0..3 {
             for b in 0..3 {
                 h[a][b] += u[a] * g[b];
             }
         }
     }
+    strain_of(&h)
+}
+
+/// Strain from the gradient of the displacement, `h[a][b] = ∂u_a/∂x_b`.
+#[inline]
+pub(crate) fn strain_of(h: &[V3; 3]) -> Voigt {
     [h[0][0], h[1][1], h[2][2], h[0][1] + h[1][0], h[1][2] + h[2][1], h[0][2] + h[2][0]]
 }
 

@@ -51,7 +51,7 @@ impl<'a> Solid<'a> {
     }
 
     /// Cells by number.
-    pub(super) fn cells(&self) -> CellList<'a> {
+    pub(crate) fn cells(&self) -> CellList<'a> {
         let mut first = 0;
         let blocks = self.mesh.cells.iter().map(|block| {
             first += block.len();
@@ -62,7 +62,7 @@ impl<'a> Solid<'a> {
 }
 
 /// Kind and nodes of a cell by its number, which runs through the blocks of the mesh.
-pub(super) struct CellList<'a> {
+pub(crate) struct CellList<'a> {
     /// Each block with the number of the first cell after it.
     blocks: Vec<(usize, &'a Cells)>,
 }
@@ -70,7 +70,7 @@ pub(super) struct CellList<'a> {
 impl<'a> CellList<'a> {
     /// Kind and nodes of cell number `cell`.
     #[inline]
-    pub(super) fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
+    pub(crate) fn get(&self, cell: usize) -> (CellKind, &'a [u32]) {
         let (block, local) = self.place(cell);
         let (_, block) = self.blocks[block];
         (block.kind, block.cell(local))
@@ -78,7 +78,7 @@ impl<'a> CellList<'a> {
 
     /// Its block, and its number there.
     #[inline]
-    pub(super) fn place(&self, cell: usize) -> (usize, usize) {
+    pub(crate) fn place(&self, cell: usize) -> (usize, usize) {
         let place = self.blocks.partition_point(|&(end, _)| end <= cell);
         let (end, block) = self.blocks[place];
         (place, cell + block.len() - end)
