@@ -119,7 +119,7 @@ fn the_estimate_is_near_the_error_with_friction_as_well() {
     // The energy of the continuum comes from the same other program as that without friction.
     const ENERGY: f64 = -72.4886;
     const NORM: f64 = 12.05;
-    let text = BRICK.replace("friction = \"none\"", "friction = { coulomb = 0.35 }");
+    let text = brick().replace("\"none\"", "{ coulomb = 0.35 }");
     let (_, _, record) = refined(&text, "energy = 0.02");
     for level in &record.levels[1..] {
         let truth = (2.0 * (level.values.get("energy").unwrap() - ENERGY)).sqrt() / NORM;
