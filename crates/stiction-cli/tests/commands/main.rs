@@ -5,6 +5,7 @@ mod accuracy;
 mod algebraic;
 mod bad_input;
 mod both_sides;
+mod bound;
 mod durable;
 mod faults;
 mod folder;

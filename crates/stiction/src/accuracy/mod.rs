@@ -11,9 +11,11 @@
 //! Where stress may jump nothing is averaged: cells of different [`region`](Straining::region)s have polynomials of their
 //! own, and bodies in contact share no node.
 
+pub mod bound;
 mod cells;
 mod patches;
 
+pub use bound::{Bound, NoBound, Standing, bound};
 pub use cells::Straining;
 
 use cells::Body;

@@ -111,7 +111,7 @@ mod tests {
             block(&Block { size: [1.0; 3], cells: [8, 2, 1], origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
         mesh.nodes.iter_mut().for_each(|x| x[2] *= height(x[0]));
         let wall = mesh.face_nodes(&mesh.group("x-min").unwrap().faces);
-        let fix = Fix { nodes: wall, value: [Some(Field::Constant(0.0)), None, None], across: None };
+        let fix = Fix { nodes: wall, value: [Some(Field::Constant(0.0)), None, None], ..Fix::default() };
         let dofs = dof_map(&mesh, &[fix], 1.0).unwrap();
         let normals = normals(&mesh, &mesh.group("z-max").unwrap().faces, &dofs);
         normals.into_iter().map(|(node, n)| (mesh.nodes[node as usize][0], n)).collect()

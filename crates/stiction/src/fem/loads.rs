@@ -122,11 +122,23 @@ fn resultant(
     t: f64,
     nodal: &mut [f64],
 ) -> Result<(), Error> {
+    on_faces(mesh, faces, &mut nodal.to_vec(), |_| Ok([0.0; 3]))?; // refuses faces that do not exist
+    let [even, turn, centroid] = resultant_traction(mesh, faces, [force, moment], about, t)?;
+    on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), add(even, cross(turn, sub(p.position, centroid))))))
+}
+
+/// `a`, `b` and the centroid of that traction; the faces exist.
+pub(super) fn resultant_traction(
+    mesh: &Mesh,
+    faces: &[u32],
+    [force, moment]: [&[Field; 3]; 2],
+    about: Option<V3>,
+    t: f64,
+) -> Result<[V3; 3], Error> {
     let all = |value: &[Field; 3], what: &str| -> Result<V3, Error> {
         Ok([of_time(&value[0], t, what)?, of_time(&value[1], t, what)?, of_time(&value[2], t, what)?])
     };
     let (force, moment) = (all(force, "a total force")?, all(moment, "a total moment")?);
-    on_faces(mesh, faces, &mut nodal.to_vec(), |_| Ok([0.0; 3]))?; // refuses faces that do not exist
     let points: Vec<FacePoint> = faces.iter().flat_map(|&face| face_points(&face_coordinates(mesh, face))).collect();
     let area: f64 = points.iter().map(|p| norm(p.area)).sum();
     let centroid = points.iter().fold([0.0; 3], |c, p| add(c, scale(norm(p.area) / area, p.position)));
@@ -148,8 +160,7 @@ fn resultant(
         return Err(Error::new("", what, "choose faces that do not all lie along one line"));
     }
     let turn = scale(1.0 / determinant, [0, 1, 2].map(|k| (0..3).map(|j| columns[j][k] * of_centroid[j]).sum()));
-    let even = scale(1.0 / area, force);
-    on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), add(even, cross(turn, sub(p.position, centroid))))))
+    Ok([scale(1.0 / area, force), turn, centroid])
 }
 
 fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {

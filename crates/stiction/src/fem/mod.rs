@@ -25,6 +25,7 @@ mod springs;
 mod submerged;
 #[cfg(test)]
 mod tests;
+mod tractions;
 
 pub use assembly::assemble;
 pub use cut::{Cut, cut};
@@ -44,3 +45,4 @@ pub use rotated::RotatedNode;
 pub(crate) use solid::CellList;
 pub use solid::{Solid, notes};
 pub use springs::{Spring, add_springs};
+pub use tractions::{LinearTractions, constant_body_force, linear_tractions};

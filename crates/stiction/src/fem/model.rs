@@ -109,6 +109,8 @@ pub struct Fix {
     pub value: [Option<Field>; 3],
     /// A unit vector along which nothing moves, as the normal of a plane of symmetry that is across no axis.
     pub across: Option<[f64; 3]>,
+    /// The boundary faces they are the nodes of, by number; none where nodes alone are prescribed.
+    pub faces: Vec<u32>,
 }
 
 /// Which components of displacement are unknown. Component `c` of node `i` is degree of freedom `3 i + c`; it is that along

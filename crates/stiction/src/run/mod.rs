@@ -26,11 +26,11 @@ pub use results::{
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
 pub use solve::{
-    AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, CertificateRecord,
-    CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named, Outcome, OverlapName,
-    OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord, Step, StepLine,
-    StepRecord, Totals, UniquenessRecord, ValueRecord, bolt_states, discretisation_error, escape_mode, pair_totals,
-    solve, solve_steps, totals, widened,
+    AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
+    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named,
+    Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord,
+    Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error,
+    error_bound, escape_mode, pair_totals, solve, solve_steps, totals, widened,
 };
 
 pub use whole::{Plan, Stage, Teller, solve_case};

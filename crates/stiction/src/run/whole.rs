@@ -16,7 +16,7 @@ use crate::run::results::{
     Ahead, adopt_steps, begin_steps, discard_steps, keep_levels, keep_step, kept_levels, passes_through,
     problem_fingerprint, remove_levels, solve_writing, widened_before,
 };
-use crate::run::solve::{Event, LevelRecord, Outcome, Restart, Settings, Step, solve, solve_steps, widened};
+use crate::run::solve::{Event, LevelRecord, Outcome, Restart, Settings, Step, add_bound, solve, solve_steps, widened};
 
 /// How a case is solved.
 #[derive(Debug, Clone, Copy, Default)]
@@ -55,7 +55,7 @@ pub type Teller<'t> = dyn FnMut(Stage) -> ControlFlow<()> + 't;
 const MOST_WIDENINGS: usize = 5;
 
 /// Solves a case: all its load steps, on ever finer meshes if it has goals of accuracy, again where contact turns up that was not
-/// looked for. `posed` is the case posed already. The rest of the files is written by [`write_with`](super::write_with).
+/// looked for. With `proven` the error of the answer is bounded. `posed` is the case posed already. The rest of the files is written by [`write_with`](super::write_with).
 ///
 /// # Errors
 /// As [`prepare`], [`solve()`](super::solve()) and [`solve_to_accuracy`]; if there is nothing that could be resumed, or what the
@@ -67,7 +67,8 @@ pub fn solve_case(
     posed: Option<Prepared>,
     tell: &mut Teller,
 ) -> Result<(Prepared, Outcome, Ahead), Error> {
-    if plan.resume && case.steps.is_empty() && case.accuracy.is_none() {
+    let refined = case.accuracy.as_ref().filter(|accuracy| accuracy.refines());
+    if plan.resume && case.steps.is_empty() && refined.is_none() {
         let what = "this case has no load steps to resume, and no accuracy that refines its mesh";
         return Err(Error::new(
             "--resume",
@@ -76,7 +77,7 @@ pub fn solve_case(
         ));
     }
     let mut run = Run { plan, stop, tell, problem: String::new(), wanted: None };
-    match &case.accuracy {
+    let solved = match refined {
         Some(accuracy) => run.refined(case, accuracy),
         None => {
             let case = match plan.folder.filter(|_| plan.resume) {
@@ -88,7 +89,12 @@ pub fn solve_case(
             plan.folder.map_or(Ok(()), remove_levels)?;
             Ok(solved)
         }
+    };
+    let (prepared, mut outcome, ahead) = solved?;
+    if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
+        add_bound(&prepared, &mut outcome, stop);
     }
+    Ok((prepared, outcome, ahead))
 }
 
 /// A case under way.

@@ -6,6 +6,7 @@ mod certificate;
 mod closed_forms;
 mod corners;
 mod discretisation;
+mod error_bound;
 mod exact_answers;
 mod floating;
 mod friction_laws;

@@ -53,6 +53,15 @@ pub struct AccuracySpec {
     pub max_unknowns: Option<usize>,
     /// Whether meshes are of quadratic tetrahedra, or of linear ones.
     pub quadratic: bool,
+    /// Whether a bound of the error is to be proven on the last mesh.
+    pub proven: bool,
+}
+
+impl AccuracySpec {
+    /// Whether there is a goal to refine the mesh for.
+    pub fn refines(&self) -> bool {
+        [self.energy, self.forces, self.displacement, self.pressure].iter().any(Option::is_some)
+    }
 }
 
 /// A stretch of the time axis, from the end of the step before it or from 0.

@@ -38,9 +38,12 @@ pub(super) fn accuracy(
         pressure: pressure?,
         max_unknowns: table.given("max_unknowns").map(|_| table.count("max_unknowns")),
         quadratic: table.text("element") == "tet10",
+        proven: table.flag("proven"),
     };
     let goals = [spec.energy, spec.forces, spec.displacement, spec.pressure];
-    if goals.iter().all(Option::is_none) {
+    // Who asks for meshes of a kind or size asks for refinement.
+    let only_proven = spec.proven && ["max_unknowns", "element"].iter().all(|key| table.given(key).is_none());
+    if goals.iter().all(Option::is_none) && !only_proven {
         spec.energy = Some(USUAL);
     }
     Ok(Some(spec))

@@ -31,8 +31,9 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
         let fix = match spec.symmetry {
             true => symmetry(mesh, spec, nodes)?,
-            false => Fix { nodes, value: spec.value.clone(), across: None },
+            false => Fix { nodes, value: spec.value.clone(), ..Fix::default() },
         };
+        let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
         fixes.push(fix);
     }

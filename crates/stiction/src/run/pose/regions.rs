@@ -34,6 +34,17 @@ pub(crate) fn faces(mesh: &Mesh, region: &Region, spot: &Spot, user: &str) -> Re
     }
 }
 
+/// Boundary faces of the region, ascending; none where it has none.
+pub(crate) fn boundary_faces(mesh: &Mesh, region: &Region, spot: &Spot) -> Vec<u32> {
+    match region {
+        Region::Groups(names) => {
+            let groups = names.iter().filter_map(|(name, _)| mesh.group(name));
+            ascending(groups.flat_map(|group| group.faces.iter().copied()))
+        }
+        _ => faces(mesh, region, spot, "").unwrap_or_default(),
+    }
+}
+
 /// Cells of the region, ascending.
 pub(crate) fn cells(mesh: &Mesh, region: &Region, spot: &Spot) -> Result<Vec<u32>, Error> {
     match region {

@@ -2,7 +2,7 @@
 
 use super::rows::Rows;
 use crate::io::text::number;
-use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
+use crate::run::solve::{AccuracyRecord, BoundRecord, GoalRecord, LevelRecord, ValueRecord};
 
 /// Bars of values below this part of them are printed as such a part.
 const SMALLEST: f64 = 1e-6;
@@ -18,6 +18,23 @@ pub(super) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
         rows.more(format!("refinement ended: {why}{}", needed.unwrap_or_default()));
     }
     accuracy.values.iter().for_each(|value| rows.more(with_bar(value)));
+}
+
+/// The bound of the error, or why there is none.
+pub(super) fn bound(rows: &mut Rows, bound: &BoundRecord) {
+    let BoundRecord { standing, reason, error, mean_error, .. } = bound;
+    match (error, mean_error, reason) {
+        (Some(error), Some(mean), _) => rows.add(
+            "bound",
+            format!(
+                "{standing}: the error of the stresses in the mean is at most {}, of the mean stress {}",
+                percent(*error),
+                percent(*mean)
+            ),
+        ),
+        (.., Some(reason)) => rows.add("bound", format!("none: {reason}")),
+        _ => rows.add("bound", format!("{standing}, and above all stress there is: the mesh is too coarse")),
+    }
 }
 
 /// A goal and what was reached.

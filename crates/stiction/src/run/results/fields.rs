@@ -24,6 +24,9 @@ pub struct BodyFields {
     /// Estimated error of the stress of each cell, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty
     /// without an estimate.
     pub error: Vec<f32>,
+    /// Mean over each cell of the stress whose error [`Bound::mean_error`](crate::accuracy::Bound::mean_error) bounds; empty
+    /// without a bound.
+    pub mean_stress: Vec<[f32; 6]>,
 }
 
 /// The fields over the body of an answer.
@@ -37,7 +40,10 @@ pub fn body(prepared: &Prepared, outcome: &Outcome) -> BodyFields {
     let displacement = u.as_chunks().0.iter().map(|&u| add(u, prepared.loading.travel)).collect();
     let error = outcome.estimate.as_ref().map_or(Vec::new(), |estimate| estimate.by_cell());
     let error = error.into_iter().map(|error| error as f32).collect();
-    BodyFields { displacement, reaction, stress, von_mises, error }
+    let mean = |stress: &[f64; 6]| stress.map(|s| s as f32);
+    let bound = outcome.bound.as_ref().and_then(|bound| bound.as_ref().ok());
+    let mean_stress = bound.map_or(Vec::new(), |bound| bound.mean_stress.iter().map(mean).collect());
+    BodyFields { displacement, reaction, stress, von_mises, error, mean_stress }
 }
 
 /// Which of the two surfaces of a pair.

@@ -18,8 +18,8 @@ use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
-    BalanceRecord, BoltState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode, pair_totals,
-    totals, word,
+    BalanceRecord, BoltState, BoundRecord, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode,
+    pair_totals, totals, word,
 };
 use crate::solve::Solutions;
 
@@ -101,6 +101,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         let what = "the error of the stresses in the mean is estimated at";
         rows.add("mesh", format!("{what} {error} (energy norm){over_steps}"));
     }
+    outcome.bound.iter().for_each(|bound| accuracy_text::bound(&mut rows, &BoundRecord::of(bound)));
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));

@@ -12,7 +12,7 @@ use super::write::Origin;
 use crate::Error;
 use crate::run::pose::Prepared;
 use crate::run::solve::quantities::load;
-use crate::run::solve::{AccuracyRecord, AnswerRecord, BalanceRecord, Outcome, StepRecord};
+use crate::run::solve::{AccuracyRecord, AnswerRecord, BalanceRecord, BoundRecord, Outcome, StepRecord};
 
 /// Number of the format: another one where keys have another name or another meaning.
 pub const FORMAT: u32 = 2;
@@ -40,6 +40,9 @@ pub struct Summary {
     /// Where the mesh was refined: goals, levels and values with their error bars.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyRecord>,
+    /// A bound of the discretisation error of the answer, where one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<BoundRecord>,
     /// The command that wrote the folder.
     pub command: Option<String>,
     /// The case as the program understood it.
@@ -80,6 +83,7 @@ impl Summary {
             balance: outcome.steps.last().map(|last| last.balance),
             steps: outcome.steps.clone(),
             accuracy: outcome.accuracy.clone(),
+            bound: outcome.bound.as_ref().map(BoundRecord::of),
             command: origin.command.clone(),
             problem: problem_rows(&prepared.facts),
             report: report(prepared, outcome).rows,

@@ -197,6 +197,9 @@ pub(crate) fn write_body(path: &Path, prepared: &Prepared, grid: &EncodedGrid, b
     if !body.error.is_empty() {
         cells.push(Array::single("error", &body.error));
     }
+    if !body.mean_stress.is_empty() {
+        cells.push(Array::tensor("mean_stress", &body.mean_stress));
+    }
     vtu::write_encoded(
         path,
         grid,

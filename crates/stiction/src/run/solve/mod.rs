@@ -3,6 +3,7 @@
 pub(super) mod algebraic;
 pub(super) mod balance;
 mod bolts;
+mod bound;
 mod clearance;
 mod discretisation;
 mod levels;
@@ -19,6 +20,7 @@ pub(super) mod tractions;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
+pub use bound::{BoundRecord, add_bound, error_bound};
 pub use discretisation::discretisation_error;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 pub use passing::widened;

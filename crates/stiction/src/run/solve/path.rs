@@ -10,7 +10,7 @@ use super::nested;
 use super::passing;
 use super::record::StepRecord;
 use crate::Error;
-use crate::accuracy::Estimate;
+use crate::accuracy::{Bound, Estimate, NoBound};
 use crate::contact::sliding::{Sliding, least_resisted};
 use crate::contact::{ContactProblem, Overlap};
 use crate::friction::{
@@ -137,6 +137,8 @@ pub struct Outcome {
     pub solutions: Option<Solutions>,
     /// How good the mesh is for it; `None` where loads carry a body away.
     pub estimate: Option<Estimate>,
+    /// A bound of the same error, or why there is none, where one was asked for.
+    pub bound: Option<Result<Bound, NoBound>>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
     pub times: Vec<f64>,
     /// Time by phase.
@@ -167,6 +169,7 @@ impl Outcome {
             coulomb,
             solutions,
             estimate,
+            bound: None,
             times,
             seconds,
             peak_memory,

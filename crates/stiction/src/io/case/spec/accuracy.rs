@@ -3,7 +3,7 @@
 use super::super::kind::{ANY, Kind, Limits, Rules, choice, key};
 
 pub(super) static ACCURACY: Rules = Rules {
-    doc: "Refines the mesh until the answer is as accurate as asked; without a goal, until the energy norm is at 5 %.",
+    doc: "Refines the mesh until the answer is as accurate as asked; without a goal, until the energy norm is at 5 %, and with `proven` alone not at all.",
     one_of: &[],
     keys: &[
         key(
@@ -21,6 +21,13 @@ pub(super) static ACCURACY: Rules = Rules {
             "max_unknowns = 1000000",
             "No mesh with more displacements is solved; what the memory holds if absent.",
         ),
+        key(
+            "proven",
+            Kind::Flag,
+            "proven = true",
+            "Proves a bound of the error on the last mesh, which takes about as long as its solve; alone it refines nothing.",
+        )
+        .default("false"),
         key("element", ELEMENT, "element = \"tet10\"", "What the mesh is made of.").default("\"tet10\""),
     ],
 };

@@ -7,7 +7,9 @@ use crate::io::text::{escaped, number, triple};
 use crate::run::results::accuracy_text::percent;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
-use crate::run::solve::{AccuracyRecord, CertificateRecord, LevelRecord, StepRecord, Totals, ValueRecord, word};
+use crate::run::solve::{
+    AccuracyRecord, BoundRecord, CertificateRecord, LevelRecord, StepRecord, Totals, ValueRecord, word,
+};
 
 impl Units<'_> {
     fn area(&self) -> String {
@@ -99,6 +101,7 @@ pub(super) fn all(s: &Summary, units: &Units) -> String {
     let mut out = certificate(&s.answer.certificate, units);
     out += &contact(s, units);
     out += &s.accuracy.as_ref().map_or(String::new(), accuracy);
+    out += &s.bound.as_ref().map_or(String::new(), bound);
     out += &solutions(s, units);
     out += &bodies(s, units);
     out += &steps(&s.steps, units);
@@ -159,6 +162,19 @@ fn accuracy(accuracy: &AccuracyRecord) -> String {
         meshes.html(),
         values.html()
     )
+}
+
+/// The bound of the error.
+fn bound(bound: &BoundRecord) -> String {
+    let mut table = Table::new(&["Bound of the error", "Over the norm of the exact stress, at most"]);
+    let part = |part: Option<f64>| part.map_or("more than all stress there is".to_string(), percent);
+    if bound.reason.is_none() {
+        table.rows.push(vec!["of the stresses".into(), part(bound.error)]);
+        table.rows.push(vec!["of the mean stress".into(), part(bound.mean_error)]);
+    }
+    let why = bound.reason.as_ref().map_or(String::new(), |reason| format!(": {}", escaped(reason)));
+    let rows = if bound.reason.is_none() { table.html() } else { String::new() };
+    format!("<h2 id=\"bound\">Bound</h2>\n<p>In the energy norm, {}{why}.</p>\n{rows}", bound.standing)
 }
 
 fn contact(s: &Summary, units: &Units) -> String {
