@@ -91,7 +91,7 @@ pub fn solve_case(
         }
     };
     let (prepared, mut outcome, ahead) = solved?;
-    if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
+    if case.accuracy.is_some_and(|accuracy| accuracy.proven) && outcome.bound.is_none() {
         add_bound(&prepared, &mut outcome, stop);
     }
     Ok((prepared, outcome, ahead))
@@ -116,7 +116,12 @@ impl Levels for Run<'_, '_> {
         let mut indicators = Indicators::default();
         let solved = self.solved(&level.case, &plan, None, Some((level, &mut indicators)));
         let discard = || apart.iter().for_each(|apart| discard_steps(apart));
-        let (prepared, outcome, _) = solved.inspect_err(|_| discard())?;
+        let (prepared, mut outcome, _) = solved.inspect_err(|_| discard())?;
+        // No bound is smaller than the error, which the estimate is near: before it is below the goal a bound will not be.
+        let may_be_proven = |accuracy: &AccuracySpec| accuracy.proven && accuracy.energy >= Some(indicators.error);
+        if level.case.accuracy.as_ref().is_some_and(may_be_proven) {
+            add_bound(&prepared, &mut outcome, self.stop);
+        }
         if let (Some(apart), Some(folder)) = (&apart, folder)
             && !level.case.steps.is_empty()
         {

@@ -2,9 +2,13 @@
 
 use std::ops::ControlFlow;
 
+use stiction::Error;
 use stiction::io::case;
 use stiction::linalg::Stop;
-use stiction::run::{AccuracyRecord, LevelRecord, Outcome, Plan, Prepared, Stage, solve_case};
+use stiction::run::{
+    AccuracyRecord, Indicators, Level, LevelRecord, Levels, Outcome, Plan, Prepared, Sequence, Settings, SolvedLevel,
+    Stage, add_bound, prepare, solve, solve_case, solve_to_accuracy,
+};
 use stiction_fixtures::case_run::CASE;
 
 /// A quarter of a square foot without radius under a block: pressure grows without bound towards its edges.
@@ -74,6 +78,11 @@ fn refined(text: &str, goals: &str) -> (Prepared, Outcome, AccuracyRecord) {
     (prepared, outcome, record)
 }
 
+/// Energy of the continuum of the brick without friction, -72.6928(5), and the norm of its solution: extrapolated from meshes of up
+/// to 107,000 quadratic unknowns by another program.
+const ENERGY: f64 = -72.6928;
+const NORM: f64 = 12.05;
+
 /// The power of the number of unknowns with which `error` falls from one level to another.
 fn rate(from: (&LevelRecord, f64), to: (&LevelRecord, f64)) -> f64 {
     (from.1 / to.1).ln() / (to.0.unknowns as f64 / from.0.unknowns as f64).ln()
@@ -81,10 +90,6 @@ fn rate(from: (&LevelRecord, f64), to: (&LevelRecord, f64)) -> f64 {
 
 #[test]
 fn the_brick_gets_the_accuracy_that_is_asked_for() {
-    // Energy of the continuum -72.6928(5), the norm of its solution 12.05: extrapolated from meshes of up to 107,000 quadratic
-    // unknowns by another program.
-    const ENERGY: f64 = -72.6928;
-    const NORM: f64 = 12.05;
     let (_, outcome, record) = refined(&brick(), "energy = 0.02");
     assert!(record.reached && record.ended.is_none() && record.needed_unknowns.is_none());
     let truth = |level: &LevelRecord| (2.0 * (level.values.get("energy").unwrap() - ENERGY)).sqrt() / NORM;
@@ -177,4 +182,53 @@ fn what_cannot_be_reached_ends_early_and_says_what_it_takes() {
     // The brick needs 1.2 million for 0.2 % by the rate N^-1/2 from 2 % at 17,000.
     let needed = record.needed_unknowns.unwrap();
     assert!((2e5..1e7).contains(&needed), "{needed}");
+}
+
+#[test]
+fn with_a_proof_the_bound_decides_when_it_is_enough() {
+    let (_, outcome, record) = refined(&brick(), "energy = 0.06\nproven = true");
+    assert!(record.reached);
+    let bound = outcome.bound.unwrap().unwrap();
+    let (last, before) = record.levels.split_last().unwrap();
+    assert_eq!(last.bound, Some(bound.mean_relative()));
+    assert!(bound.mean_relative() <= 0.06 && before.iter().all(|level| level.bound.is_none_or(|bound| bound > 0.06)));
+    // Energy of the continuum from other meshes, as above: it lies in the interval, and the error is below its bound.
+    assert!(bound.energy[0] <= ENERGY && ENERGY <= bound.energy[1], "{:?}", bound.energy);
+    assert!((2.0 * (last.values.get("energy").unwrap() - ENERGY)).sqrt() <= bound.error);
+}
+
+/// Solves each level and makes its bound three times what it is.
+struct Doubtful(Vec<f64>);
+
+impl Levels for Doubtful {
+    fn solve(&mut self, level: &Level) -> Result<SolvedLevel, Error> {
+        let prepared = prepare(&level.case)?;
+        let settings = Settings::of(&level.case.solver);
+        let mut outcome = solve(&prepared, &settings, &mut |_| ControlFlow::Continue(()))?;
+        add_bound(&prepared, &mut outcome, &Stop::never());
+        if let Some(Ok(bound)) = &mut outcome.bound {
+            bound.mean_error *= 3.0;
+        }
+        let mut indicators = Indicators::default();
+        indicators.add(&outcome);
+        Ok(SolvedLevel { prepared, outcome, indicators })
+    }
+
+    fn finished(&mut self, sequence: &Sequence) -> Result<(), Error> {
+        self.0.push(sequence.levels.last().unwrap().error);
+        Ok(())
+    }
+}
+
+#[test]
+fn an_estimate_below_the_goal_is_not_enough_where_the_bound_is_above_it() {
+    let case =
+        case::parse(&format!("{}\n[accuracy]\nenergy = 0.15\nproven = true", brick()), "case.toml", &[]).unwrap();
+    let mut work = Doubtful(Vec::new());
+    let (_, outcome) = solve_to_accuracy(&case, case.accuracy.as_ref().unwrap(), None, &mut work).unwrap();
+    // The first mesh has 12 %, and the third less than 6 %.
+    assert!(work.0.len() > 3 && work.0[0] < 0.15, "{:?}", work.0);
+    let record = outcome.accuracy.unwrap();
+    let bounds: Vec<f64> = record.levels.iter().map(|level| level.bound.unwrap()).collect();
+    assert!(record.reached && bounds.iter().position(|&bound| bound <= 0.15) == Some(bounds.len() - 1), "{bounds:?}");
 }

@@ -164,13 +164,16 @@ pub fn solve_to_accuracy(
         if !level.again {
             sequence.add(&prepared, &outcome, indicators);
             sequence.fix_contacts(&mut case);
+        }
+        sequence.bounded(&outcome);
+        if !level.again {
             work.finished(&sequence)?;
         }
         seconds.add(&outcome.seconds);
         let peak = outcome.peak_memory;
         last = Some((prepared, outcome));
         let goals = sequence.goals(accuracy, sequence.levels.len());
-        let enough = sequence.levels.len() >= LEAST_LEVELS || sequence.indicators.error <= EXACT;
+        let enough = sequence.levels.len() >= LEAST_LEVELS || sequence.is_exact() || sequence.is_bounded();
         if enough && goals.iter().all(GoalRecord::met) {
             break None;
         }
@@ -294,6 +297,7 @@ impl Sequence {
             unknowns: prepared.problem.unknowns(),
             points: prepared.problem.points(),
             error: indicators.error,
+            bound: None,
             iterations: if outcome.steps.is_empty() { counts.newton_steps.max(counts.cycles) } else { of_steps },
             cpu_seconds: outcome.seconds.total().cpu,
             values: values::named(&values),
@@ -302,6 +306,22 @@ impl Sequence {
         self.contacts = decided(prepared);
         self.displacement = full_displacement(&prepared.model, &outcome.solution.u);
         self.indicators = indicators;
+    }
+
+    /// Takes the bound of the last level, if it has one.
+    fn bounded(&mut self, outcome: &Outcome) {
+        let bound = outcome.bound.as_ref().and_then(|bound| bound.as_ref().ok());
+        if let (Some(level), Some(bound)) = (self.levels.last_mut(), bound) {
+            level.bound = Some(bound.mean_relative());
+        }
+    }
+
+    fn is_exact(&self) -> bool {
+        self.indicators.error <= EXACT
+    }
+
+    fn is_bounded(&self) -> bool {
+        self.levels.last().is_some_and(|level| level.bound.is_some())
     }
 
     /// Tells a case what the first mesh has decided: which surface of a pair carries the contact points, and how far its
@@ -327,7 +347,7 @@ impl Sequence {
         let (values, error) = (&self.values[..levels], &self.errors()[..levels]);
         let by_bars = |sort: Sort| values::worst_bar(values, error, sort);
         let all = [
-            (ENERGY, accuracy.energy, error.last().copied()),
+            (ENERGY, accuracy.energy, self.levels[..levels].last().map(LevelRecord::known)),
             ("forces", accuracy.forces, by_bars(Sort::Force)),
             ("displacement", accuracy.displacement, by_bars(Sort::Displacement)),
             ("pressure", accuracy.pressure, by_bars(Sort::Pressure)),

@@ -58,9 +58,10 @@ pub(super) fn with_bar(ValueRecord { name, value, bar }: &ValueRecord) -> String
 
 /// A level in one line.
 pub fn level(level: &LevelRecord) -> String {
-    let LevelRecord { unknowns, points, error, iterations, cpu_seconds, .. } = level;
+    let LevelRecord { unknowns, points, error, bound, iterations, cpu_seconds, .. } = level;
+    let bound = bound.map_or(String::new(), |bound| format!("  bound {}", percent(bound)));
     format!(
-        "mesh {:>2}  {unknowns:>8} unknowns  {points:>6} points  error {:>7}  iterations {iterations:>3}  {cpu_seconds:.2} s",
+        "mesh {:>2}  {unknowns:>8} unknowns  {points:>6} points  error {:>7}  iterations {iterations:>3}  {cpu_seconds:.2} s{bound}",
         level.level + 1,
         percent(*error),
     )

@@ -143,12 +143,15 @@ fn parts(c: &CertificateRecord) -> String {
 
 /// The meshes of a refinement, and the values of the last with their error bars.
 fn accuracy(accuracy: &AccuracyRecord) -> String {
-    let mut meshes = Table::new(&["Mesh", "Cells", "Unknowns", "Points", "Error", "Iterations", "CPU [s]"]);
+    let has_bound = accuracy.levels.iter().any(|level| level.bound.is_some());
+    let heads = ["Mesh", "Cells", "Unknowns", "Points", "Error", "Iterations", "CPU [s]", "Bound"];
+    let mut meshes = Table::new(&heads[..heads.len() - usize::from(!has_bound)]);
     for level in &accuracy.levels {
-        let LevelRecord { level, cells, unknowns, points, error, iterations, cpu_seconds, .. } = level;
+        let LevelRecord { level, cells, unknowns, points, error, bound, iterations, cpu_seconds, .. } = level;
         let counts = [level + 1, *cells, *unknowns, *points].map(|count| count.to_string());
         let rest = [percent(*error), iterations.to_string(), format!("{cpu_seconds:.2}")];
-        meshes.rows.push(counts.into_iter().chain(rest).collect());
+        let bound = has_bound.then(|| bound.map_or(String::new(), percent));
+        meshes.rows.push(counts.into_iter().chain(rest).chain(bound).collect());
     }
     let mut values = Table::new(&["Quantity", "Value", "Error bar"]);
     for ValueRecord { name, value, bar } in &accuracy.values {
