@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
-use stiction::friction::{Multigrid, Settings, Solution, Status, solve_multigrid};
+use stiction::friction::{Multigrid, PointState, Settings, Solution, Status, solve_multigrid};
 use stiction::linalg::Csr;
 use stiction::mesh::{Block, BlockElement, block};
 use stiction_fixtures::*;
@@ -200,6 +200,17 @@ fn both_paths_find_the_same_solution() {
                 assert_solved(&b);
                 assert!(distance(&a.u, &b.u) < 1e-8, "{load:?} {law:?}: {:.1e}", distance(&a.u, &b.u));
                 assert!(distance(&a.lambda, &b.lambda) < 1e-7, "{:.1e}", distance(&a.lambda, &b.lambda));
+                if law == SurfaceFriction::Bonded {
+                    continue; // Bonded points stick under tension too.
+                }
+                // Open is what bears no pressure, also where friction is given and acts without one.
+                let largest = a.lambda[..p.points()].iter().copied().fold(0.0, f64::max);
+                for solution in [&a, &b] {
+                    for (state, normal) in solution.states.iter().zip(&solution.lambda) {
+                        assert!(*state != PointState::Open || *normal < 1e-6 * largest, "{state:?} {normal:e}");
+                        assert!(*state == PointState::Open || *normal > 0.0, "{state:?} {normal:e}");
+                    }
+                }
             }
         }
     }

@@ -248,13 +248,21 @@ pub(super) fn multipliers(problem: &ContactProblem, transformed: &Transformed, a
     lambda
 }
 
+/// The state for users: with given friction the tangential conditions hold at points without pressure too, which are open.
+fn state_of((condition, friction): (&ContactCondition, &Friction)) -> PointState {
+    match condition.constraint.constrained[0] || *friction == Friction::Bonded {
+        true => condition.state,
+        false => PointState::Open,
+    }
+}
+
 /// The iterate with its multipliers and their certificate.
 fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, end: End, tolerance: f64) -> Solution {
     let lambda = multipliers(problem, transformed, &state.iterate);
     let u = transformed.out_of_frames(&state.iterate.u);
     let certificate = certify(problem, &u, &lambda, tolerance);
     let status = end.status(certificate.passed);
-    let states = state.iterate.conditions.iter().map(|s| s.state).collect();
+    let states = state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };
     let path = SolverPath::Multigrid;
     Solution { status, path, u, lambda, states, certificate, counts, history: Vec::new() }
