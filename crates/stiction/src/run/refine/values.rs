@@ -8,9 +8,9 @@ use crate::mesh::v3::{norm, sub};
 use crate::run::pose::Prepared;
 use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord};
 
-/// On the safe side of what the sequence says: of 301 bars on bricks and Hertz's contact 91 % held with 1.25, 96 % with 2, 98 % with
-/// 2.5 (note on the estimate, 2026-11-24).
-const SAFETY: f64 = 2.0;
+/// On the safe side of what the sequence says: of 390 bars on bricks, Hertz's contact, a punch and two bodies 373 held with 1.75,
+/// half of which were over 8.2 times the error; with 2 they were 376 and 9.4 times (note on the estimate, 2026-11-24).
+const SAFETY: f64 = 1.75;
 /// No bar is smaller than this part of its value: the solver leaves about as much.
 const LEAST: f64 = 1e-6;
 /// Meshes before the last that are asked.

@@ -25,7 +25,7 @@ pub(super) static ACCURACY: Rules = Rules {
             "proven",
             Kind::Flag,
             "proven = true",
-            "Proves a bound of the error on the last mesh, which takes about as long as its solve; alone it refines nothing.",
+            "Proves a bound of the error on the last mesh; it decides the goal for `energy`, and alone refines nothing.",
         )
         .default("false"),
         key("element", ELEMENT, "element = \"tet10\"", "What the mesh is made of.").default("\"tet10\""),
