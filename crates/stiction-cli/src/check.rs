@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use stiction::Error;
+use stiction::certificate::JudgedBound;
 use stiction::run;
 
 use crate::{code, output};
@@ -43,10 +44,23 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for what in &checked.passes_through {
         text += &format!("  {what}\n");
     }
+    for measure in checked.bound.iter().flat_map(|bound| &bound.measures).filter(|measure| !measure.is_met()) {
+        text += &format!("  bound.npz: {} missed by {:.1e}, {}\n", measure.name, measure.value, measure.place);
+    }
+    let is_proven = checked.bound.as_ref().is_none_or(JudgedBound::passed);
+    if let (Some(bound), true) = (&checked.bound, is_proven) {
+        text += &format!(
+            "  the bound of the discretisation error is proven: {:.4e} of a norm of the mean stress of {:.4e}\n",
+            bound.proven.error, bound.proven.mean_norm
+        );
+    }
     let as_written = checked.files.is_empty();
     text += match (all_pass, checked.differences.is_empty() && steps_agree) {
         (true, true) if !checked.passes_through.is_empty() => {
             "failed: the result solves its problem, but surfaces pass through each other, as its summary says\n"
+        }
+        (true, true) if !is_proven => {
+            "failed: the result solves its problem, but bound.npz does not prove the bound of the discretisation error\n"
         }
         (true, true) if !as_written => {
             "failed: the result solves its problem, but files of the folder are not as they were written; solve the case \

@@ -1,5 +1,8 @@
 //! `[accuracy] proven = true`: a bound of the error in report, summary and result.vtu.
 
+use stiction::certificate::{BoundClaim, BoundFields};
+use stiction::io::bound::{read_bound, write_bound};
+
 use crate::folder::{CASE, Folder};
 
 const PROVEN: &str = "\n[accuracy]\nproven = true\n";
@@ -32,8 +35,35 @@ fn a_bound_is_proven_on_the_mesh_of_the_case_and_without_friction_says_so() {
                 .unwrap()
                 .contains("of the mean stress")
         );
-        folder.run(&["check", "case-results"]).ends(0, &[]);
+        let checked = folder.run(&["check", "case-results"]);
+        checked.ends(0, &[]);
+        assert!(checked.out.contains("the bound of the discretisation error is proven"), "{checked:#?}");
     }
+}
+
+#[test]
+fn a_bound_without_its_proof_does_not_pass() {
+    let quadratic = CASE.replace("element = \"hex8\"", "element = \"tet10\"");
+    let folder = Folder::new("bound-wrong", &(quadratic + PROVEN));
+    folder.run(&["solve", "case.toml"]).ends(0, &[]);
+    let file = folder.path.join("case-results/bound.npz");
+    let (fields, claim) = read_bound(&file).unwrap();
+    let judged = |fields: &BoundFields, claim: &BoundClaim, says: &str| {
+        write_bound(&file, fields, claim).unwrap();
+        let run = folder.run(&["check", "case-results"]);
+        run.ends(1, &[]);
+        assert!(run.out.contains(says), "{says}: {run:#?}");
+    };
+    let mut wrong = fields.clone();
+    wrong.stress[3].iter_mut().flatten().for_each(|stress| stress[0] *= 1.0 + 1e-4);
+    judged(&wrong, &claim, "continuity across faces");
+    // The file and the summary have to say the same.
+    let half = BoundClaim { error: 0.5 * claim.error, ..claim };
+    judged(&fields, &half, "bound.npz: bound of the error missed");
+    std::fs::write(&file, b"not an archive").unwrap();
+    folder.run(&["check", "case-results"]).ends(2, &["bound.npz", "solve the case again"]);
+    std::fs::remove_file(&file).unwrap();
+    folder.run(&["check", "case-results"]).ends(2, &["bound.npz"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! an inequality against the tolerance, and does not change with the units.
 
 mod balance;
+mod bound;
 mod duality;
 mod measures;
 mod parts;
@@ -12,5 +13,8 @@ mod scales;
 mod stiffness;
 
 pub use balance::{Balance, BodyBalance};
+pub use bound::{
+    BOUND_TOLERANCE, BoundClaim, BoundFields, BoundMeasure, BoundSide, FlatObstacle, JudgedBound, Touch, judge_bound,
+};
 pub use measures::{Certificate, PART_TOLERANCE, certify};
 pub use parts::{Part, PartMeasure};

@@ -16,6 +16,7 @@ pub(crate) mod replace;
 
 pub mod abaqus;
 pub mod arrays;
+pub mod bound;
 pub mod case;
 pub mod expression;
 #[cfg(feature = "fclib")]

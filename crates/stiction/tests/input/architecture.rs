@@ -9,7 +9,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("mesh", &[]),
     ("fem", &["linalg", "mesh"]),
     ("contact", &["linalg", "mesh", "fem"]),
-    ("accuracy", &["linalg", "mesh", "fem", "contact"]),
+    ("accuracy", &["linalg", "mesh", "fem", "contact", "certificate"]),
     ("dual", &["linalg", "contact"]),
     ("certificate", &["linalg", "contact"]),
     ("qp", &["linalg"]),

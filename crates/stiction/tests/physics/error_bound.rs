@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use stiction::accuracy::bound::{Acting, ContactNode, FlatContact, Limit};
 use stiction::accuracy::{Bound, NoBound, Standing, bound};
+use stiction::certificate::{BOUND_TOLERANCE, BoundClaim, BoundFields, BoundSide, JudgedBound, Touch, judge_bound};
 use stiction::contact::{ContactSurface, SurfaceFriction, pose};
 use stiction::fem::{Field, Fix, Formulation, Material, Solid, assemble, full_displacement};
 use stiction::io::case;
@@ -77,6 +78,7 @@ fn the_brick_is_bounded_on_every_mesh() {
             let most = if standing == Standing::Proven { 1.05 } else { 1.06 };
             assert!(mean <= most, "{friction} {element} {cells:?}: {mean}");
             assert_eq!(bound.standing, standing);
+            judged(&bound);
             if standing == Standing::Proven {
                 assert!(bound.energy[0] <= energy && energy <= bound.energy[1], "{:?}", bound.energy);
             }
@@ -177,6 +179,7 @@ fn uniform_stress_has_a_bound_of_rounding() {
                 let parts = [bound.apart2, bound.contact2[0], bound.contact2[1]].map(f64::sqrt);
                 assert!(norm > 0.1 && error <= 1e-9 * norm, "{friction:?} {element:?}: {error} of {norm} {parts:?}");
                 assert!(bound.relative() <= 1.1e-9);
+                judged(&bound);
             }
         }
     }
@@ -263,6 +266,7 @@ fn a_smooth_solution_is_bounded_at_its_rate() {
                 from_fn(|k| nodes.iter().map(|&n| 0.25 * exact(prepared.mesh.nodes[n as usize])[k]).sum::<f64>());
             mean2 += volume * energy(&from_fn(|k| mean[k] - bound.mean_stress[cell][k]));
         }
+        judged(&bound);
         let error = error2.sqrt();
         let ratio = bound.error / error;
         assert!((1.0..2.0).contains(&ratio), "{cells}: {ratio}");
@@ -329,44 +333,25 @@ tolerance = 1e-12
         let truth = (2.0 * (bound.energy[1] - exact)).sqrt();
         let ratio = bound.error / truth;
         assert!((1.0..2.0).contains(&ratio), "{ratio}");
-        balanced(&prepared, &bound, [0.0, 0.0, -20.0], degrees);
+        balanced(&bound, [0.0, 0.0, -20.0], degrees);
     }
 }
 
-/// Every cell is in equilibrium with its weight, and free sides carry nothing.
-fn balanced(prepared: &Prepared, bound: &Bound, weight: V3, degrees: f64) {
+/// The judge of the certificate, whose code is its own, comes to the same bound; every cell bears its weight.
+fn balanced(bound: &Bound, weight: V3, degrees: f64) {
     let turn = stiction::mesh::Turn { point: [0.0; 3], axis: [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0], degrees };
     let weight = turn.apply(weight);
-    let mesh = &prepared.mesh;
-    let cross = |a: V3, b: V3| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let mut sums = vec![[[0.0; 3]; 2]; mesh.cell_count()];
-    for (cell, sum) in sums.iter_mut().enumerate() {
-        let x = mesh.cell(cell).1[..4].iter().map(|&node| mesh.nodes[node as usize]);
-        let centre: V3 = x.fold([0.0; 3], |c, x| from_fn(|k| c[k] + 0.25 * x[k]));
-        let force: V3 = weight.map(|w| w * mesh.cell_volume(cell));
-        *sum = [force, cross(centre, force)];
+    for force in &bound.fields.body_force {
+        assert!((0..3).all(|c| (force[c] - weight[c]).abs() < 1e-12 * 20.0), "{force:?}");
     }
-    let tractions = &bound.tractions;
-    let mut largest: f64 = 0.0;
-    for ((nodes, cells), values) in tractions.faces.iter().zip(&tractions.cells).zip(&tractions.values) {
-        let x = nodes.map(|node| mesh.nodes[node as usize]);
-        let normal = cross(from_fn(|k| x[1][k] - x[0][k]), from_fn(|k| x[2][k] - x[0][k]));
-        let area = 0.5 * normal.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let total: V3 = from_fn(|k| values.iter().map(|t| t[k]).sum());
-        for (side, &cell) in cells.iter().enumerate().filter(|(_, cell)| **cell != u32::MAX) {
-            let sign = if side == 0 { 1.0 } else { -1.0 };
-            let [force, moment] = &mut sums[cell as usize];
-            for (x, t) in x.iter().zip(values) {
-                largest = largest.max(area * t.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
-                (0..3).for_each(|k| force[k] += sign * area / 3.0 * t[k]);
-                let part: V3 = from_fn(|k| sign * area / 12.0 * (t[k] + total[k]));
-                let turned = cross(*x, part);
-                (0..3).for_each(|k| moment[k] += turned[k]);
-            }
-        }
-    }
-    let off = sums.iter().flatten().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-    assert!(off < 1e-12 * largest, "{off} of {largest}");
+    judged(bound);
+}
+
+/// The verdict on a bound that has to be right.
+fn judged(bound: &Bound) -> JudgedBound {
+    let judged = judge_bound(&bound.fields, &bound.claim()).unwrap();
+    assert!(judged.passed(), "{:#?}", judged.measures);
+    judged
 }
 
 #[test]
@@ -403,4 +388,166 @@ fn bounds_do_not_depend_on_the_number_of_threads() {
     assert_eq!(one.standing, Standing::Proven);
     assert_eq!(one, with(2));
     assert_eq!(one, with(5));
+}
+
+/// A change of the fields.
+type Lie = fn(&mut BoundFields);
+
+/// The first side that slips, and a corner of it that does.
+fn slipping(fields: &mut BoundFields) -> (&mut Touch, usize) {
+    let touches = fields.sides.iter_mut().flat_map(|side| &mut side.touches);
+    let slips = |touch: &Touch, a: usize| touch.slip[a].iter().any(|slip| slip.abs() > 1e-8);
+    let at = |touch: &Touch| (0..3).find(|&a| touch.pressure[a] > 1e5 && slips(touch, a));
+    touches.filter_map(|touch| at(touch).map(|a| (touch, a))).next().unwrap()
+}
+
+#[test]
+fn a_wrong_proof_is_refused_for_its_reason() {
+    let bound = bounded(&brick([6, 2, 2], "tet10", "{ coulomb = 0.35 }")).unwrap();
+    judged(&bound);
+    let lies: [(&str, Lie); 12] = [
+        ("straight edges", |fields| fields.nodes[fields.middles[3][2] as usize][1] += 1e-6),
+        ("balance of the cells", |fields| fields.body_force = vec![[0.0, 0.0, 1.0]; fields.corners.len()]),
+        ("continuity inside the cells", |fields| fields.stress[7][1][2][0] += 1e2),
+        ("continuity across faces", |fields| {
+            // A uniform stress in one cell is in balance there.
+            fields.stress[7].iter_mut().flatten().for_each(|stress| stress[2] += 1e2);
+        }),
+        ("tractions given on the boundary", |fields| {
+            let loaded = |side: &&mut BoundSide| side.load[0][2] != 0.0;
+            fields.sides.iter_mut().find(loaded).unwrap().load[0][2] *= 1.0 + 1e-5;
+        }),
+        ("pressure without tension", |fields| slipping(fields).0.pressure = [-1e3; 3]),
+        ("shears within the limit of friction", |fields| {
+            let (touch, a) = slipping(fields);
+            let shear = touch.shear[a].iter().map(|q| q * q).sum::<f64>().sqrt();
+            touch.law[a][0] = shear / touch.pressure[a] * (1.0 - 1e-5);
+        }),
+        ("shears along the surface", |fields| slipping(fields).0.shear[0][2] += 1e3),
+        ("prescribed displacements", |fields| {
+            let held = fields.sides.iter().find(|side| side.held.len() == 3).unwrap().corners[0];
+            fields.displacement[3 * held as usize] += 1e-12;
+        }),
+        ("openings", |fields| slipping(fields).0.opening[0] -= 1e-11),
+        ("slips", |fields| {
+            let (touch, a) = slipping(fields);
+            touch.slip[a] = touch.slip[a].map(|slip| slip * (1.0 - 1e-6));
+        }),
+        ("nodes out of the obstacle", |fields| {
+            let (touch, a) = slipping(fields);
+            touch.opening[a] = -1e-11;
+            fields.obstacles[0].offset -= 1e-11;
+        }),
+    ];
+    for (name, lie) in lies {
+        let mut fields = bound.fields.clone();
+        lie(&mut fields);
+        let judged = judge_bound(&fields, &bound.claim()).unwrap();
+        let measure = judged.measures.iter().find(|measure| measure.name == name).unwrap();
+        assert!(
+            measure.value > BOUND_TOLERANCE && !measure.place.is_empty() && !judged.passed(),
+            "{name}: {measure:?}"
+        );
+    }
+    let claim = bound.claim();
+    let off = |x: f64| x * (1.0 - 1e-6);
+    let [low, high] = claim.energy;
+    let wrong = [
+        ("bound of the error", BoundClaim { error: off(claim.error), ..claim }),
+        ("bound of the error of the mean stress", BoundClaim { mean_error: off(claim.mean_error), ..claim }),
+        ("norm of the mean stress", BoundClaim { mean_norm: off(claim.mean_norm), ..claim }),
+        ("interval of the energy", BoundClaim { energy: [off(low), high], ..claim }),
+        ("interval of the energy", BoundClaim { energy: [low, off(high)], ..claim }),
+        ("bound of the error", BoundClaim { error: f64::NAN, ..claim }),
+    ];
+    for (name, claim) in wrong {
+        let judged = judge_bound(&bound.fields, &claim).unwrap();
+        let refused: Vec<&str> =
+            judged.measures.iter().filter(|m| m.value.is_nan() || m.value > BOUND_TOLERANCE).map(|m| m.name).collect();
+        assert_eq!(refused, [name]);
+    }
+}
+
+/// Every number that the proof uses, by the name of its array.
+fn numbers(fields: &mut BoundFields) -> Vec<(&'static str, Vec<&mut f64>)> {
+    let in_contact = fields.sides.iter_mut().flat_map(|side| &mut side.touches);
+    let (mut pressure, mut shear, mut opening, mut slip) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for touch in in_contact {
+        let is_pressed = touch.pressure != [0.0; 3];
+        pressure.extend(&mut touch.pressure);
+        shear.extend(touch.shear.iter_mut().flatten());
+        opening.extend(&mut touch.opening);
+        // Where nothing can be sheared nothing is asked of slips.
+        if is_pressed {
+            slip.extend(touch.slip.iter_mut().flatten());
+        }
+    }
+    vec![
+        ("nodes", fields.nodes.iter_mut().flatten().collect()),
+        ("stiffness", fields.stiffness.iter_mut().flatten().flatten().collect()),
+        ("displacement", fields.displacement.iter_mut().collect()),
+        ("stress", fields.stress.iter_mut().flatten().flatten().flatten().collect()),
+        ("pressure", pressure),
+        ("shear", shear),
+        ("opening", opening),
+        ("slip", slip),
+    ]
+}
+
+#[test]
+fn a_flipped_bit_is_found() {
+    for friction in ["\"none\"", "{ coulomb = 0.35 }"] {
+        let bound = bounded(&brick([6, 2, 2], "tet10", friction)).unwrap();
+        judged(&bound);
+        let count = numbers(&mut bound.fields.clone()).len();
+        let mut flipped = 0;
+        for array in 0..count {
+            let length = numbers(&mut bound.fields.clone())[array].1.len();
+            for place in (0..length).step_by((length / 16).max(1)) {
+                // Sign, exponent, and the first thousandths of the mantissa.
+                for bit in [42, 46, 51, 52, 55, 62, 63] {
+                    let mut fields = bound.fields.clone();
+                    let mut all = numbers(&mut fields);
+                    let (name, ref mut values) = all[array];
+                    let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+                    let old = *values[place];
+                    let new = f64::from_bits(old.to_bits() ^ 1 << bit);
+                    *values[place] = new;
+                    // Bits of numbers that are no more than rounding mean nothing.
+                    if (new - old).abs() <= 1e-4 * largest.max(1e-200) {
+                        continue;
+                    }
+                    // Without friction there is no slip to be looked at.
+                    if friction == "\"none\"" && name == "slip" {
+                        continue;
+                    }
+                    flipped += 1;
+                    let found = judge_bound(&fields, &bound.claim()).is_ok_and(|judged| judged.passed());
+                    assert!(!found, "{friction}: number {place} of {name}, bit {bit}: {old:e} is {new:e}");
+                }
+            }
+        }
+        assert!(flipped > 300, "{flipped}");
+    }
+}
+
+#[test]
+fn fields_that_do_not_fit_are_an_error() {
+    let bound = bounded(&brick([3, 1, 1], "tet4", "\"none\"")).unwrap();
+    let damages: [(&str, Lie); 8] = [
+        ("`stress` has", |fields| fields.stress.truncate(3)),
+        ("node 1000", |fields| fields.corners[0][3] = 999),
+        ("a material that does not exist", |fields| fields.material[0] = 9),
+        ("`displacement` holds what is no number", |fields| fields.displacement[4] = f64::NAN),
+        ("positive definite", |fields| fields.stiffness[0][5][5] = -1.0),
+        ("boundary faces", |fields| drop(fields.sides.pop())),
+        ("an obstacle that does not exist", |fields| fields.obstacles.clear()),
+        ("no volume", |fields| fields.corners[0][1] = fields.corners[0][0]),
+    ];
+    for (what, damage) in damages {
+        let mut fields = bound.fields.clone();
+        damage(&mut fields);
+        let error = judge_bound(&fields, &bound.claim()).unwrap_err();
+        assert!(error.what.contains(what), "{what}: {error}");
+    }
 }

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::tets::Tets;
-use super::{FlatContact, Limit, NoBound};
+use super::{ContactNode, FlatContact, Limit, NoBound};
 use crate::fem::DofMap;
 use crate::linalg::symmetric_eigen;
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
@@ -262,7 +262,29 @@ impl<'a> Surface<'a> {
         self.tractions = changed.collect();
     }
 
-    fn at(&self, node: u32) -> Traction {
+    /// Unit normal towards the obstacle, and where it is.
+    pub(super) fn plane(&self) -> (V3, f64) {
+        (self.contact.normal, self.contact.offset)
+    }
+
+    /// How much shear friction allows at a node.
+    pub(super) fn limit(&self, node: u32) -> Limit {
+        self.node(node).map_or(Limit::None, |own| own.limit)
+    }
+
+    /// Opening and slip of a node, and the displacement that is no slip.
+    pub(super) fn kinematics(&self, node: u32) -> (f64, V3, V3) {
+        let opening = self.opening.get(&node).copied().unwrap_or_default();
+        let slip = self.slip.get(&node).copied().unwrap_or_default();
+        (opening, slip, self.node(node).map_or([0.0; 3], |own| own.reference))
+    }
+
+    fn node(&self, node: u32) -> Option<&ContactNode> {
+        let place = self.contact.nodes.binary_search_by_key(&node, |own| own.node).ok();
+        place.map(|place| &self.contact.nodes[place])
+    }
+
+    pub(super) fn at(&self, node: u32) -> Traction {
         let place = self.tractions.partition_point(|(other, _)| *other < node);
         self.tractions.get(place).map_or(Traction::default(), |found| found.1)
     }

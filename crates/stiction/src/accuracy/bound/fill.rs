@@ -203,6 +203,12 @@ impl Map {
         stress
     }
 
+    /// The stress itself: in part `j`, where the centroid takes the place of corner `j`, at its four corners.
+    pub(super) fn parts(&self, sides: &Sides) -> [[Voigt; 4]; 4] {
+        let (stress, p) = (self.reference(sides), self.forward());
+        from_fn(|j| from_fn(|a| from_fn(|k| (0..6).map(|l| p[k][l] * stress[5 * j + a][l]).sum())))
+    }
+
     /// Squared energy norm of the stress of balanced tractions.
     pub(super) fn energy(&self, sides: &Sides, compliance: &[Voigt; 6]) -> f64 {
         let stress = self.reference(sides);

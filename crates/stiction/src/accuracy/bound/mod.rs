@@ -24,6 +24,7 @@
 
 mod contact;
 mod equilibrate;
+mod fields;
 mod fill;
 mod sharpen;
 mod tets;
@@ -34,11 +35,13 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::certificate::{BoundClaim, BoundFields};
 use crate::fem::{DofMap, Solid, Voigt};
 use crate::linalg::max_abs;
 use crate::mesh::v3::{V3, add, dot, scale, sub};
 use contact::Surface;
 use equilibrate::{Given, OnFace, complement, equilibrate};
+use fields::fields;
 use fill::{Map, Sides, compliance, mean_stress};
 use sharpen::sharpen;
 use tets::{CELLS_PER_TASK, NONE, Shape, Tets, traction, without};
@@ -74,7 +77,7 @@ pub struct FlatContact {
     pub normal: [f64; 3],
     /// Where the obstacle is: places `x` with `normal · x <= offset` are out of it, length.
     pub offset: f64,
-    /// All nodes of the faces.
+    /// All nodes of the faces, in ascending order.
     pub nodes: Vec<ContactNode>,
 }
 
@@ -151,26 +154,17 @@ pub struct Bound {
     pub unsharpened2: f64,
     /// Mean of the mean stress over each cell.
     pub mean_stress: Vec<Voigt>,
-    /// The stress in equilibrium.
-    pub tractions: Tractions,
-    /// The admissible displacements, `3 i + c`, length: those found but for rounding and overlap.
-    pub displacement: Vec<f64>,
-}
-
-/// Tractions on all faces of all cells, with which each cell is in equilibrium.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Tractions {
-    /// Corners of each face.
-    pub faces: Vec<[u32; 3]>,
-    /// The cells on its two sides; `u32::MAX` in place of the second on the boundary.
-    pub cells: Vec<[u32; 2]>,
-    /// Force per area at the corners on the first cell, linear between them.
-    pub values: Vec<[[f64; 3]; 3]>,
-    /// Of each contact the pressure, shear on the obstacle and limit of the shear at its corners, force per area.
-    pub contacts: Vec<Vec<(u32, [f64; 5])>>,
+    /// The admissible displacements, those found but for rounding and overlap, and the stress in equilibrium.
+    pub fields: BoundFields,
 }
 
 impl Bound {
+    /// What [`judge_bound`](crate::certificate::judge_bound) holds against the fields.
+    pub fn claim(&self) -> BoundClaim {
+        let Bound { error, mean_error, mean_norm, energy, .. } = *self;
+        BoundClaim { error, mean_error, mean_norm, energy }
+    }
+
     /// The bound over the least energy norm the exact stress can have; 1 or more where nothing is known of it.
     pub fn relative(&self) -> f64 {
         self.over_norm(self.error)
@@ -361,8 +355,7 @@ pub fn bound(solid: &Solid, acting: &Acting, solve: &mut Solver) -> Result<Bound
         contact2,
         unsharpened2,
         mean_stress: cells.iter().map(|cell| cell.mean).collect(),
-        tractions: named(&tets, &surfaces, tractions),
-        displacement: v,
+        fields: fields(&tets, acting, &surfaces, &held, &shapes, &tractions, v),
     })
 }
 
@@ -564,23 +557,5 @@ impl Judge<'_> {
                 mean: std::array::from_fn(mean),
             }
         })
-    }
-}
-
-fn named(tets: &Tets, surfaces: &[Surface], tractions: Vec<OnFace>) -> Tractions {
-    let of_face = |(face, t): (usize, OnFace)| {
-        let area = tets.area(face as u32);
-        t.map(|t| scale(1.0 / area, t))
-    };
-    let of_surface = |surface: &Surface| {
-        let corner =
-            |(node, t): &(u32, contact::Traction)| (*node, [t.pressure, t.shear[0], t.shear[1], t.shear[2], t.limit]);
-        surface.tractions.iter().map(corner).collect()
-    };
-    Tractions {
-        faces: tets.faces.clone(),
-        cells: tets.cells_of.clone(),
-        values: tractions.into_iter().enumerate().map(of_face).collect(),
-        contacts: surfaces.iter().map(of_surface).collect(),
     }
 }

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use super::check_steps::{CheckedStep, check_steps};
 use super::overlap_text::{is_refused, sentence};
-use super::write::other_solution;
+use super::write::{BOUND, other_solution};
 use super::{summary, sums};
 use crate::Error;
-use crate::certificate::{Certificate, certify};
+use crate::certificate::{BOUND_TOLERANCE, Certificate, JudgedBound, certify, judge_bound};
+use crate::io::bound::read_bound;
 use crate::io::problem;
 use crate::run::pose::memory::check_fits;
-use crate::run::solve::AnswerRecord;
+use crate::run::solve::{AnswerRecord, BoundRecord};
 
 /// What a folder's files amount to.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,19 +25,22 @@ pub struct Checked {
     /// Where surfaces between which contact is named pass through each other, as the summary says; what judges anew knows
     /// contact points alone.
     pub passes_through: Vec<String>,
+    /// What the file of a bound of the discretisation error proves, if there is one.
+    pub bound: Option<JudgedBound>,
     /// The load steps, if it is a stepped run; the last is what the rest speaks of.
     pub steps: Vec<CheckedStep>,
 }
 
 impl Checked {
-    /// Whether the certificate passes, the summary says the same, all files are as they were written, and no surfaces pass
-    /// through each other.
+    /// Whether the certificate passes, the summary says the same, all files are as they were written, no surfaces pass through
+    /// each other, and the bound of the discretisation error is proven by its file.
     pub fn passed(&self) -> bool {
         let steps = self.steps.iter().all(|step| step.certificate.passed && step.differences.is_empty());
         self.certificate.passed
             && self.differences.is_empty()
             && self.files.is_empty()
             && self.passes_through.is_empty()
+            && self.bound.as_ref().is_none_or(JudgedBound::passed)
             && steps
     }
 }
@@ -96,7 +100,40 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
-    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, steps })
+    let bound = check_bound(folder, summary.bound.as_ref(), &mut differences)?;
+    Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound, steps })
+}
+
+/// Judges the bound that the summary names by the file that proves it.
+fn check_bound(
+    folder: &Path,
+    stored: Option<&BoundRecord>,
+    differences: &mut Vec<(String, f64, f64)>,
+) -> Result<Option<JudgedBound>, Error> {
+    let Some(stored) = stored.filter(|stored| stored.energy.is_some()) else { return Ok(None) };
+    let file = folder.join(BOUND);
+    let (fields, claim) = read_bound(&file)?;
+    let judged = judge_bound(&fields, &claim).map_err(|error| {
+        let what = format!("{}: {}", error.place, error.what);
+        Error::new(file.display().to_string(), what, "solve the case again")
+    })?;
+    // The summary has parts of the least norm the exact stress can have; nothing where it is too coarse to tell.
+    let proven = &judged.proven;
+    let least = proven.mean_norm - proven.mean_error;
+    let mut differ = |name: &str, old: Option<f64>, new: f64| {
+        let old = old.unwrap_or(f64::INFINITY);
+        if old != new && (old - new).abs() > BOUND_TOLERANCE * (1.0 + new.abs()) {
+            differences.push((name.to_string(), old, new));
+        }
+    };
+    let part = |error: f64| if least > 0.0 { error / least } else { f64::INFINITY };
+    differ("bound of the error", stored.error, part(proven.error));
+    differ("bound of the error of the mean stress", stored.mean_error, part(proven.mean_error));
+    let size = proven.energy.iter().fold(0.0, |most: f64, energy| most.max(energy.abs()));
+    for (name, end) in [("least energy", 0), ("largest energy", 1)] {
+        differ(name, stored.energy.map(|energy| energy[end] / size), proven.energy[end] / size);
+    }
+    Ok(Some(judged))
 }
 
 /// What differs between the record of an answer and what was recomputed.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::REPORT;
 use super::level_file::LEVELS;
 use super::step_file::{STATE, number_of};
-use super::write::is_other_solution;
+use super::write::{BOUND, is_other_solution};
 use crate::Error;
 use crate::io::{checksum, folder};
 
@@ -19,7 +19,8 @@ pub const SUMS: &str = "SHA256SUMS";
 pub(crate) type Sums = BTreeMap<String, String>;
 
 /// What a run writes besides its pictures and the files of its steps.
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
+    BOUND,
     "case.toml",
     "contact.pvd",
     "contact.vtu",

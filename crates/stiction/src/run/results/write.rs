@@ -14,6 +14,7 @@ use super::{Ahead, REPORT, json, pictures};
 use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
 use crate::friction::{Phase, Progress};
+use crate::io::bound::write_bound;
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{checksum, folder, machine, problem};
 use crate::run::pose::memory::output_fits;
@@ -130,9 +131,12 @@ pub(crate) fn withdraw_result(folder: &Path) -> Result<(), Error> {
     for name in listed.keys().filter(|name| name.ends_with(".png") || is_other_solution(name)) {
         folder::remove(&folder.join(name))?;
     }
+    folder::remove(&folder.join(BOUND))?;
     folder::withdraw(&folder.join(SUMS))
 }
 
+/// The file of what proves a bound.
+pub(crate) const BOUND: &str = "bound.npz";
 /// The file of the problem.
 const PROBLEM: &str = "problem.npz";
 
@@ -169,6 +173,10 @@ fn write_numbers(
         let name = other_solution(number);
         problem::write_solution(&folder.join(&name), &other.u, &other.lambda)?;
         files.push(name);
+    }
+    if let Some(Ok(bound)) = &outcome.bound {
+        write_bound(&folder.join(BOUND), &bound.fields, &bound.claim())?;
+        files.push(BOUND.into());
     }
     if !stepped {
         folder::write_text(&folder.join("log.jsonl"), &log(outcome, None))?;
