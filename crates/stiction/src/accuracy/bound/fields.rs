@@ -71,15 +71,16 @@ fn touch(tets: &Tets, surface: &Surface, obstacle: u32, face: u32) -> Touch {
     let at = corners.map(|node| surface.at(node));
     // In linear cells middles are not looked at.
     let middles = if tets.quadratic() { tets.middles_of(face) } else { corners };
-    let kinematics = |k: usize| surface.kinematics(corners.iter().chain(&middles).copied().nth(k).unwrap_or(0));
+    let ([a, b, c], [d, e, f]) = (corners, middles);
+    let nodes = [a, b, c, d, e, f].map(|node| surface.kinematics(node));
     Touch {
         obstacle,
         pressure: at.map(|at| at.pressure),
         shear: at.map(|at| at.shear),
         law: corners.map(|node| law(surface.limit(node))),
-        opening: std::array::from_fn(|k| kinematics(k).0),
-        slip: std::array::from_fn(|k| kinematics(k).1),
-        reference: std::array::from_fn(|k| kinematics(k).2),
+        opening: nodes.map(|node| node.0),
+        slip: nodes.map(|node| node.1),
+        reference: nodes.map(|node| node.2),
     }
 }
 
