@@ -14,7 +14,8 @@ mod stiffness;
 
 pub use balance::{Balance, BodyBalance};
 pub use bound::{
-    BOUND_TOLERANCE, BoundClaim, BoundFields, BoundMeasure, BoundSide, FlatObstacle, JudgedBound, Touch, judge_bound,
+    BOUND_TOLERANCE, BoundClaim, BoundFields, BoundMeasure, BoundSide, BoundUnknown, FlatObstacle, JudgedBound, Touch,
+    judge_bound, judge_tie,
 };
 pub use measures::{Certificate, PART_TOLERANCE, certify};
 pub use parts::{Part, PartMeasure};

@@ -5,10 +5,10 @@ use std::path::Path;
 use super::npz::{self, Array, Arrays, count, f64s, u32s, usizes};
 use super::problem::damaged;
 use crate::Error;
-use crate::certificate::{BoundClaim, BoundFields, BoundSide, FlatObstacle, Touch};
+use crate::certificate::{BoundClaim, BoundFields, BoundSide, BoundUnknown, FlatObstacle, Touch};
 
 /// Number of its format.
-const FORMAT: usize = 1;
+const FORMAT: usize = 2;
 /// Numbers of a [`Touch`] in their order: pressure, shear, law, opening, slip, reference.
 const TOUCH: usize = 3 + 9 + 6 + 6 + 18 + 18;
 
@@ -32,6 +32,8 @@ pub fn write_bound(path: &Path, fields: &BoundFields, claim: &BoundClaim) -> Res
     let touch: Vec<f64> = touches.iter().flat_map(|(_, touch)| flat(touch)).collect();
     let obstacles: Vec<f64> =
         fields.obstacles.iter().flat_map(|at| [at.normal[0], at.normal[1], at.normal[2], at.offset]).collect();
+    let unknown_of: Vec<u32> = fields.unknowns.iter().map(|unknown| unknown.node).collect();
+    let directions: Vec<f64> = fields.unknowns.iter().flat_map(|unknown| unknown.direction).collect();
     let [low, high] = claim.energy;
     npz::write(
         path,
@@ -45,6 +47,8 @@ pub fn write_bound(path: &Path, fields: &BoundFields, claim: &BoundClaim) -> Res
             ("material", Array::u32(&fields.material)),
             ("initial", Array::f64(fields.initial.as_flattened())),
             ("body_force", Array::f64(fields.body_force.as_flattened())),
+            ("unknown_of", Array::u32(&unknown_of)),
+            ("directions", Array::f64(&directions)),
             ("found", Array::f64(&fields.found)),
             ("displacement", Array::f64(&fields.displacement)),
             ("stress", Array::f64(fields.stress.as_flattened().as_flattened().as_flattened())),
@@ -98,6 +102,9 @@ fn read(arrays: &Arrays) -> Result<(BoundFields, BoundClaim), Error> {
         let side = sides.get_mut(side).ok_or_else(|| damaged("a face that does not exist touches an obstacle"))?;
         side.touches.push(touch_from(obstacle, values));
     }
+    let unknown_of = u32s(arrays, "unknown_of", None)?;
+    let directions = parts::<3, f64>("directions", f64s(arrays, "directions", Some(3 * unknown_of.len()))?)?;
+    let unknowns = unknown_of.iter().zip(directions).map(|(&node, direction)| BoundUnknown { node, direction });
     let obstacles = parts::<4, f64>("obstacles", f64s(arrays, "obstacles", None)?)?;
     let obstacle = |[x, y, z, offset]: [f64; 4]| FlatObstacle { normal: [x, y, z], offset };
     let stiffness = parts::<6, f64>("stiffness", f64s(arrays, "stiffness", None)?)?;
@@ -110,6 +117,7 @@ fn read(arrays: &Arrays) -> Result<(BoundFields, BoundClaim), Error> {
         material: u32s(arrays, "material", None)?.to_vec(),
         initial: parts("initial", f64s(arrays, "initial", None)?)?,
         body_force: vectors("body_force")?,
+        unknowns: unknowns.collect(),
         found: f64s(arrays, "found", None)?.to_vec(),
         displacement: f64s(arrays, "displacement", None)?.to_vec(),
         stress: parts("stress", &parts::<4, [f64; 6]>("stress", &stress)?)?,

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use stiction::accuracy::bound::{Acting, ContactNode, FlatContact, Limit};
 use stiction::accuracy::{Bound, NoBound, Standing, bound};
-use stiction::certificate::{BOUND_TOLERANCE, BoundClaim, BoundFields, BoundSide, JudgedBound, Touch, judge_bound};
+use stiction::certificate::{
+    BOUND_TOLERANCE, BoundClaim, BoundFields, BoundSide, JudgedBound, Touch, judge_bound, judge_tie,
+};
 use stiction::contact::{ContactSurface, SurfaceFriction, pose};
 use stiction::fem::{Field, Fix, Formulation, Material, Solid, assemble, full_displacement};
 use stiction::io::case;
@@ -399,6 +401,63 @@ fn slipping(fields: &mut BoundFields) -> (&mut Touch, usize) {
     let slips = |touch: &Touch, a: usize| touch.slip[a].iter().any(|slip| slip.abs() > 1e-8);
     let at = |touch: &Touch| (0..3).find(|&a| touch.pressure[a] > 1e5 && slips(touch, a));
     touches.filter_map(|touch| at(touch).map(|a| (touch, a))).next().unwrap()
+}
+
+/// Names of the measures of the tie to problem and answer that are not met.
+fn untied(fields: &BoundFields, (prepared, outcome): &(Prepared, Outcome)) -> Vec<&'static str> {
+    let measures = judge_tie(fields, &prepared.problem, &outcome.solution.u).unwrap();
+    assert_eq!(measures.len(), 5, "{measures:#?}");
+    measures.iter().filter(|measure| !measure.is_met()).map(|measure| measure.name).collect()
+}
+
+#[test]
+fn fields_of_another_problem_or_answer_are_refused() {
+    let (limited, tied) = ("{ coulomb = 0.35, limit = 2e5 }", "\"none\"");
+    let bonded = "[[contact]]\non = \"y-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 1, 0] } }\nfriction = \"bonded\"\n";
+    for (element, friction, more) in [
+        ("tet4", "\"none\"", ""),
+        ("tet10", "{ tresca = 1e5 }", ""),
+        ("tet4", limited, ""),
+        ("tet10", limited, "[[load]]\ngravity = [0, 0, -9.81]\n[[load]]\ntemperature = 30\n"),
+        ("tet10", tied, bonded),
+    ] {
+        let text = brick([6, 2, 2], element, friction)
+            .replace("poisson = 0.277", "poisson = 0.277\ndensity = 7.8e3\nexpansion = 1.2e-5");
+        let solved = solved(&(text + more));
+        let bound = error_bound(&solved.0, &solved.1).unwrap();
+        assert_eq!(untied(&bound.fields, &solved), [""; 0], "{element} {friction} {more}");
+    }
+    let solved = solved(&brick([6, 2, 2], "tet10", "{ coulomb = 0.35 }"));
+    let bound = error_bound(&solved.0, &solved.1).unwrap();
+    let (displacements, forces) = ("displacements of solution.npz", "forces of problem.npz");
+    let (supports, obstacles) = ("supports of problem.npz", "obstacles of problem.npz");
+    let lies: [(&[&str], Lie); 11] = [
+        (&[displacements], |fields| fields.found.iter_mut().for_each(|u| *u *= 1.0 + 1e-5)),
+        (&[displacements, forces], |fields| fields.unknowns[5].direction = [0.0, 0.0, -1.0]),
+        (&[displacements, forces], |fields| fields.unknowns.swap(3, 30)),
+        (&[forces], |fields| fields.stiffness[0].iter_mut().flatten().for_each(|c| *c *= 1.0 + 1e-6)),
+        (&[forces], |fields| fields.nodes[fields.corners[9][0] as usize][0] += 1e-6),
+        (&[forces], |fields| fields.initial = vec![[1e-10, 0.0, 0.0, 0.0, 0.0, 0.0]; fields.corners.len()]),
+        (&[forces], |fields| fields.sides.iter_mut().for_each(|side| side.load[0][2] *= 1.0 + 1e-5)),
+        (&[supports], |fields| {
+            let free = |side: &&mut BoundSide| side.held.is_empty();
+            fields.sides.iter_mut().find(free).unwrap().held.push([0.0, 1.0, 0.0]);
+        }),
+        (&[obstacles], |fields| fields.obstacles[0].offset += 1e-11),
+        (&[obstacles], |fields| fields.obstacles[0].normal = [1e-8, 0.0, -1.0]),
+        (&["friction of problem.npz"], |fields| {
+            let touches = fields.sides.iter_mut().flat_map(|side| &mut side.touches);
+            touches.for_each(|touch| touch.law[0][0] *= 1.0 + 1e-6);
+        }),
+    ];
+    for (number, (names, lie)) in lies.into_iter().enumerate() {
+        let mut fields = bound.fields.clone();
+        lie(&mut fields);
+        assert_eq!(untied(&fields, &solved), names, "lie {number}");
+    }
+    let mut fewer = bound.fields.clone();
+    fewer.unknowns.pop();
+    assert!(judge_tie(&fewer, &solved.0.problem, &solved.1.solution.u).is_err());
 }
 
 #[test]

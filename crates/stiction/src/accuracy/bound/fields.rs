@@ -7,7 +7,7 @@ use super::equilibrate::OnFace;
 use super::fill::Map;
 use super::tets::{NONE, Shape, Tets};
 use super::{Acting, Limit, collect, out_of};
-use crate::certificate::{BoundFields, BoundSide, FlatObstacle, Touch};
+use crate::certificate::{BoundFields, BoundSide, BoundUnknown, FlatObstacle, Touch};
 use crate::fem::Voigt;
 use crate::fem::elements::Law;
 use crate::mesh::v3::{V3, add};
@@ -27,6 +27,7 @@ pub(super) fn fields(
         let (normal, offset) = surface.plane();
         FlatObstacle { normal, offset }
     };
+    let unknown = |&dof: &u32| BoundUnknown { node: dof / 3, direction: acting.dofs.direction(dof) };
     BoundFields {
         nodes: tets.mesh().nodes.clone(),
         corners: tets.corners.clone(),
@@ -35,6 +36,7 @@ pub(super) fn fields(
         material: solid.material_of_cell.to_vec(),
         initial: acting.initial.to_vec(),
         body_force: acting.body_force.to_vec(),
+        unknowns: acting.dofs.free.iter().map(unknown).collect(),
         found: acting.displacement.to_vec(),
         displacement: v,
         stress: collect(tets, |cell| Map::new(&shapes[cell]).parts(&out_of(tets, cell, tractions))),

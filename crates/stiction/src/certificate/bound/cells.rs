@@ -65,10 +65,7 @@ pub(super) fn judge_cell(
             }
         }
     }
-    let strain = strain_at_corners(fields, cell, &of_cell);
-    let stiffness = &fields.stiffness[fields.material[cell] as usize];
-    let free = fields.initial.get(cell).copied().unwrap_or([0.0; 6]);
-    let at_corner = strain.map(|e| times(stiffness, std::array::from_fn(|k| e[k] - free[k])));
+    let at_corner = stress_at_corners(fields, &fields.displacement, cell, &of_cell);
     let centre: Tensor = std::array::from_fn(|k| 0.25 * at_corner.iter().map(|s| s[k]).sum::<f64>());
     let found = [at_corner[0], at_corner[1], at_corner[2], at_corner[3], centre];
     let factor = &factors[fields.material[cell] as usize];
@@ -91,30 +88,51 @@ pub(super) fn judge_cell(
     Ok(energies)
 }
 
-/// Strain of the admissible displacements at the corners of a cell.
-pub(super) fn strain_at_corners(fields: &BoundFields, cell: usize, gradient: &[V3; 4]) -> [Tensor; 4] {
-    let u = |node: u32| -> V3 { std::array::from_fn(|c| fields.displacement[3 * node as usize + c]) };
-    let corners = fields.corners[cell].map(u);
+/// Stress of displacements at the corners of a cell.
+pub(super) fn stress_at_corners(
+    fields: &BoundFields,
+    displacement: &[f64],
+    cell: usize,
+    gradient: &[V3; 4],
+) -> [Tensor; 4] {
+    let u = |node: u32| -> V3 { std::array::from_fn(|c| displacement[3 * node as usize + c]) };
+    let corners = fields.corners[cell];
+    let middles = fields.middles.get(cell);
+    let slopes: Vec<(V3, [V3; 4])> = corners
+        .iter()
+        .chain(middles.into_iter().flatten())
+        .enumerate()
+        .map(|(k, &node)| (u(node), at_corners(k, middles.is_some(), gradient)))
+        .collect();
+    let stiffness = &fields.stiffness[fields.material[cell] as usize];
+    let free = fields.initial.get(cell).copied().unwrap_or([0.0; 6]);
     std::array::from_fn(|corner| {
         // Displacements less that of the corner itself: a translation has no strain, whatever its digits.
+        let own = u(corners[corner]);
         let mut slope = [[0.0; 3]; 3];
-        let mut add = |u: V3, factor: f64, g: V3| {
-            (0..3).for_each(|i| (0..3).for_each(|j| slope[i][j] += factor * (u[i] - corners[corner][i]) * g[j]));
-        };
-        match fields.middles.get(cell) {
-            None => (0..4).for_each(|a| add(corners[a], 1.0, gradient[a])),
-            Some(middles) => {
-                // Of `l (2 l - 1)` at corner a and of `4 l l'` on an edge, at a corner.
-                (0..4).for_each(|a| add(corners[a], if a == corner { 3.0 } else { -1.0 }, gradient[a]));
-                for (&[a, b], &middle) in ENDS.iter().zip(middles) {
-                    if a == corner || b == corner {
-                        add(u(middle), 4.0, gradient[if a == corner { b } else { a }]);
-                    }
-                }
-            }
+        for (u, gradients) in &slopes {
+            let g = gradients[corner];
+            (0..3).for_each(|i| (0..3).for_each(|j| slope[i][j] += (u[i] - own[i]) * g[j]));
         }
         let e = |i: usize, j: usize| slope[i][j] + slope[j][i];
-        [slope[0][0], slope[1][1], slope[2][2], e(0, 1), e(1, 2), e(0, 2)]
+        let strain = [slope[0][0], slope[1][1], slope[2][2], e(0, 1), e(1, 2), e(0, 2)];
+        times(stiffness, std::array::from_fn(|k| strain[k] - free[k]))
+    })
+}
+
+/// Gradients at the corners of the function of node `k`: corners, then middles.
+pub(super) fn at_corners(k: usize, is_quadratic: bool, gradient: &[V3; 4]) -> [V3; 4] {
+    let scaled = |g: V3, factor: f64| g.map(|g| factor * g);
+    std::array::from_fn(|corner| match (is_quadratic, k.checked_sub(4)) {
+        (false, _) => gradient[k],
+        // Of `l (2 l - 1)`.
+        (true, None) => scaled(gradient[k], if k == corner { 3.0 } else { -1.0 }),
+        // Of `4 l l'`.
+        (true, Some(edge)) => match ENDS[edge] {
+            [a, b] if a == corner => scaled(gradient[b], 4.0),
+            [a, b] if b == corner => scaled(gradient[a], 4.0),
+            _ => [0.0; 3],
+        },
     })
 }
 

@@ -7,11 +7,13 @@
 
 mod cells;
 mod sides;
+mod tie;
 mod vectors;
 
 use crate::Error;
 use cells::{factorised, judge_cell};
 use sides::{Contact, judge_faces, judge_side};
+pub use tie::judge_tie;
 use vectors::{ascending, numbers};
 
 /// Corners of the edges of a cell in the order of its middles.
@@ -35,6 +37,8 @@ pub struct BoundFields {
     pub initial: Vec<[f64; 6]>,
     /// Force per volume, of each cell; empty if there is none.
     pub body_force: Vec<[f64; 3]>,
+    /// What the unknowns of the problem are, in their order.
+    pub unknowns: Vec<BoundUnknown>,
     /// Displacements of the answer, `3 i + c`, length.
     pub found: Vec<f64>,
     /// The admissible ones.
@@ -45,6 +49,15 @@ pub struct BoundFields {
     pub obstacles: Vec<FlatObstacle>,
     /// All boundary faces.
     pub sides: Vec<BoundSide>,
+}
+
+/// The displacement of a node along a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundUnknown {
+    /// The node.
+    pub node: u32,
+    /// Unit vector.
+    pub direction: [f64; 3],
 }
 
 /// Places `x` with `normal · x <= offset` are out of it.
@@ -237,6 +250,7 @@ fn validate(fields: &BoundFields) -> Result<(), Error> {
     or_none("initial", fields.initial.len())?;
     or_none("body_force", fields.body_force.len())?;
     let named = fields.corners.as_flattened().iter().chain(fields.middles.as_flattened());
+    let named = named.chain(fields.unknowns.iter().map(|unknown| &unknown.node));
     let named = named.chain(fields.sides.iter().flat_map(|side| &side.corners));
     if let Some(node) = named.into_iter().find(|&&node| node as usize >= nodes) {
         return Err(damaged(format!("node {} is named and there are {nodes}", node + 1)));

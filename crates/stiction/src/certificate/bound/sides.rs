@@ -9,7 +9,7 @@ use super::{BoundFields, BoundSide, ENDS, FlatObstacle, Touch, Worst, damaged};
 use crate::Error;
 
 /// Points and weights that integrate polynomials of fifth degree over a triangle of area one (Radon 1948).
-const RADON: [([f64; 3], f64); 7] = {
+pub(super) const RADON: [([f64; 3], f64); 7] = {
     const A: f64 = 0.101_286_507_323_456_34;
     const B: f64 = 0.470_142_064_105_115_1;
     const OF_A: f64 = 0.125_939_180_544_827_15;
@@ -35,7 +35,7 @@ pub(super) struct Contact {
 
 /// A boundary face as its cell sees it: area, and of each corner, ascending, its number and the traction on it.
 pub(super) struct Outside {
-    area: f64,
+    pub(super) area: f64,
     cell: usize,
     at: [(u32, V3); 3],
 }
@@ -121,7 +121,7 @@ pub(super) fn judge_side(
 }
 
 /// The corners of a side and the middles of the edges across from them; none in linear cells.
-fn side_nodes(fields: &BoundFields, side: &BoundSide, own: &Outside) -> [Option<u32>; 6] {
+pub(super) fn side_nodes(fields: &BoundFields, side: &BoundSide, own: &Outside) -> [Option<u32>; 6] {
     let corners = fields.corners[own.cell];
     let place = |node: u32| corners.iter().position(|&corner| corner == node);
     let middle = |a: usize| {

@@ -7,7 +7,8 @@ use super::overlap_text::{is_refused, sentence};
 use super::write::{BOUND, other_solution};
 use super::{summary, sums};
 use crate::Error;
-use crate::certificate::{BOUND_TOLERANCE, Certificate, JudgedBound, certify, judge_bound};
+use crate::certificate::{BOUND_TOLERANCE, Certificate, JudgedBound, certify, judge_bound, judge_tie};
+use crate::contact::ContactProblem;
 use crate::io::bound::read_bound;
 use crate::io::problem;
 use crate::run::pose::memory::check_fits;
@@ -97,26 +98,30 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
             differences.push((format!("worst measure of {name}"), other.worst, new));
         }
     }
+    let bound = check_bound(folder, summary.bound.as_ref(), &problem, &u, &mut differences)?;
     let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
-    let bound = check_bound(folder, summary.bound.as_ref(), &mut differences)?;
     Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound, steps })
 }
 
-/// Judges the bound that the summary names by the file that proves it.
+/// Judges the bound that the summary names by the file that proves it, and holds that against the problem and its answer.
 fn check_bound(
     folder: &Path,
     stored: Option<&BoundRecord>,
+    problem: &ContactProblem,
+    u: &[f64],
     differences: &mut Vec<(String, f64, f64)>,
 ) -> Result<Option<JudgedBound>, Error> {
     let Some(stored) = stored.filter(|stored| stored.energy.is_some()) else { return Ok(None) };
     let file = folder.join(BOUND);
     let (fields, claim) = read_bound(&file)?;
-    let judged = judge_bound(&fields, &claim).map_err(|error| {
+    let named = |error: Error| {
         let what = format!("{}: {}", error.place, error.what);
         Error::new(file.display().to_string(), what, "solve the case again")
-    })?;
+    };
+    let mut judged = judge_bound(&fields, &claim).map_err(named)?;
+    judged.measures.extend(judge_tie(&fields, problem, u).map_err(named)?);
     // The summary has parts of the least norm the exact stress can have; nothing where it is too coarse to tell.
     let proven = &judged.proven;
     let least = proven.mean_norm - proven.mean_error;
