@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 
 use super::tets::{PLACE, Shape, without};
 use crate::fem::Voigt;
-use crate::linalg::SmallLu;
+use crate::linalg::{SmallLu, vectorised};
 #[cfg(test)]
 use crate::mesh::v3::norm;
 use crate::mesh::v3::{V3, add, cross, dot, mean, scale, sub};
@@ -195,11 +195,17 @@ impl Map {
         }
         let mut stress = [[0.0; 6]; TENSORS];
         // Column by column, which vector units can add up in any order of the rows.
-        for (column, given) in COLUMNS.iter().zip(given) {
-            for (sum, value) in stress.as_flattened_mut().iter_mut().zip(column) {
-                *sum += value * given;
-            }
-        }
+        let columns = &**COLUMNS;
+        vectorised(
+            #[inline(always)]
+            || {
+                for (column, given) in columns.iter().zip(&given) {
+                    for (sum, value) in stress.as_flattened_mut().iter_mut().zip(column) {
+                        *sum += value * given;
+                    }
+                }
+            },
+        );
         stress
     }
 
@@ -218,21 +224,21 @@ impl Map {
         stress.iter().map(form).sum()
     }
 
-    /// The matrix of that energy in the tractions, times `factor`; in single precision, for what need not be exact.
-    pub(super) fn matrix(&self, compliance: &[Voigt; 6], factor: f64) -> Matrix {
+    /// Adds the matrix of that energy in the tractions, times `factor`, to zero; in single precision, for what need not be exact.
+    #[inline(always)] // into what is vectorised
+    pub(super) fn add_matrix(&self, compliance: &[Voigt; 6], factor: f64, sum: &mut Matrix) {
         let of_reference = self.compliance(compliance);
         // Lengths of the cell out of both parts: what is left is of order one.
         let length = self.volume.cbrt();
-        let weight: Vec<f32> = pairs().map(|[k, l]| (factor * of_reference[k][l] / (length * length)) as f32).collect();
-        let mut sum: Matrix = [[[0.0; 9]; 9]; 10];
+        let weights = pairs().map(|[k, l]| (factor * of_reference[k][l] / (length * length)) as f32);
         let flat = sum.as_flattened_mut().as_flattened_mut();
-        for (weight, table) in weight.iter().zip(&*SINGLE) {
+        for (weight, table) in weights.zip(&*SINGLE) {
             for (sum, value) in flat.iter_mut().zip(table) {
                 *sum += weight * value;
             }
         }
         let inverse: [[f32; 3]; 3] = self.inverse.map(|row| row.map(|g| (length * g) as f32));
-        for block in &mut sum {
+        for block in sum {
             for row in block.iter_mut() {
                 for at in row.chunks_exact_mut(3) {
                     let old = [at[0], at[1], at[2]];
@@ -246,7 +252,6 @@ impl Map {
                 }
             }
         }
-        sum
     }
 
     /// The size of that matrix, to choose `factor` by.
@@ -436,7 +441,8 @@ mod tests {
             balance(&shape, &mut sides);
             let map = Map::new(&shape);
             let factor = 1.0 / map.size(&compliance);
-            let matrix = map.matrix(&compliance, factor);
+            let mut matrix = [[[0.0; 9]; 9]; 10];
+            map.add_matrix(&compliance, factor, &mut matrix);
             let flat: Vec<f64> = sides.iter().flatten().flatten().copied().collect();
             let mut energy = 0.0;
             for (block, [j, k]) in matrix.iter().zip(BLOCKS) {

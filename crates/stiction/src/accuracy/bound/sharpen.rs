@@ -11,6 +11,7 @@ use super::equilibrate::{Given, OnFace};
 use super::fill::{BLOCKS, Block, Map, Matrix, Sides};
 use super::tets::{CELLS_PER_TASK, EDGES, NONE, Shape, Tets};
 use crate::fem::Voigt;
+use crate::linalg::vectorised;
 use crate::mesh::v3::{V3, dot, norm, scale, sub};
 
 /// Blocks of unknowns for each task of a thread at least.
@@ -37,11 +38,17 @@ pub(super) fn sharpen(
         .with_min_len(CELLS_PER_TASK)
         .map(|cell| Map::new(&shapes[cell]).size(of_cell(cell)))
         .reduce(|| 0.0, f64::max);
-    let matrices: Vec<Matrix> = (0..cells)
-        .into_par_iter()
-        .with_min_len(CELLS_PER_TASK)
-        .map(|cell| Map::new(&shapes[cell]).matrix(of_cell(cell), 1.0 / size))
-        .collect();
+    let mut matrices: Vec<Matrix> = vec![[[[0.0; 9]; 9]; 10]; cells];
+    matrices.par_chunks_mut(CELLS_PER_TASK).enumerate().for_each(|(task, chunk)| {
+        vectorised(
+            #[inline(always)]
+            || {
+                for (cell, matrix) in (CELLS_PER_TASK * task..).zip(chunk.iter_mut()) {
+                    Map::new(&shapes[cell]).add_matrix(of_cell(cell), 1.0 / size, matrix);
+                }
+            },
+        );
+    });
     let system = System::new(tets, given, matrices);
     let start: Vec<Sides> =
         (0..cells).into_par_iter().with_min_len(CELLS_PER_TASK).map(|cell| apart(cell, tractions)).collect();
@@ -100,6 +107,7 @@ fn inner(a: &[[f64; 9]], b: &[[f64; 9]]) -> f64 {
 /// A face whose tractions may change, with the inverse of its block.
 struct FaceBlock {
     face: u32,
+    modes: [[f64; 9]; 3],
     inverse: [[f64; 3]; 3],
 }
 
@@ -109,7 +117,7 @@ struct EdgeBlock {
     fan: [u32; 2],
     /// The directions of the moments; none if all are free.
     along: Option<V3>,
-    inverse: Box<[[f64; 6]; 6]>,
+    inverse: [[f32; 6]; 6],
 }
 
 struct System<'a> {
@@ -174,7 +182,7 @@ impl<'a> System<'a> {
                     }
                 }
             }
-            FaceBlock { face, inverse: inverse(own) }
+            FaceBlock { face, modes, inverse: inverse(own) }
         };
         list.into_par_iter().with_min_len(BLOCKS_PER_TASK).map(block).collect()
     }
@@ -207,7 +215,7 @@ impl<'a> System<'a> {
                 let mean = (0..6).map(|k| own[k][k]).sum::<f64>() / 6.0;
                 own = projected(&own, d, mean);
             }
-            EdgeBlock { fan, along, inverse: Box::new(inverse(own)) }
+            EdgeBlock { fan, along, inverse: inverse(own).map(|row| row.map(|v| v as f32)) }
         };
         kept.into_par_iter().with_min_len(BLOCKS_PER_TASK).map(block).collect()
     }
@@ -244,6 +252,7 @@ impl<'a> System<'a> {
     }
 
     /// Changes out of a cell.
+    #[inline(always)]
     fn out_of(&self, cell: usize, change: &[[f64; 9]]) -> [[f32; 9]; 4] {
         let faces = self.tets.faces_of[cell];
         faces.map(|face| {
@@ -255,11 +264,17 @@ impl<'a> System<'a> {
     /// Adds what the faces of all cells get from `of`, which gives the tractions out of a cell.
     fn gather(&self, of: impl Fn(usize) -> [[f32; 9]; 4] + Sync) -> Vec<[f64; 9]> {
         let cells = self.tets.corners.len();
-        let images: Vec<[[f32; 9]; 4]> = (0..cells)
-            .into_par_iter()
-            .with_min_len(CELLS_PER_TASK)
-            .map(|cell| times(&self.matrices[cell], &of(cell)))
-            .collect();
+        let mut images = vec![[[0.0; 9]; 4]; cells];
+        images.par_chunks_mut(CELLS_PER_TASK).enumerate().for_each(|(task, chunk)| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (cell, image) in (CELLS_PER_TASK * task..).zip(chunk.iter_mut()) {
+                        *image = times(&self.matrices[cell], &of(cell));
+                    }
+                },
+            );
+        });
         let of_face = |face: usize| {
             let mut sum = [0.0; 9];
             for &cell in self.tets.cells_of[face].iter().filter(|&&cell| cell != NONE) {
@@ -273,14 +288,17 @@ impl<'a> System<'a> {
     }
 
     fn times(&self, change: &[[f64; 9]]) -> Vec<[f64; 9]> {
-        self.gather(|cell| self.out_of(cell, change))
+        self.gather(
+            #[inline(always)]
+            |cell| self.out_of(cell, change),
+        )
     }
 
     /// Each block of unknowns for itself.
     fn precondition(&self, residual: &[[f64; 9]]) -> Vec<[f64; 9]> {
         let mut change = vec![[0.0; 9]; residual.len()];
         let of_face = |block: &FaceBlock| -> [f64; 9] {
-            let (modes, rest) = (self.face_modes(block.face), &residual[block.face as usize]);
+            let (modes, rest) = (&block.modes, &residual[block.face as usize]);
             let asked: [f64; 3] = std::array::from_fn(|a| (0..9).map(|k| modes[a][k] * rest[k]).sum());
             let factors = multiplied(&block.inverse, &asked);
             std::array::from_fn(|k| (0..3).map(|a| factors[a] * modes[a][k]).sum())
@@ -300,7 +318,7 @@ impl<'a> System<'a> {
             if let Some(d) = block.along {
                 asked = onto(asked, d);
             }
-            let moments = multiplied(&block.inverse, &asked);
+            let moments = multiplied(&block.inverse.map(|row| row.map(f64::from)), &asked);
             block.along.map_or(moments, |d| onto(moments, d))
         };
         let moments: Vec<[f64; 6]> = self.edges.par_iter().with_min_len(BLOCKS_PER_TASK).map(of_edge).collect();
@@ -379,7 +397,7 @@ fn form(block: &Block, a: &[f64; 9], b: &[f64; 9]) -> f64 {
     block.iter().zip(a).map(|(row, a)| a * row.iter().zip(b).map(|(m, b)| f64::from(*m) * b).sum::<f64>()).sum()
 }
 
-#[inline]
+#[inline(always)]
 fn times(matrix: &Matrix, tractions: &[[f32; 9]; 4]) -> [[f32; 9]; 4] {
     let mut image = [[0.0; 9]; 4];
     for (block, [j, k]) in matrix.iter().zip(BLOCKS) {
@@ -391,7 +409,7 @@ fn times(matrix: &Matrix, tractions: &[[f32; 9]; 4]) -> [[f32; 9]; 4] {
     image
 }
 
-#[inline]
+#[inline(always)]
 fn add_times(block: &Block, x: &[f32; 9], y: &mut [f32; 9]) {
     for (row, y) in block.iter().zip(y) {
         // Four sums at a time, in an order that vector units can keep.
@@ -400,7 +418,7 @@ fn add_times(block: &Block, x: &[f32; 9], y: &mut [f32; 9]) {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add_transposed(block: &Block, x: &[f32; 9], y: &mut [f32; 9]) {
     for (row, x) in block.iter().zip(x) {
         for (m, y) in row.iter().zip(&mut *y) {

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""Estimated errors of refined runs beside their distance from a fine reference, and forces beside their error bars.
+
+    python3 bench/reference_errors.py [target/release/stiction] [--only lug,joint]
+
+Needs numpy and pyvista; the bracket needs gmsh. Each case is refined to several accuracies. The last run is the reference. The stress of
+every other run, from the displacements in `result.vtu`, is compared with that of the reference at four points of each cell of the
+reference; the estimated error of the reference is added as if both were orthogonal. Points outside of the coarser mesh (facets that
+were made round) are left out and counted. All cases are of one isotropic material without initial strain.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+ROOT = Path(__file__).resolve().parent.parent
+CASES = ROOT / "cases"
+YOUNG, POISSON = 210e3, 0.3
+# Name, file, accuracies in percent; the last run is the reference.
+RUNS = [
+    ("lug", CASES / "lug/lug.toml", [8, 5, 3, 2]),
+    ("rings", CASES / "rings/rings.toml", [4, 2, 1, 0.05]),
+    ("joint", CASES / "joint/joint.toml", [15, 10, 7, 5]),
+    ("cattaneo", CASES / "cattaneo/cattaneo.toml", [12, 8, 6, 4]),
+    ("bracket", "bracket", [20, 15, 10, 7]),
+]
+# The edges of the middles of a quadratic tetrahedron in VTK's order.
+EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+# Factor on the length of edges of the bracket's first mesh.
+SIZE = "2"
+# Four points exact for second degree (Hammer and Stroud 1956).
+A, B = (5 + 3 * 5**0.5) / 20, (5 - 5**0.5) / 20
+POINTS = np.full((4, 4), B) + (A - B) * np.eye(4)
+
+
+def solved(program, case, accuracy, folder):
+    """The folder of a run."""
+    command = [program, "solve", case, "-o", folder, "--accuracy", f"{accuracy}%", "--no-report", "--no-pictures"]
+    run = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    if not (Path(folder) / "summary.json").exists():
+        raise SystemExit(f"{case}: {run.stderr}")
+    return Path(folder)
+
+
+class Field:
+    """Stress of the displacements of a result of quadratic tetrahedra."""
+
+    def __init__(self, folder):
+        # Runs of several load steps write one file each.
+        last = max(folder.glob("result*.vtu"), key=lambda path: (len(path.name), path.name))
+        mesh = pv.read(last)
+        cells = mesh.cells_dict
+        if set(cells) != {24}:
+            raise SystemExit(f"{folder}: cells that are no quadratic tetrahedra: {set(cells)}")
+        self.cells, self.x, self.u = cells[24], np.asarray(mesh.points, float), np.asarray(mesh["displacement"], float)
+        corners = self.x[self.cells[:, :4]]
+        edges = corners[:, 1:] - corners[:, :1]
+        self.volume = np.abs(np.linalg.det(edges)) / 6
+        inner = np.linalg.inv(edges).transpose(0, 2, 1)
+        self.gradient = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+        linear = pv.UnstructuredGrid({pv.CellType.TETRA: self.cells[:, :4]}, self.x)
+        # Bodies in contact have no node in common.
+        self.body = self.bodies()
+        self.parts = []
+        for body in np.unique(self.body):
+            own = np.flatnonzero(self.body == body)
+            self.parts.append((own, linear.extract_cells(own)))
+
+    def bodies(self):
+        """A number for each cell that is the same in all that hangs together."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        first, rest = self.cells[:, 0], self.cells[:, 1:4]
+        rows = np.repeat(first, 3)
+        count = len(self.x)
+        graph = coo_matrix((np.ones(rows.size), (rows, rest.ravel())), shape=(count, count))
+        return connected_components(graph, directed=False)[1][first]
+
+    def centres(self):
+        return {int(body): self.x[self.cells[self.body == body, :4]].mean(axis=(0, 1)) for body in np.unique(self.body)}
+
+    def stress(self, cells, w):
+        """At points with barycentric coordinates `w` of these cells."""
+        g, u = self.gradient[cells], self.u[self.cells[cells]]
+        slope = np.einsum("pi,pia,pib->pab", 4 * w - 1, u[:, :4], g)
+        for k, (i, j) in enumerate(EDGES):
+            both = 4 * (w[:, i, None] * g[:, j] + w[:, j, None] * g[:, i])
+            slope += np.einsum("pa,pb->pab", u[:, 4 + k], both)
+        strain = 0.5 * (slope + slope.transpose(0, 2, 1))
+        shear = YOUNG / (2 * (1 + POISSON))
+        lame = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
+        trace = np.trace(strain, axis1=1, axis2=2)
+        return 2 * shear * strain + lame * trace[:, None, None] * np.eye(3)
+
+
+def squared(stress):
+    """Density of the squared energy norm."""
+    trace = np.trace(stress, axis1=1, axis2=2)
+    return ((1 + POISSON) * np.einsum("pab,pab->p", stress, stress) - POISSON * trace**2) / YOUNG
+
+
+def distance(coarse, fine):
+    """Energy norm of the difference over that of the reference, and the part of the volume outside."""
+    total = apart = lost = 0.0
+    centres = {number: x for number, x in enumerate(coarse.centres().values())}
+    for body, centre in fine.centres().items():
+        number = min(centres, key=lambda n: np.linalg.norm(centres[n] - centre))
+        own, grid = coarse.parts[number]
+        cells = np.flatnonzero(fine.body == body)
+        for w in POINTS:
+            places = np.einsum("i,pia->pa", w, fine.x[fine.cells[cells, :4]])
+            found = np.asarray(grid.find_containing_cell(places))
+            inside = found >= 0
+            at = own[found[inside]]
+            first = fine.stress(cells[inside], np.tile(w, (inside.sum(), 1)))
+            inner = np.einsum("pia,pa->pi", coarse.gradient[at, 1:], places[inside] - coarse.x[coarse.cells[at, 0]])
+            weights = np.concatenate([1 - inner.sum(axis=1, keepdims=True), inner], axis=1)
+            second = coarse.stress(at, weights)
+            volume = fine.volume[cells] / 4
+            total += (squared(first) * volume[inside]).sum()
+            apart += (squared(first - second) * volume[inside]).sum()
+            lost += volume[~inside].sum()
+    return (apart / total) ** 0.5, lost / fine.volume.sum()
+
+
+def read(folder):
+    summary = json.loads((folder / "summary.json").read_text())
+    record = summary["accuracy"]
+    level = record["levels"][-1]
+    return level["error"], level["unknowns"], {value["name"]: value for value in record["values"]}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", nargs="?", default=ROOT / "target/release/stiction")
+    parser.add_argument("--only", default="", help="cases whose names contain one of these words")
+    arguments = parser.parse_args()
+    words = [word for word in arguments.only.split(",") if word]
+    print("| case | unknowns | estimate | from the reference | estimate over error | values inside | outside |\n|---|--:|--:|--:|--:|--:|--:|")
+    for name, case, accuracies in RUNS:
+        if words and not any(word in name for word in words):
+            continue
+        with tempfile.TemporaryDirectory() as top:
+            if not isinstance(case, Path):
+                case = assembly(case, Path(top))
+            folders = [solved(arguments.program, case, accuracy, Path(top) / str(accuracy)) for accuracy in accuracies]
+            fine = Field(folders[-1])
+            fine_error, unknowns, exact = read(folders[-1])
+            print(f"| {name} | {unknowns} | {100 * fine_error:.1f} % | the reference |", flush=True)
+            done = {unknowns}
+            for folder in folders[:-1]:
+                error, unknowns, values = read(folder)
+                if unknowns in done:
+                    continue
+                done.add(unknowns)
+                apart, lost = distance(Field(folder), fine)
+                true = (apart**2 + fine_error**2) ** 0.5
+                bars = [
+                    (abs(values[name]["value"] - exact[name]["value"]), values[name]["bar"])
+                    for name in exact
+                    if exact[name]["value"] is not None and values.get(name, {}).get("bar") is not None and values[name]["value"] is not None
+                ]
+                inside = sum(off <= bar for off, bar in bars)
+                print(f"| | {unknowns} | {100 * error:.1f} % | {100 * true:.1f} % | {error / true:.2f} | {inside} of {len(bars)} | {100 * lost:.2f} % |", flush=True)
+
+
+def assembly(name, folder):
+    """The case of an assembly of `bench/assemblies`, on its coarsest mesh."""
+    built = folder / name
+    subprocess.run([sys.executable, ROOT / "bench/assemblies/build.py", name, SIZE, built], check=True, capture_output=True)
+    return built / f"{name}.toml"
+
+
+if __name__ == "__main__":
+    main()
