@@ -1,9 +1,10 @@
-//! The shipped cases: every number that `cases/*/expect.toml` states, with its source.
+//! The shipped cases: every number that `cases/*/expect.toml` states, with its source. What was obtained is kept for the
+//! verification manual: `tmp/obtained/NAME.json` in the target folder.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use stiction::fem::{Solid, von_mises};
 use stiction::friction::Status;
 use stiction::io::case;
@@ -140,21 +141,51 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name)
 }
 
-/// Runs a case with every variant its list of expectations names; all failures are reported together.
+/// Runs a case with every variant its list of expectations names, and keeps the numbers; all failures are reported
+/// together.
 fn run_case(name: &str) {
     let text = std::fs::read_to_string(folder(name).join("expect.toml")).unwrap();
     let expected: toml::Table = text.parse().unwrap();
-    let mut failures = String::new();
+    let (mut failures, mut runs) = (String::new(), Vec::new());
     for run in expected["run"].as_array().unwrap() {
         let set: Vec<String> = list(run, "set").iter().map(|v| v.as_str().unwrap().to_string()).collect();
         let solved = Solved::new(&folder(name).join(format!("{name}.toml")), &set);
+        let mut values = Vec::new();
         for expect in list(run, "expect") {
-            if let Err(message) = solved.check(expect) {
+            let found = solved.found(expect);
+            if let Err(message) = judge(found, expect) {
                 failures += &format!("{name} {set:?}: {message}\n");
             }
+            values.push(json!({ "expect": expect, "found": found }));
         }
+        let facts = ["dofs", "dual_dofs", "path", "status"].map(|key| (key.to_string(), solved.summary[key].clone()));
+        runs.push(json!({ "set": set, "facts": serde_json::Map::from_iter(facts), "values": values }));
     }
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("obtained");
+    std::fs::create_dir_all(&kept).unwrap();
+    let record = json!({ "case": name, "expect": text, "runs": runs });
+    std::fs::write(kept.join(format!("{name}.json")), format!("{record:#}\n")).unwrap();
     assert!(failures.is_empty(), "\n{failures}");
+}
+
+/// Whether a number is what is expected of it, and else what it should be.
+fn judge(found: f64, expect: &toml::Value) -> Result<(), String> {
+    let source = expect["source"].as_str().unwrap();
+    let fail = |wanted: String| Err(format!("{found:e} for {expect}, which is to be {wanted} ({source})"));
+    if let Some(value) = expect.get("value").map(number) {
+        let allowed = match (expect.get("rel"), expect.get("abs")) {
+            (Some(rel), None) => number(rel) * value.abs(),
+            (None, Some(abs)) => number(abs),
+            (None, None) => 0.0, // a count
+            _ => panic!("{expect} has both rel and abs"),
+        };
+        if (found - value).abs() <= allowed { Ok(()) } else { fail(format!("{value:e} within {allowed:e}")) }
+    } else {
+        let low = expect.get("above").map_or(f64::NEG_INFINITY, number);
+        let high = expect.get("below").map_or(f64::INFINITY, number);
+        assert!(low.is_finite() || high.is_finite(), "{expect} expects nothing");
+        if found > low && found < high { Ok(()) } else { fail(format!("between {low:e} and {high:e}")) }
+    }
 }
 
 fn list<'a>(value: &'a toml::Value, key: &str) -> &'a [toml::Value] {
@@ -198,26 +229,6 @@ impl Solved {
         assert!(outcome.overlaps.is_empty() && overlaps.is_empty(), "{:?} {overlaps:?}", outcome.overlaps);
         let summary = serde_json::from_str(&summary(&prepared, &outcome, &Origin::default())).unwrap();
         Solved { prepared, outcome, summary, steps }
-    }
-
-    fn check(&self, expect: &toml::Value) -> Result<(), String> {
-        let source = expect["source"].as_str().unwrap();
-        let found = self.found(expect);
-        let fail = |wanted: String| Err(format!("{found:e} for {expect}, which is to be {wanted} ({source})"));
-        if let Some(value) = expect.get("value").map(number) {
-            let allowed = match (expect.get("rel"), expect.get("abs")) {
-                (Some(rel), None) => number(rel) * value.abs(),
-                (None, Some(abs)) => number(abs),
-                (None, None) => 0.0, // a count
-                _ => panic!("{expect} has both rel and abs"),
-            };
-            if (found - value).abs() <= allowed { Ok(()) } else { fail(format!("{value:e} within {allowed:e}")) }
-        } else {
-            let low = expect.get("above").map_or(f64::NEG_INFINITY, number);
-            let high = expect.get("below").map_or(f64::INFINITY, number);
-            assert!(low.is_finite() || high.is_finite(), "{expect} expects nothing");
-            if found > low && found < high { Ok(()) } else { fail(format!("between {low:e} and {high:e}")) }
-        }
     }
 
     /// What an expectation speaks of: a key of the summary (with another added, `plus`, or over

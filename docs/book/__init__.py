@@ -1,0 +1,1 @@
+"""Puts the sources of the book together: the pages of `docs`, and those that are made from the program itself."""

@@ -1,0 +1,43 @@
+"""Settings of Sphinx for the book; its sources are put together by the package beside this file."""
+
+import tomllib
+from pathlib import Path
+
+_root = Path(__file__).resolve().parents[2]
+
+project = "Stiction"
+author = "The developers of Stiction"
+copyright = author
+release = tomllib.loads((_root / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+version = release
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon"]
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "fieldlist"]
+# Anchors of headings are those that a forge makes of the same pages.
+myst_heading_anchors = 4
+source_suffix = {".md": "markdown"}
+root_doc = "index"
+exclude_patterns = ["work"]
+
+html_theme = "furo"
+html_title = f"Stiction {release}"
+html_theme_options = {"navigation_with_keys": True}
+html_show_copyright = False
+html_copy_source = False
+html_show_sphinx = False
+html_static_path = [str(Path(__file__).parent / "static")]
+html_css_files = ["book.css"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
+# What lies outside of the package has its own documentation; this one is built without a network.
+nitpick_ignore_regex = [("py:.*", r"(?!stiction).*")]
+nitpick_ignore = []
+
+linkcheck_timeout = 20
+linkcheck_retries = 2
+linkcheck_anchors = False
+# Publishers answer programs with 403.
+linkcheck_allowed_redirects = {r"https://doi\.org/.*": r".*"}
