@@ -6,7 +6,7 @@
 Needs numpy and pyvista; the bracket needs gmsh. Each case is refined to several accuracies. The last run is the reference. The stress of
 every other run, from the displacements in `result.vtu`, is compared with that of the reference at four points of each cell of the
 reference; the estimated error of the reference is added as if both were orthogonal. Points outside of the coarser mesh (facets that
-were made round) are left out and counted. All cases are of one isotropic material without initial strain.
+were made round) are left out and counted. Of several load steps the one is compared whose estimate decides on refinement. All cases are of one isotropic material without initial strain.
 """
 
 import argparse
@@ -51,10 +51,8 @@ def solved(program, case, accuracy, folder):
 class Field:
     """Stress of the displacements of a result of quadratic tetrahedra."""
 
-    def __init__(self, folder):
-        # Runs of several load steps write one file each.
-        last = max(folder.glob("result*.vtu"), key=lambda path: (len(path.name), path.name))
-        mesh = pv.read(last)
+    def __init__(self, folder, step):
+        mesh = pv.read(folder / (f"result-{step:04}.vtu" if step else "result.vtu"))
         cells = mesh.cells_dict
         if set(cells) != {24}:
             raise SystemExit(f"{folder}: cells that are no quadratic tetrahedra: {set(cells)}")
@@ -131,10 +129,12 @@ def distance(coarse, fine):
 
 
 def read(folder):
+    """Estimates by time, unknowns, and the values with their bars."""
     summary = json.loads((folder / "summary.json").read_text())
     record = summary["accuracy"]
-    level = record["levels"][-1]
-    return level["error"], level["unknowns"], {value["name"]: value for value in record["values"]}
+    steps = summary.get("steps") or [{"t": None, "step": 0, **summary}]
+    errors = {step["t"]: (step["discretisation_error"], step["step"]) for step in steps}
+    return errors, record["levels"][-1]["unknowns"], {value["name"]: value for value in record["values"]}
 
 
 def main():
@@ -151,16 +151,19 @@ def main():
             if not isinstance(case, Path):
                 case = assembly(case, Path(top))
             folders = [solved(arguments.program, case, accuracy, Path(top) / str(accuracy)) for accuracy in accuracies]
-            fine = Field(folders[-1])
-            fine_error, unknowns, exact = read(folders[-1])
-            print(f"| {name} | {unknowns} | {100 * fine_error:.1f} % | the reference |", flush=True)
+            fine_errors, unknowns, exact = read(folders[-1])
+            largest = max(error for error, _ in fine_errors.values())
+            print(f"| {name} | {unknowns} | {100 * largest:.1f} % | the reference |", flush=True)
             done = {unknowns}
             for folder in folders[:-1]:
-                error, unknowns, values = read(folder)
+                errors, unknowns, values = read(folder)
                 if unknowns in done:
                     continue
                 done.add(unknowns)
-                apart, lost = distance(Field(folder), fine)
+                # The step that decides on refinement; halved steps are in one run alone.
+                t = max(set(errors) & set(fine_errors), key=lambda t: errors[t][0])
+                (error, step), (fine_error, fine_step) = errors[t], fine_errors[t]
+                apart, lost = distance(Field(folder, step), Field(folders[-1], fine_step))
                 true = (apart**2 + fine_error**2) ** 0.5
                 bars = [
                     (abs(values[name]["value"] - exact[name]["value"]), values[name]["bar"])
