@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::Status;
-use stiction::io::case;
+use stiction::io::case::{self, Case};
+use stiction::io::deck;
 use stiction::io::folder;
 use stiction::linalg::Stop;
 use stiction::run::{self, Origin, Plan, Prepared, Stage};
@@ -16,7 +17,7 @@ use crate::{code, hold, interrupt, memory, output, threads};
 /// Solve a case and write a folder of results
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The case file
+    /// The case file, or a complete deck of CalculiX or Abaqus (.inp)
     case: PathBuf,
     /// Folder of the results; by default the name of the case file with -results, in the current folder
     #[arg(short, long, value_name = "DIR")]
@@ -75,14 +76,8 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
     overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
     overrides.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let mut case = case::read(&arguments.case, &overrides)?;
-    case.mesh.include_from(&arguments.include);
-    let origin = Origin {
-        path: Some(arguments.case.clone()),
-        case_text: std::fs::read_to_string(&arguments.case).unwrap_or_default(),
-        overrides,
-        command: Some(command_line()),
-    };
+    let (case, path, case_text) = read(arguments, &overrides)?;
+    let origin = Origin { path, case_text, overrides, command: Some(command_line()) };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
     run::writable(&folder)?;
@@ -143,6 +138,23 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         }
     };
     unlisted.map_or(Ok(code), Err)
+}
+
+/// Whether a file is a deck by the ending of its name.
+pub(crate) fn is_deck(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
+}
+
+/// The case, its file if it is a case file, and its text.
+fn read(arguments: &Arguments, overrides: &[(String, String)]) -> Result<(Case, Option<PathBuf>, String), Error> {
+    let path = &arguments.case;
+    if is_deck(path) {
+        let deck = deck::read(path, &arguments.include)?;
+        return Ok((deck.case(overrides)?, None, deck.text));
+    }
+    let mut case = case::read(path, overrides)?;
+    case.mesh.include_from(&arguments.include);
+    Ok((case, Some(path.clone()), std::fs::read_to_string(path).unwrap_or_default()))
 }
 
 /// What is said while a case is solved.

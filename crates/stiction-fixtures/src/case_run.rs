@@ -3,13 +3,17 @@
 use std::ops::ControlFlow;
 
 use stiction::fem::{Solid, cell_stress, full_displacement};
-use stiction::io::case;
+use stiction::io::case::{self, Case};
 use stiction::run::{Outcome, Prepared, Settings, prepare, solve, solve_steps};
 
 /// A certified answer; the second entry of the pair is the case on its mesh.
 pub fn solved(text: &str) -> (Outcome, Prepared) {
-    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
-    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    solved_case(&case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}")))
+}
+
+/// The same of a case that is read already.
+pub fn solved_case(case: &Case) -> (Outcome, Prepared) {
+    let mut prepared = prepare(case).unwrap_or_else(|e| panic!("{e}"));
     let settings = Settings::of(&case.solver);
     let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
     let outcome = if case.steps.is_empty() {

@@ -8,7 +8,7 @@ use stiction::discrete::{Bilateral, DiscreteProblem, Equalities, GlobalProblem, 
 use stiction::io::case::{MeshSource, MeshSpec};
 use stiction::io::fclib_write::{State, compose};
 use stiction::io::storage::{Storage, matrix};
-use stiction::io::{abaqus, arrays, case, fclib, gmsh, matrix_market, npz, surface, vtu_read};
+use stiction::io::{abaqus, arrays, case, deck, fclib, gmsh, matrix_market, npz, surface, vtu_read};
 use stiction::linalg::Csr;
 
 use crate::{counting, mutate};
@@ -32,6 +32,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "matrix-market", ending: "mtx", seeds: matrix_market_files, free: SLACK, read: |b| matrix_market::named(b, "f").is_ok() },
     Target { name: "gmsh", ending: "msh", seeds: gmsh_files, free: SLACK, read: |b| gmsh::parse(b, "f", 1.0).is_ok() },
     Target { name: "abaqus", ending: "inp", seeds: abaqus_files, free: SLACK, read: |b| abaqus::parse(b, "f", 1.0, &included).is_ok() },
+    Target { name: "deck", ending: "inp", seeds: decks, free: TREE, read: |b| deck::parse(b, "f", &included).is_ok_and(|d| d.case(&[]).is_ok()) },
     Target { name: "vtu", ending: "vtu", seeds: vtu_files, free: SLACK, read: |b| vtu_read::parse(b, "f", 1.0).is_ok() },
     Target { name: "stl", ending: "stl", seeds: stl_files, free: SLACK, read: |b| surface::parse_stl(b, "f", 1.0).is_ok() },
     Target { name: "obj", ending: "obj", seeds: obj_files, free: SLACK, read: |b| surface::parse_obj(b, "f", 1.0).is_ok() },
@@ -239,6 +240,11 @@ fn abaqus_files() -> Vec<Vec<u8>> {
                 *ELEMENT, TYPE=C3D4, ELSET=e\n1, 1, 2, 3, 4\n*NSET, NSET=n, GENERATE\n1, 3, 1\n*SURFACE, NAME=s\ne, S1\n*END PART\n";
     let own = vec![deck.as_bytes().to_vec()];
     [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp")].concat()
+}
+
+/// Complete decks that hold every card that is read.
+fn decks() -> Vec<Vec<u8>> {
+    files!("data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp")
 }
 
 /// What any `*INCLUDE` names.

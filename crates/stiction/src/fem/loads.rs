@@ -2,9 +2,10 @@ use rayon::prelude::*;
 
 use super::elements::{MOST_NODES, folded, volume_points};
 use super::faces::{FacePoint, face_coordinates, face_points};
+use super::field::point;
 use super::solid::all_exist;
 use super::submerged::submerged_points;
-use super::{Field, Load, Solid, initial_strain};
+use super::{Field, Load, Nodal, Solid, initial_strain};
 use crate::Error;
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
@@ -45,6 +46,7 @@ pub fn external_forces(solid: &Solid, loads: &[Load], t: f64) -> Result<Vec<f64>
                     on_points(solid.mesh, faces, &points, &mut force, |p| Ok(scale(-pressure(p), p.area)))
                 })
             }
+            Load::Nodal { nodes, value } => at_nodes(solid.mesh, nodes, value, t, &mut force),
             Load::Gravity { cells, acceleration } => {
                 on_mass(solid, cells, "gravity", &mut force, |x| vector(acceleration, x, t))
             }
@@ -98,6 +100,28 @@ fn on_points(
             for (&node, &shape) in mesh.faces[face as usize].nodes().iter().zip(&point.shape) {
                 add_to_node(nodal, node, scale(shape, force));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Adds a force to each node.
+fn at_nodes(mesh: &Mesh, nodes: &[u32], value: &[Nodal; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
+    all_exist("node", nodes, mesh.nodes.len())?;
+    for &node in nodes {
+        let x = mesh.nodes[node as usize];
+        for (c, value) in value.iter().enumerate() {
+            nodal[3 * node as usize + c] += match value {
+                Nodal::Field(field) => field.finite_at(x, t)?,
+                Nodal::Values { values, ramp } => {
+                    let value = values.get(node as usize).copied().unwrap_or(f64::NAN);
+                    if !value.is_finite() {
+                        let what = format!("the array has no number at node {} at {}", node + 1, point(x));
+                        return Err(Error::new("", what, "give one for each node the force acts at"));
+                    }
+                    value * of_time(ramp, t, "the factor of an array")?
+                }
+            };
         }
     }
     Ok(())

@@ -37,7 +37,7 @@ pub(crate) use initial::quadratic_points;
 pub use initial::{InitialStrain, initial_strain};
 pub use loads::external_forces;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};
-pub use model::{DofMap, FeModel, Fix, Load, Temperature};
+pub use model::{DofMap, FeModel, Fix, Load, Nodal, Temperature};
 pub use recovery::{cell_stress, full_displacement, reactions, von_mises};
 pub(crate) use recovery::{cell_stress_as, strain, strain_of};
 pub use rigid::{Motion, Unconstrained, unconstrained_motions};

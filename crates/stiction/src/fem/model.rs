@@ -50,6 +50,13 @@ pub enum Load {
         /// Unit vector upwards.
         up: [f64; 3],
     },
+    /// A force at each node, newton.
+    Nodal {
+        /// Nodes, by number; a node that is listed twice has it twice.
+        nodes: Vec<u32>,
+        /// Its components.
+        value: [Nodal; 3],
+    },
     /// An acceleration acting on the mass of the cells.
     Gravity {
         /// Cells, by number.
@@ -75,6 +82,20 @@ pub enum Load {
         cells: Vec<u32>,
         /// The temperature.
         value: Temperature,
+    },
+}
+
+/// A component of the force at nodes.
+#[derive(Debug, Clone)]
+pub enum Nodal {
+    /// Of each node, as a function of place and time.
+    Field(Field),
+    /// One value for each node of the mesh, times a function of the time only.
+    Values {
+        /// Forces, newton.
+        values: Vec<f64>,
+        /// What they are multiplied by.
+        ramp: Field,
     },
 }
 

@@ -43,7 +43,7 @@ pub fn linear_tractions(mesh: &Mesh, load: &Load, t: f64) -> Result<Option<Linea
             let level = level.finite_at([f64::NAN; 3], t)?;
             sampled(mesh, faces, |x, normal| Ok(scale(-weight * (level - dot(*up, x)).max(0.0), normal)))
         }
-        Load::Gravity { .. } | Load::Rotation { .. } | Load::Temperature { .. } => Ok(None),
+        Load::Nodal { .. } | Load::Gravity { .. } | Load::Rotation { .. } | Load::Temperature { .. } => Ok(None),
     }
 }
 

@@ -12,13 +12,20 @@
 //! Sets of a part that is placed several times are called `INSTANCE.NAME`.
 
 mod assemble;
+mod cards;
 mod deck;
 mod elements;
+mod input;
 mod keyword;
 mod lines;
 mod place;
 mod read;
 mod sets;
+
+pub(in crate::io) use cards::{Card, Row};
+pub(in crate::io) use deck::Kind;
+pub(in crate::io) use input::{Input, kind_name};
+pub(in crate::io) use sets::{Found, Resolver};
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -43,7 +50,7 @@ pub fn read(path: &Path, scale: f64, include: &[PathBuf]) -> Result<(Mesh, MeshN
     let mesh = || {
         super::check_scale(scale)?;
         let bytes = super::mesh_bytes(path)?;
-        assemble::assemble(read::deck(Cow::Owned(bytes), &include)?, scale)
+        assemble::assemble(read::deck(Cow::Owned(bytes), &include, false)?, scale)
     };
     mesh().map_err(|e| if e.place == name { e } else { e.at(&name) })
 }
@@ -68,7 +75,7 @@ fn included(folder: &Path, also: &[PathBuf], name: &str) -> Result<Vec<u8>, Stri
 pub fn parse(bytes: &[u8], source_name: &str, scale: f64, include: Include) -> Result<(Mesh, MeshNotes), Error> {
     let mesh = || {
         super::check_scale(scale)?;
-        assemble::assemble(read::deck(Cow::Borrowed(bytes), include)?, scale)
+        assemble::assemble(read::deck(Cow::Borrowed(bytes), include, false)?, scale)
     };
     mesh().map_err(|e| e.at(source_name))
 }

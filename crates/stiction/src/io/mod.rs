@@ -18,6 +18,7 @@ pub mod abaqus;
 pub mod arrays;
 pub mod bound;
 pub mod case;
+pub mod deck;
 pub mod expression;
 #[cfg(feature = "fclib")]
 pub mod fclib;
@@ -37,6 +38,7 @@ pub mod storage;
 pub mod surface;
 pub mod text;
 pub mod vtu;
+pub mod vtu_mesh;
 pub mod vtu_read;
 
 pub use contents::Contents;

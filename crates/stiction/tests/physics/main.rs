@@ -5,6 +5,7 @@ mod bolts;
 mod certificate;
 mod closed_forms;
 mod corners;
+mod decks;
 mod discretisation;
 mod error_bound;
 mod exact_answers;

@@ -8,21 +8,38 @@ use super::elements::{Role, faces};
 use super::place::{Model, place};
 use super::sets::{Found, Resolver};
 use crate::Error;
-use crate::mesh::{CellKind, Mesh, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
+use crate::mesh::{CellKind, Mesh, MeshArrays, MeshNote, MeshNotes, RawCells, RawGroup, RawMesh, build};
 
 /// Places the parts, collects cells and groups and builds the mesh.
 pub(super) fn assemble(mut deck: Deck, scale: f64) -> Result<(Mesh, MeshNotes), Error> {
-    let mut model = place(&mut deck)?;
+    let model = place(&mut deck)?;
     let mut notes = Vec::new();
     if !deck.skipped.is_empty() {
         notes.push(MeshNote::NotRead { what: std::mem::take(&mut deck.skipped) });
     }
+    has_cells(&model)?;
+    let groups = groups(&deck, &model, &mut notes)?;
+    drop(deck);
+    finish(model, groups, MeshArrays::default(), notes, scale)
+}
+
+fn has_cells(model: &Model) -> Result<(), Error> {
     if CellKind::ALL.iter().all(|&kind| model.count(kind) == 0) {
         let what = format!("there are no volume cells among its {} nodes", model.nodes.len());
         return Err(Error::new("", what, "write the solid elements too (C3D4, C3D8, C3D10 or C3D20)"));
     }
-    let groups = groups(&deck, &model, &mut notes)?;
-    drop(deck);
+    Ok(())
+}
+
+/// Builds the mesh of a model with its groups and arrays.
+pub(super) fn finish(
+    mut model: Model,
+    groups: Vec<RawGroup>,
+    arrays: MeshArrays,
+    mut notes: Vec<MeshNote>,
+    scale: f64,
+) -> Result<(Mesh, MeshNotes), Error> {
+    has_cells(&model)?;
     let cells = CellKind::ALL.map(|kind| cells(&mut model, kind));
     let mut nodes = std::mem::take(&mut model.nodes);
     if scale != 1.0 {
@@ -31,7 +48,7 @@ pub(super) fn assemble(mut deck: Deck, scale: f64) -> Result<(Mesh, MeshNotes), 
     let labels = std::mem::take(&mut model.node_labels);
     drop(model); // the build needs memory of its own
     let (mesh, built) =
-        build(RawMesh { nodes, node_ids: ids(labels), cells: cells.into(), groups, ..RawMesh::default() })?;
+        build(RawMesh { nodes, node_ids: ids(labels), cells: cells.into(), groups, arrays, ..RawMesh::default() })?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
 }
@@ -150,7 +167,7 @@ fn nodes(model: &Model, set: &Named) -> Vec<u32> {
 }
 
 /// Nodes of a face of an element; none if it has no such face.
-fn corners(model: &Model, (element, side): (u32, u8)) -> Option<[u32; 4]> {
+pub(super) fn corners(model: &Model, (element, side): (u32, u8)) -> Option<[u32; 4]> {
     let nodes = model.element_nodes(element);
     let mut corners = [u32::MAX; 4];
     match model.element(element).0.role {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::cards::Card;
 use super::elements::Role;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
 
@@ -13,6 +14,8 @@ pub(super) struct Deck {
     pub skipped: Vec<String>,
     /// Bytes of all files.
     pub bytes: usize,
+    /// The cards that say nothing of the mesh, in the order of the file; `None` where nobody asked for them.
+    pub cards: Option<Vec<Card>>,
 }
 
 /// Nodes, elements and sets that share their numbers.
@@ -31,6 +34,8 @@ pub(super) struct Part {
 #[derive(Clone)]
 pub(super) struct Block {
     pub role: Role,
+    /// As the file calls the type, in capitals.
+    pub type_name: String,
     pub labels: Vec<u32>,
     /// Nodes by their labels, `role.nodes()` an element.
     pub nodes: Vec<u32>,
@@ -80,7 +85,7 @@ pub(super) struct Name {
 
 /// Kinds of sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Kind {
+pub(in crate::io) enum Kind {
     Nodes,
     Elements,
     Surface,

@@ -7,7 +7,8 @@ use crate::io::newlines;
 pub(super) const DAMAGED: &str = "correct the line, or write the file again if it is damaged";
 
 /// `*NAME, PARAMETER=VALUE, FLAG`.
-pub(super) struct Keyword {
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(in crate::io) struct Keyword {
     /// Capitals without blanks and without the star.
     pub name: String,
     /// The same with its blanks, for messages.
@@ -16,12 +17,19 @@ pub(super) struct Keyword {
     parameters: Vec<(String, String)>,
     /// Counted from 1.
     pub line: usize,
+    /// As it is written, on one line.
+    pub text: String,
 }
 
 impl Keyword {
     /// The value of a parameter, empty for a flag.
-    pub(super) fn get(&self, name: &str) -> Option<&str> {
+    pub(in crate::io) fn get(&self, name: &str) -> Option<&str> {
         self.parameters.iter().find(|p| p.0 == name).map(|p| p.1.as_str())
+    }
+
+    /// Names of all parameters.
+    pub(in crate::io) fn names(&self) -> impl Iterator<Item = &str> {
+        self.parameters.iter().map(|p| p.0.as_str())
     }
 
     /// The value of a parameter that has to be there.
@@ -46,7 +54,8 @@ impl Keyword {
             Some((name, value)) => (squeeze(name), unquoted(value)),
             None => (squeeze(field), String::new()),
         };
-        Keyword { name, parameters: fields.map(parameter).filter(|p| !p.0.is_empty()).collect(), title, line }
+        let parameters = fields.map(parameter).filter(|p| !p.0.is_empty()).collect();
+        Keyword { name, parameters, title, line, text: text.to_string() }
     }
 }
 
@@ -73,7 +82,7 @@ pub(super) enum Piece<'a> {
 
 /// Lines of data with comments among them.
 #[derive(Clone, Copy)]
-pub(super) struct Data<'a> {
+pub(in crate::io) struct Data<'a> {
     pub bytes: &'a [u8],
     /// Number of the first line, from 1.
     pub line: usize,
@@ -172,26 +181,26 @@ fn first_line(bytes: &[u8]) -> (&[u8], &[u8]) {
 }
 
 /// Walks over the fields of data lines.
-pub(super) struct Fields<'a> {
+pub(in crate::io) struct Fields<'a> {
     data: Data<'a>,
     pos: usize,
 }
 
 impl<'a> Fields<'a> {
-    pub(super) fn new(data: Data<'a>) -> Self {
+    pub(in crate::io) fn new(data: Data<'a>) -> Self {
         let mut fields = Fields { data, pos: 0 };
         fields.skip_empty();
         fields
     }
 
     /// Whether lines are left.
-    pub(super) fn more(&self) -> bool {
+    pub(in crate::io) fn more(&self) -> bool {
         self.pos < self.data.bytes.len()
     }
 
     /// The next field of this line without surrounding blanks.
     #[inline]
-    pub(super) fn field(&mut self) -> Option<&'a [u8]> {
+    pub(in crate::io) fn field(&mut self) -> Option<&'a [u8]> {
         let bytes = self.data.bytes;
         let mut from = self.pos;
         while matches!(bytes.get(from), Some(b' ' | b'\t' | b'\r')) {
@@ -211,7 +220,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Moves to the next line of data, whatever is left of this one.
-    pub(super) fn next_line(&mut self) {
+    pub(in crate::io) fn next_line(&mut self) {
         let rest = &self.data.bytes[self.pos..];
         self.pos += rest.len() - first_line(rest).1.len();
         self.skip_empty();
@@ -228,15 +237,18 @@ impl<'a> Fields<'a> {
     }
 
     /// A field as text, without quotes.
-    pub(super) fn text(word: &[u8]) -> String {
+    pub(in crate::io) fn text(word: &[u8]) -> String {
         unquoted(&String::from_utf8_lossy(word))
+    }
+
+    /// The number of this line.
+    pub(in crate::io) fn line(&self) -> usize {
+        self.data.line + newlines(&self.data.bytes[..self.pos.min(self.data.bytes.len())])
     }
 
     /// An error on this line.
     pub(super) fn fail(&self, what: impl Into<String>) -> Error {
-        let before = &self.data.bytes[..self.pos.min(self.data.bytes.len())];
-        let line = self.data.line + newlines(before);
-        Error::new(format!("line {line}"), what, DAMAGED)
+        Error::new(format!("line {}", self.line()), what, DAMAGED)
     }
 
     /// An error on this line about a word that is no `what`.

@@ -26,6 +26,7 @@ pub(super) struct Model {
 /// A block of elements, their nodes by index.
 pub(super) struct Placed {
     pub role: Role,
+    pub type_name: String,
     pub labels: Vec<u32>,
     pub nodes: Vec<u32>,
     /// Number of its first element among all.
@@ -160,7 +161,8 @@ fn resolve(mut block: Block, nodes: &Labels, first_node: usize, first: usize, mo
     }
     let same = |b: &&Placed| b.role == block.role;
     let first_cell = model.blocks.iter().rev().find(same).map_or(0, |b| b.first_cell + b.labels.len());
-    Ok(Placed { role: block.role, labels: block.labels, nodes: block.nodes, first, first_cell })
+    let Block { role, type_name, labels, nodes, .. } = block;
+    Ok(Placed { role, type_name, labels, nodes, first, first_cell })
 }
 
 impl Model {

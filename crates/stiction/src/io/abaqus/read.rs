@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::Include;
+use super::cards::Card;
 use super::deck::{Deck, FaceLabel, Instance, Kind, Members, Motion, Name, Part, Sets};
 use super::elements::Role;
 use super::keyword::{Data, Fields, Keyword, Piece, Pieces};
@@ -23,6 +24,9 @@ const MOST_INSTANCES: usize = 10_000;
 /// Names of sets within sets, for the same reason.
 const MOST_NAMES: usize = 1_000_000;
 
+/// Cards that say nothing of the mesh: each takes a hundred times the memory of the shortest line.
+const MOST_CARDS: usize = 100_000;
+
 /// Keywords that make or move nodes and elements: skipping them would give another mesh.
 const REFUSED: [&str; 9] =
     ["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRICMODELGENERATION", "SUBSTRUCTUREGENERATE"];
@@ -31,6 +35,8 @@ const REFUSED: [&str; 9] =
 #[derive(Clone, Copy)]
 enum Section {
     Skipped,
+    /// The last card.
+    Kept,
     Nodes,
     /// The last block of the part.
     Elements,
@@ -64,18 +70,20 @@ struct Reader<'a> {
     names: usize,
 }
 
-/// Everything an input and its includes say.
-pub(super) fn deck(file: Cow<[u8]>, include: Include) -> Result<Deck, Error> {
+/// Everything an input and its includes say: of the mesh, and with `keep` the other cards too.
+pub(super) fn deck(file: Cow<[u8]>, include: Include, keep: bool) -> Result<Deck, Error> {
     let bytes = &*file;
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if start.is_empty() {
         return Err(Error::new("", "the file is empty", "was writing it interrupted?"));
     }
-    if start[0] != b'*' {
+    // A complete deck may have a title in front of its first keyword.
+    if start[0] != b'*' && !(keep && memchr::memmem::find(start, b"\n*").is_some()) {
         let what = "this is not an Abaqus or CalculiX input: it does not begin with a keyword such as *NODE";
         return Err(Error::new("", what, "export it again as .inp, or name the file with its own ending"));
     }
-    let deck = Deck { parts: vec![Part::default()], instances: Vec::new(), skipped: Vec::new(), bytes: 0 };
+    let cards = keep.then(Vec::new);
+    let deck = Deck { parts: vec![Part::default()], instances: Vec::new(), skipped: Vec::new(), bytes: 0, cards };
     let mut reader = Reader {
         deck,
         include,
@@ -156,16 +164,31 @@ impl Reader<'_> {
                 (self.part, self.instance, self.section) = (0, None, Section::Skipped);
             }
             // a title for people
-            "HEADING" => self.section = Section::Skipped,
+            "HEADING" if self.deck.cards.is_none() => self.section = Section::Skipped,
             name if REFUSED.contains(&name) => {
                 let what = format!("*{} makes or moves nodes or elements and cannot be read", keyword.title);
                 return Err(Error::new(keyword.place(), what, "write the input with all nodes and elements in it"));
             }
+            _ if self.deck.cards.is_some() => self.keep(keyword)?,
             _ => self.skip(&keyword.title),
         }
         if matches!(self.section, Section::Nodes | Section::Elements) && keyword.get("INPUT").is_some() {
             self.follow(keyword)?;
         }
+        Ok(())
+    }
+
+    /// Keeps a card for who reads the model.
+    fn keep(&mut self, keyword: &Keyword) -> Result<(), Error> {
+        let files: String = self.open.iter().map(|file| format!("{file}, ")).collect();
+        let card = Card { keyword: keyword.clone(), files, part: self.part, data: Vec::new() };
+        let Some(cards) = &mut self.deck.cards else { return Ok(()) };
+        if cards.len() >= MOST_CARDS {
+            let what = format!("there are more than {MOST_CARDS} cards");
+            return Err(Error::new(keyword.place(), what, "gather lines of one kind under one keyword"));
+        }
+        cards.push(card);
+        self.section = Section::Kept;
         Ok(())
     }
 
@@ -243,10 +266,11 @@ impl Reader<'_> {
                 let what = format!("elements of type {name} cannot be used ({what})");
                 return Err(Error::new(keyword.place(), what, remedy));
             }
+            Role::Skipped if self.deck.cards.is_some() => self.keep(keyword)?,
             Role::Skipped => self.skip(&format!("ELEMENT, TYPE={name}")),
             role => {
                 let place = self.place(keyword);
-                let block = super::deck::Block { role, labels: Vec::new(), nodes: Vec::new(), place };
+                let block = super::deck::Block { role, type_name: name, labels: Vec::new(), nodes: Vec::new(), place };
                 self.part().blocks.push(block);
                 self.section = Section::Elements;
             }
@@ -297,6 +321,9 @@ impl Reader<'_> {
         let name = keyword.needed("NAME")?;
         let kind = keyword.get("TYPE").unwrap_or("ELEMENT").to_uppercase();
         if kind != "ELEMENT" && kind != "NODE" {
+            if self.deck.cards.is_some() {
+                return self.keep(keyword);
+            }
             self.skip(&format!("SURFACE, TYPE={kind}"));
             return Ok(());
         }
@@ -331,6 +358,12 @@ impl Reader<'_> {
         let fields = Fields::new(data);
         match self.section {
             Section::Skipped => Ok(()),
+            Section::Kept => {
+                if let Some(card) = self.deck.cards.as_mut().and_then(|cards| cards.last_mut()) {
+                    card.data.push((data.line, data.bytes.to_vec()));
+                }
+                Ok(())
+            }
             Section::Nodes => self.nodes(fields, data.bytes),
             Section::Elements => self.elements(fields, data.bytes),
             Section::Set { kind, number, generate } => {

@@ -14,7 +14,7 @@ const GAP: usize = 16;
 
 /// Members of a set, as numbers in the model.
 #[derive(Default)]
-pub(super) struct Found {
+pub(in crate::io) struct Found {
     /// Nodes, ascending.
     pub nodes: Vec<u32>,
     /// Elements, ascending.
@@ -30,7 +30,7 @@ pub(super) struct Found {
 /// A set in a scope: scope, kind, number.
 type Key = (usize, Kind, usize);
 
-pub(super) struct Resolver<'a> {
+pub(in crate::io) struct Resolver<'a> {
     deck: &'a Deck,
     model: &'a Model,
     known: HashMap<Key, Rc<Found>>,
@@ -44,6 +44,33 @@ impl<'a> Resolver<'a> {
     pub(super) fn new(deck: &'a Deck, model: &'a Model) -> Self {
         let left = (TIMES_INPUT * deck.bytes + BESIDES) / size_of::<u32>();
         Resolver { deck, model, known: HashMap::new(), left, visits: left }
+    }
+
+    /// The members of the set called `name` as cards of that scope call it, `None` if there is none.
+    pub(in crate::io) fn find(&mut self, scope: usize, kind: Kind, name: &str) -> Option<Result<Rc<Found>, Error>> {
+        let key = self.named(scope, kind, name)?;
+        Some(self.members(key))
+    }
+
+    /// The node or element with that number in a scope.
+    pub(in crate::io) fn labelled_in(&self, scope: usize, label: u32, node: bool) -> Option<u32> {
+        find(self.model, scope, label, node)
+    }
+
+    /// A node or element as cards call it: by `INSTANCE.17`.
+    pub(in crate::io) fn qualified(&self, name: &str, node: bool) -> Option<u32> {
+        let (scope, label) = self.labelled(name)?;
+        find(self.model, scope, label, node)
+    }
+
+    /// The name of a set as its first line spells it.
+    pub(in crate::io) fn spelling(&self, scope: usize, kind: Kind, name: &str) -> Option<&'a str> {
+        self.named(scope, kind, name).map(|key| self.set(key).name.as_str())
+    }
+
+    /// All sets of a kind that cards of that scope can name.
+    pub(in crate::io) fn names(&self, scope: usize, kind: Kind) -> Vec<&'a str> {
+        self.sets(scope, kind).list.iter().map(|set| set.name.as_str()).collect()
     }
 
     fn set(&self, (scope, kind, number): Key) -> &'a Set {

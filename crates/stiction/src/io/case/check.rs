@@ -239,7 +239,7 @@ mod tests {
         visit(&CASE, &mut |rules| {
             for key in rules.keys {
                 let context = Context { key, label: key.name };
-                let source = Source { name: "spec", text: key.example, overrides: &[] };
+                let source = Source { name: "spec", text: key.example, overrides: &[], marks: &[] };
                 let check = Check { source: &source };
                 let example = parse(&source).unwrap_or_else(|e| panic!("{e}"));
                 if !key.example.starts_with('[') {

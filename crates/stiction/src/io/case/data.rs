@@ -36,6 +36,8 @@ pub struct Case {
     pub accuracy: Option<AccuracySpec>,
     /// In the order of their times; empty for a single static problem.
     pub steps: Vec<StepSpec>,
+    /// Remarks of who made the case, shown with what was understood of it.
+    pub notes: Vec<String>,
 }
 
 /// How accurate an answer has to be; each goal is a part of one.
@@ -232,6 +234,8 @@ pub enum LoadKind {
         /// Radians per time.
         speed: Field,
     },
+    /// Force at each node.
+    Nodal([NodalSpec; 3]),
     /// Temperature.
     Temperature(Field),
     /// Temperature at the nodes or of the cells by the name of an array of the mesh file, and the part of the way to it, which depends on
@@ -246,7 +250,28 @@ pub enum LoadKind {
     },
 }
 
+/// A component of the force at nodes.
+#[derive(Debug, Clone)]
+pub enum NodalSpec {
+    /// Of each node.
+    Field(Field),
+    /// By the name of an array of points of the mesh file, times a function of time.
+    Array {
+        /// Its name.
+        name: String,
+        /// What it is multiplied by, which depends on time only.
+        ramp: Field,
+        /// Where the file says so.
+        spot: Spot,
+    },
+}
+
 impl LoadKind {
+    /// Whether it acts at nodes, and at all of them if no region is given.
+    pub fn at_nodes(&self) -> bool {
+        matches!(self, LoadKind::Nodal(_))
+    }
+
     /// Whether it acts on cells, and everywhere if no region is given.
     pub fn on_cells(&self) -> bool {
         use LoadKind::{Gravity, Rotation, Temperature, TemperatureArray};

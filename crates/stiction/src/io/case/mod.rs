@@ -66,10 +66,10 @@ pub fn read(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Ca
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&error.as_bytes()[..good]).into_owned();
-        let spot = Source { name: &name, text: &text, overrides: &[] }.spot(&At::File(good..good));
+        let spot = Source { name: &name, text: &text, overrides: &[], marks: &[] }.spot(&At::File(good..good));
         spot.error("the case file is not UTF-8 text from here on", "save it as UTF-8 in your editor")
     })?;
-    interpret(&text, &name, overrides, path.parent().unwrap_or(Path::new("")))
+    interpret(&text, &name, overrides, path.parent().unwrap_or(Path::new("")), &[])
 }
 
 /// Reads a case from its text; `name` stands for the file in messages, and mesh files stay relative as they are.
@@ -77,13 +77,30 @@ pub fn read(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Ca
 /// # Errors
 /// As [`read`].
 pub fn parse(text: &str, name: &str, overrides: &[(String, String)]) -> Result<Case, Error> {
-    interpret(text, name, overrides, Path::new(""))
+    interpret(text, name, overrides, Path::new(""), &[])
 }
 
-fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Path) -> Result<Case, Error> {
+/// The same of a text that was made: errors stand at the places that its tables come from, each given with the byte its
+/// table begins at.
+pub(in crate::io) fn parse_marked(
+    text: &str,
+    name: &str,
+    overrides: &[(String, String)],
+    marks: &[(usize, Spot)],
+) -> Result<Case, Error> {
+    interpret(text, name, overrides, Path::new(""), marks)
+}
+
+fn interpret(
+    text: &str,
+    name: &str,
+    overrides: &[(String, String)],
+    folder: &Path,
+    marks: &[(usize, Spot)],
+) -> Result<Case, Error> {
     // Some editors put a byte order mark first; it must not shift the columns.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let source = Source { name, text, overrides };
+    let source = Source { name, text, overrides, marks };
     let mut root = tree::parse(&source)?;
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
@@ -105,8 +122,10 @@ fn interpret(text: &str, name: &str, overrides: &[(String, String)], folder: &Pa
         contacts,
         solver,
         steps,
+        notes: Vec::new(),
     };
     weighs_something(&case)?;
+    no_refined_points(&case)?;
     Ok(case)
 }
 
@@ -118,6 +137,18 @@ fn title(case: &View) -> String {
     match case.given("title") {
         Some(_) => case.text("title"),
         None => Path::new(case.source.name).file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned()),
+    }
+}
+
+/// Under a force at a node the energy grows without end as the mesh is refined.
+fn no_refined_points(case: &Case) -> Result<(), Error> {
+    let at_nodes = case.loads.iter().find(|load| load.kind.at_nodes());
+    match at_nodes.filter(|_| case.accuracy.as_ref().is_some_and(AccuracySpec::refines)) {
+        Some(load) => {
+            let what = "a force at a node has no answer that a finer mesh would come nearer to";
+            Err(load.spot.error(what, "give the load as a force on faces, or leave [accuracy] out"))
+        }
+        None => Ok(()),
     }
 }
 

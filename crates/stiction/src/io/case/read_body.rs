@@ -1,6 +1,6 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{FixSpec, LoadKind, LoadSpec, Region, SpringSpec};
+use super::data::{FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec};
 use super::read_contact::direction;
 use super::read_region::{extended_region, region};
 use super::source::At;
@@ -83,8 +83,8 @@ pub(super) fn load(table: &View) -> Result<LoadSpec, Error> {
     if !["force", "moment"].contains(&key) {
         table.refuse(&["about"], &format!("is for a force or a moment, but the load is a {key}"), "")?;
     }
-    let on = extended_region(table, key)?;
-    if on.is_none() && !kind.on_cells() {
+    let on = if kind.at_nodes() { region(table)? } else { extended_region(table, key)? };
+    if on.is_none() && !kind.on_cells() && !kind.at_nodes() {
         return Err(table.error(key, format!("this {key} does not say where it acts"), "add on = \"z-max\""));
     }
     Ok(LoadSpec { on, kind, spot: table.spot() })
@@ -107,6 +107,8 @@ fn load_kind(table: &View) -> Result<(&'static str, LoadKind), Error> {
         (key, LoadKind::Resultant { force: total("force")?, moment: total("moment")?, about })
     } else if table.given("force").is_some() {
         ("force", LoadKind::Force(total("force")?))
+    } else if let Some(node) = table.given("nodal") {
+        ("nodal", LoadKind::Nodal(nodal(table, node)?))
     } else if let Some(liquid) = table.table("hydrostatic") {
         let (weight, up) = (liquid.number("weight"), direction(&liquid, "up")?);
         ("hydrostatic", LoadKind::Hydrostatic { weight, level: of_time(&liquid, "level")?, up })
@@ -120,6 +122,19 @@ fn load_kind(table: &View) -> Result<(&'static str, LoadKind), Error> {
     } else {
         return Err(table.error("", "this [[load]] has no value", "add a traction, pressure, force or gravity"));
     })
+}
+
+/// The components of a force at nodes.
+fn nodal(table: &View, node: &Node) -> Result<[NodalSpec; 3], Error> {
+    let component = |i: usize| -> Result<NodalSpec, Error> {
+        let Some(item) = node.items().get(i) else { return Ok(NodalSpec::Field(Field::Constant(0.0))) };
+        let Some(name) = item.get("array").and_then(Node::text) else {
+            return Ok(NodalSpec::Field(field(table, item, &VARIABLES)?));
+        };
+        let ramp = item.get("ramp").map_or(Ok(Field::Constant(1.0)), |ramp| field(table, ramp, &["t"]))?;
+        Ok(NodalSpec::Array { name: name.into(), ramp, spot: table.source.spot(&item.at) })
+    };
+    Ok([component(0)?, component(1)?, component(2)?])
 }
 
 fn temperature(table: &View, node: &Node) -> Result<LoadKind, Error> {

@@ -38,12 +38,17 @@ pub(super) struct Source<'a> {
     pub name: &'a str,
     pub text: &'a str,
     pub overrides: &'a [(String, String)],
+    /// Places elsewhere of the tables that begin at these bytes, ascending; empty for a file that someone wrote.
+    pub marks: &'a [(usize, Spot)],
 }
 
 impl Source<'_> {
     pub(super) fn spot(&self, at: &At) -> Spot {
         match at {
-            At::File(span) => self.mark(span),
+            At::File(span) => match self.marks.partition_point(|mark| mark.0 <= span.start).checked_sub(1) {
+                Some(table) => self.marks[table].1.clone(),
+                None => self.mark(span),
+            },
             At::Override(i) => {
                 let place = self.overrides.get(*i).map(|(k, v)| format!("--set {}={}", brief(k), brief(v)));
                 Spot { place: place.unwrap_or_default(), excerpt: String::new() }
@@ -97,7 +102,7 @@ mod tests {
     use super::*;
 
     fn mark(text: &str, span: Range<usize>) -> Spot {
-        Source { name: "a.toml", text, overrides: &[] }.spot(&At::File(span))
+        Source { name: "a.toml", text, overrides: &[], marks: &[] }.spot(&At::File(span))
     }
 
     #[test]

@@ -8,9 +8,9 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{
-    DofMap, Field, Fix, Load, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
+    DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec};
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Bounds, Mesh, v3};
@@ -204,6 +204,14 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
         LoadKind::Hydrostatic { weight, level, up } => {
             Load::Hydrostatic { faces: faces()?, weight: *weight, level: level.clone(), up: *up }
         }
+        LoadKind::Nodal(value) => {
+            let nodes = match &spec.on {
+                Some(region) => regions::nodes(mesh, region, &spec.spot)?,
+                None => (0..mesh.nodes.len() as u32).collect(),
+            };
+            let [x, y, z] = value;
+            Load::Nodal { nodes, value: [nodal(mesh, x)?, nodal(mesh, y)?, nodal(mesh, z)?] }
+        }
         LoadKind::Gravity(acceleration) => Load::Gravity { cells: cells()?, acceleration: acceleration.clone() },
         LoadKind::Rotation { axis, point, speed } => {
             Load::Rotation { cells: cells()?, axis: *axis, point: *point, speed: speed.clone() }
@@ -218,6 +226,20 @@ fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
             Load::Temperature { cells: cells()?, value }
         }
     })
+}
+
+/// A component of the force at nodes.
+fn nodal(mesh: &Mesh, spec: &NodalSpec) -> Result<Nodal, Error> {
+    match spec {
+        NodalSpec::Field(field) => Ok(Nodal::Field(field.clone())),
+        NodalSpec::Array { name, ramp, spot } => match find(mesh, name, spot)? {
+            Found::Nodes(array) => Ok(Nodal::Values { values: array.values.clone(), ramp: ramp.clone() }),
+            Found::Cells(_) => {
+                let what = format!("the array \"{name}\" has a number for each cell, not for each point");
+                Err(spot.error(what, "name an array of points"))
+            }
+        },
+    }
 }
 
 /// Each cell has one temperature at most.
@@ -260,15 +282,17 @@ fn describe(spec: &LoadSpec, resultant: [f64; 3]) -> LoadFacts {
         LoadKind::Force(_) => "force",
         LoadKind::Resultant { .. } => "force and moment",
         LoadKind::Hydrostatic { .. } => "hydrostatic pressure",
+        LoadKind::Nodal(_) => "force at nodes",
         LoadKind::Gravity(_) => "gravity",
         LoadKind::Rotation { .. } => "rotation",
         LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "temperature",
     };
-    let on = spec.on.as_ref().map_or("the whole body".to_string(), regions::name);
+    let everywhere = if spec.kind.at_nodes() { "all nodes" } else { "the whole body" };
+    let on = spec.on.as_ref().map_or(everywhere.to_string(), regions::name);
     LoadFacts { on, kind, extent: 0.0, resultant, range: None }
 }
 
-/// Area of the faces or volume of the cells a load acts on.
+/// Area of the faces, volume of the cells or number of the nodes a load acts on.
 fn extent(mesh: &Mesh, load: &Load) -> f64 {
     match load {
         Load::Traction { faces, .. }
@@ -276,6 +300,7 @@ fn extent(mesh: &Mesh, load: &Load) -> f64 {
         | Load::Force { faces, .. }
         | Load::Resultant { faces, .. }
         | Load::Hydrostatic { faces, .. } => faces.iter().map(|&face| mesh.face_area(face as usize)).sum(),
+        Load::Nodal { nodes, .. } => nodes.len() as f64,
         Load::Gravity { cells, .. } | Load::Rotation { cells, .. } | Load::Temperature { cells, .. } => {
             cells.iter().map(|&cell| mesh.cell_volume(cell as usize)).sum()
         }

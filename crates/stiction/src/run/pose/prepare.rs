@@ -114,6 +114,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         let what = "the surfaces meet farther apart than they were looked for";
         format!("contact \"{name}\": {what}; `search` is {} now", number(*search))
     }));
+    notes.extend(case.notes.iter().cloned());
     let facts = Facts {
         title: case.title.clone(),
         units: case.units.clone(),

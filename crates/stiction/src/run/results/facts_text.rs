@@ -73,6 +73,9 @@ fn describe(load: &LoadFacts) -> String {
     if let Some([low, high]) = load.range {
         return format!("{on}: temperature from {} to {} in volume {extent}", number(low), number(high));
     }
+    if *kind == "force at nodes" {
+        return format!("{on}: {kind}, {extent} of them, resultant {}", triple(load.resultant));
+    }
     let measure = if ["gravity", "rotation"].contains(kind) { "volume" } else { "area" };
     format!("{on}: {kind} on {measure} {extent}, resultant {}", triple(load.resultant))
 }

@@ -163,6 +163,7 @@ fn loads(prepared: &Prepared, solid: &Solid, t: f64) -> Result<Loads, NoBound> {
             }
             Load::Temperature { .. } => "a temperature that varies within cells",
             Load::Rotation { .. } => "the force of a rotation, which varies within cells",
+            Load::Nodal { .. } => "a force at a node, which no stress of finite energy balances",
             Load::Gravity { .. } => {
                 if let Some(force) = constant_body_force(solid, load) {
                     all.body_force.resize(force.len(), [0.0; 3]);

@@ -37,13 +37,13 @@ pub(super) static SPRING: Rules = Rules {
 
 pub(super) static LOAD: Rules = Rules {
     doc: "A load on a region.",
-    one_of: &["traction", "pressure", "force", "moment", "hydrostatic", "gravity", "rotation", "temperature"],
+    one_of: &["traction", "pressure", "force", "moment", "nodal", "hydrostatic", "gravity", "rotation", "temperature"],
     keys: &[
         key(
             "on",
             REGION,
             ON,
-            "Where it acts: boundary faces, or for gravity, rotation and temperature volume groups (everywhere if absent). A group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.",
+            "Where it acts: boundary faces, for gravity, rotation and temperature volume groups (everywhere if absent), for nodal any nodes, also { point = [x, y, z] }. A group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.",
         ),
         key(
             "traction",
@@ -82,6 +82,13 @@ pub(super) static LOAD: Rules = Rules {
         )
         .unit("length"),
         key(
+            "nodal",
+            Kind::List { of: &Kind::Either(&[Kind::Field, Kind::Table(&NODAL)]), from: 3, to: 3 },
+            "nodal = [0, 0, -5]",
+            "Force at each node of the region, or of the mesh if `on` is absent: numbers, expressions in x, y, z, t, or { array = \"F\", ramp = \"t\" }.",
+        )
+        .unit("force"),
+        key(
             "hydrostatic",
             Kind::Table(&HYDROSTATIC),
             "hydrostatic = { weight = 9810, level = 2 }",
@@ -102,6 +109,17 @@ pub(super) static LOAD: Rules = Rules {
             "Temperature of the cells, which strains them by `expansion` of their material: a number, an expression in x, y, z, t, or { array = \"T\" }.",
         )
         .unit("temperature"),
+    ],
+};
+
+static NODAL: Rules = Rules {
+    doc: "A component of the force at nodes, given by the mesh file.",
+    one_of: &[],
+    keys: &[
+        key("array", Kind::Text, "array = \"F\"", "Name of an array of numbers on the points of the mesh file.")
+            .required(),
+        key("ramp", Kind::Field, "ramp = \"t\"", "What it is multiplied by: a number or an expression in t.")
+            .default("1"),
     ],
 };
 

@@ -1,0 +1,209 @@
+//! `*CONTACT PAIR`, `*TIE` and what they refer to.
+
+use std::rc::Rc;
+
+use super::reader::Reader;
+use crate::Error;
+use crate::io::abaqus::{Card, Found, Kind, Row};
+
+/// `*SURFACE INTERACTION` with the cards below it.
+pub(super) struct Interaction {
+    pub name: String,
+    /// Surfaces that stay together.
+    pub tied: bool,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Largest shear stress.
+    pub limit: Option<f64>,
+    /// What the deck regularises and this program does not.
+    pub notes: Vec<String>,
+}
+
+/// Two surfaces of a `*CONTACT PAIR` or a `*TIE`.
+pub(super) struct Pair<'a> {
+    pub row: Row<'a>,
+    /// Name of the tie, or of the interaction.
+    pub name: String,
+    pub tie: bool,
+    /// The surface that carries the points, and its counterpart.
+    pub surfaces: [Named; 2],
+    pub gap: Gap,
+    /// How far apart tied surfaces may be.
+    pub tolerance: Option<f64>,
+}
+
+/// A surface with the name of its first line.
+#[derive(Clone)]
+pub(super) struct Named {
+    pub name: String,
+    pub found: Rc<Found>,
+}
+
+/// What the deck says of the gap.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Gap {
+    AsMeshed,
+    Uniform(f64),
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn interaction(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["NAME"])?;
+        let name = card.needed("NAME")?.to_string();
+        if self.interactions.iter().any(|other| other.name.eq_ignore_ascii_case(&name)) {
+            return Err(card.error(format!("two interactions are called {name}"), "rename one of them"));
+        }
+        self.interactions.push(Interaction { name, tied: false, friction: 0.0, limit: None, notes: Vec::new() });
+        Ok(())
+    }
+
+    fn open_interaction(&mut self, card: &Card) -> Result<&mut Interaction, Error> {
+        let what = format!("*{} stands under no *SURFACE INTERACTION", card.keyword.title);
+        self.interactions.last_mut().ok_or_else(|| card.error(what, "write *SURFACE INTERACTION, NAME=... above it"))
+    }
+
+    pub(super) fn surface_behavior(&mut self, card: &Card) -> Result<(), Error> {
+        // The methods of constraint enforcement are one and the same here.
+        card.only(&["PRESSURE-OVERCLOSURE", "DIRECT", "PENALTY", "AUGMENTEDLAGRANGE", "METHOD"])?;
+        let law = card.keyword.get("PRESSURE-OVERCLOSURE").unwrap_or("HARD").to_uppercase();
+        let rows = card.rows().collect::<Vec<_>>();
+        for row in &rows {
+            (0..row.fields.len()).try_for_each(|i| row.number(i).map(|_| ()))?;
+        }
+        let first = rows.first().map_or(Ok(None), |row| row.number(0))?;
+        let interaction = self.open_interaction(card)?;
+        let hard = "contact is solved hard";
+        match (law.as_str(), first) {
+            ("HARD", _) => {}
+            ("TIED", _) => interaction.tied = true,
+            ("LINEAR", Some(stiffness)) => interaction.notes.push(format!(
+                "{hard}: the stiffness {stiffness} of the deck would add an overlap of pressure/{stiffness}"
+            )),
+            ("LINEAR", None) => interaction.notes.push(format!("{hard}: a stiffness of the deck would add overlap")),
+            ("EXPONENTIAL", _) => {
+                interaction.notes.push(format!("{hard}: the deck's exponential law would press over a clearance"))
+            }
+            ("TABULAR", _) => {
+                interaction.notes.push(format!("{hard}: the deck's table would add the overlap of each pressure"));
+            }
+            _ => {
+                let what = format!("PRESSURE-OVERCLOSURE={law} is not read");
+                return Err(card.error(what, "give HARD, LINEAR, EXPONENTIAL, TABULAR or TIED"));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn friction(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["TAUMAX", "SLIPTOLERANCE", "ELASTICSLIP", "LAGRANGE"])?;
+        let row = card.row()?;
+        let coefficient = match &row {
+            Some(row) => row.value(0, "the coefficient of friction")?,
+            None => 0.0,
+        };
+        let stick = row.as_ref().map_or(Ok(None), |row| row.number(1))?;
+        row.as_ref().map_or(Ok(()), |row| row.ends(2))?;
+        if coefficient < 0.0 {
+            return Err(card.error(format!("the coefficient of friction is {coefficient}"), "it is at least zero"));
+        }
+        let number = |text: &str| text.parse::<f64>().ok().filter(|limit| limit.is_finite() && *limit > 0.0);
+        let limit = match card.keyword.get("TAUMAX") {
+            None => None,
+            Some(text) => Some(number(text).ok_or_else(|| card.error("TAUMAX is no positive number", "correct it"))?),
+        };
+        let interaction = self.open_interaction(card)?;
+        (interaction.friction, interaction.limit) = (coefficient, limit);
+        if let Some(slope) = stick.filter(|_| coefficient > 0.0) {
+            let note = "friction sticks without giving way";
+            interaction
+                .notes
+                .push(format!("{note}: the stick slope {slope} of the deck would add a slip of shear/{slope}"));
+        }
+        Ok(())
+    }
+
+    pub(super) fn contact_pair(&mut self, card: &'a Card) -> Result<(), Error> {
+        card.only(&["INTERACTION", "TYPE", "ADJUST", "SMALLSLIDING", "MECHANICALCONSTRAINT", "CPSET"])?;
+        let name = card.needed("INTERACTION")?.to_string();
+        let kind = card.keyword.get("TYPE").unwrap_or("").to_uppercase().replace([' ', '-'], "");
+        let kinds = ["", "NODETOSURFACE", "SURFACETOSURFACE", "MORTAR", "LINMORTAR", "PGLINMORTAR", "MASSLESS"];
+        if !kinds.contains(&kind.as_str()) {
+            let what = format!("*CONTACT PAIR, TYPE={kind} is not read");
+            return Err(card.error(what, "give NODE TO SURFACE, SURFACE TO SURFACE or MORTAR"));
+        }
+        if let Some(adjust) = card.keyword.get("ADJUST").filter(|word| !word.is_empty())
+            && adjust.parse::<f64>() != Ok(0.0)
+        {
+            let what = format!("ADJUST={adjust} moves nodes onto the other surface");
+            return Err(
+                card.error(what, "take it out, or give *CLEARANCE, VALUE=0 for gaps that are closed everywhere")
+            );
+        }
+        for row in card.rows() {
+            let surfaces = self.two_surfaces(&row)?;
+            let (gap, tolerance) = (Gap::AsMeshed, None);
+            self.pairs.push(Pair { row, name: name.clone(), tie: false, surfaces, gap, tolerance });
+        }
+        Ok(())
+    }
+
+    pub(super) fn tie(&mut self, card: &'a Card) -> Result<(), Error> {
+        card.only(&["NAME", "ADJUST", "POSITIONTOLERANCE", "TYPE"])?;
+        let name = card.keyword.get("NAME").filter(|name| !name.is_empty()).unwrap_or("tie").to_string();
+        let tolerance = match card.keyword.get("POSITIONTOLERANCE") {
+            None => None,
+            Some(text) => {
+                let number = text.parse::<f64>().ok().filter(|length| length.is_finite() && *length >= 0.0);
+                Some(number.ok_or_else(|| card.error("POSITION TOLERANCE is no length", "correct it"))?)
+            }
+        };
+        for row in card.rows() {
+            let surfaces = self.two_surfaces(&row)?;
+            self.pairs.push(Pair { row, name: name.clone(), tie: true, surfaces, gap: Gap::AsMeshed, tolerance });
+        }
+        Ok(())
+    }
+
+    /// The slave and the master of a line.
+    fn two_surfaces(&mut self, row: &Row) -> Result<[Named; 2], Error> {
+        let [slave, master] = [0, 1].map(|i| row.needed(i, "a surface").map(str::to_string));
+        row.ends(2)?;
+        Ok([self.surface(row, &slave?)?, self.surface(row, &master?)?])
+    }
+
+    /// The surface called `name`.
+    pub(super) fn surface(&mut self, row: &Row, name: &str) -> Result<Named, Error> {
+        let scope = self.scope(row.card);
+        let found = match self.sets.find(scope, Kind::Surface, name) {
+            Some(found) => found?,
+            None => {
+                let names = self.sets.names(scope, Kind::Surface);
+                let remedy = format!("the surfaces are {}", names[..names.len().min(20)].join(", "));
+                return Err(row.error(format!("there is no *SURFACE {name}"), remedy));
+            }
+        };
+        let name = self.sets.spelling(scope, Kind::Surface, name).unwrap_or(name).to_string();
+        Ok(Named { name, found })
+    }
+
+    pub(super) fn clearance(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["MASTER", "SLAVE", "VALUE"])?;
+        let (master, slave) = (card.needed("MASTER")?, card.needed("SLAVE")?);
+        let value = card.needed("VALUE")?;
+        let Some(value) = value.parse::<f64>().ok().filter(|x| x.is_finite()) else {
+            return Err(card.error(format!("VALUE={value} is no length"), "give a number"));
+        };
+        let meant = |pair: &&mut Pair| {
+            let [s, m] = &pair.surfaces;
+            !pair.tie && s.name.eq_ignore_ascii_case(slave) && m.name.eq_ignore_ascii_case(master)
+        };
+        match self.pairs.iter_mut().find(meant) {
+            Some(pair) => pair.gap = Gap::Uniform(value),
+            None => {
+                let what = format!("no *CONTACT PAIR above has the slave {slave} and the master {master}");
+                return Err(card.error(what, "write the pair above its *CLEARANCE"));
+            }
+        }
+        Ok(())
+    }
+}

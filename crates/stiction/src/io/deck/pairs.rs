@@ -1,0 +1,92 @@
+//! The contacts of the case.
+
+use super::contact::{Gap, Pair};
+use super::history::number;
+use super::text::{of_row, quoted};
+use super::write::Writer;
+use crate::Error;
+
+/// Tied surfaces without a tolerance are tied where they are no farther apart than this part of the size of a face.
+const NEAR: f64 = 0.025;
+
+impl Writer<'_, '_> {
+    pub(super) fn contacts(&mut self) -> Result<(), Error> {
+        let mut names: Vec<String> = Vec::new();
+        for number in 0..self.reader.pairs.len() {
+            let pair = &self.reader.pairs[number];
+            let [on, against] = &pair.surfaces;
+            let mut name = if pair.tie { pair.name.clone() } else { on.name.clone() };
+            if names.contains(&name) {
+                name = format!("{} - {}", on.name, against.name);
+            }
+            let mut twice = 2;
+            while names.contains(&name) {
+                name = format!("{} - {} ({twice})", on.name, against.name);
+                twice += 1;
+            }
+            names.push(name.clone());
+            let input = self.reader.input;
+            let on = self.groups.surface(input, &on.name, &on.found, &pair.row)?;
+            let against = self.groups.surface(input, &against.name, &against.found, &pair.row)?;
+            self.out.table("[[contact]]", of_row(&pair.row));
+            if name != on {
+                self.out.line("name", &quoted(&name));
+            }
+            self.out.line("on", &quoted(&on));
+            self.out.line("against", &quoted(&against));
+            self.law(number)?;
+        }
+        Ok(())
+    }
+
+    /// Gap and friction of a pair.
+    fn law(&mut self, which: usize) -> Result<(), Error> {
+        let pair = &self.reader.pairs[which];
+        if pair.tie {
+            let tolerance = pair.tolerance.filter(|&length| length > 0.0);
+            let search = tolerance.or_else(|| self.near(pair));
+            match search {
+                Some(search) => self.out.line("search", &number(search)),
+                None => {
+                    let what = "the surfaces of this tie have no faces whose size would tell what is near";
+                    return Err(pair.row.error(what, "add POSITION TOLERANCE="));
+                }
+            }
+            self.out.line("friction", "\"bonded\"");
+            return Ok(());
+        }
+        let found = self.reader.interactions.iter().find(|it| it.name.eq_ignore_ascii_case(&pair.name));
+        let Some(interaction) = found else {
+            let what = format!("there is no *SURFACE INTERACTION {}", pair.name);
+            return Err(pair.row.error(what, "write it above the pair"));
+        };
+        if let Gap::Uniform(gap) = pair.gap {
+            self.out.line("gap", &number(gap));
+        }
+        let friction = match (interaction.tied, interaction.friction, interaction.limit) {
+            (true, ..) => "\"bonded\"".to_string(),
+            (_, 0.0, _) => "\"none\"".to_string(),
+            (_, mu, None) => format!("{{ coulomb = {} }}", number(mu)),
+            (_, mu, Some(limit)) => format!("{{ coulomb = {}, limit = {} }}", number(mu), number(limit)),
+        };
+        self.out.line("friction", &friction);
+        let notes: Vec<String> = match interaction.tied {
+            true => Vec::new(),
+            false => interaction.notes.iter().map(|note| format!("{}: {note}", interaction.name)).collect(),
+        };
+        notes.into_iter().for_each(|note| self.reader.notes.add(note));
+        Ok(())
+    }
+
+    /// A small part of the mean length of the first edges of the faces of the slave.
+    fn near(&self, pair: &Pair) -> Option<f64> {
+        let input = self.reader.input;
+        let lengths = pair.surfaces[0].found.sides.iter().filter_map(|&(element, side)| {
+            let [a, b, ..] = input.corners(element, side)?;
+            let (a, b) = (input.node(a), input.node(b));
+            Some((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt())
+        });
+        let (count, sum) = lengths.fold((0, 0.0), |(count, sum), length| (count + 1, sum + length));
+        (count > 0 && sum > 0.0).then(|| NEAR * sum / f64::from(count))
+    }
+}
