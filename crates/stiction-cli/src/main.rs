@@ -16,6 +16,7 @@ mod paper;
 mod progress;
 mod report;
 mod schema;
+mod shell;
 mod solve;
 mod threads;
 
@@ -23,11 +24,14 @@ use clap::{Parser, Subcommand};
 
 /// Certified elastic contact with friction in 3D
 #[derive(Parser)]
-#[command(name = "stiction", bin_name = "stiction", version, arg_required_else_help = true, max_term_width = 100)]
+#[command(name = "stiction", bin_name = "stiction", version, long_version = BUILD, arg_required_else_help = true, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+/// What `--version` prints; `-V` prints the version alone.
+const BUILD: &str = env!("STICTION_BUILD");
 
 #[derive(Subcommand)]
 enum Command {
@@ -44,6 +48,8 @@ enum Command {
     Paper(Unread),
     Report(report::Arguments),
     Schema(schema::Arguments),
+    Completions(shell::Completions),
+    Man(shell::Man),
 }
 
 /// Arguments of a command that is not built in.
@@ -123,6 +129,8 @@ fn run(command: Command) -> u8 {
         Command::Paper(_) => Err(not_built("the study of the paper", "plots")),
         Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man(&arguments),
     });
     result.unwrap_or_else(|error| {
         output::error(&error);

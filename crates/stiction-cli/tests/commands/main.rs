@@ -17,6 +17,7 @@ mod passing;
 mod recipes;
 mod report;
 mod several_bodies;
+mod shell;
 mod shipped;
 mod smaller;
 mod solve_and_check;
