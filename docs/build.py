@@ -64,7 +64,7 @@ def main():
     source, html = OUT / "source", OUT / "html"
     builder = "linkcheck" if given.linkcheck else "html"
     target = OUT / "linkcheck" if given.linkcheck else html
-    sphinx = [python, "-m", "sphinx", "-b", builder, "-W", "--keep-going", "-n", "-q", "-j", "auto"]
+    sphinx = [python, "-m", "sphinx", "-b", builder, "-W", "--keep-going", "-n", "-q"]
     run(*sphinx, "-c", BOOK, "-d", OUT / "doctrees", source, target, env=variables)
     print(f"the book: {html / 'index.html'}" if builder == "html" else "all links lead somewhere")
 

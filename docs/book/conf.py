@@ -11,7 +11,9 @@ copyright = author
 release = tomllib.loads((_root / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 version = release
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+# Formulas are set by the copy of MathJax that this brings: pages need no network.
+extensions += ["sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "fieldlist"]
 # Anchors of headings are those that a forge makes of the same pages.
 myst_heading_anchors = 4
