@@ -394,6 +394,8 @@ impl<'a> Check<'a> {
             _ if surfaces[i].friction == SurfaceFriction::Bonded => 0.0,
             InitialGap::AsMeshed => meshed,
             InitialGap::Closed => 0.0,
+            InitialGap::ClosedWithin(reach) if meshed <= reach => 0.0,
+            InitialGap::ClosedWithin(_) => meshed,
             InitialGap::Uniform(gap) => gap,
         };
         let size = [face, other].map(|face| mesh.face_area(face as usize).sqrt());

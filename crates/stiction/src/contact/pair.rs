@@ -164,12 +164,14 @@ fn frames(
 /// long as the gap along the normals of the slave surface, which turn where that is curved.
 fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap, outward: &HashMap<u32, V3>) -> f64 {
     let x = mesh.nodes[row.node as usize];
+    let meshed = || {
+        let along = |&(other, weight): &(u32, f64)| weight * dot(normal, sub(mesh.nodes[other as usize], x));
+        0.0 - row.others.iter().map(along).sum::<f64>()
+    };
     match gap {
-        InitialGap::AsMeshed => {
-            let along = |&(other, weight): &(u32, f64)| weight * dot(normal, sub(mesh.nodes[other as usize], x));
-            0.0 - row.others.iter().map(along).sum::<f64>()
-        }
+        InitialGap::AsMeshed => meshed(),
         InitialGap::Closed => 0.0,
+        InitialGap::ClosedWithin(reach) => Some(meshed()).filter(|&gap| gap > reach).unwrap_or(0.0),
         InitialGap::Uniform(gap) => {
             let of = |&(other, weight): &(u32, f64)| Some(weight * dot(normal, *outward.get(&other)?));
             gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())

@@ -144,6 +144,8 @@ pub enum InitialGap {
     AsMeshed,
     /// None, wherever the surfaces meet.
     Closed,
+    /// None where the meshes are no farther apart than this length or overlap, elsewhere what they say.
+    ClosedWithin(f64),
     /// The same length wherever they meet; negative for an interference fit.
     Uniform(f64),
 }

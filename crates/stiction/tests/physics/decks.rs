@@ -154,6 +154,34 @@ fn a_clearance_is_closed_before_anything_is_pressed() {
 }
 
 #[test]
+fn adjust_closes_gaps_and_overlaps_within_its_length_and_no_others() {
+    // The upper cube begins at `z`; the top comes down by 0.02 on a column of 1 and 2 - z.
+    let apart = |z: f64, adjust: &str| {
+        let mut text = with(PRESS, "TYPE=SURFACE TO SURFACE\n", &format!("TYPE=SURFACE TO SURFACE, ADJUST={adjust}\n"));
+        for (node, place) in [(11, "0., 0."), (12, "1., 0."), (13, "1., 1."), (14, "0., 1.")] {
+            text = with(&text, &format!("\n{node}, {place}, 1.\n"), &format!("\n{node}, {place}, {z}\n"));
+        }
+        let text = with(&text, "*DLOAD\n2, P2, 10.\n", "*BOUNDARY\nNall, 1, 2\nNtop, 3, 3, -0.02\n");
+        solved(
+            &text
+                .replace("*STEP\n", "*NSET, NSET=Nslave\n11, 12, 13, 14\n*STEP\n")
+                .replace("ADJUST=all", "ADJUST=nslave"),
+        )
+    };
+    let force = |gap: f64, z: f64| 1000.0 * (0.02 - gap) / (3.0 - z);
+    for (z, adjust, gap) in [
+        (1.004, "0.005", 0.0),
+        (1.004, "0.003", 0.004),
+        (1.004, "0.", 0.004),
+        (1.004, "all", 0.0),
+        (0.996, "0.001", 0.0),
+        (0.996, "0.", -0.004),
+    ] {
+        is(normal_force(&apart(z, adjust)), force(gap, z), force(0.0, z));
+    }
+}
+
+#[test]
 fn values_follow_steps_amplitudes_and_op_new() {
     let case = read(STEPS).case(&[]).unwrap();
     let steps: Vec<(f64, usize)> = case.steps.iter().map(|step| (step.until, step.increments)).collect();
@@ -269,7 +297,8 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*FRICTION\n", "*FRICTION, ROUGH\n", "*FRICTION", "ROUGH"),
     ("0.3, 1.E5\n", "-0.3, 1.E5\n", "*FRICTION", "at least zero"),
     ("INTERACTION=SI,", "INTERACTION=NONE,", "Shigh, Slow", "NONE"),
-    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=0.1\n", "*CONTACT PAIR", "ADJUST"),
+    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=Ntop\n", "*CONTACT PAIR", "a part of"),
+    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=-1.\n", "*CONTACT PAIR", "no length"),
     ("Shigh, Slow\n", "Shigh, Snone\n", "Shigh, Snone", "no *SURFACE Snone"),
     ("NBOTTOM, 1, 3\n", "Nnone, 1, 3\n", "Nnone, 1, 3", "no node set Nnone"),
     ("NBOTTOM, 1, 3\n", "NBOTTOM, 11, 11, 5.\n", "NBOTTOM, 11, 11, 5.", "temperature"),

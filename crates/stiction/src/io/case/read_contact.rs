@@ -52,8 +52,10 @@ fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
             None => Ok(AgainstSpec::Obstacle(obstacle(table)?)),
         };
     }
+    let within = table.given("gap").and_then(|node| node.get("closed_within")).and_then(Node::number);
     let gap = match table.given("gap").and_then(|node| node.number()) {
         Some(gap) => InitialGap::Uniform(gap),
+        None if within.is_some() => InitialGap::ClosedWithin(within.unwrap_or_default()),
         None if table.text("gap") == "closed" => InitialGap::Closed,
         None => InitialGap::AsMeshed,
     };

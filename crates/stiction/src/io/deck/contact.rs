@@ -43,6 +43,8 @@ pub(super) struct Named {
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Gap {
     AsMeshed,
+    Closed,
+    ClosedWithin(f64),
     Uniform(f64),
 }
 
@@ -131,20 +133,33 @@ impl<'a> Reader<'a> {
             let what = format!("*CONTACT PAIR, TYPE={kind} is not read");
             return Err(card.error(what, "give NODE TO SURFACE, SURFACE TO SURFACE or MORTAR"));
         }
-        if let Some(adjust) = card.keyword.get("ADJUST").filter(|word| !word.is_empty())
-            && adjust.parse::<f64>() != Ok(0.0)
-        {
-            let what = format!("ADJUST={adjust} moves nodes onto the other surface");
-            return Err(
-                card.error(what, "take it out, or give *CLEARANCE, VALUE=0 for gaps that are closed everywhere")
-            );
-        }
+        let adjust = card.keyword.get("ADJUST").filter(|word| !word.is_empty());
         for row in card.rows() {
             let surfaces = self.two_surfaces(&row)?;
-            let (gap, tolerance) = (Gap::AsMeshed, None);
+            let (gap, tolerance) = (self.adjusted(card, adjust, &surfaces[0])?, None);
             self.pairs.push(Pair { row, name: name.clone(), tie: false, surfaces, gap, tolerance });
         }
         Ok(())
+    }
+
+    /// The gap where nodes of the slave are moved onto the master: those nearer than a length, or those of a set.
+    fn adjusted(&mut self, card: &Card, adjust: Option<&str>, slave: &Named) -> Result<Gap, Error> {
+        let Some(adjust) = adjust else { return Ok(Gap::AsMeshed) };
+        match adjust.parse::<f64>() {
+            Ok(length) if length > 0.0 && length.is_finite() => return Ok(Gap::ClosedWithin(length)),
+            Ok(0.0) => return Ok(Gap::AsMeshed),
+            Ok(_) => return Err(card.error(format!("ADJUST={adjust} is no length"), "give a positive one")),
+            Err(_) => {}
+        }
+        let scope = self.scope(card);
+        let moved = self.set(card, scope, Kind::Nodes, adjust)?;
+        let corners = slave.found.sides.iter().filter_map(|&(element, side)| self.input.corners(element, side));
+        let mut nodes = corners.flatten().filter(|&node| node != u32::MAX).chain(slave.found.nodes.iter().copied());
+        if slave.found.skin.is_empty() && nodes.all(|node| moved.nodes.binary_search(&node).is_ok()) {
+            return Ok(Gap::Closed);
+        }
+        let what = format!("ADJUST={adjust} closes the gap at a part of the surface {}", slave.name);
+        Err(card.error(what, "give the length within which gaps are closed, or a surface of these nodes alone"))
     }
 
     pub(super) fn tie(&mut self, card: &'a Card) -> Result<(), Error> {

@@ -60,8 +60,11 @@ impl Writer<'_, '_> {
             let what = format!("there is no *SURFACE INTERACTION {}", pair.name);
             return Err(pair.row.error(what, "write it above the pair"));
         };
-        if let Gap::Uniform(gap) = pair.gap {
-            self.out.line("gap", &number(gap));
+        match pair.gap {
+            Gap::AsMeshed => {}
+            Gap::Closed => self.out.line("gap", "\"closed\""),
+            Gap::ClosedWithin(reach) => self.out.line("gap", &format!("{{ closed_within = {} }}", number(reach))),
+            Gap::Uniform(gap) => self.out.line("gap", &number(gap)),
         }
         let friction = match (interaction.tied, interaction.friction, interaction.limit) {
             (true, ..) => "\"bonded\"".to_string(),

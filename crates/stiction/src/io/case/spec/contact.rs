@@ -12,7 +12,7 @@ pub(super) static CONTACT: Rules = Rules {
         key("on", REGION, "on = \"z-min\"", "The surface: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.").required(),
         key("against", Kind::Either(&[Kind::Table(&OBSTACLE), Kind::Text, NAMES]), "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", "A rigid obstacle, or another surface of the mesh: a group or a list of groups.")
             .required(),
-        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded. A number holds wherever they meet; a negative one is an interference fit.")
+        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY), Kind::Table(&CLOSED)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded: \"as-meshed\", \"closed\", { closed_within = length } or a number. A number holds wherever they meet; a negative one is an interference fit.")
             .default("\"as-meshed\"")
             .unit("length"),
         key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent that of a much softer body, or else the finer one, or else that of the softer body. Faces that are prescribed altogether never do if the other surface can."),
@@ -25,6 +25,18 @@ pub(super) static CONTACT: Rules = Rules {
 
 const GAP_NAME: Kind =
     choice(&[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")]);
+static CLOSED: Rules = Rules {
+    doc: "A gap that is closed where it is small.",
+    one_of: &[],
+    keys: &[key(
+        "closed_within",
+        Kind::Number(POSITIVE),
+        "closed_within = 0.01",
+        "Where the meshes are no farther apart than this, or overlap, they touch; elsewhere the gap is that of the meshes.",
+    )
+    .required()
+    .unit("length")],
+};
 const SLAVE: Kind = choice(&[("on", "the surface of `on`"), ("against", "the surface of `against`")]);
 
 const FRICTION_NAME: Kind =
