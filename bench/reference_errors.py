@@ -6,7 +6,7 @@
 Needs numpy and pyvista; the bracket needs gmsh. Each case is refined to several accuracies. The last run is the reference. The stress of
 every other run, from the displacements in `result.vtu`, is compared with that of the reference at four points of each cell of the
 reference; the estimated error of the reference is added as if both were orthogonal. Points outside of the coarser mesh (facets that
-were made round) are left out and counted. Of several load steps the one is compared whose estimate decides on refinement. All cases are of one isotropic material without initial strain.
+were made round) and cells at the cuts of bolts are left out and counted. Of several load steps the one is compared whose estimate decides on refinement. All cases are of one isotropic material without initial strain.
 """
 
 import argparse
@@ -26,9 +26,9 @@ YOUNG, POISSON = 210e3, 0.3
 RUNS = [
     ("lug", CASES / "lug/lug.toml", [8, 5, 3, 2]),
     ("rings", CASES / "rings/rings.toml", [4, 2, 1, 0.05]),
-    ("joint", CASES / "joint/joint.toml", [15, 10, 7, 5]),
-    ("cattaneo", CASES / "cattaneo/cattaneo.toml", [12, 8, 6, 4]),
-    ("bracket", "bracket", [20, 15, 10, 7]),
+    ("joint", CASES / "joint/joint.toml", [15, 10, 6]),
+    ("cattaneo", CASES / "cattaneo/cattaneo.toml", [2, 1.2]),
+    ("bracket", "bracket", [20, 15, 9]),
 ]
 # The edges of the middles of a quadratic tetrahedron in VTK's order.
 EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
@@ -65,6 +65,11 @@ class Field:
         linear = pv.UnstructuredGrid({pv.CellType.TETRA: self.cells[:, :4]}, self.x)
         # Bodies in contact have no node in common.
         self.body = self.bodies()
+        # The displacements of a bolt jump at its cut: cells there do not have the stress of their nodes' displacements.
+        centre = self.stress(np.arange(len(self.cells)), np.full((len(self.cells), 4), 0.25))
+        own = np.stack([centre[:, a, b] for a, b in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]], axis=1)
+        stored = np.asarray(mesh.cell_data["stress"], float)
+        self.whole = np.abs(own - stored).max(axis=1) <= 0.02 * np.abs(stored).max()
         self.parts = []
         for body in np.unique(self.body):
             own = np.flatnonzero(self.body == body)
@@ -86,11 +91,15 @@ class Field:
 
     def stress(self, cells, w):
         """At points with barycentric coordinates `w` of these cells."""
-        g, u = self.gradient[cells], self.u[self.cells[cells]]
-        slope = np.einsum("pi,pia,pib->pab", 4 * w - 1, u[:, :4], g)
+        nodes = self.cells[cells]
+        # Derivatives of the functions of the nodes by the four coordinates, of these by the last three alone.
+        by = np.zeros((len(w), 10, 4))
+        by[:, range(4), range(4)] = 4 * w - 1
         for k, (i, j) in enumerate(EDGES):
-            both = 4 * (w[:, i, None] * g[:, j] + w[:, j, None] * g[:, i])
-            slope += np.einsum("pa,pb->pab", u[:, 4 + k], both)
+            by[:, 4 + k, i], by[:, 4 + k, j] = 4 * w[:, j], 4 * w[:, i]
+        by = by[:, :, 1:] - by[:, :, :1]
+        to_places = np.einsum("pna,pni->pai", self.x[nodes], by)
+        slope = np.einsum("pna,pni,pib->pab", self.u[nodes], by, np.linalg.inv(to_places))
         strain = 0.5 * (slope + slope.transpose(0, 2, 1))
         shear = YOUNG / (2 * (1 + POISSON))
         lame = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
@@ -115,7 +124,7 @@ def distance(coarse, fine):
         for w in POINTS:
             places = np.einsum("i,pia->pa", w, fine.x[fine.cells[cells, :4]])
             found = np.asarray(grid.find_containing_cell(places))
-            inside = found >= 0
+            inside = (found >= 0) & fine.whole[cells] & coarse.whole[own[found]]
             at = own[found[inside]]
             first = fine.stress(cells[inside], np.tile(w, (inside.sum(), 1)))
             inner = np.einsum("pia,pa->pi", coarse.gradient[at, 1:], places[inside] - coarse.x[coarse.cells[at, 0]])
