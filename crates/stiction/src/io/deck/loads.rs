@@ -118,8 +118,7 @@ impl<'a> Reader<'a> {
             return Err(row.error("the acceleration has no direction", "give a vector as the last three fields"));
         }
         let step = self.step_number();
-        let old = self.on_cells.iter().position(|it| it.label == label && it.elements == elements);
-        let before = match old.map(|at| &self.on_cells[at].kind) {
+        let before = match self.on_the_same(&label, &elements).map(|load| &load.kind) {
             Some(CellLoad::Gravity(ids)) => ids.map(Some),
             _ => [None; 3],
         };
@@ -128,11 +127,7 @@ impl<'a> Reader<'a> {
             let id = self.histories.change(before[c], step, size * along[c] / length, course, true);
             ids[c] = id.ok_or_else(|| courses(&row))?;
         }
-        let kind = CellLoad::Gravity(ids);
-        match old {
-            Some(at) => self.on_cells[at].kind = kind,
-            None => self.on_cells.push(OnCells { row, name, elements, label, kind }),
-        }
+        self.keep(OnCells { row, name, elements, label, kind: CellLoad::Gravity(ids) });
         Ok(())
     }
 
@@ -155,19 +150,27 @@ impl<'a> Reader<'a> {
             return Err(row.error("the axis has no direction", "give a vector as the last three fields"));
         }
         let step = self.step_number();
-        let old = self.on_cells.iter().position(|it| it.label == label && it.elements == elements);
-        let before = match old.map(|at| &self.on_cells[at].kind) {
+        let before = match self.on_the_same(&label, &elements).map(|load| &load.kind) {
             Some(CellLoad::Rotation(p, a, id)) if *p == point && *a == axis => Some(*id),
             Some(_) => return Err(row.error("the rotation has another axis in an earlier step", "keep its axis")),
             None => None,
         };
         let id = self.histories.change(before, step, square, course, true).ok_or_else(|| courses(&row))?;
-        let kind = CellLoad::Rotation(point, axis, id);
-        match old {
-            Some(at) => self.on_cells[at].kind = kind,
-            None => self.on_cells.push(OnCells { row, name, elements, label, kind }),
-        }
+        self.keep(OnCells { row, name, elements, label, kind: CellLoad::Rotation(point, axis, id) });
         Ok(())
+    }
+
+    /// The load of one kind on these elements that was given before.
+    fn on_the_same(&mut self, label: &str, elements: &[u32]) -> Option<&mut OnCells<'a>> {
+        self.on_cells.iter_mut().find(|load| load.label == label && load.elements == elements)
+    }
+
+    /// Keeps a load in the place of that on the same elements.
+    fn keep(&mut self, load: OnCells<'a>) {
+        match self.on_the_same(&load.label, &load.elements) {
+            Some(old) => old.kind = load.kind,
+            None => self.on_cells.push(load),
+        }
     }
 
     pub(super) fn dsload(&mut self, card: &'a Card) -> Result<(), Error> {
