@@ -224,9 +224,9 @@ impl Map {
         stress.iter().map(form).sum()
     }
 
-    /// Adds the matrix of that energy in the tractions, times `factor`, to zero; in single precision, for what need not be exact.
+    /// Writes the matrix of that energy in the tractions, times `factor`, into one of zeros; in single precision, for what need not be exact.
     #[inline(always)] // into what is vectorised
-    pub(super) fn add_matrix(&self, compliance: &[Voigt; 6], factor: f64, sum: &mut Matrix) {
+    pub(super) fn write_matrix(&self, compliance: &[Voigt; 6], factor: f64, sum: &mut Matrix) {
         let of_reference = self.compliance(compliance);
         // Lengths of the cell out of both parts: what is left is of order one.
         let length = self.volume.cbrt();
@@ -442,7 +442,7 @@ mod tests {
             let map = Map::new(&shape);
             let factor = 1.0 / map.size(&compliance);
             let mut matrix = [[[0.0; 9]; 9]; 10];
-            map.add_matrix(&compliance, factor, &mut matrix);
+            map.write_matrix(&compliance, factor, &mut matrix);
             let flat: Vec<f64> = sides.iter().flatten().flatten().copied().collect();
             let mut energy = 0.0;
             for (block, [j, k]) in matrix.iter().zip(BLOCKS) {

@@ -44,7 +44,7 @@ pub(super) fn sharpen(
             #[inline(always)]
             || {
                 for (cell, matrix) in (CELLS_PER_TASK * task..).zip(chunk.iter_mut()) {
-                    Map::new(&shapes[cell]).add_matrix(of_cell(cell), 1.0 / size, matrix);
+                    Map::new(&shapes[cell]).write_matrix(of_cell(cell), 1.0 / size, matrix);
                 }
             },
         );
