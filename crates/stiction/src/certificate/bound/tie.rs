@@ -115,12 +115,12 @@ fn forces(fields: &BoundFields, outside: &HashMap<[u32; 3], Outside>) -> Vec<V3>
 
 /// Where a face is said to be held no node may be free, but where contact ties it.
 fn supports(fields: &BoundFields, problem: &ContactProblem, outside: &HashMap<[u32; 3], Outside>, worst: &mut Worst) {
-    let mut tied = HashSet::new();
+    let mut tied = HashSet::<u32>::new();
     for (j, _) in problem.contact.friction.iter().enumerate().filter(|(_, law)| **law == Friction::Bonded) {
         problem.rows(j).into_iter().for_each(|row| tied.extend(problem.contact.B.row(row).0.iter().copied()));
     }
     let mut free: HashMap<u32, Vec<V3>> = HashMap::new();
-    for (_, unknown) in fields.unknowns.iter().enumerate().filter(|(i, _)| !tied.contains(&(*i as u32))) {
+    for (_, unknown) in (0..).zip(&fields.unknowns).filter(|(i, _)| !tied.contains(i)) {
         free.entry(unknown.node).or_default().push(unknown.direction);
     }
     for side in fields.sides.iter().filter(|side| !side.held.is_empty()) {
