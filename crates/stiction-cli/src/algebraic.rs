@@ -91,7 +91,7 @@ fn solve(path: &Path, arguments: &Arguments, many: bool, say: fn(&str)) -> Resul
     let contents = algebraic::read(path)?;
     let name = path.file_stem().map_or("problem".into(), |stem| stem.to_string_lossy().into_owned());
     let settings = Settings { tolerance: arguments.tolerance, method: arguments.method, ..Settings::default() };
-    let answer = algebraic::answer(&contents, &settings, arguments.form, &mut |_| {
+    let answer = algebraic::answer_with_rank(&contents, &settings, arguments.form, &mut |_| {
         interrupt::heard();
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });

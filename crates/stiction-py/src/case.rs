@@ -17,6 +17,7 @@ use stiction::{Error, SolveEvent, Status};
 
 use crate::arrays::table;
 use crate::errors::{raised, wrong};
+use crate::linear::{Body, Matrices};
 use crate::matrix::triples;
 use crate::problem::{certificate, phase_name, status_name};
 use crate::work::{Teller, run as work};
@@ -35,9 +36,9 @@ type Cells<'py> = (String, PyReadonlyArray2<'py, i64>);
 /// Name, cells, corners of faces (-1 beyond those of a triangle), nodes.
 type Group<'py> = (String, PyReadonlyArray1<'py, i64>, PyReadonlyArray2<'py, i64>, PyReadonlyArray1<'py, i64>);
 /// Coordinates, cells and groups.
-type Given<'py> = (PyReadonlyArray2<'py, f64>, Vec<Cells<'py>>, Vec<Group<'py>>);
+pub(crate) type Given<'py> = (PyReadonlyArray2<'py, f64>, Vec<Cells<'py>>, Vec<Group<'py>>);
 
-fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
+pub(crate) fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
     let nodes = triples(&given.0)?;
     let number = |name: &str, i: i64, count: usize| match u32::try_from(i) {
         Ok(i) if (i as usize) < count => Ok(i),
@@ -155,13 +156,15 @@ impl Case {
 
     /// Solves the case, or all its load steps. `hear` is called with phase, iteration, residual, open, stick, slip, seconds, step,
     /// time and says whether to go on.
-    #[pyo3(signature = (*, folder, resume, report, threads, hear))]
+    #[pyo3(signature = (*, folder, resume, report, matrices, threads, hear))]
+    #[allow(clippy::too_many_arguments)]
     fn solve<'py>(
         &self,
         py: Python<'py>,
         folder: Option<PathBuf>,
         resume: bool,
         report: bool,
+        matrices: bool,
         threads: usize,
         hear: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -175,6 +178,7 @@ impl Case {
             folder,
             resume,
             report,
+            matrices,
             told: hear.is_some(),
         };
         let found = work(
@@ -242,6 +246,8 @@ struct Order {
     folder: Option<PathBuf>,
     resume: bool,
     report: bool,
+    /// Whether stiffness and masses are kept for whoever asks for modes.
+    matrices: bool,
     told: bool,
 }
 
@@ -263,6 +269,7 @@ struct Done {
     surfaces: Vec<SurfaceFields>,
     steps: Vec<StepFields>,
     files: Vec<String>,
+    matrices: Option<Matrices>,
 }
 
 type Told = Teller<(News, f64), Result<Done, Error>>;
@@ -310,17 +317,26 @@ impl Order {
             Status::PassesThrough => run::passes_through(&prepared, &outcome),
             _ => run::limit_load(&prepared, &outcome),
         };
-        Ok(Done {
-            status,
-            certificate: outcome.solution.certificate.clone(),
-            why,
-            summary: run::summary(&prepared, &outcome, &self.origin),
-            body: run::body_fields(&prepared, &outcome),
-            surfaces: run::surface_fields(&prepared, &outcome),
-            steps,
-            files,
-            mesh: prepared.mesh,
-        })
+        let summary = run::summary(&prepared, &outcome, &self.origin);
+        let (body, surfaces) = (run::body_fields(&prepared, &outcome), run::surface_fields(&prepared, &outcome));
+        let certificate = outcome.solution.certificate.clone();
+        let (mesh, matrices) = match self.matrices {
+            true => (
+                prepared.mesh.clone(),
+                Some(Matrices {
+                    states: outcome.solution.states,
+                    problem: Arc::new(prepared.problem),
+                    body: Some(Body {
+                        mesh: prepared.mesh,
+                        materials: prepared.materials,
+                        material_of_cell: prepared.material_of_cell,
+                        dofs: prepared.model.dofs,
+                    }),
+                }),
+            ),
+            false => (prepared.mesh, None),
+        };
+        Ok(Done { mesh, status, certificate, why, summary, body, surfaces, steps, files, matrices })
     }
 }
 
@@ -349,6 +365,7 @@ impl Done {
             steps.append(own)?;
         }
         dict.set_item("steps", steps)?;
+        dict.set_item("matrices", self.matrices.map(|matrices| Py::new(py, matrices)).transpose()?)?;
         Ok(dict)
     }
 }

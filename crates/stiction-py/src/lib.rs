@@ -4,7 +4,9 @@ mod arrays;
 mod case;
 mod discrete;
 mod errors;
+mod linear;
 mod matrix;
+mod mortar;
 mod problem;
 mod work;
 
@@ -18,6 +20,10 @@ mod _stiction {
     use crate::case::Case;
     #[pymodule_export]
     use crate::discrete::Discrete;
+    #[pymodule_export]
+    use crate::linear::Matrices;
+    #[pymodule_export]
+    use crate::mortar::mortar;
     #[pymodule_export]
     use crate::problem::Problem;
 

@@ -1,6 +1,6 @@
 //! Sparse matrices from the arrays of SciPy: compressed rows with indices of 32 or 64 bits.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use stiction::linalg::Stop;
 use stiction::{Csr, Error, SymmetricCsr};
@@ -218,6 +218,14 @@ impl View<'_> {
 /// Asks for a stop at some rows.
 fn now_and_then(row: usize, stop: &Stop) -> Result<(), Error> {
     if row.is_multiple_of(4096) { stop.check() } else { Ok(()) }
+}
+
+/// A matrix for Python: `(rows, columns, indptr, indices, data)`.
+pub(crate) fn rows(py: Python<'_>, matrix: Csr) -> PyResult<Bound<'_, PyAny>> {
+    let Csr { rows, cols, start, column, value } = matrix;
+    let start = PyArray1::from_iter(py, start.into_iter().map(|i| i as i64));
+    let column = PyArray1::from_iter(py, column.into_iter().map(i64::from));
+    Ok((rows, cols, start, column, PyArray1::from_vec(py, value)).into_pyobject(py)?.into_any())
 }
 
 /// Rows of three numbers.

@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::contact::Supports;
-use stiction::friction::Phase;
+use stiction::friction::{Phase, PointState, tied_rows};
 use stiction::io::case::SolverSpec;
 use stiction::linalg::Stop;
 use stiction::run::MemoryLimit;
@@ -19,7 +19,8 @@ use stiction::{
 
 use crate::arrays::{pointwise, stacked, table};
 use crate::errors::{raised, wrong};
-use crate::matrix::{DROPPED, Rows, View, triples};
+use crate::linear::Matrices;
+use crate::matrix::{DROPPED, Rows, View, rows, triples};
 use crate::work::{borrowed, run};
 
 /// A validated problem with what its solves keep.
@@ -217,7 +218,7 @@ impl Problem {
                 None => Ok(true),
             },
         )?;
-        found.map_err(|error| raised(py, error))?.dict(py)
+        found.map_err(|error| raised(py, error))?.dict(py, self.problem.clone())
     }
 
     /// The certificate of `u` (unknowns only) and forces by point.
@@ -260,13 +261,22 @@ impl Problem {
         Ok(PyArray1::from_vec(py, force))
     }
 
-    /// `K`, or the rows of `B` in blocks, of the unknowns: `(rows, columns, indptr, indices, data)`.
-    fn matrix<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let Csr { rows, cols, start, column, value } =
-            if name == "K" { self.problem.elastic.K.full() } else { self.problem.contact.B.clone() };
-        let start = PyArray1::from_iter(py, start.into_iter().map(|i| i as i64));
-        let column = PyArray1::from_iter(py, column.into_iter().map(i64::from));
-        Ok((rows, cols, start, column, PyArray1::from_vec(py, value)).into_pyobject(py)?.into_any())
+    /// The rows of `B` that hold in the states with these codes.
+    fn tied<'py>(&self, py: Python<'py>, states: PyReadonlyArray1<'py, u8>) -> PyResult<Bound<'py, PyAny>> {
+        let states = states_of(py, states.as_slice()?, self.problem.points())?;
+        rows(py, borrowed(py, |_| tied_rows(&self.problem, &states))?)
+    }
+}
+
+/// States from their codes, one for each of `m` points.
+fn states_of(py: Python<'_>, codes: &[u8], m: usize) -> PyResult<Vec<PointState>> {
+    let states: Option<Vec<PointState>> = codes.iter().map(|&code| PointState::of_code(code.into())).collect();
+    match states.filter(|states| states.len() == m) {
+        Some(states) => Ok(states),
+        None => {
+            let what = format!("{} states of {m} points, not all from 0 to 2", codes.len());
+            Err(wrong(py, "state", what, "give the state of a solution of this problem"))
+        }
     }
 }
 
@@ -443,7 +453,7 @@ impl Answer {
         Answer { jumps: problem.gap_and_slip(&solution.u), solution }
     }
 
-    fn dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    fn dict(self, py: Python<'_>, problem: Arc<ContactProblem>) -> PyResult<Bound<'_, PyDict>> {
         let Answer { solution, mut jumps } = self;
         let m = solution.states.len();
         jumps[m..].iter_mut().for_each(|slip| *slip = 0.0 - *slip);
@@ -480,6 +490,8 @@ impl Answer {
             .map(|p| [p.iteration as f64, p.residual, p.products as f64, p.open as f64, p.stick as f64, p.slip as f64]);
         dict.set_item("history", table(py, history.collect::<Vec<_>>().as_flattened(), 6)?)?;
         dict.set_item("u", PyArray1::from_vec(py, solution.u))?;
+        let matrices = Matrices { problem, states: solution.states, body: None };
+        dict.set_item("matrices", Py::new(py, matrices)?)?;
         Ok(dict)
     }
 }

@@ -4,12 +4,14 @@ from . import discrete
 from ._case import Case, Facts, Result, Step, Surface
 from ._errors import InputError, NotCertified, TooLarge
 from ._problem import Problem
-from ._results import Certificate, Progress, Solution
-from ._rows import Rows, rows
+from ._results import Certificate, Progress, Solution, Tangent
+from ._rows import MortarRows, Rows, mortar, rows
 from ._stiction import __version__
 
 # Users see one module, in messages and in `help`.
-for _public in (Case, Certificate, Facts, InputError, NotCertified, Problem, Progress, Result, Rows, Solution, Step, Surface, TooLarge):
+for _public in (
+    Case, Certificate, Facts, InputError, MortarRows, NotCertified, Problem, Progress, Result, Rows, Solution, Step, Surface, Tangent, TooLarge,
+):  # fmt: skip
     _public.__module__ = __name__
 
 __all__ = [
@@ -17,6 +19,7 @@ __all__ = [
     "Certificate",
     "Facts",
     "InputError",
+    "MortarRows",
     "NotCertified",
     "Problem",
     "Progress",
@@ -25,8 +28,10 @@ __all__ = [
     "Solution",
     "Step",
     "Surface",
+    "Tangent",
     "TooLarge",
     "__version__",
     "discrete",
+    "mortar",
     "rows",
 ]

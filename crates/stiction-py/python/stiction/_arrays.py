@@ -69,6 +69,14 @@ def compressed(matrix: Any, columns: int | None, name: str, symmetric: bool = Fa
     return int(shape[0]), int(shape[1]), index(start, name), index(column, name), data
 
 
+def sparse(rows: Rows) -> Any:
+    """A ``scipy.sparse.csr_array``; needs SciPy."""
+    from scipy.sparse import csr_array
+
+    count, columns, start, column, data = rows
+    return csr_array((data, column, start), shape=(count, columns))
+
+
 def index(data: Any, name: str) -> npt.NDArray[Any]:
     """Indices of 32 or 64 bits as they are, others as 64."""
     array = np.asarray(data)

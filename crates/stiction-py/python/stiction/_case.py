@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _stiction
-from ._arrays import Reals, threads_of
+from ._arrays import Reals, sparse, threads_of
 from ._errors import InputError, NotCertified
 from ._mesh import KINDS, given
-from ._results import Certificate, Progress, certificate
+from ._results import Certificate, Progress, Tangent, certificate, tangent
 
 __all__ = ["Case", "Facts", "Result", "Step", "Surface"]
 
@@ -143,6 +143,7 @@ class Result:
     """Names of the files that were written."""
     seconds: float
     """Wall time."""
+    _matrices: _stiction.Matrices | None = None
 
     @property
     def solved(self) -> bool:
@@ -166,6 +167,42 @@ class Result:
         judged = repr(self.certificate)[1:-1].replace("Certificate", "certificate")
         steps = f"{len(self.steps)} load steps, " if self.steps else ""
         return f"<Result {self.status}: {steps}{len(self.points)} nodes, {list(self.contact.values())}; {judged}>"
+
+    def tangent(self) -> Tangent:
+        """Stiffness and motions of the bodies in this state of contact; needs SciPy and a solve with ``matrices=True``.
+
+        ``(free @ x).reshape(-1, 3)`` are displacements of the nodes along x, y, z. See :class:`Tangent`, and :meth:`mass` for the
+        mass matrix.
+        """
+        own = self._linear()
+        return tangent(own, sparse(own.directions()))
+
+    def mass(self) -> Any:
+        """The consistent mass matrix of all nodes, from the densities of the materials; needs SciPy and a solve with
+        ``matrices=True``.
+
+        Returns
+        -------
+        scipy.sparse.csr_array, (3 nodes, 3 nodes)
+            Mass; displacement ``c`` of node ``i`` is number ``3 i + c``. In mm, N, MPa a density of steel is 7.85e-9 (tonnes
+            per mm³), and frequencies come out in 1/s.
+
+        Raises
+        ------
+        InputError
+            If no material has a density.
+        """
+        from scipy.sparse import csr_array, eye_array, kron
+
+        return csr_array(kron(sparse(self._linear().mass()), eye_array(3), format="csr"))
+
+    def _linear(self) -> _stiction.Matrices:
+        if self._matrices is None:
+            raise InputError("matrices", "they were not kept", "solve the case with `matrices=True`")
+        return self._matrices
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_matrices": None}
 
     def to_meshio(self) -> Any:
         """As a ``meshio.Mesh`` with all fields; needs meshio."""
@@ -295,6 +332,7 @@ class Case:
         folder: str | os.PathLike[str] | None = None,
         resume: bool = False,
         report: bool = True,
+        matrices: bool = False,
         threads: int | None = None,
         check: bool = True,
         progress: Callable[[Progress], object] | None = None,
@@ -311,6 +349,8 @@ class Case:
             Go on after the last finished load step, or mesh of a case with ``accuracy``, that the folder holds of this case.
         report : bool
             Whether ``report.html`` is among the files.
+        matrices : bool
+            Whether the result keeps the stiffness, for :meth:`Result.tangent` and :meth:`Result.mass`.
         threads, check, progress :
             As of :meth:`stiction.Problem.solve`; `progress` also has the load step and its time.
 
@@ -334,6 +374,7 @@ class Case:
             folder=None if folder is None else os.fspath(folder),
             resume=resume,
             report=report,
+            matrices=matrices,
             threads=threads_of(threads),
             hear=None if progress is None else hear,
         )
@@ -348,6 +389,7 @@ class Case:
             files=found["files"],
             steps=steps,
             seconds=time.perf_counter() - begin,
+            _matrices=found["matrices"],
             **_fields(found),
         )
         if check and not result.solved:

@@ -88,7 +88,8 @@ def table(kind: str, nodes: Any) -> tuple[str, Whole]:
 def of_arrays(points: Any, cells: Any, groups: Any) -> Given:
     blocks = []
     by_width = {width: kind for kind, (width, _, _) in KINDS.items()}
-    pairs = cells.items() if isinstance(cells, dict) else cells if isinstance(cells, list) else [(None, cells)]
+    named = isinstance(cells, list) and all(len(part) == 2 and isinstance(part[0], str) for part in cells)
+    pairs = cells.items() if isinstance(cells, dict) else cells if named else [(None, cells)]
     for name, nodes in pairs:
         kind = by_width.get(np.shape(nodes)[-1]) if name is None else OF_MESHIO.get(name, name)
         if kind not in KINDS:

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _stiction
-from ._arrays import Reals, Whole, compressed, numbers, per_point, reals, threads_of, vector
+from ._arrays import Reals, Whole, compressed, numbers, per_point, reals, sparse, threads_of, vector
 from ._errors import InputError, NotCertified
-from ._results import Certificate, Progress, Solution, certificate
+from ._results import Certificate, Progress, Solution, certificate, outward
 
 __all__ = ["Problem"]
 
@@ -223,13 +223,14 @@ class Problem:
             hear=None if progress is None else lambda *event: progress(Progress(*event)) is not False,
         )
         seconds = time.perf_counter() - begin
-        u = self._outer(found.pop("u"))
+        u, matrices = self._outer(found.pop("u")), found.pop("matrices")
         solution = Solution(
             **{**found, "certificate": certificate(found["certificate"])},
             u=u,
             jump=found["slip"] + self._reference,
             reactions=self._reactions(u, found["forces"]),
             seconds=seconds,
+            _linear=(matrices, *self._own_unknowns()),
         )
         if check and not solution.solved:
             raise NotCertified(f"{_why(solution.status)}: {solution.certificate!r}", solution)
@@ -262,7 +263,7 @@ class Problem:
         """What contact ties in a state: rows ``C`` with ``C v = 0`` for small motions ``v`` about it; needs SciPy.
 
         Points in contact are tied along the normal, sticking ones along both tangents as well; sliding ones keep their
-        friction. With ``K`` and a mass matrix this is the linear model for modes of a joint in its contact state.
+        friction. :meth:`Solution.tangent` eliminates them.
 
         Returns
         -------
@@ -270,17 +271,13 @@ class Problem:
             All normal rows first, then the first and the second tangential ones. Columns of `held` are empty: there ``v`` is
             zero.
         """
-        from scipy.sparse import coo_array, csr_array
+        return sparse(self._own.tied(solution.state)) @ outward(*self._own_unknowns()).T
 
-        rows, columns, start, column, data = self._own.matrix("B")
-        jump = csr_array((data, column, start), shape=(rows, columns))
-        touching, sticking = np.flatnonzero(solution.state > 0), np.flatnonzero(solution.state == 1)
-        m = self._points
-        tied = coo_array(jump[np.concatenate([touching, m + sticking, 2 * m + sticking])])
+    def _own_unknowns(self) -> tuple[Whole, int]:
+        """Those of the compiled module, which are not held, among all, and how many these are."""
         mask = np.ones(self._unknowns, dtype=bool)
         mask[self._inner_of(self._held)] = False
-        own = np.flatnonzero(mask) if self._order is None else self._order[mask]
-        return csr_array((tied.data, (tied.row, own[tied.col])), shape=(tied.shape[0], self._unknowns))
+        return np.flatnonzero(mask) if self._order is None else self._order[mask], self._unknowns
 
     def with_friction(
         self,

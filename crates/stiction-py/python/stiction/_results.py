@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Reals = npt.NDArray[np.float64]
+from . import _stiction
+from ._arrays import Reals, sparse
+from ._errors import InputError
 
-__all__ = ["Certificate", "Progress", "Solution"]
+__all__ = ["Certificate", "Progress", "Solution", "Tangent"]
 
 
 class Progress(NamedTuple):
@@ -80,6 +82,35 @@ class Certificate:
         return "\n".join(lines)
 
 
+class Tangent(NamedTuple):
+    """Small motions about a state of contact: points that stick are tied, those that slide are tied along the normal and move
+    along their tangents without more friction, open ones are free. Prescribed displacements stay.
+
+    A symmetric model, right as long as no point changes its state. That friction of sliding points follows the normal force
+    is not in it.
+    """
+
+    K: Any
+    """Stiffness of these motions, ``free.T @ K @ free``, symmetric: ``scipy.sparse.csr_array``, ``(k, k)``."""
+    free: Any
+    """The motions, one a column: ``scipy.sparse.csr_array``, ``(n, k)``. ``free @ x`` are displacements, ``free.T @ f`` a load,
+    ``free.T @ M @ free`` the mass matrix that belongs to `K`."""
+
+
+def tangent(own: _stiction.Matrices, seen: Any) -> Tangent:
+    """By the motions of the unknowns that are not held; `seen` says what these are among all displacements."""
+    motions = sparse(own.free())
+    reduced = motions.T @ sparse(own.stiffness()) @ motions
+    return Tangent((0.5 * (reduced + reduced.T)).tocsr(), (seen @ motions).tocsr())
+
+
+def outward(places: npt.NDArray[np.int64], count: int) -> Any:
+    """The places of some numbers among `count`, as a matrix of zeros and ones."""
+    from scipy.sparse import csr_array
+
+    return csr_array((np.ones(len(places)), (places, np.arange(len(places)))), shape=(count, len(places)))
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """Displacements and contact forces with their certificate. ``m`` contact points, ``n`` unknowns."""
@@ -110,6 +141,7 @@ class Solution:
     """One row an iteration: number, relative residual, products, points open, that stick, that slip."""
     seconds: float
     """Wall time of the solve."""
+    _linear: tuple[_stiction.Matrices, npt.NDArray[np.int64], int] | None = None
 
     @property
     def solved(self) -> bool:
@@ -122,6 +154,35 @@ class Solution:
         certificate = repr(self.certificate)[1:-1].replace("Certificate", "certificate")
         steps = max(self.counts.get("newton_steps", 0), self.counts.get("cycles", 0))
         return f"<Solution {self.status} after {steps} iterations ({self.method}): {states}; {certificate}>"
+
+    def tangent(self) -> Tangent:
+        """Stiffness and motions of the bodies in this state of contact, for modes and responses; needs SciPy.
+
+        With a mass matrix ``M`` of all unknowns ``scipy.sparse.linalg.eigsh(K, k, M=free.T @ M @ free, sigma=0)`` gives squared
+        angular frequencies of the joint as it is.
+
+        Examples
+        --------
+        Of a node that is pressed on the floor and slides, the motion along the normal is tied:
+
+        >>> import numpy as np, stiction
+        >>> B = [[0, 0, -1], [1, 0, 0], [0, 1, 0]]
+        >>> K, free = stiction.Problem(1e3 * np.eye(3), B, [4, 0, -10], gap=0, mu=0.3).solve().tangent()
+        >>> K.toarray()
+        array([[1000.,    0.],
+               [   0., 1000.]])
+        >>> free.toarray()
+        array([[1., 0.],
+               [0., 1.],
+               [0., 0.]])
+        """
+        if self._linear is None:
+            raise InputError("tangent", "a solution that was pickled has no matrices", "ask where it was solved")
+        own, places, count = self._linear
+        return tangent(own, outward(places, count))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_linear": None}
 
 
 def certificate(data: dict[str, Any]) -> Certificate:

@@ -4,14 +4,24 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Case", "Discrete", "Problem", "__version__"]
+__all__ = ["Case", "Discrete", "Matrices", "Problem", "__version__", "mortar"]
 
 _Reals = npt.NDArray[np.float64]
 _Whole = npt.NDArray[np.int64]
 _Rows = tuple[int, int, npt.NDArray[Any], npt.NDArray[Any], _Reals]
 _Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals]
 
+_Given = tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]]]
+
 __version__: str
+
+def mortar(
+    points: _Reals,
+    surfaces: tuple[list[_Whole], list[_Whole]],
+    mesh: _Given | None,
+    held: _Whole,
+    search: float | None,
+) -> dict[str, Any]: ...
 
 @final
 class Case:
@@ -21,13 +31,20 @@ class Case:
         path: str | None,
         name: str,
         overrides: list[tuple[str, str]],
-        mesh: tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]]] | None,
+        mesh: _Given | None,
     ) -> Case: ...
     @property
     def title(self) -> str: ...
     def facts(self, threads: int) -> dict[str, Any]: ...
     def solve(
-        self, *, folder: str | None, resume: bool, report: bool, threads: int, hear: Callable[..., bool] | None
+        self,
+        *,
+        folder: str | None,
+        resume: bool,
+        report: bool,
+        matrices: bool,
+        threads: int,
+        hear: Callable[..., bool] | None,
     ) -> dict[str, Any]: ...
 @final
 class Discrete:
@@ -57,6 +74,12 @@ class Discrete:
         threads: int,
         hear: Callable[..., bool] | None,
     ) -> dict[str, Any]: ...
+@final
+class Matrices:
+    def stiffness(self) -> _Rows: ...
+    def free(self) -> _Rows: ...
+    def directions(self) -> _Rows: ...
+    def mass(self) -> _Rows: ...
 @final
 class Problem:
     def __new__(
@@ -99,4 +122,4 @@ class Problem:
     ) -> dict[str, Any]: ...
     def check(self, u: _Reals, forces: _Reals, tolerance: float, threads: int) -> dict[str, Any]: ...
     def reactions(self, u: _Reals, forces: _Reals) -> _Reals: ...
-    def matrix(self, name: str) -> _Rows: ...
+    def tied(self, states: npt.NDArray[np.uint8]) -> _Rows: ...

@@ -15,6 +15,7 @@ mod points;
 mod pose;
 mod problem;
 pub mod rigid;
+mod rows;
 mod skin;
 mod slave_choice;
 pub mod sliding;
@@ -26,6 +27,7 @@ pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
+pub use rows::{ContactRows, contact_rows};
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub use surface::{
     Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,

@@ -17,7 +17,7 @@ use super::surface::SEARCH;
 use super::tributary::tributary_areas;
 use super::{ContactSurface, InitialGap, Master, PairFacts, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::FeModel;
+use crate::fem::DofMap;
 use crate::mesh::v3::{V3, dot, sub};
 use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 
@@ -34,7 +34,7 @@ const TOUCHING: f64 = 1e-6;
 /// cannot carry a multiplier leave it to their neighbours.
 pub(super) fn points_of_pair(
     mesh: &Mesh,
-    model: &FeModel,
+    dofs: &DofMap,
     surface: &ContactSurface,
     master: &Master,
     taken: &HashSet<u32>,
@@ -70,16 +70,16 @@ pub(super) fn points_of_pair(
         ..PairFacts::default()
     };
     let mut found = SurfaceFacts::named(&surface.name);
-    let outward = normals(mesh, &surface.faces, &model.dofs);
-    let frames = frames(mesh, model, surface, master, &met, &outward, taken, &mut facts, &mut found);
+    let outward = normals(mesh, &surface.faces, dofs);
+    let frames = frames(mesh, dofs, surface, master, &met, &outward, taken, &mut facts, &mut found);
     let outward: HashMap<u32, V3> = outward.into_iter().collect();
     let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
     found.dropped_area = lost;
     for row in rows {
         let (normal, mut frame) = frames[&row.node];
         let x = mesh.nodes[row.node as usize];
-        let constrained = prescribed(model, row.node);
-        let along = model.dofs.components(row.node, normal);
+        let constrained = prescribed(dofs, row.node);
+        let along = dofs.components(row.node, normal);
         let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction)?;
         let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
@@ -120,7 +120,7 @@ pub(super) fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 
 #[allow(clippy::too_many_arguments)]
 fn frames(
     mesh: &Mesh,
-    model: &FeModel,
+    dofs: &DofMap,
     surface: &ContactSurface,
     master: &Master,
     met: &[Met],
@@ -141,10 +141,10 @@ fn frames(
     for (&(node, normal), tributary) in outward.iter().zip(tributary_areas(mesh, &surface.faces)) {
         let whole = tributary.area;
         found.area += tributary.unity_sum() * whole;
-        let constrained = prescribed(model, node);
+        let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
-        let axes = frame_at(&model.dofs, node, normal, free);
-        let axes = axes.or_else(|| if tied { tied_frame_at(&model.dofs, node, free) } else { None });
+        let axes = frame_at(dofs, node, normal, free);
+        let axes = axes.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         match axes {
             _ if covered[&node] == 0.0 => facts.uncovered += 1,
             _ if others.contains(&node) => facts.shared += 1,

@@ -7,7 +7,7 @@ use super::friction_law::{At, law};
 use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
-use crate::fem::{FeModel, nodal_normals};
+use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, norm};
 
@@ -36,7 +36,7 @@ pub(super) struct Point {
 /// Appends the points of a surface that may touch an obstacle.
 pub(super) fn points_on_obstacle(
     mesh: &Mesh,
-    model: &FeModel,
+    dofs: &DofMap,
     surface: &ContactSurface,
     obstacle: &Obstacle,
     tied_elsewhere: &HashSet<u32>,
@@ -47,7 +47,7 @@ pub(super) fn points_on_obstacle(
     }
     let mut facts = SurfaceFacts::named(&surface.name);
     let outward = nodal_normals(mesh, &surface.faces);
-    let negligible = ROUNDING * model.dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+    let negligible = ROUNDING * dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     let distance_of = |node: u32| -> Result<Option<(f64, [f64; 3])>, Error> {
         let x = mesh.nodes[node as usize];
         let place = outward.partition_point(|(other, _)| *other < node);
@@ -83,13 +83,12 @@ pub(super) fn points_on_obstacle(
             measured += weight * distance;
         }
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
-        let constrained = prescribed(model, node);
+        let constrained = prescribed(dofs, node);
         let free = constrained.map(|p| p.is_none());
         let tied = surface.friction == SurfaceFriction::Bonded;
         if tied {
             refuse_moving_tied(&constrained, negligible, node, x)?;
         }
-        let dofs = &model.dofs;
         let frame = frame_at(dofs, node, normal, free);
         let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
@@ -135,8 +134,8 @@ pub(super) fn points_on_obstacle(
 }
 
 /// The prescribed components of a node, along its own axes where it is turned.
-pub(super) fn prescribed(model: &FeModel, node: u32) -> [Option<f64>; 3] {
-    let value = |c: u32| model.dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| model.dofs.value[i]);
+pub(super) fn prescribed(dofs: &DofMap, node: u32) -> [Option<f64>; 3] {
+    let value = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
     [0, 1, 2].map(value)
 }
 

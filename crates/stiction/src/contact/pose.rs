@@ -5,19 +5,13 @@
 //! these axes; nothing right of the [`ContactProblem`] knows. A force "at a node" is `Bᵀ lambda`, not `lambda`: rows of
 //! quadratic faces and of pairs reach further than one node.
 
-use std::collections::{HashMap, HashSet};
-
 use rayon::prelude::*;
 
-use super::pair::points_of_pair;
-use super::points::{Point, points_on_obstacle};
-use super::{
-    Bodies, Body, Contact, ContactProblem, ContactSurface, Counterpart, Elastic, Labels, Pair, Supports, SurfaceFacts,
-    SurfaceFriction,
-};
+use super::rows::{all_points, jump};
+use super::{Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, Pair, Supports, SurfaceFacts};
 use crate::Error;
 use crate::fem::FeModel;
-use crate::linalg::{Csr, in_huge_pages};
+use crate::linalg::in_huge_pages;
 use crate::mesh::v3::{cross, norm, sub};
 use crate::mesh::{self, Mesh};
 
@@ -36,14 +30,14 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    let (points, facts) = all_points(mesh, model, surfaces)?;
+    let (points, facts) = all_points(mesh, &model.dofs, surfaces)?;
     let mut first = 0;
     let pair = |facts: &SurfaceFacts| {
         first += facts.points;
         Pair { name: facts.name.clone(), points: first - facts.points..first }
     };
     let pairs = facts.iter().map(pair).collect();
-    let (free, constrained) = jump(model, &points);
+    let (free, constrained) = jump(&model.dofs, &points);
     let mut offset = constrained.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
     let center = centroid(mesh);
@@ -108,83 +102,6 @@ fn middles(mesh: &Mesh) -> Option<Vec<[u32; 3]>> {
         }
     }
     (!middles.is_empty()).then_some(middles)
-}
-
-/// The points of all surfaces, in their order.
-///
-/// A node carries the points of one surface only where pairs are concerned: bonded surfaces come first, then those that
-/// may touch an obstacle, then pairs, each in the order given; a pair drops nodes that are used before. Nodes that
-/// several obstacles have in common stay with each.
-fn all_points(
-    mesh: &Mesh,
-    model: &FeModel,
-    surfaces: &[ContactSurface],
-) -> Result<(Vec<Point>, Vec<SurfaceFacts>), Error> {
-    let bonded = |s: &ContactSurface| s.friction == SurfaceFriction::Bonded;
-    let mut order: Vec<usize> = (0..surfaces.len()).collect();
-    order.sort_by_key(|&i| (!bonded(&surfaces[i]), matches!(surfaces[i].against, Counterpart::Surface(_)), i));
-    let (mut tied, mut taken) = (HashSet::new(), HashSet::new());
-    let mut found: HashMap<usize, (Vec<Point>, SurfaceFacts)> = HashMap::new();
-    for number in order {
-        let surface = &surfaces[number];
-        let mut points = Vec::new();
-        let facts = match &surface.against {
-            Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, model, surface, obstacle, &tied, &mut points),
-            Counterpart::Surface(master) => points_of_pair(mesh, model, surface, master, &taken, &mut points),
-        };
-        let facts = facts.map_err(|e| e.at(&quoted(&surface.name)))?;
-        for point in &points {
-            taken.insert(point.node);
-            taken.extend(point.others.iter().map(|other| other.0));
-        }
-        if bonded(surface) {
-            tied.extend(&facts.nodes);
-            // Nodes an obstacle holds in every direction have no point and are tied all the same.
-            tied.extend(mesh.face_nodes(&surface.faces).iter().filter(|_| facts.pair.is_none()));
-        }
-        found.insert(number, (points, facts));
-    }
-    let (points, facts): (Vec<_>, Vec<_>) = (0..surfaces.len()).filter_map(|i| found.remove(&i)).unzip();
-    Ok((points.into_iter().flatten().collect(), facts))
-}
-
-fn quoted(name: &str) -> String {
-    format!("contact \"{name}\"")
-}
-
-/// `B` over the unknown and over the prescribed degrees of freedom.
-fn jump(model: &FeModel, points: &[Point]) -> (Csr, Csr) {
-    let m = points.len();
-    let (mut free, mut constrained) = (Vec::new(), Vec::new());
-    let mut add = |row: usize, dof: u32, value: f64| {
-        let unknown = model.dofs.unknown[dof as usize];
-        if value == 0.0 {
-        } else if unknown != u32::MAX {
-            free.push((row, unknown as usize, value));
-        } else if let Ok(p) = model.dofs.prescribed.binary_search(&dof) {
-            constrained.push((row, p, value));
-        }
-    };
-    for (j, point) in points.iter().enumerate() {
-        let [normal, first, second] = point.frame;
-        // Where the node cannot move along the normal there is no normal row, not for the other nodes either.
-        let whole = [if normal == [0.0; 3] { normal } else { point.normal }, first, second];
-        for (k, (row, &full)) in point.frame.iter().zip(&whole).enumerate() {
-            let along = |node: u32, v: [f64; 3]| model.dofs.components(node, v);
-            let [row, own] = [along(point.node, *row), along(point.node, full)];
-            for c in 0..3 {
-                let dof = 3 * point.node + c as u32;
-                let is_free = model.dofs.unknown[dof as usize] != u32::MAX;
-                add(k * m + j, dof, if is_free { row[c] } else { own[c] });
-            }
-            for &(other, weight) in &point.others {
-                let full = along(other, full);
-                (0..3).for_each(|c| add(k * m + j, 3 * other + c as u32, weight * full[c]));
-            }
-        }
-    }
-    let n = model.dofs.free.len();
-    (Csr::from_triplets(3 * m, n, &free), Csr::from_triplets(3 * m, model.dofs.prescribed.len(), &constrained))
 }
 
 /// The bodies by the names of the groups of cells they are, otherwise by their numbers.

@@ -12,6 +12,7 @@ pub mod multigrid;
 pub mod reference;
 mod solution;
 pub(crate) mod system;
+mod tangent;
 mod uniqueness;
 
 pub use direct::{coulomb_facts, rigid_equilibrium, solve};
@@ -23,4 +24,5 @@ pub use reference::{
     Minimization, Penalty, Quadratic, Splitting, Start, Sweeps, fixed_point_defect, run_method, solve_with,
 };
 pub use solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
+pub use tangent::{free_motions, tied_rows};
 pub use uniqueness::CoulombFacts;

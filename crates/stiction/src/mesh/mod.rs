@@ -171,6 +171,13 @@ impl Face {
         Face { all, cell, local }
     }
 
+    /// A face of no cell that is known, by its nodes in the order of [`Self::nodes`]; none unless they are 3, 4, 6 or 8.
+    pub fn of_nodes(nodes: &[u32]) -> Option<Self> {
+        let mut all = [u32::MAX; shape::FACE_NODES];
+        all.get_mut(..nodes.len()).filter(|_| [3, 4, 6, 8].contains(&nodes.len()))?.copy_from_slice(nodes);
+        Some(Face { all, cell: u32::MAX, local: 0 })
+    }
+
     /// All its nodes, 3, 4, 6 or 8: the corners counter-clockwise seen from outside, then the middle of the edge from
     /// each corner to the next.
     pub fn nodes(&self) -> &[u32] {

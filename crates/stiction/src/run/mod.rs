@@ -40,5 +40,5 @@ pub mod algebraic {
     #[cfg(feature = "fclib")]
     pub use super::results::algebraic::write;
     pub use super::results::algebraic::{report, summary, table_head, table_row};
-    pub use super::solve::algebraic::{Answer, Guess, Seconds, answer, read};
+    pub use super::solve::algebraic::{Answer, Guess, Seconds, answer, answer_with_rank, read};
 }

@@ -2,6 +2,7 @@ mod assembly;
 mod convergence;
 mod elements;
 mod loads;
+mod mass;
 mod patch;
 mod rigid;
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::Error;
 use crate::discrete::{
-    Form, Measures, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
+    Form, LocalProblem, Measures, Method, Prepared, Progress, Recovered, Settings, Solution, Status, prepare, rank,
 };
 use crate::io::{Contents, arrays};
 use crate::linalg::Watch;
@@ -125,6 +125,30 @@ pub fn answer(
     settings: &Settings,
     form: Form,
     observer: &mut Watch<Progress>,
+) -> Result<Answer, Error> {
+    judged(contents, settings, form, observer, |_| None)
+}
+
+/// The same with the rank of `W`, where that is formed and not too large: a dense factorisation, which can take longer than the
+/// solve.
+///
+/// # Errors
+/// As [`answer`].
+pub fn answer_with_rank(
+    contents: &Contents,
+    settings: &Settings,
+    form: Form,
+    observer: &mut Watch<Progress>,
+) -> Result<Answer, Error> {
+    judged(contents, settings, form, observer, rank)
+}
+
+fn judged(
+    contents: &Contents,
+    settings: &Settings,
+    form: Form,
+    observer: &mut Watch<Progress>,
+    rank: fn(&LocalProblem) -> Option<usize>,
 ) -> Result<Answer, Error> {
     let start = Instant::now();
     let prepared = prepare(&contents.problem, form, settings.method)?;
