@@ -4,6 +4,7 @@
 //! used or the output not be written; 70 an error of the program itself; 130 interrupted.
 
 mod algebraic;
+mod ccx;
 mod check;
 mod hold;
 mod interrupt;
@@ -46,6 +47,7 @@ enum Command {
     /// Not in this program, which was built without the feature "plots"
     #[cfg(not(feature = "plots"))]
     Paper(Unread),
+    Ccx(ccx::Arguments),
     Report(report::Arguments),
     Schema(schema::Arguments),
     Completions(shell::Completions),
@@ -89,7 +91,10 @@ fn main() -> std::process::ExitCode {
         hold::release();
         std::process::exit(code.into());
     }));
+    let mut words = std::env::args_os();
+    let as_ccx = ccx::is_meant(words.next().as_deref());
     let code = match Arguments::try_parse() {
+        _ if as_ccx => ccx::called(words.map(|word| word.to_string_lossy().into_owned()).collect()),
         Ok(arguments) => run(arguments.command),
         Err(other) => {
             match other.use_stderr() {
@@ -113,8 +118,8 @@ fn main() -> std::process::ExitCode {
 
 fn run(command: Command) -> u8 {
     let started = match &command {
-        // Says how many.
-        Command::Solve(_) => Ok(()),
+        // Say how many.
+        Command::Solve(_) | Command::Ccx(_) => Ok(()),
         _ => threads::start(None),
     };
     let result = started.and_then(|()| match command {
@@ -127,6 +132,7 @@ fn run(command: Command) -> u8 {
         Command::Paper(arguments) => paper::run(&arguments),
         #[cfg(not(feature = "plots"))]
         Command::Paper(_) => Err(not_built("the study of the paper", "plots")),
+        Command::Ccx(arguments) => Ok(ccx::run(&arguments)),
         Command::Report(arguments) => report::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),

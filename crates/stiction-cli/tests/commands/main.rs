@@ -6,6 +6,7 @@ mod algebraic;
 mod bad_input;
 mod both_sides;
 mod bound;
+mod ccx;
 mod decks;
 mod durable;
 mod faults;

@@ -3,9 +3,10 @@
 use crate::folder::{CASE, Folder};
 use serde_json::Value;
 
-const FILES: [&str; 15] = [
+const FILES: [&str; 16] = [
     "SHA256SUMS",
     "case.toml",
+    "contact.csv",
     "contact.vtu",
     "convergence.png",
     "deformed.png",

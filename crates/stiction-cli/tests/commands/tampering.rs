@@ -183,7 +183,7 @@ fn a_run_is_resumed_from_its_last_whole_step() {
     let folder = Folder::new("tamper-resume", &tamper::stepped_case());
     let one_thread = ["solve", "case.toml", "-o", "r", "--threads", "1", "--progress", "none"];
     folder.run(&one_thread).ends(0, &[]);
-    let numbers = |name: &str| name.ends_with(".npz") || name.ends_with(".vtu") || name.ends_with(".pvd");
+    let numbers = |name: &str| [".npz", ".vtu", ".csv", ".pvd"].iter().any(|ending| name.ends_with(ending));
     let files = || -> Vec<(String, Vec<u8>)> {
         let names = folder.names_in("r").into_iter().filter(|name| numbers(name));
         names.map(|name| (name.clone(), std::fs::read(folder.path.join("r").join(name)).unwrap())).collect()

@@ -313,11 +313,16 @@ impl<'a> Body<'a> {
         combined(&element.weight.map(|weight| weight / volume), &self.stress(element, at))
     }
 
-    /// Stress of a cell at its integration points.
-    fn stress<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> [Voigt; Q] {
+    /// Strain of a cell at its integration points, what causes no stress included.
+    pub(super) fn strain<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> [Voigt; Q] {
         let u: [V3; N] = self.seen(at);
+        element.gradient.map(|gradient| fem::strain(u.into_iter().zip(gradient)))
+    }
+
+    /// Stress of a cell at its integration points.
+    pub(super) fn stress<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> [Voigt; Q] {
         let law = self.law(at.cell);
-        let mut strain: [Voigt; Q] = element.gradient.map(|gradient| fem::strain(u.into_iter().zip(gradient)));
+        let mut strain = self.strain(element, at);
         if N == 8 && law.mean_dilatation {
             let dilatation = |e: &Voigt| e[0] + e[1] + e[2];
             let sum: f64 = strain.iter().zip(element.weight).map(|(e, w)| w * dilatation(e)).sum();
@@ -362,15 +367,15 @@ impl<'a> Body<'a> {
 }
 
 /// Which cell it is: its block, its number in the mesh and in the block, its nodes.
-struct At<'m> {
-    block: usize,
-    cell: usize,
-    local: usize,
-    nodes: &'m [u32],
+pub(super) struct At<'m> {
+    pub(super) block: usize,
+    pub(super) cell: usize,
+    pub(super) local: usize,
+    pub(super) nodes: &'m [u32],
 }
 
 #[inline]
-fn combined<const K: usize>(weights: &[f64; K], values: &[Voigt; K]) -> Voigt {
+pub(super) fn combined<const K: usize>(weights: &[f64; K], values: &[Voigt; K]) -> Voigt {
     let mut sum = [0.0; 6];
     for (weight, value) in weights.iter().zip(values) {
         (0..6).for_each(|k| sum[k] += weight * value[k]);

@@ -13,10 +13,12 @@
 
 pub mod bound;
 mod cells;
+mod nodal;
 mod patches;
 
 pub use bound::{Bound, NoBound, Standing, bound};
 pub use cells::Straining;
+pub use nodal::{NodalStress, nodal_stress};
 
 use cells::Body;
 use patches::Patches;

@@ -28,6 +28,7 @@ pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps}
 pub use pose::pose;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Friction, Labels, Pair, Supports};
 pub use rows::{ContactRows, contact_rows};
+pub(crate) use slave_choice::face_size;
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub use surface::{
     Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,

@@ -75,7 +75,7 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64;
 }
 
 /// Root of the mean area of the faces; length.
-pub(super) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
+pub(crate) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
     let area: f64 = faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
     (area / faces.len().max(1) as f64).sqrt()
 }

@@ -9,7 +9,7 @@
 use super::Solid;
 use super::elastic::Voigt;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
-use super::recovery::mean_strain;
+use super::recovery::{mean_gradient, strain_of};
 use crate::Error;
 use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
@@ -81,5 +81,5 @@ fn response<const N: usize, const Q: usize>(element: &Element<N, Q>, law: Law, j
         [along(0), along(1), along(2)]
     };
     let numbers: Vec<u32> = (0..N as u32).collect();
-    ((0..N).map(force).collect(), mean_strain(element, &numbers, jump.as_flattened()))
+    ((0..N).map(force).collect(), strain_of(&mean_gradient(element, &numbers, |i| jump[i as usize]).1))
 }

@@ -3,9 +3,9 @@ use rayon::prelude::*;
 use super::elastic::Voigt;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
 use super::{FeModel, Solid};
-use crate::mesh::CellKind;
 use crate::mesh::geometry::corners;
 use crate::mesh::v3::{V3, scale};
+use crate::mesh::{CellKind, Mesh};
 
 /// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
 ///
@@ -59,14 +59,11 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
     let of_cell = move |(cell, &material): (usize, &u32)| {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
-        let x = &mesh.nodes;
-        let strain = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
-            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
-            CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
-            CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_strain(&e, nodes, u_full)),
+        let displacement: &[V3] = u_full.as_chunks().0;
+        let Some((_, h)) = cell_gradient(mesh, kind, nodes, |node| displacement[node as usize]) else {
+            return report([f64::NAN; 6]);
         };
-        let Some(mut strain) = strain else { return report([f64::NAN; 6]) };
+        let mut strain = strain_of(&h);
         if let Some(free) = initial.get(cell) {
             strain.iter_mut().zip(free).for_each(|(e, free)| *e -= free);
         }
@@ -75,17 +72,44 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
     material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell)
 }
 
+/// Volume of a cell and the mean over it of the gradient of the displacement, `h[a][b] = ∂u_a/∂x_b`, where its nodes are displaced by
+/// `displacement`; `None` if it is folded.
 #[inline]
-pub(super) fn mean_strain<const N: usize, const Q: usize>(e: &Element<N, Q>, nodes: &[u32], u: &[f64]) -> Voigt {
-    let displacement = u.as_chunks().0;
-    let per_volume = 1.0 / e.volume();
+pub(crate) fn cell_gradient(
+    mesh: &Mesh,
+    kind: CellKind,
+    nodes: &[u32],
+    displacement: impl Fn(u32) -> V3,
+) -> Option<(f64, [V3; 3])> {
+    let x = &mesh.nodes;
+    match kind {
+        CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
+        CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
+        CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
+        CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
+    }
+}
+
+#[inline]
+pub(super) fn mean_gradient<const N: usize, const Q: usize>(
+    e: &Element<N, Q>,
+    nodes: &[u32],
+    displacement: impl Fn(u32) -> V3,
+) -> (f64, [V3; 3]) {
+    let volume = e.volume();
+    let per_volume = 1.0 / volume;
     let gradients = e.integrated_gradient().map(|g| scale(per_volume, g));
-    strain(nodes.iter().map(|&node| displacement[node as usize]).zip(gradients))
+    (volume, gradient(nodes.iter().map(|&node| displacement(node)).zip(gradients)))
 }
 
 /// Strain from the displacements of the nodes and the gradients of their shape functions.
 #[inline]
 pub(crate) fn strain(of_nodes: impl Iterator<Item = (V3, V3)>) -> Voigt {
+    strain_of(&gradient(of_nodes))
+}
+
+#[inline]
+fn gradient(of_nodes: impl Iterator<Item = (V3, V3)>) -> [V3; 3] {
     let mut h = [[0.0; 3]; 3];
     for (u, g) in of_nodes {
         for a in 0..3 {
@@ -94,7 +118,7 @@ pub(crate) fn strain(of_nodes: impl Iterator<Item = (V3, V3)>) -> Voigt {
             }
         }
     }
-    strain_of(&h)
+    h
 }
 
 /// Strain from the gradient of the displacement, `h[a][b] = ∂u_a/∂x_b`.

@@ -25,6 +25,7 @@ pub mod fclib;
 #[cfg(feature = "fclib")]
 pub mod fclib_write;
 pub mod folder;
+pub mod frd;
 pub mod gmsh;
 pub mod lock;
 pub mod machine;

@@ -18,19 +18,20 @@ pub use pose::{
 };
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
-    Ahead, BodyFields, Checked, CheckedStep, FORMAT, Origin, REPORT, Report, Row, SUMS, Side, StepFiles, Summary,
-    SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, level_line, limit_load, passes_through,
-    phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable, write,
-    write_with,
+    Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,
+    StepFiles, Summary, SurfaceFields, Versions, begin_steps, body_fields, check, keep_step, level_line, limit_load,
+    passes_through, phase_name, report, solve_writing, summary, surface_fields, uniqueness, widened_before, writable,
+    write, write_with,
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
-    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named,
-    Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord,
-    Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error,
-    error_bound, escape_mode, pair_totals, solve, solve_steps, totals, widened,
+    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails,
+    Micromotion, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, SMALL_ROTATION,
+    SMALL_STRAIN, Settings, SlidingRecord, Smallness, SolutionsRecord, Step, StepLine, StepRecord, Totals,
+    UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error, error_bound, escape_mode,
+    nodal_stress_of, pair_totals, solve, solve_steps, totals, widened,
 };
 
 pub use whole::{Plan, Stage, Teller, solve_case};

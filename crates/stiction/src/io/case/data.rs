@@ -322,6 +322,8 @@ pub struct ContactSpec {
     pub friction: SurfaceFriction,
     /// Where friction is given.
     pub friction_spot: Spot,
+    /// Archard's coefficient, depth over pressure and path, 1/stress.
+    pub wear: Option<f64>,
     /// Where the file says so.
     pub spot: Spot,
 }

@@ -36,7 +36,8 @@ fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> 
     };
     let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
     let friction_spot = table.given("friction").map_or(table.spot(), |node| table.source.spot(&node.at));
-    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, spot: table.spot() })
+    let wear = table.given("wear").map(|_| table.number("wear"));
+    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, wear, spot: table.spot() })
 }
 
 fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {

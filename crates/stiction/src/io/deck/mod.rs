@@ -16,12 +16,15 @@ mod history;
 mod keywords;
 mod loads;
 mod materials;
+mod output;
 mod pairs;
 mod reader;
 mod steps;
 mod supports;
 mod text;
 mod write;
+
+pub use output::{DeckLabels, Print, Printed, Requests};
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -40,6 +43,10 @@ pub struct Deck {
     pub mesh: Arc<(Mesh, MeshNotes)>,
     /// Remarks: what the deck regularises and a case does not, and which cards change nothing.
     pub notes: Vec<String>,
+    /// The numbers that the deck gives nodes and cells.
+    pub labels: DeckLabels,
+    /// What it asks to be written.
+    pub requests: Requests,
     /// Where tables begin in the text, and their places in the deck.
     marks: Vec<(usize, Spot)>,
 }
@@ -66,11 +73,12 @@ pub fn parse(bytes: &[u8], name: &str, include: Include) -> Result<Deck, Error> 
 fn deck(input: Input, name: &str) -> Result<Deck, Error> {
     let mut reader = reader::Reader::read(&input)?;
     let write::Written { text, groups, arrays, notes } = write::write(&mut reader, name)?;
+    let (requests, labels) = (output::requests(&mut reader), output::labels(&input));
     drop(reader);
     let mesh = Arc::new(input.build(groups.list, arrays)?);
     let placed = |(at, spot): (usize, Spot)| (at, Spot { place: format!("{name}, {}", spot.place), ..spot });
     let marks = text.marks.into_iter().map(placed).collect();
-    Ok(Deck { text: text.text, mesh, notes, marks })
+    Ok(Deck { text: text.text, mesh, notes, labels, requests, marks })
 }
 
 impl Deck {

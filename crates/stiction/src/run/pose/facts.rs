@@ -122,6 +122,8 @@ pub struct ContactFacts {
     pub names: [String; 2],
     /// The law of friction.
     pub friction: SurfaceFriction,
+    /// Archard's coefficient of wear, 1/stress.
+    pub wear: Option<f64>,
 }
 
 impl Facts {

@@ -94,7 +94,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let loading = Loading { bolts, ..Loading::new(case, loads, fixes).on(&problem) };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
-        ContactFacts { surface, against: s.against.clone(), names: surfaces::names(spec), friction: s.friction.clone() }
+        let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
+        ContactFacts { surface, against, names, friction, wear: spec.wear }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);

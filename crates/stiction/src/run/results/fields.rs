@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use crate::fem::{Solid, cell_stress_as, full_displacement, von_mises};
-use crate::mesh::v3::add;
+use crate::mesh::v3::{add, norm};
 use crate::run::pose::Prepared;
-use crate::run::pose::frames::{PointFrame, frames};
+use crate::run::pose::frames::PointFrame;
 use crate::run::solve::Outcome;
 use crate::run::solve::quantities::reaction;
-use crate::run::solve::tractions::{Tractions, tractions};
+use crate::run::solve::tractions::Tractions;
 
 /// Fields over the whole body, in global axes.
 #[derive(Debug, Clone)]
@@ -75,6 +75,10 @@ pub struct SurfaceFields {
     pub(crate) borders: Vec<Vec<u32>>,
     /// Number of the node in the mesh.
     pub nodes: Vec<i32>,
+    /// The area that pressure and shear of the node act on: those of all nodes add up to the surface.
+    pub area: Vec<f64>,
+    /// Unit normal at each contact point, out of the body it belongs to.
+    pub normal: Vec<[f64; 3]>,
     /// Force over area at each node, positive in compression: that of the point against an obstacle, between bodies a mean over
     /// the nodes of the other surface that it shares area with.
     pub pressure: Vec<f64>,
@@ -98,14 +102,7 @@ impl SurfaceFields {
     }
 }
 
-/// The fields of each contact surface.
-pub(crate) fn surfaces(prepared: &Prepared, outcome: &Outcome) -> Vec<SurfaceFields> {
-    let frames = frames(prepared);
-    let tractions = tractions(prepared, outcome, &frames);
-    surfaces_with(prepared, outcome, &frames, &tractions)
-}
-
-/// The same with frames and tractions of all points.
+/// The fields of each contact surface, from frames and tractions of all points.
 pub(crate) fn surfaces_with(
     prepared: &Prepared,
     outcome: &Outcome,
@@ -142,6 +139,8 @@ pub(crate) fn empty(prepared: &Prepared, name: &str, faces: &[u32]) -> SurfaceFi
         points: nodes.iter().map(|&node| mesh.nodes[node as usize]).collect(),
         faces: faces.iter().map(|&f| mesh.faces[f as usize].nodes().iter().map(local).collect()).collect(),
         borders: faces.iter().map(|&f| mesh.faces[f as usize].border().iter().map(local).collect()).collect(),
+        area: vec![f64::NAN; count],
+        normal: vec![[f64::NAN; 3]; count],
         pressure: vec![f64::NAN; count],
         shear: vec![[f64::NAN; 3]; count],
         slip: vec![[f64::NAN; 3]; count],
@@ -167,6 +166,9 @@ fn fill(
     let (normal, friction) = (lambda[j], frame.tangential([lambda[m + j], lambda[2 * m + j]]));
     let share = problem.labels.unity_sum[j];
     let scale = frame.sign / share;
+    fields.area[at] = problem.labels.area[j] * share;
+    let length = norm(frame.normal);
+    fields.normal[at] = frame.normal.map(|n| n / length);
     fields.slip[at] = frame.tangential([-gap_and_slip[m + j], -gap_and_slip[2 * m + j]]).map(|slip| scale * slip);
     fields.gap[at] = gap_and_slip[j] / share;
     let before = &prepared.loading.slid;

@@ -1,7 +1,7 @@
 //! The fields of both surfaces of each pair: the slave's own, and those of the master by what it receives.
 
 use super::fields::{Side, SurfaceFields, empty, surfaces_with};
-use crate::contact::{Counterpart, Master};
+use crate::contact::{Counterpart, Master, tributary_areas};
 use crate::mesh::v3::{scale, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::frames::{PointFrame, entries, frames};
@@ -51,6 +51,8 @@ fn master(
             }
         }
     }
+    let areas = tributary_areas(&prepared.mesh, &other.faces);
+    fields.area = areas.iter().map(|of_node| of_node.area * of_node.unity_sum()).collect();
     for (at, traction) in tractions.masters[number].iter().enumerate() {
         if let Some([pressure, shear @ ..]) = *traction {
             fields.pressure[at] = pressure;

@@ -6,8 +6,10 @@ pub(super) mod algebraic;
 mod beside;
 mod check;
 mod check_steps;
+mod contact_csv;
 mod facts_text;
 pub(super) mod fields;
+mod fretting;
 #[cfg(feature = "report")]
 mod html;
 mod json;
@@ -23,6 +25,7 @@ mod pair_text;
 mod pictures;
 mod report;
 mod rows;
+mod smallness_text;
 mod step_file;
 pub(super) mod summary;
 mod sums;
@@ -35,6 +38,7 @@ pub use ahead::{Ahead, solve_writing};
 pub use check::{Checked, check};
 pub use check_steps::CheckedStep;
 pub use fields::{BodyFields, Side, SurfaceFields, body as body_fields};
+pub use fretting::FrettingRecord;
 pub(super) use level_file::{keep_levels, kept_levels, problem_fingerprint, remove_levels};
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]

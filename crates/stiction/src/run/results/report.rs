@@ -3,12 +3,11 @@
 use std::fmt;
 
 use super::accuracy_text;
-use super::fields::surfaces;
 use super::method_text;
 use super::overlap_text;
 use super::rows::{Row, Rows, print};
+use super::smallness_text;
 use crate::certificate::{Certificate, Part, PartMeasure};
-use crate::contact::SMALL_MOTION;
 use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
@@ -90,9 +89,11 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
     }
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
-    far_slides(prepared, outcome).into_iter().for_each(|warning| rows.add("note", warning));
+    let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);
+    left.into_iter().for_each(|warning| rows.add("warning", warning));
     let (size, place) = largest_displacement(prepared, outcome);
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
+    outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));
     if let Some(estimate) = &outcome.estimate {
         let error = accuracy_text::percent(estimate.relative());
         let over_steps = worst_step(&outcome.steps).map_or(String::new(), |(error, t)| {
@@ -195,22 +196,6 @@ fn steps(rows: &mut Rows, all: &[StepRecord], last: &StepRecord) {
     let BalanceRecord { work, elastic, dissipation, drift } = last.balance;
     let [work, elastic, dissipated, drift] = [work, elastic, dissipation, drift].map(number);
     rows.add("energy", format!("work {work} = elastic {elastic} + dissipated {dissipated} + drift {drift}"));
-}
-
-/// Pairs that slide farther than the frozen coupling allows for.
-fn far_slides(prepared: &Prepared, outcome: &Outcome) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for (contact, fields) in prepared.facts.contacts.iter().zip(surfaces(prepared, outcome)) {
-        let Some(pair) = &contact.surface.pair else { continue };
-        let size = pair.face_size[0].min(pair.face_size[1]);
-        let touching = fields.slip.iter().zip(&fields.status).filter(|(_, status)| **status > 0);
-        let slide = touching.map(|(s, _)| (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt()).fold(0.0, f64::max);
-        if slide > SMALL_MOTION * size {
-            let what = format!("the surfaces slide by up to {}, a face is {} wide", number(slide), number(size));
-            warnings.push(format!("contact \"{}\": {what}; contact is that of the unmoved bodies", fields.name));
-        }
-    }
-    warnings
 }
 
 fn has_coulomb(prepared: &Prepared) -> bool {

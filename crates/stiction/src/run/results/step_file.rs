@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::contact_csv::{CONTACT_CSV, Stepped, advance, replay, tensions, write_csv};
 use super::fields::body;
+use super::fretting::Fretting;
 use super::kept::{AGAIN, Kept, KeptStep};
 use super::masters::pair_fields;
 use super::sums::{self, Sums};
@@ -26,7 +28,7 @@ pub(crate) const STATE: &str = "steps.json";
 /// How the names of files of contact surfaces begin.
 const CONTACT: &str = "contact-";
 /// Numbered files of a step: the front and the end of their names.
-const NUMBERED: [(&str, &str); 3] = [("result-", ".vtu"), (CONTACT, ".vtu"), ("step-", ".npz")];
+const NUMBERED: [(&str, &str); 4] = [("result-", ".vtu"), (CONTACT, ".vtu"), (CONTACT, ".csv"), ("step-", ".npz")];
 
 /// Where the steps of a run are kept.
 #[derive(Debug, Clone)]
@@ -40,6 +42,8 @@ pub struct StepFiles {
     log: String,
     /// The mesh as the files of all steps have it.
     grid: EncodedGrid,
+    /// What the contact points have been through.
+    fretting: Fretting,
 }
 
 impl StepFiles {
@@ -58,12 +62,19 @@ pub fn begin_steps(prepared: &Prepared, folder: &Path, resume: bool) -> Result<(
     folder::create(folder)?;
     let kept = Kept::new(&format!("{:016x}", fingerprint(prepared)), &prepared.widened);
     let grid = encoded(prepared, true)?;
-    let mut files = StepFiles { folder: folder.to_path_buf(), kept, damage: None, log: String::new(), grid };
+    let mut files = StepFiles {
+        folder: folder.to_path_buf(),
+        kept,
+        damage: None,
+        log: String::new(),
+        grid,
+        fretting: Fretting::default(),
+    };
     let restart = if resume { restart(prepared, &mut files)? } else { None };
     withdraw_result(folder)?;
     if restart.is_none() {
         remove_steps(folder)?;
-        for name in ["result.vtu", "contact.vtu"] {
+        for name in ["result.vtu", "contact.vtu", CONTACT_CSV] {
             folder::remove(&folder.join(name))?;
         }
     }
@@ -153,6 +164,12 @@ pub fn keep_step(files: &mut StepFiles, prepared: &Prepared, step: &Step) -> Res
     if !surfaces.is_empty() {
         names.push(format!("{CONTACT}{number:04}.vtu"));
         write_contact(&folder.join(&names[2]), &surfaces, true)?;
+        let tension = tensions(prepared, step.outcome, &surfaces);
+        // That of a step which is not finished is not gone on from.
+        advance(&mut files.fretting, &surfaces, &tension);
+        names.push(csv_name(number));
+        let stepped = Stepped { fretting: &files.fretting, tension: &tension };
+        write_csv(&folder.join(&names[3]), prepared, &surfaces, Some(&stepped))?;
     }
     let lines = log(step.outcome, Some(number));
     files.log += &lines;
@@ -194,6 +211,10 @@ pub(crate) fn step_file(folder: &Path, number: usize) -> PathBuf {
     folder.join(step_name(number))
 }
 
+pub(crate) fn csv_name(number: usize) -> String {
+    format!("{CONTACT}{number:04}.csv")
+}
+
 fn step_name(number: usize) -> String {
     format!("step-{number:04}.npz")
 }
@@ -233,6 +254,9 @@ fn restart(prepared: &Prepared, files: &mut StepFiles) -> Result<Option<Restart>
     }
     files.log = finished_log(&files.folder, &kept.steps);
     let contact = kept.steps.iter().any(|step| step.files.keys().any(|name| name.starts_with(CONTACT)));
+    for step in kept.steps.iter().flat_map(|step| step.files.keys()).filter(|name| name.ends_with(".csv")) {
+        replay(&files.folder.join(step), &mut files.fretting)?;
+    }
     files.kept = kept;
     // First the list, then what it names no longer.
     folder::write_text(&path, &files.kept.text())?;

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::facts_text::problem_rows;
+use super::fretting::FrettingRecord;
 use super::json;
 use super::report::report;
 use super::rows::Row;
@@ -37,6 +38,9 @@ pub struct Summary {
     /// One record a load step; empty without load steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRecord>,
+    /// What friction has done to the surface of each pair since the start of the load steps.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fretting: Vec<FrettingRecord>,
     /// Where the mesh was refined: goals, levels and values with their error bars.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyRecord>,
@@ -82,6 +86,7 @@ impl Summary {
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
             balance: outcome.steps.last().map(|last| last.balance),
             steps: outcome.steps.clone(),
+            fretting: Vec::new(),
             accuracy: outcome.accuracy.clone(),
             bound: outcome.bound.as_ref().map(BoundRecord::of),
             command: origin.command.clone(),

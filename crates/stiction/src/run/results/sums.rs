@@ -6,6 +6,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::REPORT;
+use super::contact_csv::CONTACT_CSV;
 use super::level_file::LEVELS;
 use super::step_file::{STATE, number_of};
 use super::write::{BOUND, is_other_solution};
@@ -19,9 +20,10 @@ pub const SUMS: &str = "SHA256SUMS";
 pub(crate) type Sums = BTreeMap<String, String>;
 
 /// What a run writes besides its pictures and the files of its steps.
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 15] = [
     BOUND,
     "case.toml",
+    CONTACT_CSV,
     "contact.pvd",
     "contact.vtu",
     "log.jsonl",

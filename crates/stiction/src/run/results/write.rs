@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::beside::beside;
+use super::contact_csv::{CONTACT_CSV, read_figures, write_csv};
 use super::fields::{BodyFields, Side, SurfaceFields, body};
+use super::fretting::{FrettingRecord, records};
 use super::masters::pair_fields;
-use super::step_file::{remove_steps, step_sums};
+use super::step_file::{csv_name, remove_steps, step_sums};
 use super::summary::Summary;
 use super::sums::{self, SUMS, Sums};
 use super::{Ahead, REPORT, json, pictures};
@@ -70,6 +72,9 @@ pub fn write_with(
     if !stepped {
         remove_steps(folder)?;
     }
+    if stepped || prepared.surfaces.is_empty() {
+        folder::remove(&folder.join(CONTACT_CSV))?;
+    }
     let (body, surfaces) = (body(prepared, outcome), pair_fields(prepared, outcome));
     // The largest file, without steps: its checksum is taken while the others are written, by a thread outside rayon.
     let file = folder.join(PROBLEM);
@@ -97,7 +102,8 @@ pub fn write_with(
     folder::sync(folder, &files)?;
     outcome.seconds.output = outcome.seconds.output + lap();
     outcome.peak_memory = machine::peak_memory().or(outcome.peak_memory);
-    let summary = Summary { pictures, ..Summary::of(prepared, outcome, origin) };
+    let fretting = fretting(folder, outcome, &surfaces);
+    let summary = Summary { pictures, fretting, ..Summary::of(prepared, outcome, origin) };
     let text = json::text(&summary);
     sums.insert("summary.json".into(), checksum::of_text(&text));
     sums::write(folder, &sums)?;
@@ -109,6 +115,16 @@ pub fn write_with(
         }
     }
     Ok(files)
+}
+
+/// What friction has done to each pair, from the file of the last load step.
+fn fretting(folder: &Path, outcome: &Outcome, surfaces: &[SurfaceFields]) -> Vec<FrettingRecord> {
+    let last = csv_name(outcome.steps.len());
+    if outcome.steps.is_empty() || surfaces.is_empty() {
+        return Vec::new();
+    }
+    // Steps that are in no folder, as those of another program, have none.
+    read_figures(&folder.join(last)).map_or(Vec::new(), |figures| records(surfaces, &figures))
 }
 
 /// The file of solution number `number`, from 2.
@@ -161,6 +177,8 @@ fn write_numbers(
         write_body(&folder.join("result.vtu"), prepared, &grid, body)?;
         if !surfaces.is_empty() {
             write_contact(&folder.join("contact.vtu"), surfaces, false)?;
+            write_csv(&folder.join(CONTACT_CSV), prepared, surfaces, None)?;
+            files.push(CONTACT_CSV.into());
         }
         files.extend(names.iter().map(|name| format!("{name}.vtu")));
     }

@@ -1,7 +1,8 @@
 //! How good the mesh is for an answer.
 
 use super::Outcome;
-use crate::accuracy::{Estimate, Straining, estimate};
+use super::smallness::smallness;
+use crate::accuracy::{Estimate, NodalStress, Straining, estimate, nodal_stress};
 use crate::fem::{Load, Solid, full_displacement};
 use crate::friction::Status;
 use crate::run::pose::{Prepared, stopwatch};
@@ -14,6 +15,19 @@ use crate::run::pose::{Prepared, stopwatch};
 /// # Panics
 /// If `u` has not one entry per unknown.
 pub fn discretisation_error(prepared: &Prepared, u: &[f64]) -> Estimate {
+    strained(prepared, u, &regions(prepared), estimate)
+}
+
+/// Stress and strain at the nodes for the displacements `u`, one for each unknown, under the loads that `prepared` holds.
+///
+/// # Panics
+/// If `u` has not one entry per unknown.
+pub fn nodal_stress_of(prepared: &Prepared, u: &[f64]) -> NodalStress {
+    strained(prepared, u, &prepared.material_of_cell, nodal_stress)
+}
+
+/// What `find` makes of the body under its loads, displaced by `u`.
+fn strained<T>(prepared: &Prepared, u: &[f64], region: &[u32], find: impl Fn(&Solid, &Straining) -> T) -> T {
     let Prepared { mesh, materials, material_of_cell, model, loading, .. } = prepared;
     let initial = &loading.initial;
     // Before a bolt is tightened its shortening is not there.
@@ -23,9 +37,9 @@ pub fn discretisation_error(prepared: &Prepared, u: &[f64]) -> Estimate {
         initial: &initial.strain,
         rise: &initial.rise,
         cuts: &cuts,
-        region: &regions(prepared),
+        region,
     };
-    estimate(&Solid { mesh, materials, material_of_cell }, &straining)
+    find(&Solid { mesh, materials, material_of_cell }, &straining)
 }
 
 /// A number for each cell: cells of one material under one temperature load have the same.
@@ -42,12 +56,14 @@ fn regions(prepared: &Prepared) -> Vec<u32> {
     region
 }
 
-/// Estimates it for an answer, unless that holds a body by force or is none; its time is part of the output.
+/// Estimates it for an answer and measures its deformation, unless that holds a body by force or is none; the time is part of the
+/// output.
 pub(crate) fn add_estimate(prepared: &Prepared, outcome: &mut Outcome) {
     if matches!(outcome.solution.status, Status::NoEquilibrium) {
         return;
     }
     let mut lap = stopwatch();
     outcome.estimate = Some(discretisation_error(prepared, &outcome.solution.u));
+    outcome.smallness = Some(smallness(prepared, outcome));
     outcome.seconds.output = outcome.seconds.output + lap();
 }

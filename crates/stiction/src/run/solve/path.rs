@@ -9,6 +9,7 @@ use super::levels::AccuracyRecord;
 use super::nested;
 use super::passing;
 use super::record::StepRecord;
+use super::smallness::Smallness;
 use crate::Error;
 use crate::accuracy::{Bound, Estimate, NoBound};
 use crate::contact::sliding::{Sliding, least_resisted};
@@ -137,6 +138,8 @@ pub struct Outcome {
     pub solutions: Option<Solutions>,
     /// How good the mesh is for it; `None` where loads carry a body away.
     pub estimate: Option<Estimate>,
+    /// How small rotations, strains and slips are; `None` where loads carry a body away.
+    pub smallness: Option<Smallness>,
     /// A bound of the same error, or why there is none, where one was asked for.
     pub bound: Option<Result<Bound, NoBound>>,
     /// Seconds from the start of the iteration to each entry of the solution's history.
@@ -169,6 +172,7 @@ impl Outcome {
             coulomb,
             solutions,
             estimate,
+            smallness: None,
             bound: None,
             times,
             seconds,

@@ -5,10 +5,11 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
+use super::micromotion::micromotions;
 use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
-use super::{Balance, BoltState, Outcome, Totals, bolt_states};
+use super::{Balance, BoltState, Micromotion, Outcome, Smallness, Totals, bolt_states};
 use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
@@ -47,6 +48,9 @@ pub struct AnswerRecord {
     /// Estimated error of the stresses in the mean, relative (energy norm); none where loads carry a body away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discretisation_error: Option<f64>,
+    /// How small rotations, strains and slips are; none where loads carry a body away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallness: Option<Smallness>,
     /// `1/2 u'Ku - f'u` over all degrees of freedom.
     #[serde(deserialize_with = "or_nan")]
     pub energy: f64,
@@ -196,6 +200,9 @@ pub struct PairRecord {
     /// Its totals.
     #[serde(flatten)]
     pub totals: Totals,
+    /// How far its points have slid since the start; none without points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub micromotion: Option<Micromotion>,
 }
 
 /// The forces on a body and their balance.
@@ -345,7 +352,7 @@ impl AnswerRecord {
     /// The record of an answer; its loads are those of the whole case.
     pub(crate) fn of(prepared: &Prepared, outcome: &Outcome) -> Self {
         let (solution, problem) = (&outcome.solution, &prepared.problem);
-        let pair = |(name, totals)| PairRecord { name, totals };
+        let pair = |((name, totals), micromotion)| PairRecord { name, totals, micromotion };
         let sliding = outcome.sliding.as_ref().map(|sliding| SlidingRecord {
             motion: in_words(problem, &prepared.motions, &sliding.alpha),
             load: sliding.load,
@@ -360,11 +367,12 @@ impl AnswerRecord {
             overlaps: outcome.overlaps.iter().map(|overlap| OverlapRecord::of(prepared, overlap)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),
             contact,
-            pairs: pairs.into_iter().map(pair).collect(),
+            pairs: pairs.into_iter().zip(micromotions(prepared, outcome)).map(pair).collect(),
             bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
             bolts: bolt_states(prepared, outcome),
             displacement_max: largest_displacement(prepared, outcome).0,
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
+            smallness: outcome.smallness.clone(),
             energy: energy(prepared, &outcome.solution.u),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),

@@ -20,6 +20,8 @@ pub(super) static CONTACT: Rules = Rules {
             .unit("length"),
         key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
+        key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
+            .unit("1/stress"),
     ],
 };
 

@@ -1,0 +1,210 @@
+//! `contact.csv`: a line for each node of the contact surfaces, with the units in its head.
+
+use std::array::from_fn;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::fields::{Side, SurfaceFields};
+use super::fretting::{FIGURES, Fretting, PointStep, point_steps, tension_along};
+use crate::Error;
+use crate::io::folder;
+use crate::io::look::Units;
+use crate::run::pose::Prepared;
+use crate::run::solve::{Outcome, nodal_stress_of};
+
+/// The file of an answer without load steps.
+pub(crate) const CONTACT_CSV: &str = "contact.csv";
+
+/// Columns that are always there: name and unit.
+const COLUMNS: [(&str, Unit); 23] = [
+    ("pair", Unit::None),
+    ("side", Unit::None),
+    ("node", Unit::None),
+    ("status", Unit::None),
+    ("x", Unit::Length),
+    ("y", Unit::Length),
+    ("z", Unit::Length),
+    ("area", Unit::Area),
+    ("gap", Unit::Length),
+    ("pressure", Unit::Stress),
+    ("shear_x", Unit::Stress),
+    ("shear_y", Unit::Stress),
+    ("shear_z", Unit::Stress),
+    ("slip_x", Unit::Length),
+    ("slip_y", Unit::Length),
+    ("slip_z", Unit::Length),
+    ("slid_x", Unit::Length),
+    ("slid_y", Unit::Length),
+    ("slid_z", Unit::Length),
+    ("force_x", Unit::Force),
+    ("force_y", Unit::Force),
+    ("force_z", Unit::Force),
+    ("name", Unit::None),
+];
+
+/// Columns of load steps, before the name.
+const FRETTING: [(&str, Unit); FIGURES] = [
+    ("tension", Unit::Stress),
+    ("step_work", Unit::Work),
+    ("work", Unit::Work),
+    ("path", Unit::Length),
+    ("slip_amplitude", Unit::Length),
+    ("shear_amplitude", Unit::Stress),
+    ("max_shear", Unit::Stress),
+    ("max_tension", Unit::Stress),
+    ("ruiz_1", Unit::Work),
+    ("ruiz_2", Unit::WorkStress),
+    ("wear", Unit::Length),
+];
+
+#[derive(Clone, Copy, PartialEq)]
+enum Unit {
+    None,
+    Length,
+    Area,
+    Force,
+    Stress,
+    Work,
+    WorkStress,
+}
+
+impl Unit {
+    fn label(self, units: &Units) -> String {
+        let Units { length, force, stress } = *units;
+        if length.is_empty() {
+            return match self {
+                Unit::None => String::new(),
+                Unit::Length => " [length]".into(),
+                Unit::Area => " [length^2]".into(),
+                Unit::Force => " [force]".into(),
+                Unit::Stress => " [stress]".into(),
+                Unit::Work => " [stress length]".into(),
+                Unit::WorkStress => " [stress^2 length]".into(),
+            };
+        }
+        match self {
+            Unit::None => String::new(),
+            Unit::Length => format!(" [{length}]"),
+            Unit::Area => format!(" [{length}^2]"),
+            Unit::Force => format!(" [{force}]"),
+            Unit::Stress => format!(" [{stress}]"),
+            Unit::Work => format!(" [{stress} {length}]"),
+            Unit::WorkStress => format!(" [{stress}^2 {length}]"),
+        }
+    }
+}
+
+/// The largest tension along the surface at each node of the surfaces; NaN where no point is.
+pub(crate) fn tensions(prepared: &Prepared, outcome: &Outcome, surfaces: &[SurfaceFields]) -> Vec<f64> {
+    let nodal = nodal_stress_of(prepared, &outcome.solution.u);
+    let of = |s: &SurfaceFields, at: usize| match s.side == Side::Slave && s.status[at] >= 0 {
+        true => tension_along(&nodal.stress[s.nodes[at] as usize], s.normal[at]),
+        false => f64::NAN,
+    };
+    surfaces.iter().flat_map(|s| (0..s.nodes.len()).map(move |at| of(s, at))).collect()
+}
+
+/// What load steps add to each node.
+pub(crate) struct Stepped<'a> {
+    pub fretting: &'a Fretting,
+    pub tension: &'a [f64],
+}
+
+/// Writes the file; of load steps with what they add.
+pub(crate) fn write_csv(
+    path: &Path,
+    prepared: &Prepared,
+    surfaces: &[SurfaceFields],
+    stepped: Option<&Stepped>,
+) -> Result<(), Error> {
+    let units = Units::of(prepared.facts.units.as_deref());
+    let (name, own) = COLUMNS.split_last().unwrap_or((&("name", Unit::None), &[]));
+    let more: &[(&str, Unit)] = if stepped.is_some() { &FRETTING } else { &[] };
+    let columns = own.iter().chain(more).chain([name]);
+    let head: Vec<String> = columns.map(|(name, unit)| quoted(&format!("{name}{}", unit.label(&units)))).collect();
+    let mut text = head.join(",") + "\n";
+    let mut place = 0;
+    for surface in surfaces {
+        let wear = prepared.facts.contacts.get(surface.pair).and_then(|contact| contact.wear);
+        for at in 0..surface.nodes.len() {
+            line(&mut text, surface, at);
+            if let Some(stepped) = stepped {
+                fretting(&mut text, surface, at, stepped, place, wear);
+            }
+            text += &quoted(&surface.name);
+            text.push('\n');
+            place += 1;
+        }
+    }
+    folder::write_text(path, &text)
+}
+
+fn line(text: &mut String, s: &SurfaceFields, at: usize) {
+    let side = i32::from(s.side == Side::Master);
+    let _ = write!(text, "{},{side},{},{},", s.pair, s.nodes[at], s.status[at]);
+    numbers(text, &s.points[at]);
+    numbers(text, &[s.area[at], s.gap[at], s.pressure[at]]);
+    [s.shear[at], s.slip[at], s.slid[at], s.lambda[at]].iter().for_each(|vector| numbers(text, vector));
+}
+
+fn fretting(text: &mut String, s: &SurfaceFields, at: usize, of: &Stepped, place: usize, wear: Option<f64>) {
+    let known = s.side == Side::Slave && s.status[at] >= 0;
+    let figures = known.then(|| of.fretting.at(place).figures(of.tension[place], wear));
+    numbers(text, &figures.unwrap_or([f64::NAN; FIGURES]));
+}
+
+/// Numbers with all their digits, nothing where there is none; each with a comma behind it.
+fn numbers(text: &mut String, values: &[f64]) {
+    for &value in values {
+        let _ = match value {
+            0.0 => write!(text, "0,"),
+            value if value.is_finite() => write!(text, "{value:e},"),
+            _ => write!(text, ","),
+        };
+    }
+}
+
+/// A field that may hold commas and quotes (RFC 4180); it stays on its line.
+fn quoted(text: &str) -> String {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+/// Adds the step that a file holds to what its points have been through.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(crate) fn replay(path: &Path, fretting: &mut Fretting) -> Result<(), Error> {
+    fretting.add(folder::read_text(path)?.lines().skip(1).map(point_step));
+    Ok(())
+}
+
+/// The figures of each node that the file of a load step holds; NaN where there are none.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(crate) fn read_figures(path: &Path) -> Result<Vec<[f64; FIGURES]>, Error> {
+    let of_line = |line: &str| {
+        let mut fields = line.split(',').skip(COLUMNS.len() - 1);
+        from_fn(|_| fields.next().and_then(|field| field.parse().ok()).unwrap_or(f64::NAN))
+    };
+    Ok(folder::read_text(path)?.lines().skip(1).map(of_line).collect())
+}
+
+/// What a line says of its point.
+fn point_step(line: &str) -> Option<PointStep> {
+    let mut fields = line.split(',');
+    let mut whole = || fields.next()?.parse::<i32>().ok();
+    let (_pair, side, _node, status) = (whole()?, whole()?, whole()?, whole()?);
+    let values: Vec<f64> = fields.take(19).map(|field| field.parse().unwrap_or(f64::NAN)).collect();
+    let three = |at: usize| Some([*values.get(at)?, *values.get(at + 1)?, *values.get(at + 2)?]);
+    let known = side == 0 && status >= 0;
+    let (pressure, tension) = (*values.get(5)?, *values.get(18)?);
+    let (shear, slip, slid) = (three(6)?, three(9)?, three(12)?);
+    known.then_some(PointStep { pressure, shear, slip, slid, tension, touching: status > 0 })
+}
+
+/// Adds the step at whose end the surfaces are like this.
+pub(crate) fn advance(fretting: &mut Fretting, surfaces: &[SurfaceFields], tension: &[f64]) {
+    fretting.add(point_steps(surfaces, tension));
+}
