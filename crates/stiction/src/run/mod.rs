@@ -27,13 +27,13 @@ pub use results::{
 pub use results::{write_report, write_report_on};
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
-    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails,
-    Micromotion, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, SMALL_ROTATION,
-    SMALL_STRAIN, Settings, SlidingRecord, Smallness, SolutionsRecord, Step, StepLine, StepRecord, Totals,
-    UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error, error_bound, escape_mode,
-    nodal_stress_of, pair_totals, solve, solve_steps, totals, widened,
+    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named,
+    Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord,
+    Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error,
+    error_bound, escape_mode, pair_totals, solve, solve_steps, totals, widened,
 };
 
+pub use solve::quantities::{Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of};
 pub use whole::{Plan, Stage, Teller, solve_case};
 
 /// Discrete problems given as matrices.

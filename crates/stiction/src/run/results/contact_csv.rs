@@ -10,7 +10,8 @@ use crate::Error;
 use crate::io::folder;
 use crate::io::look::Units;
 use crate::run::pose::Prepared;
-use crate::run::solve::{Outcome, nodal_stress_of};
+use crate::run::solve::Outcome;
+use crate::run::solve::quantities::nodal_stress_of;
 
 /// The file of an answer without load steps.
 pub(crate) const CONTACT_CSV: &str = "contact.csv";

@@ -3,7 +3,8 @@
 use super::accuracy_text::percent;
 use crate::contact::SMALL_MOTION;
 use crate::io::text::{number, triple};
-use crate::run::solve::{SMALL_ROTATION, SMALL_STRAIN, Smallness, StepRecord};
+use crate::run::solve::StepRecord;
+use crate::run::solve::quantities::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 
 /// The largest values of an answer.
 pub(super) fn line(of: &Smallness) -> String {

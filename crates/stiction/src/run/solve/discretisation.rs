@@ -1,7 +1,7 @@
 //! How good the mesh is for an answer.
 
 use super::Outcome;
-use super::smallness::smallness;
+use super::quantities::smallness;
 use crate::accuracy::{Estimate, NodalStress, Straining, estimate, nodal_stress};
 use crate::fem::{Load, Solid, full_displacement};
 use crate::friction::Status;

@@ -7,13 +7,11 @@ mod bound;
 mod clearance;
 mod discretisation;
 mod levels;
-mod micromotion;
 mod nested;
 mod passing;
 mod path;
 pub(super) mod quantities;
 mod record;
-mod smallness;
 mod solutions;
 mod steps;
 mod stretch;
@@ -23,9 +21,8 @@ pub(super) mod tractions;
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};
 pub use bound::{BoundRecord, add_bound, error_bound};
-pub use discretisation::{discretisation_error, nodal_stress_of};
+pub use discretisation::discretisation_error;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
-pub use micromotion::Micromotion;
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
 pub use quantities::escape_mode;
@@ -34,7 +31,6 @@ pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,
     OverlapRecord, PairRecord, PartRecord, SlidingRecord, StepRecord,
 };
-pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 pub use solutions::{AttemptRecord, DistinctRecord, SolutionsRecord, UniquenessRecord};
 pub use steps::{KeepStep, Restart, Step, solve_steps};
 pub use totals::{Totals, pair_totals, totals};

@@ -1,4 +1,14 @@
-//! Single quantities of an answer: energy, forces of supports and loads, the largest displacement, how a body escapes.
+//! Single quantities of an answer: energy, forces of supports and loads, the largest displacement, how a body escapes, how small
+//! its deformation is.
+
+mod micromotion;
+mod smallness;
+
+pub use super::discretisation::nodal_stress_of;
+pub use micromotion::Micromotion;
+pub(super) use micromotion::micromotions;
+pub(super) use smallness::smallness;
+pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 
 use super::Outcome;
 use crate::contact::ContactProblem;

@@ -5,11 +5,12 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::micromotion::micromotions;
-use super::quantities::{energy, escape_mode, largest_displacement, load, reaction};
+use super::quantities::{
+    Micromotion, Smallness, energy, escape_mode, largest_displacement, load, micromotions, reaction,
+};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
-use super::{Balance, BoltState, Micromotion, Outcome, Smallness, Totals, bolt_states};
+use super::{Balance, BoltState, Outcome, Totals, bolt_states};
 use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;

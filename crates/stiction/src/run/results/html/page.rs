@@ -8,7 +8,6 @@ use super::view::{View, encoded};
 use crate::friction::Status;
 use crate::io::look::{self, Units};
 use crate::io::text::{escaped, number, triple};
-use crate::run::results::accuracy_text::percent;
 use crate::run::results::overlap_text;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::Summary;
@@ -138,13 +137,6 @@ fn cards(s: &Summary, units: &Units) -> String {
     let c = &s.answer.contact;
     let with = |value: f64, unit: &str| format!("{} {unit}", number(value)).trim().to_string();
     let mut cards = vec![("largest displacement", with(s.answer.displacement_max, units.length))];
-    if let Some(of) = &s.answer.smallness {
-        cards.push(("largest rotation", format!("{} degrees", number(of.rotation))));
-        cards.push(("largest strain", percent(of.strain)));
-        if of.slip_pair.is_some() {
-            cards.push(("largest slip over a face", percent(of.slip_over_face)));
-        }
-    }
     if c.points > 0 {
         let friction = triple(c.tangential_force);
         cards.insert(0, ("normal force of contact", with(c.normal_force, units.force)));

@@ -9,14 +9,14 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
 use super::micromotion::slides;
-use super::record::or_nan;
 use crate::contact::{Counterpart, Obstacle, SMALL_MOTION, face_size};
 use crate::fem::{Solid, cell_gradient, full_displacement, strain_of};
 use crate::friction::PointState;
 use crate::mesh::v3::{V3, norm, scale, sub};
 use crate::run::pose::Prepared;
+use crate::run::solve::Outcome;
+use crate::run::solve::record::or_nan;
 
 /// Rotations beyond this are not small, degrees: displacements are then wrong by about half the square of the angle, 0.4 % of
 /// the distance from the axis.

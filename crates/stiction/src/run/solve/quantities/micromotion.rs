@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
 use crate::run::pose::Prepared;
+use crate::run::solve::Outcome;
 
 /// Percentiles over the area of a pair, of what its points have slid since the start, whether they touch or not; length.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ pub(super) fn slides(prepared: &Prepared, outcome: &Outcome) -> Vec<f64> {
 }
 
 /// The percentiles of each pair; none of a pair without points.
-pub(super) fn micromotions(prepared: &Prepared, outcome: &Outcome) -> Vec<Option<Micromotion>> {
+pub(crate) fn micromotions(prepared: &Prepared, outcome: &Outcome) -> Vec<Option<Micromotion>> {
     let (slides, labels) = (slides(prepared, outcome), &prepared.problem.labels);
     let of_pair = |points: std::ops::Range<usize>| {
         let mut all: Vec<(f64, f64)> = points.map(|j| (slides[j], labels.area[j] * labels.unity_sum[j])).collect();
