@@ -24,7 +24,7 @@ def reals(data: Any, name: str) -> Reals:
     if array.dtype.kind not in "fiub":
         raise InputError(name, f"its numbers are of type {array.dtype}", "give real numbers")
     # Not `ascontiguousarray`, which makes an array of a number.
-    return np.asarray(array, dtype=np.float64, order="C")
+    return np.require(array, np.float64, ["C", "A"])
 
 
 def vector(data: Any, length: int, name: str, meaning: str = "") -> Reals:
@@ -82,7 +82,7 @@ def index(data: Any, name: str) -> npt.NDArray[Any]:
     array = np.asarray(data)
     if array.dtype.kind not in "iu":
         raise InputError(name, f"its indices are of type {array.dtype}", "give whole numbers")
-    return np.ascontiguousarray(array if array.dtype in (np.int32, np.int64) else array.astype(np.int64))
+    return np.require(array, array.dtype if array.dtype in (np.int32, np.int64) else np.int64, ["C", "A"])
 
 
 def numbers(data: Any, count: int, name: str, what: str = "unknown") -> Whole:

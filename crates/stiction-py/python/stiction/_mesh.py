@@ -82,7 +82,7 @@ def table(kind: str, nodes: Any) -> tuple[str, Whole]:
     if array.ndim != 2 or array.dtype.kind not in "iu" or array.shape[1] != KINDS[kind][0]:
         what = f"the cells {kind} have type {array.dtype} and shape {array.shape}"
         raise InputError("mesh", what, f"give {KINDS[kind][0]} nodes of each cell")
-    return kind, np.ascontiguousarray(array, dtype=np.int64)
+    return kind, np.require(array, np.int64, ["C", "A"])
 
 
 def of_arrays(points: Any, cells: Any, groups: Any) -> Given:

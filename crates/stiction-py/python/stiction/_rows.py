@@ -212,7 +212,7 @@ def _faces(faces: Any, nodes: int, name: str) -> list[Whole]:
         if len(array) and not 0 <= array.min() <= array.max() < nodes:
             bad = array.min() if array.min() < 0 else array.max()
             raise InputError(name, f"there is no node {bad} among {nodes}", "count from zero")
-        blocks.append(np.ascontiguousarray(array, dtype=np.int64))
+        blocks.append(np.require(array, np.int64, ["C", "A"]))
     if not sum(map(len, blocks)):
         raise InputError(name, "it has no faces", "give some")
     return blocks
