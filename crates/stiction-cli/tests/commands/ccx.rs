@@ -170,6 +170,31 @@ fn the_tables_have_the_sums_that_were_asked_for() {
     assert!(std::fs::read_to_string(folder.at("boxes.cvg")).unwrap().lines().count() > 4);
 }
 
+/// A second step of two increments that pushes twice as far: blocks for each increment, with steps, increments and times of the deck.
+#[test]
+fn each_increment_of_each_step_has_its_blocks() {
+    let folder = Folder::new("ccx-steps", CASE);
+    let second = "*STEP\n*STATIC, DIRECT\n1., 2.\n*BOUNDARY\nTOP,1,1,0.003\nTOP,2,2\nTOP,3,3,-0.02\n*NODE FILE\nU,RF\n*END STEP\n";
+    job(&folder, "boxes", &format!("{BOXES}{second}"), &["boxes"]).ends(0, &[]);
+    let frd = std::fs::read_to_string(folder.at("boxes.frd")).unwrap();
+    let increments: Vec<[&str; 2]> =
+        frd.split("    1PSTEP").skip(1).map(|part| [&part[26..50], &part[73..85]]).collect();
+    let wanted = [["1", "1", "1.000000000"], ["1", "2", "2.000000000"], ["2", "2", "3.000000000"]];
+    for (at, [numbers, time]) in increments.iter().enumerate() {
+        let [increment, step, t] = wanted[at / 5];
+        assert_eq!(numbers.split_whitespace().collect::<Vec<_>>(), [increment, step], "{at}");
+        assert_eq!(time.trim(), t, "{at}");
+    }
+    assert_eq!(increments.len(), 15);
+    // The last blocks stand at the end.
+    let last = &frd[frd.rfind(" -4  STRESS").unwrap()..];
+    for (_, stress) in block(last, "STRESS") {
+        are(&stress, &[0.0, 0.0, -2.0 * PRESSURE, 0.0, 0.0, 0.0], PRESSURE);
+    }
+    let sta = std::fs::read_to_string(folder.at("boxes.sta")).unwrap();
+    assert!(sta.lines().last().unwrap().ends_with("  0.300000E+01  0.200000E+01  0.100000E+01"), "{sta}");
+}
+
 #[test]
 fn a_deck_that_is_not_solved_ends_with_201_and_says_why_on_standard_output() {
     let folder = Folder::new("ccx-refused", CASE);

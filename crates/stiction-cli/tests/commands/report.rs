@@ -101,6 +101,8 @@ fn solved(name: &str) -> (Folder, String) {
 #[test]
 fn the_report_is_whole_offline_and_nothing_of_the_case_becomes_markup() {
     let (folder, html) = solved("report-text");
+    // Figures of the whole run: how small it is, and what friction has done.
+    assert!(html.contains("<h2 id=\"small\">") && html.contains("<h2 id=\"fretting\">"));
     let title = elements(&html, "title");
     assert_eq!(unescaped(title[0]), TITLE.replace("\\\"", "\""));
     assert!(!html.contains("<script>document") && !html.contains("<script>owned") && !html.contains("<b>half"));

@@ -2,11 +2,13 @@
 
 use serde_json::json;
 
+use crate::contact::SMALL_MOTION;
 use crate::io::look::Units;
 use crate::io::text::{escaped, number, triple};
 use crate::run::results::accuracy_text::percent;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
+use crate::run::solve::quantities::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 use crate::run::solve::{
     AccuracyRecord, BoundRecord, CertificateRecord, LevelRecord, StepRecord, Totals, ValueRecord, word,
 };
@@ -100,6 +102,8 @@ pub(super) fn uniqueness(s: &Summary) -> String {
 pub(super) fn all(s: &Summary, units: &Units) -> String {
     let mut out = certificate(&s.answer.certificate, units);
     out += &contact(s, units);
+    out += &fretting(s, units);
+    out += &s.answer.smallness.as_ref().map_or(String::new(), |of| small(of, units));
     out += &s.accuracy.as_ref().map_or(String::new(), accuracy);
     out += &s.bound.as_ref().map_or(String::new(), bound);
     out += &solutions(s, units);
@@ -250,6 +254,62 @@ fn solutions(s: &Summary, units: &Units) -> String {
         "<h2 id=\"solutions\">Solutions found</h2>\n{}<p class=\"note\">{several}{} starts were tried.{ended}</p>\n",
         table.html(),
         found.starts.len()
+    )
+}
+
+/// What friction has done to each pair over the load steps.
+fn fretting(s: &Summary, units: &Units) -> String {
+    if s.fretting.is_empty() {
+        return String::new();
+    }
+    let per_area = if units.length.is_empty() { String::new() } else { format!("{} {}", units.stress, units.length) };
+    let head = [
+        "Pair".to_string(),
+        unit("Work of friction", &units.energy()),
+        unit("Largest work", &per_area),
+        unit("Amplitude of slip", units.length),
+        unit("Amplitude of shear", units.stress),
+        unit("τδ", &per_area),
+        "στδ".into(),
+        unit("Depth of wear", units.length),
+    ];
+    let mut table = Table { head: head.to_vec(), rows: Vec::new(), words: Vec::new() };
+    for of in &s.fretting {
+        let mut row = vec![of.name.clone()];
+        row.extend([of.work, of.max_work, of.max_slip_amplitude, of.max_shear_amplitude].map(number));
+        row.extend([number(of.max_ruiz_1), number(of.max_ruiz_2), of.max_wear.map_or(String::new(), number)]);
+        table.rows.push(row);
+    }
+    format!(
+        "<h2 id=\"fretting\">Friction over the load steps</h2>\n{}<p class=\"note\">Largest values of a point; τδ and στδ are \
+         the parameters of Ruiz. Each point is in <code>contact-0001.csv</code> and so on.</p>\n",
+        table.html()
+    )
+}
+
+/// How small rotations, strains and slips are.
+fn small(of: &Smallness, units: &Units) -> String {
+    let mut table = Table::new(&["", "Largest", "", "Small up to", "", "At (x, y, z)", "Part of the volume beyond"]);
+    let mut add = |name: &str, size: String, limit: String, good: bool, at: String, part: String| {
+        let [sign, verdict] = if good { ["≤", "holds"] } else { [">", "exceeds"] };
+        table.rows.push(vec![name.into(), size, sign.into(), limit, verdict.into(), at, part]);
+    };
+    let (turn, at, part) = (of.rotation, triple(of.rotation_at), percent(of.rotation_volume));
+    let degrees = |angle: f64| format!("{} degrees", number(angle));
+    add("rotation", degrees(turn), degrees(SMALL_ROTATION), turn <= SMALL_ROTATION, at, part);
+    let (strain, at, part) = (of.strain, triple(of.strain_at), percent(of.strain_volume));
+    add("strain", percent(strain), percent(SMALL_STRAIN), strain <= SMALL_STRAIN, at, part);
+    if let Some(pair) = &of.slip_pair {
+        let (slip, good) = (percent(of.slip_over_face), of.slip_over_face <= SMALL_MOTION);
+        let slip = format!("{slip} of a face, \"{pair}\"");
+        add("slip", slip, percent(SMALL_MOTION), good, String::new(), String::new());
+    }
+    let slip = format!("{} {}", number(of.slip), units.length);
+    format!(
+        "<h2 id=\"small\">Small</h2>\n{}<p class=\"note\">Rotation and strain are means of cells. The farthest slide of a \
+         touching point is {}.</p>\n",
+        table.html(),
+        escaped(slip.trim())
     )
 }
 
