@@ -81,5 +81,5 @@ fn response<const N: usize, const Q: usize>(element: &Element<N, Q>, law: Law, j
         [along(0), along(1), along(2)]
     };
     let numbers: Vec<u32> = (0..N as u32).collect();
-    ((0..N).map(force).collect(), strain_of(&mean_gradient(element, &numbers, |i| jump[i as usize]).1))
+    ((0..N).map(force).collect(), strain_of(&mean_gradient(element, &numbers, |i| jump[i as usize])))
 }

@@ -85,7 +85,7 @@ const fn hex_derivatives() -> [[V3; 8]; 8] {
 
 /// Determinant and rows of the inverse of a Jacobian given by its columns; `None` unless its volume is positive.
 #[inline(always)]
-fn inverse(column: [V3; 3]) -> Option<(f64, [V3; 3])> {
+pub(super) fn inverse(column: [V3; 3]) -> Option<(f64, [V3; 3])> {
     let normal = [cross(column[1], column[2]), cross(column[2], column[0]), cross(column[0], column[1])];
     let det = dot(column[0], normal[0]);
     (det > 0.0 && det.is_finite()).then(|| (det, normal.map(|n| scale(1.0 / det, n))))

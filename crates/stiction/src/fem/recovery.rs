@@ -1,10 +1,14 @@
+use std::array::from_fn;
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use super::elastic::Voigt;
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, inverse};
 use super::{FeModel, Solid};
-use crate::mesh::geometry::corners;
-use crate::mesh::v3::{V3, scale};
+use crate::mesh::geometry::{HEX_CORNERS, corners};
+use crate::mesh::shape::HEX20;
+use crate::mesh::v3::{V3, add, scale};
 use crate::mesh::{CellKind, Mesh};
 
 /// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
@@ -59,10 +63,15 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
     let of_cell = move |(cell, &material): (usize, &u32)| {
         let (kind, nodes) = cells.get(cell);
         let law = laws[material as usize];
-        let displacement: &[V3] = u_full.as_chunks().0;
-        let Some((_, h)) = cell_gradient(mesh, kind, nodes, |node| displacement[node as usize]) else {
-            return report([f64::NAN; 6]);
+        let (x, displacement): (_, &[V3]) = (&mesh.nodes, u_full.as_chunks().0);
+        let u = |node: u32| displacement[node as usize];
+        let gradient = match kind {
+            CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
         };
+        let Some(h) = gradient else { return report([f64::NAN; 6]) };
         let mut strain = strain_of(&h);
         if let Some(free) = initial.get(cell) {
             strain.iter_mut().zip(free).for_each(|(e, free)| *e -= free);
@@ -72,22 +81,49 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
     material_of_cell.par_iter().enumerate().with_min_len(1024).map(of_cell)
 }
 
-/// Volume of a cell and the mean over it of the gradient of the displacement, `h[a][b] = ∂u_a/∂x_b`, where its nodes are displaced by
-/// `displacement`; `None` if it is folded.
+/// Derivatives of the shape functions at the middle of a kind of cell, along its own coordinates.
+fn middle(kind: CellKind) -> &'static [V3] {
+    static TET4: [V3; 4] = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    // With all coordinates 1/4 corners have none, and the middle of an edge has the sum of its ends.
+    static TET10: LazyLock<[V3; 10]> = LazyLock::new(|| {
+        from_fn(|i| match i.checked_sub(4) {
+            None => [0.0; 3],
+            Some(edge) => {
+                let [a, b] = CellKind::Tet10.edges()[edge];
+                add(TET4[a], TET4[b])
+            }
+        })
+    });
+    static HEX8: LazyLock<[V3; 8]> = LazyLock::new(|| HEX_CORNERS.map(|corner| scale(0.125, corner)));
+    // Of the 3 x 3 x 3 Gauss points the one in the middle.
+    const CENTRE: usize = 13;
+    match kind {
+        CellKind::Tet4 => &TET4,
+        CellKind::Hex8 => &*HEX8,
+        CellKind::Tet10 => &*TET10,
+        CellKind::Hex20 => &HEX20[CENTRE].gradient,
+    }
+}
+
+/// The gradient of the displacement at the middle of a cell, `h[a][b] = ∂u_a/∂x_b`, where its nodes are displaced by `displacement`;
+/// `None` if it is folded there.
 #[inline]
-pub(crate) fn cell_gradient(
+pub(crate) fn middle_gradient(
     mesh: &Mesh,
     kind: CellKind,
     nodes: &[u32],
     displacement: impl Fn(u32) -> V3,
-) -> Option<(f64, [V3; 3])> {
-    let x = &mesh.nodes;
-    match kind {
-        CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
-        CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
-        CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
-        CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, displacement)),
+) -> Option<[V3; 3]> {
+    let (mut along, mut moved) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
+    for (&node, derivative) in nodes.iter().zip(middle(kind)) {
+        let (x, u) = (mesh.nodes[node as usize], displacement(node));
+        for (k, &d) in derivative.iter().enumerate() {
+            along[k] = add(along[k], scale(d, x));
+            moved[k] = add(moved[k], scale(d, u));
+        }
     }
+    let (_, own) = inverse(along)?;
+    Some(from_fn(|a| from_fn(|b| (0..3).map(|k| moved[k][a] * own[k][b]).sum())))
 }
 
 #[inline]
@@ -95,11 +131,10 @@ pub(super) fn mean_gradient<const N: usize, const Q: usize>(
     e: &Element<N, Q>,
     nodes: &[u32],
     displacement: impl Fn(u32) -> V3,
-) -> (f64, [V3; 3]) {
-    let volume = e.volume();
-    let per_volume = 1.0 / volume;
+) -> [V3; 3] {
+    let per_volume = 1.0 / e.volume();
     let gradients = e.integrated_gradient().map(|g| scale(per_volume, g));
-    (volume, gradient(nodes.iter().map(|&node| displacement(node)).zip(gradients)))
+    gradient(nodes.iter().map(|&node| displacement(node)).zip(gradients))
 }
 
 /// Strain from the displacements of the nodes and the gradients of their shape functions.

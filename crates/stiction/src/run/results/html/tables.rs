@@ -306,7 +306,7 @@ fn small(of: &Smallness, units: &Units) -> String {
     }
     let slip = format!("{} {}", number(of.slip), units.length);
     format!(
-        "<h2 id=\"small\">Small</h2>\n{}<p class=\"note\">Rotation and strain are means of cells. The farthest slide of a \
+        "<h2 id=\"small\">Small</h2>\n{}<p class=\"note\">Rotation and strain are those at the middles of cells. The farthest slide of a \
          touching point is {}.</p>\n",
         table.html(),
         escaped(slip.trim())

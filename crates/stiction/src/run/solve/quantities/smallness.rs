@@ -1,6 +1,6 @@
 //! How small rotations, strains and slips are: the theory takes them as small, and how far an answer leaves that shows here.
 //!
-//! Rotation and strain are those of the mean displacement gradient `h` of each cell. The rotation is that of the polar
+//! Rotation and strain are those of the displacement gradient `h` at the middle of each cell. The rotation is that of the polar
 //! decomposition of `1 + h`, as the angle `atan2(|curl u|, 2 + div u)`: exact for rigid rotations and for plane strain,
 //! otherwise right to a part of the angle of the size of the strain. A floating body that turns as a whole counts. The strain is
 //! the principal value of `(h + h')/2` of largest size, thermal strain included. At sharp edges both grow without bound as the mesh
@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::micromotion::slides;
 use crate::contact::{Counterpart, Obstacle, SMALL_MOTION, face_size};
-use crate::fem::{Solid, cell_gradient, full_displacement, strain_of};
+use crate::fem::{Solid, full_displacement, middle_gradient, strain_of};
 use crate::friction::PointState;
-use crate::mesh::v3::{V3, norm, scale, sub};
+use crate::mesh::geometry::cell_volume;
+use crate::mesh::v3::{V3, add, norm, scale, sub};
 use crate::run::pose::Prepared;
 use crate::run::solve::Outcome;
 use crate::run::solve::record::or_nan;
@@ -58,7 +59,6 @@ const CHUNK: usize = 4096;
 /// The largest values of some cells.
 #[derive(Clone, Copy, Default)]
 struct Largest {
-    volume: f64,
     /// Value, cell, volume beyond the limit.
     rotation: (f64, usize, f64),
     strain: (f64, usize, f64),
@@ -91,8 +91,9 @@ fn deformation(prepared: &Prepared, outcome: &Outcome) -> Smallness {
                 });
                 jumps.fold(u[node as usize], |u, (cut, shortening)| sub(u, scale(*shortening, cut.axis)))
             };
-            let Some((volume, h)) = cell_gradient(mesh, kind, nodes, displacement) else { continue };
-            largest.add(cell, volume, &h);
+            if let Some(h) = middle_gradient(mesh, kind, nodes, displacement) {
+                largest.add(cell, &h, || cell_volume(&mesh.nodes, kind, nodes));
+            }
         }
         largest
     };
@@ -101,9 +102,9 @@ fn deformation(prepared: &Prepared, outcome: &Outcome) -> Smallness {
     let centre = |cell: usize| {
         let nodes = if material_of_cell.is_empty() { &[][..] } else { cells.get(cell).1 };
         let part = 1.0 / nodes.len().max(1) as f64;
-        nodes.iter().fold([0.0; 3], |sum, &node| crate::mesh::v3::add(sum, scale(part, mesh.nodes[node as usize])))
+        nodes.iter().fold([0.0; 3], |sum, &node| add(sum, scale(part, mesh.nodes[node as usize])))
     };
-    let part = |volume: f64| if volume > 0.0 { volume / all.volume } else { 0.0 };
+    let part = |volume: f64| (volume / prepared.facts.mesh.volume).min(1.0);
     let (rotation, strain) = (all.rotation, all.strain);
     Smallness {
         rotation: rotation.0,
@@ -117,9 +118,8 @@ fn deformation(prepared: &Prepared, outcome: &Outcome) -> Smallness {
 }
 
 impl Largest {
-    fn add(&mut self, cell: usize, volume: f64, h: &[V3; 3]) {
+    fn add(&mut self, cell: usize, h: &[V3; 3], volume: impl Fn() -> f64) {
         let (rotation, strain) = (rotation(h).to_degrees(), largest_principal(h));
-        self.volume += volume;
         for (known, value, limit) in
             [(&mut self.rotation, rotation, SMALL_ROTATION), (&mut self.strain, strain, SMALL_STRAIN)]
         {
@@ -127,7 +127,7 @@ impl Largest {
                 (known.0, known.1) = (value, cell);
             }
             if value > limit {
-                known.2 += volume;
+                known.2 += volume();
             }
         }
     }
@@ -137,11 +137,7 @@ impl Largest {
             let (value, cell) = if b.0 > a.0 { (b.0, b.1) } else { (a.0, a.1) };
             (value, cell, a.2 + b.2)
         };
-        Largest {
-            volume: self.volume + other.volume,
-            rotation: larger(self.rotation, other.rotation),
-            strain: larger(self.strain, other.strain),
-        }
+        Largest { rotation: larger(self.rotation, other.rotation), strain: larger(self.strain, other.strain) }
     }
 }
 
