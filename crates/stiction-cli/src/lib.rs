@@ -1,4 +1,4 @@
-//! The command `stiction`.
+//! The command `stiction` as a function: the program calls it, and so does the package of Python.
 //!
 //! Exit codes: 0 solved and certified; 1 ended short of its tolerance, or a check that failed; 2 the input cannot be
 //! used or the output not be written; 70 an error of the program itself; 130 interrupted.
@@ -20,6 +20,9 @@ mod schema;
 mod shell;
 mod solve;
 mod threads;
+
+use std::ffi::OsString;
+use std::sync::OnceLock;
 
 use clap::{Parser, Subcommand};
 
@@ -77,7 +80,13 @@ mod code {
     pub const INTERRUPTED: u8 = 130;
 }
 
-fn main() -> std::process::ExitCode {
+/// What was typed, the name of the program first.
+static TYPED: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Does what the arguments say (that of the program's name first) and returns the exit code. For a process that does nothing else:
+/// it takes over signals, panics and the settings of the allocator.
+pub fn run_command(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = TYPED.get_or_init(|| arguments.into_iter().collect());
     memory::keep_freed();
     memory::end_without_memory();
     std::panic::set_hook(Box::new(|info| {
@@ -91,10 +100,9 @@ fn main() -> std::process::ExitCode {
         hold::release();
         std::process::exit(code.into());
     }));
-    let mut words = std::env::args_os();
-    let as_ccx = ccx::is_meant(words.next().as_deref());
-    let code = match Arguments::try_parse() {
-        _ if as_ccx => ccx::called(words.map(|word| word.to_string_lossy().into_owned()).collect()),
+    let as_ccx = ccx::is_meant(arguments.first().map(OsString::as_os_str));
+    let code = match Arguments::try_parse_from(arguments) {
+        _ if as_ccx => ccx::called(arguments.iter().skip(1).map(|word| word.to_string_lossy().into_owned()).collect()),
         Ok(arguments) => run(arguments.command),
         Err(other) => {
             match other.use_stderr() {
@@ -107,13 +115,13 @@ fn main() -> std::process::ExitCode {
         }
     };
     hold::release();
-    std::process::ExitCode::from(match output::lost() {
+    match output::lost() {
         Some(error) => {
             output::error(&error);
             if code <= code::SHORT { code::INPUT } else { code }
         }
         None => code,
-    })
+    }
 }
 
 fn run(command: Command) -> u8 {

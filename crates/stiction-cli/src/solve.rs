@@ -235,7 +235,8 @@ fn command_line() -> String {
         true => word,
         false => format!("'{}'", word.replace('\'', "'\\''")),
     };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    let words =
+        crate::TYPED.get().into_iter().flatten().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     std::iter::once("stiction".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }
 

@@ -10,6 +10,8 @@ mod mortar;
 mod problem;
 mod work;
 
+use std::ffi::OsString;
+
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -26,6 +28,12 @@ mod _stiction {
     use crate::mortar::mortar;
     #[pymodule_export]
     use crate::problem::Problem;
+
+    /// The command `stiction` with these arguments, that of the program's name first: its exit code. For a process of its own.
+    #[pyfunction]
+    fn command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+        py.detach(|| stiction_cli::run_command(arguments))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -4,7 +4,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Case", "Discrete", "Matrices", "Problem", "__version__", "mortar"]
+__all__ = ["Case", "Discrete", "Matrices", "Problem", "__version__", "command", "mortar"]
 
 _Reals = npt.NDArray[np.float64]
 _Whole = npt.NDArray[np.int64]
@@ -15,6 +15,7 @@ _Given = tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole,
 
 __version__: str
 
+def command(arguments: list[str]) -> int: ...
 def mortar(
     points: _Reals,
     surfaces: tuple[list[_Whole], list[_Whole]],
