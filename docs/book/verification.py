@@ -54,6 +54,7 @@ def case(name, described, record):
     folder.mkdir(parents=True, exist_ok=True)
     file = CASES / name / f"{name}.toml"
     run(["stiction", "solve", str(file), "-o", name, "--progress", "none", "--no-report"], folder)
+    run(["stiction", "check", name], folder)
     found = {p.name for p in (folder / name).glob("*.png")}
     order = [n for kind in ("deformed", "pressure", "shear", "status") for n in sorted(found) if n.startswith(kind)]
     shown = [n for n in order if not n.startswith("shear") or len(found) < 12][:MOST_PICTURES]

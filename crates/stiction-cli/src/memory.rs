@@ -4,6 +4,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::panic::PanicHookInfo;
 
+use crate::output::panic_message;
+
 /// Keeps what is freed for what comes next, instead of giving it back to the system: pages that are fresh have to be zeroed,
 /// and on virtual machines found first, at two seconds a gigabyte. A solve frees and takes its largest arrays several times:
 /// this spares 3 to 10 % of the processor time of a million unknowns, for 2 % more memory. Where the C library has no such
@@ -84,7 +86,7 @@ pub const ENDED: &str = "error: there is no memory left\n\
 /// Whether the panic is that of a thread which finds no memory for the stack of its signal handlers: the standard library asks
 /// for it when the thread begins, and knows no other way to say so.
 pub fn is_lack_of_memory(info: &PanicHookInfo) -> bool {
-    info.payload_as_str().is_some_and(|message| message.starts_with("failed to allocate an alternative stack"))
+    panic_message(info).is_some_and(|message| message.starts_with("failed to allocate an alternative stack"))
 }
 
 /// From now on a process that finds no memory ends with exit code 2 and not by a signal. Files of results are whole or absent

@@ -59,10 +59,16 @@ pub fn error(error: &Error) {
     note(&text);
 }
 
+/// What a panic says, where it says it in words.
+pub fn panic_message<'a>(info: &'a PanicHookInfo) -> Option<&'a str> {
+    let payload = info.payload();
+    payload.downcast_ref::<&str>().copied().or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+}
+
 /// Prints what a mistake of ours looks like to a user.
 pub fn internal_error(info: &PanicHookInfo) {
     let place = info.location().map_or(String::new(), |l| format!(" ({}, line {})", l.file(), l.line()));
-    let message = info.payload_as_str().unwrap_or("no message");
+    let message = panic_message(info).unwrap_or("no message");
     note(&format!(
         "internal error: {message}{place}\nThis is a mistake of stiction {}, not yours: please report it with the case \
          file that shows it.\n",

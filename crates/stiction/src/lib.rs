@@ -47,6 +47,12 @@
 //! [`io::case`] reads a case, [`run::prepare`] poses it, [`run::solve()`] or [`run::solve_steps`] solves it and
 //! [`run::write()`] fills a folder with results; the command `stiction` is these four calls.
 //!
+//! # What is promised
+//!
+//! Within 0.1 three ways in stay as they are: [`solve`] with what it takes and returns, [`io::case`] with the functions of
+//! [`run`] named above, and [`discrete`]. Case files, result files and exit codes stay too. The rest of what is public may
+//! change.
+//!
 //! # Rooms
 //!
 //! In the order in which they may use one another (`ARCHITECTURE.md` draws the arrows): [`linalg`] and [`mesh`] know

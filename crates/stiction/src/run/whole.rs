@@ -235,7 +235,7 @@ impl Run<'_, '_> {
             (Some(folder), None) => solve_writing(&prepared, &settings, folder, &mut observe)?,
             _ => (solve(&prepared, &settings, &mut observe)?, Ahead::of(&settings)),
         };
-        level.into_iter().for_each(|(_, indicators)| indicators.add(&outcome));
+        level.into_iter().for_each(|(_, indicators)| indicators.add(&prepared, &outcome));
         Ok((prepared, outcome, ahead))
     }
 
@@ -271,7 +271,7 @@ impl Run<'_, '_> {
         // Both are told on the way.
         let tell = RefCell::new(&mut *self.tell);
         let mut keep = |prepared: &Prepared, step: &Step| {
-            level.iter_mut().for_each(|(_, indicators)| indicators.add(step.outcome));
+            level.iter_mut().for_each(|(_, indicators)| indicators.add(prepared, step.outcome));
             let _ = (tell.borrow_mut())(Stage::Step(prepared, step));
             files.as_mut().map_or(Ok(()), |files| keep_step(files, prepared, step))
         };

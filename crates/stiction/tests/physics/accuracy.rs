@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use stiction::Error;
-use stiction::io::case;
+use stiction::io::case::{self, AccuracySpec};
 use stiction::linalg::Stop;
 use stiction::run::{
     AccuracyRecord, Indicators, Level, LevelRecord, Levels, Outcome, Plan, Prepared, Sequence, Settings, SolvedLevel,
@@ -198,7 +198,7 @@ fn with_a_proof_the_bound_decides_when_it_is_enough() {
 }
 
 /// Solves each level and makes its bound three times what it is.
-struct Doubtful(Vec<f64>);
+struct Doubtful(Vec<Sequence>);
 
 impl Levels for Doubtful {
     fn solve(&mut self, level: &Level) -> Result<SolvedLevel, Error> {
@@ -210,12 +210,12 @@ impl Levels for Doubtful {
             bound.mean_error *= 3.0;
         }
         let mut indicators = Indicators::default();
-        indicators.add(&outcome);
+        indicators.add(&prepared, &outcome);
         Ok(SolvedLevel { prepared, outcome, indicators })
     }
 
     fn finished(&mut self, sequence: &Sequence) -> Result<(), Error> {
-        self.0.push(sequence.levels.last().unwrap().error);
+        self.0.push(sequence.clone());
         Ok(())
     }
 }
@@ -227,8 +227,16 @@ fn an_estimate_below_the_goal_is_not_enough_where_the_bound_is_above_it() {
     let mut work = Doubtful(Vec::new());
     let (_, outcome) = solve_to_accuracy(&case, case.accuracy.as_ref().unwrap(), None, &mut work).unwrap();
     // The first mesh has 12 %, and the third less than 6 %.
-    assert!(work.0.len() > 3 && work.0[0] < 0.15, "{:?}", work.0);
+    let errors: Vec<f64> = work.0.iter().map(|sequence| sequence.levels.last().unwrap().error).collect();
+    assert!(errors.len() > 3 && errors[0] < 0.15, "{errors:?}");
     let record = outcome.accuracy.unwrap();
     let bounds: Vec<f64> = record.levels.iter().map(|level| level.bound.unwrap()).collect();
     assert!(record.reached && bounds.iter().position(|&bound| bound <= 0.15) == Some(bounds.len() - 1), "{bounds:?}");
+
+    // Where no proof is asked for any more, the bound that was stored does not count.
+    let estimated = AccuracySpec { proven: false, ..case.accuracy.unwrap() };
+    let third = work.0[2].clone();
+    let (_, outcome) = solve_to_accuracy(&case, &estimated, Some(third), &mut work).unwrap();
+    let record = outcome.accuracy.unwrap();
+    assert!(record.reached && record.levels.len() == 3 && record.levels[2].bound > Some(0.15), "{record:?}");
 }

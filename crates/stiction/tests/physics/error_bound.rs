@@ -406,7 +406,7 @@ fn slipping(fields: &mut BoundFields) -> (&mut Touch, usize) {
 /// Names of the measures of the tie to problem and answer that are not met.
 fn untied(fields: &BoundFields, (prepared, outcome): &(Prepared, Outcome)) -> Vec<&'static str> {
     let measures = judge_tie(fields, &prepared.problem, &outcome.solution.u).unwrap();
-    assert_eq!(measures.len(), 5, "{measures:#?}");
+    assert_eq!(measures.len(), 6, "{measures:#?}");
     measures.iter().filter(|measure| !measure.is_met()).map(|measure| measure.name).collect()
 }
 
@@ -431,7 +431,8 @@ fn fields_of_another_problem_or_answer_are_refused() {
     let bound = error_bound(&solved.0, &solved.1).unwrap();
     let (displacements, forces) = ("displacements of solution.npz", "forces of problem.npz");
     let (supports, obstacles) = ("supports of problem.npz", "obstacles of problem.npz");
-    let lies: [(&[&str], Lie); 11] = [
+    let reference = "slip reference of problem.npz";
+    let lies: [(&[&str], Lie); 13] = [
         (&[displacements], |fields| fields.found.iter_mut().for_each(|u| *u *= 1.0 + 1e-5)),
         (&[displacements, forces], |fields| fields.unknowns[5].direction = [0.0, 0.0, -1.0]),
         (&[displacements, forces], |fields| fields.unknowns.swap(3, 30)),
@@ -449,6 +450,11 @@ fn fields_of_another_problem_or_answer_are_refused() {
             let touches = fields.sides.iter_mut().flat_map(|side| &mut side.touches);
             touches.for_each(|touch| touch.law[0][0] *= 1.0 + 1e-6);
         }),
+        (&[reference], |fields| {
+            let touches = fields.sides.iter_mut().flat_map(|side| &mut side.touches);
+            touches.flat_map(|touch| &mut touch.reference).for_each(|reference| reference[0] += 1e-11);
+        }),
+        (&[reference], |fields| slipping(fields).0.reference[1][1] += 1e-11),
     ];
     for (number, (names, lie)) in lies.into_iter().enumerate() {
         let mut fields = bound.fields.clone();

@@ -143,6 +143,7 @@ fn contact(
     worst: &mut Worst,
 ) {
     let mut touches: HashMap<u32, Vec<(&Touch, usize)>> = HashMap::new();
+    let mut references: HashMap<(u32, u32), V3> = HashMap::new();
     for side in fields.sides.iter().filter(|side| !side.touches.is_empty()) {
         let Some(own) = outside.get(&ascending(side.corners)) else { continue };
         for (k, node) in side_nodes(fields, side, own).into_iter().enumerate() {
@@ -150,22 +151,18 @@ fn contact(
             // A middle has the law of one of its ends.
             let corner = if k < 3 { k } else { (k - 2) % 3 };
             of_node.into_iter().for_each(|list| list.extend(side.touches.iter().map(|touch| (touch, corner))));
+            for (node, touch) in node.into_iter().flat_map(|node| side.touches.iter().map(move |touch| (node, touch))) {
+                let first = *references.entry((node, touch.obstacle)).or_insert(touch.reference[k]);
+                let off = ratio(length(minus(touch.reference[k], first)), most);
+                worst.see(REFERENCE, off, || self::node(node as usize));
+            }
         }
     }
     let mut unknowns_of: HashMap<u32, usize> = HashMap::new();
     fields.unknowns.iter().for_each(|unknown| *unknowns_of.entry(unknown.node).or_default() += 1);
     let contact = &problem.contact;
     for (j, law) in contact.friction.iter().enumerate().filter(|(_, law)| **law != Friction::Bonded) {
-        let (columns, values) = contact.B.row(j);
-        let mut normals: Vec<(u32, V3)> = Vec::new();
-        for (&i, &value) in columns.iter().zip(values) {
-            let unknown = &fields.unknowns[i as usize];
-            let part = unknown.direction.map(|d| value * d);
-            match normals.iter_mut().find(|(node, _)| *node == unknown.node) {
-                Some((_, sum)) => (0..3).for_each(|c| sum[c] += part[c]),
-                None => normals.push((unknown.node, part)),
-            }
-        }
+        let [normals, tangents @ ..] = problem.rows(j).map(|row| by_node(fields, problem, row));
         if normals.is_empty() {
             continue;
         }
@@ -175,7 +172,8 @@ fn contact(
             worst.see("obstacles of problem.npz", f64::INFINITY, || format!("contact point {}", j + 1));
             continue;
         };
-        let of_touch = |(touch, corner): &(&Touch, usize)| -> [f64; 2] {
+        let m = contact.friction.len();
+        let of_touch = |(touch, corner): &(&Touch, usize)| -> [f64; 3] {
             let obstacle = &fields.obstacles[touch.obstacle as usize];
             let (mut turned, mut gap, mut scale, mut whole): (f64, f64, f64, bool) = (0.0, 0.0, 0.0, true);
             for (node, normal) in &normals {
@@ -190,15 +188,44 @@ fn contact(
             }
             let off = ((gap - contact.gap[j]).abs() - contact.rounding - 100.0 * ROUNDING * scale).max(0.0);
             let off = if whole { ratio(off, most) } else { 0.0 };
-            [turned.max(off), differs(law, touch.law[*corner], problem.labels.area[j])]
+            let slip = |(row, of_nodes): (usize, &Vec<(u32, V3)>)| {
+                let parts = of_nodes.iter().map(|&(node, part)| {
+                    references.get(&(node, touch.obstacle)).map_or(f64::NAN, |&reference| dot(part, reference))
+                });
+                let off = (parts.sum::<f64>() - contact.slip_reference[row * m + j]).abs() - contact.rounding;
+                // What holds nothing back slips by nothing that matters.
+                if whole && *law != Friction::None { ratio(off.max(0.0), most) } else { 0.0 }
+            };
+            let slips = tangents.iter().enumerate().map(slip).fold(0.0, |a: f64, b| if b <= a { a } else { b });
+            [turned.max(off), differs(law, touch.law[*corner], problem.labels.area[j]), slips]
         };
-        let all: Vec<[f64; 2]> = touches[&own].iter().map(of_touch).collect();
+        let all: Vec<[f64; 3]> = touches[&own].iter().map(of_touch).collect();
         // A node in a corner has two obstacles: the point belongs to the one whose normal it has.
         let nearest = all.iter().map(|values| values[0]).fold(f64::INFINITY, f64::min);
         worst.see("obstacles of problem.npz", nearest, || node(own as usize));
-        let laws = all.iter().filter(|values| values[0] == nearest).map(|values| values[1]);
-        worst.see("friction of problem.npz", laws.fold(f64::INFINITY, f64::min), || node(own as usize));
+        for (k, name) in [(1, "friction of problem.npz"), (2, REFERENCE)] {
+            let of_nearest = all.iter().filter(|values| values[0] == nearest).map(|values| values[k]);
+            worst.see(name, of_nearest.fold(f64::INFINITY, f64::min), || node(own as usize));
+        }
     }
+}
+
+/// Name of the measure of the displacements from which slip is measured.
+const REFERENCE: &str = "slip reference of problem.npz";
+
+/// What a row of `B` has at each node.
+fn by_node(fields: &BoundFields, problem: &ContactProblem, row: usize) -> Vec<(u32, V3)> {
+    let (columns, values) = problem.contact.B.row(row);
+    let mut parts: Vec<(u32, V3)> = Vec::new();
+    for (&i, &value) in columns.iter().zip(values) {
+        let unknown = &fields.unknowns[i as usize];
+        let part = unknown.direction.map(|d| value * d);
+        match parts.iter_mut().find(|(node, _)| *node == unknown.node) {
+            Some((_, sum)) => (0..3).for_each(|c| sum[c] += part[c]),
+            None => parts.push((unknown.node, part)),
+        }
+    }
+    parts
 }
 
 /// How far a law of friction is from one of tractions, as part of its numbers.

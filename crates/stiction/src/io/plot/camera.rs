@@ -42,6 +42,15 @@ pub(super) struct Area {
     pub bottom: f64,
 }
 
+impl Area {
+    /// With room for the width of lines along its edges.
+    pub(super) fn with_lines(self) -> Area {
+        const ROOM: f64 = 4.0;
+        let Area { left, top, right, bottom } = self;
+        Area { left: left - ROOM, top: top - ROOM, right: right + ROOM, bottom: bottom + ROOM }
+    }
+}
+
 /// A parallel projection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Camera {

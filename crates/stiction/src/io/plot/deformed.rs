@@ -65,7 +65,7 @@ pub fn deformed(plot: &DeformedPlot) -> Result<(Drawing, f64), Error> {
         range: range_of(&used.iter().map(|&i| magnitude[i as usize]).collect::<Vec<_>>()),
     };
     let [before, after] = edges_of([plot.points, &moved], plot.faces);
-    let mut raster = Raster::new(&drawing);
+    let mut raster = Raster::new(&drawing, area.with_lines());
     scene::draw(&mut raster, &camera, surface, &after, paint, true);
     let seen = |edges: &'_ [Edge]| edges.iter().filter(|e| e.outlines(toward)).map(|e| e.nodes).collect::<Vec<_>>();
     scene::outline(&mut raster, &camera, plot.points, &seen(&before), 1.0, OUTLINE);

@@ -161,11 +161,7 @@ impl Drawing {
             let what = format!("a picture of {width} times {height} pixels cannot be drawn");
             return Err(Error::new(path.display().to_string(), what, "choose another size"));
         };
-        replace(path, |file| {
-            // Trying all filters on each row costs more than the compression.
-            let how = (png::Compression::Fast, png::Filter::Up);
-            Ok(encode(file, [picture.width(), picture.height()], &pixels::rgb(&picture), how)?)
-        })
+        replace(path, |file| Ok(encode(file, [picture.width(), picture.height()], &pixels::rgb(&picture))?))
     }
 }
 

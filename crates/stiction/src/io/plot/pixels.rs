@@ -90,12 +90,13 @@ fn stroke(picture: &mut Pixmap, points: &[[f64; 2]], stroke: Stroke) {
 
 /// Each pixel the mean of four of the image.
 fn copy(picture: &mut Pixmap, image: &Image) {
-    let row = 3 * image.width;
+    let (row, [left, top]) = (3 * image.width, image.at);
     let rows = picture.width() as usize * 4;
-    for (to, from) in picture.data_mut().chunks_exact_mut(rows).zip(image.rgb.chunks_exact(2 * row)) {
+    let below = picture.data_mut().chunks_exact_mut(rows).skip(top);
+    for (to, from) in below.zip(image.rgb.chunks_exact(2 * row)) {
         let (upper, lower) = from.split_at(row);
         let pairs = upper.as_chunks::<6>().0.iter().zip(lower.as_chunks::<6>().0);
-        for (pixel, (a, b)) in to.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
+        for (pixel, (a, b)) in to.as_chunks_mut::<4>().0[left..].iter_mut().zip(pairs) {
             let sum = |c: usize| u16::from(a[c]) + u16::from(a[c + 3]) + u16::from(b[c]) + u16::from(b[c + 3]);
             let [r, g, b] = [0, 1, 2].map(|c| ((sum(c) + 2) / 4) as u8);
             *pixel = [r, g, b, 255];

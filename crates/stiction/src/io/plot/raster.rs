@@ -12,20 +12,27 @@ pub(super) const FINE: usize = 2;
 /// A weight may be this much below zero: it closes the seam between neighbours that rounding would leave.
 const SLACK: f64 = 1e-9;
 
-/// Sub-pixels of a picture.
+/// Sub-pixels of a part of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Image {
+    /// Column and row of its upper left corner, pixels.
+    pub at: [usize; 2],
+    /// Sub-pixels of a row.
     pub width: usize,
     /// Rows of red, green and blue.
     pub rgb: Vec<u8>,
 }
 
 impl Image {
+    /// Columns and rows of sub-pixels.
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.width, self.rgb.len() / (3 * self.width).max(1)]
+    }
+
     /// The sub-pixels as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
-        let (mut bytes, height) = (Vec::new(), self.rgb.len() / (3 * self.width).max(1));
-        let how = (png::Compression::default(), png::Filter::default());
-        let written = super::encode(&mut bytes, [self.width as u32, height as u32], &self.rgb, how);
+        let (mut bytes, [width, height]) = (Vec::new(), self.size());
+        let written = super::encode(&mut bytes, [width as u32, height as u32], &self.rgb);
         debug_assert!(written.is_ok(), "memory takes every byte");
         bytes
     }
@@ -40,11 +47,19 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// A white picture as large as the drawing.
-    pub(super) fn new(drawing: &Drawing) -> Self {
-        let (width, height) = (drawing.width * FINE, drawing.height * FINE);
-        let image = Image { width, rgb: vec![255; 3 * width * height] };
-        Raster { image, depth: vec![f32::NEG_INFINITY; width * height], clip: [0..width, 0..height] }
+    /// A white picture for this area of a drawing; it begins at a whole pixel, and nothing is drawn beside the area.
+    pub(super) fn new(drawing: &Drawing, area: Area) -> Self {
+        let span = |low: f64, high: f64, end: usize| {
+            // One pixel at least, also where the area is no number.
+            let start = low.floor().min(end as f64 - 1.0).max(0.0);
+            let size = (high.ceil().min(end as f64) - start).max(1.0);
+            let sub_pixels = |v: f64| ((v - start).clamp(0.0, size) * FINE as f64).round() as usize;
+            (start as usize, sub_pixels(start + size), sub_pixels(low)..sub_pixels(high))
+        };
+        let (left, width, columns) = span(area.left, area.right, drawing.width);
+        let (top, height, rows) = span(area.top, area.bottom, drawing.height);
+        let image = Image { at: [left, top], width, rgb: vec![255; 3 * width * height] };
+        Raster { image, depth: vec![f32::NEG_INFINITY; width * height], clip: [columns, rows] }
     }
 
     /// What was drawn.
@@ -52,19 +67,10 @@ impl Raster {
         self.image
     }
 
-    /// Draws on nothing but this area from now on.
-    pub(super) fn clip(&mut self, area: Area) {
-        let inside = |low: f64, high: f64, end: usize| {
-            let [low, high] = [low, high].map(|v| (v * FINE as f64).round().clamp(0.0, end as f64) as usize);
-            low..high
-        };
-        let (width, height) = self.size();
-        self.clip = [inside(area.left, area.right, width), inside(area.top, area.bottom, height)];
-    }
-
-    /// Size in sub-pixels.
-    fn size(&self) -> (usize, usize) {
-        (self.image.width, self.depth.len() / self.image.width.max(1))
+    /// Place in sub-pixels of the image, `offset` before its centre; the depth stays.
+    fn place(&self, [x, y, depth]: [f64; 3], offset: f64) -> [f64; 3] {
+        let [left, top] = self.image.at.map(|at| at as f64);
+        [(x - left) * FINE as f64 - offset, (y - top) * FINE as f64 - offset, depth]
     }
 
     /// Draws a triangle; `color` is asked with the weights of the three corners. A corner that is not finite draws
@@ -73,9 +79,9 @@ impl Raster {
         if corners.as_flattened().iter().any(|x| !x.is_finite()) {
             return;
         }
-        let (width, _) = self.size();
+        let width = self.image.width;
         // Centres of sub-pixels lie at whole numbers.
-        let [a, b, c] = corners.map(|p| [p[0] * FINE as f64 - 0.5, p[1] * FINE as f64 - 0.5, p[2]]);
+        let [a, b, c] = corners.map(|p| self.place(p, 0.5));
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area == 0.0 || !area.is_finite() {
             return;
@@ -90,6 +96,8 @@ impl Raster {
         let columns = span(0);
         // The weights of b and c are linear: their slopes along a row are the same for all rows.
         let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
+        let depths = [b[2] - a[2], c[2] - a[2]];
+        let deeper = slopes[0] * depths[0] + slopes[1] * depths[1];
         let roots = Roots::new(slopes);
         for y in span(1) {
             let down = y as f64 - a[1];
@@ -97,17 +105,21 @@ impl Raster {
                 (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) / area,
                 (a[0] * (b[1] - a[1]) + down * (b[0] - a[0])) / area,
             ];
-            for x in roots.within(columns.clone(), starts) {
-                let [wb, wc] = [0, 1].map(|k| starts[k] + slopes[k] * x as f64);
-                let wa = 1.0 - wb - wc;
-                if wa.min(wb).min(wc) < -SLACK {
+            let depth = a[2] + starts[0] * depths[0] + starts[1] * depths[1];
+            let row = roots.within(columns.clone(), starts);
+            let places = y * width + row.start..y * width + row.end;
+            let pixels = self.depth[places.clone()].iter_mut().zip(self.image.rgb.as_chunks_mut().0[places].iter_mut());
+            for (x, (nearest, pixel)) in row.zip(pixels) {
+                // Most of what lies behind is left here.
+                let depth = (depth + deeper * x as f64) as f32;
+                if depth <= *nearest {
                     continue;
                 }
-                let depth = (wa * a[2] + wb * b[2] + wc * c[2]) as f32;
-                let place = y * width + x;
-                if depth > self.depth[place] {
-                    self.depth[place] = depth;
-                    self.image.rgb[3 * place..3 * place + 3].copy_from_slice(&color([wa, wb, wc]));
+                let [wb, wc] = [0, 1].map(|k| starts[k] + slopes[k] * x as f64);
+                let wa = 1.0 - wb - wc;
+                if wa.min(wb).min(wc) >= -SLACK {
+                    *nearest = depth;
+                    *pixel = color([wa, wb, wc]);
                 }
             }
         }
@@ -120,10 +132,10 @@ impl Raster {
         if a.iter().chain(&b).any(|x| x.abs() > 1e5 || x.is_nan()) {
             return;
         }
-        let (width_of_row, _) = self.size();
+        let width_of_row = self.image.width;
         let [columns, rows] = self.clip.clone().map(|r| r.start as f64..r.end as f64);
         let offset = 0.5 * (width as f64 - 1.0) + 0.5;
-        let [a, b] = [a, b].map(|p| [p[0] * FINE as f64 - offset, p[1] * FINE as f64 - offset, p[2]]);
+        let [a, b] = [a, b].map(|p| self.place(p, offset));
         let steps = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().max(1.0);
         for i in 0..=steps as usize {
             let t = i as f64 / steps;
@@ -181,7 +193,8 @@ mod tests {
 
     /// The sub-pixels of a square picture.
     fn drawn(side: usize, draw: impl Fn(&mut Raster)) -> Vec<u8> {
-        let mut raster = Raster::new(&Drawing::new(side, side));
+        let (whole, end) = (Drawing::new(side, side), side as f64);
+        let mut raster = Raster::new(&whole, Area { left: 0.0, top: 0.0, right: end, bottom: end });
         draw(&mut raster);
         raster.image().rgb
     }

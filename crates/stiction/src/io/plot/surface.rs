@@ -138,7 +138,7 @@ fn flat(map: &SurfaceMap, surface: Surface, paint: Paint, normal: Vec3) -> Drawi
     let shown = if detail.is_some() { vec![corner(0, 0), corner(1, 1)] } else { used };
     let camera = Camera::fit(plane.axes, shown, inner);
     let frame = plane::frame(&camera, extent);
-    paint_surface(&mut drawing, &camera, surface, paint, false, detail.map(|_| frame));
+    paint_surface(&mut drawing, &camera, surface, paint, false, frame);
     plane::axes(&mut drawing, &camera, &plane, extent, map.length_label);
     let note = if detail.is_some() { "detail around the contact" } else { "" };
     let note = [note, &plane.note].into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join("  ·  ");
@@ -175,24 +175,16 @@ fn curved(map: &SurfaceMap, surface: Surface, paint: Paint, toward: Vec3) -> Dra
     let area = Area { left: 70.0, top: 150.0, right: 1110.0, bottom: 930.0 };
     let used = surface.used();
     let camera = Camera::fit(Camera::upright(toward), used.iter().map(|&i| surface.points[i as usize]), area);
-    paint_surface(&mut drawing, &camera, surface, paint, true, None);
+    paint_surface(&mut drawing, &camera, surface, paint, true, area.with_lines());
     decor::triad(&mut drawing, &camera);
     finish(&mut drawing, &camera, map, paint, 880.0, area, "");
     drawing
 }
 
-/// Draws the surface, cut off at `clip`.
-fn paint_surface(
-    drawing: &mut Drawing,
-    camera: &Camera,
-    surface: Surface,
-    paint: Paint,
-    lit: bool,
-    clip: Option<Area>,
-) {
+/// Draws the surface, which is lit where it is curved, within `area`.
+fn paint_surface(drawing: &mut Drawing, camera: &Camera, surface: Surface, paint: Paint, lit: bool, area: Area) {
     let edges = edges(surface.points, surface.faces);
-    let mut raster = Raster::new(drawing);
-    clip.into_iter().for_each(|area| raster.clip(area));
+    let mut raster = Raster::new(drawing, area);
     scene::draw(&mut raster, camera, surface, &edges, paint, lit);
     let border = |e: &&Edge| e.is_border() || (lit && e.outlines(camera.axes[2]));
     let border: Vec<[u32; 2]> = edges.iter().filter(border).map(|e| e.nodes).collect();

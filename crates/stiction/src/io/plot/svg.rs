@@ -6,6 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::color::Rgb;
 use super::drawing::{Align, Drawing, Shape, Stroke};
 use super::font::{EM, MIDDLE};
+use super::raster::FINE;
 use crate::io::text::escaped;
 
 /// The text of the file.
@@ -23,10 +24,13 @@ pub(super) fn text(drawing: &Drawing) -> String {
 
 fn shape(shape: &Shape) -> String {
     match shape {
-        Shape::Image(image) => format!(
-            "<image width=\"100%\" height=\"100%\" xlink:href=\"data:image/png;base64,{}\"/>\n",
-            STANDARD.encode(image.png())
-        ),
+        Shape::Image(image) => {
+            let ([x, y], [w, h]) = (image.at, image.size().map(|size| size / FINE));
+            let png = STANDARD.encode(image.png());
+            format!(
+                "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" xlink:href=\"data:image/png;base64,{png}\"/>\n"
+            )
+        }
         Shape::Polygon { corners, fill, edge } => {
             format!("<polygon points=\"{}\" fill=\"{}\" {}/>\n", points(corners), hex(*fill), stroked(*edge))
         }

@@ -14,7 +14,7 @@ use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
 use crate::mesh::{Bisection, MeshNotes, many, refine};
 use crate::run::pose::{MemoryLimit, Prepared, Seconds};
-use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome};
+use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome, contact_terms};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
 const BISECTIONS: u32 = 2;
@@ -54,7 +54,8 @@ pub struct SolvedLevel {
 /// Where the error of a level is; with load steps where it is in any of them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Indicators {
-    /// Squared energy norm of the estimated error of each cell, energy.
+    /// Squared energy norm of the estimated error of each cell, and at contact surfaces what the laws miss between its nodes;
+    /// energy.
     pub cells: Vec<f64>,
     /// Estimated error in the energy norm, relative.
     pub error: f64,
@@ -62,11 +63,13 @@ pub struct Indicators {
 
 impl Indicators {
     /// Takes the larger of what is known and the errors of `outcome`, an answer on the same mesh.
-    pub fn add(&mut self, outcome: &Outcome) {
+    pub fn add(&mut self, prepared: &Prepared, outcome: &Outcome) {
         let Some(estimate) = &outcome.estimate else { return };
         self.error = self.error.max(estimate.relative());
-        self.cells.resize(estimate.cells.len(), 0.0);
-        self.cells.iter_mut().zip(&estimate.cells).for_each(|(most, cell)| *most = most.max(*cell));
+        let mut cells = estimate.cells.clone();
+        contact_terms(prepared, outcome).into_iter().for_each(|(cell, missed)| cells[cell as usize] += missed);
+        self.cells.resize(cells.len(), 0.0);
+        self.cells.iter_mut().zip(&cells).for_each(|(most, cell)| *most = most.max(*cell));
     }
 }
 
@@ -173,7 +176,8 @@ pub fn solve_to_accuracy(
         let peak = outcome.peak_memory;
         last = Some((prepared, outcome));
         let goals = sequence.goals(accuracy, sequence.levels.len());
-        let enough = sequence.levels.len() >= LEAST_LEVELS || sequence.is_exact() || sequence.is_bounded();
+        let is_proven = accuracy.proven && sequence.is_bounded();
+        let enough = sequence.levels.len() >= LEAST_LEVELS || sequence.is_exact() || is_proven;
         if enough && goals.iter().all(GoalRecord::met) {
             break None;
         }
@@ -347,7 +351,7 @@ impl Sequence {
         let (values, error) = (&self.values[..levels], &self.errors()[..levels]);
         let by_bars = |sort: Sort| values::worst_bar(values, error, sort);
         let all = [
-            (ENERGY, accuracy.energy, self.levels[..levels].last().map(LevelRecord::known)),
+            (ENERGY, accuracy.energy, self.levels[..levels].last().map(|level| level.known(accuracy.proven))),
             ("forces", accuracy.forces, by_bars(Sort::Force)),
             ("displacement", accuracy.displacement, by_bars(Sort::Displacement)),
             ("pressure", accuracy.pressure, by_bars(Sort::Pressure)),

@@ -38,12 +38,11 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     let case_text = if case.exists() { folder::read_text(&case)? } else { String::new() };
     // A name is one of a file in the folder, whatever the summary says.
     let names = summary.pictures.iter().filter(|name| !name.contains(['/', '\\']));
-    let mut pictures = names
+    let pictures = names
         .map(|name| Ok(Picture { name: name.clone(), png: folder::read_bytes(&folder.join(name))? }))
         .collect::<Result<Vec<_>, Error>>()?;
     let units = Units::of(summary.units.as_deref());
-    let (view, ()) = rayon::join(|| view(folder, mesh, &summary, units), || smaller(&mut pictures));
-    let view = view?;
+    let view = view(folder, mesh, &summary, units)?;
     let text = html(&summary, &case_text, &pictures, &view);
     folder::write_text(&folder.join(REPORT), &text)?;
     let renewed = sums::renew(folder, REPORT);
@@ -53,13 +52,3 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
     }
     renewed.map(|()| text.len())
 }
-
-/// Compresses pictures as far as it goes in little time.
-#[cfg(feature = "plots")]
-fn smaller(pictures: &mut [Picture]) {
-    super::html::pictures_smaller(pictures);
-}
-
-/// Pictures that another program wrote stay as they are.
-#[cfg(not(feature = "plots"))]
-fn smaller(_: &mut [Picture]) {}

@@ -67,10 +67,10 @@ pub struct LevelRecord {
 }
 
 impl LevelRecord {
-    /// What a goal in the energy norm is held against: the bound, where there is one, but no less than the estimate, which
-    /// speaks of all load steps.
-    pub(in crate::run) fn known(&self) -> f64 {
-        self.bound.map_or(self.error, |bound| bound.max(self.error))
+    /// What a goal in the energy norm is held against: where it has to be proven the bound, if there is one, but no less than the
+    /// estimate, which speaks of all load steps.
+    pub(in crate::run) fn known(&self, proven: bool) -> f64 {
+        self.bound.filter(|_| proven).map_or(self.error, |bound| bound.max(self.error))
     }
 }
 

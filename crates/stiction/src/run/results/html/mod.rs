@@ -7,8 +7,6 @@ mod text;
 mod thin;
 mod view;
 
-#[cfg(feature = "plots")]
-pub(super) use page::pictures_smaller;
 pub(super) use page::{Picture, html};
 pub(super) use thin::thin;
 pub(super) use view::{Field, Frame, View};

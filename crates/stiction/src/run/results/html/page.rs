@@ -190,14 +190,3 @@ fn viewer(view: &View, units: &Units) -> String {
          scale.{unit}</p>\n"
     )
 }
-
-/// Pictures compressed as far as it goes in little time; one that is no PNG stays as it is.
-#[cfg(feature = "plots")]
-pub(crate) fn pictures_smaller(pictures: &mut [Picture]) {
-    use rayon::prelude::*;
-    pictures.par_iter_mut().for_each(|picture| {
-        if let Some(smaller) = crate::io::plot::compressed(&picture.png).filter(|png| png.len() < picture.png.len()) {
-            picture.png = smaller;
-        }
-    });
-}
