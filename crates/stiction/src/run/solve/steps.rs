@@ -205,6 +205,11 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &loads, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
+    // As when the step was solved: what had been slid before it.
+    if let Some(step) = &before {
+        let loads = tightened(prepared, load_state(prepared, step.t)?, &step.shortening);
+        prepared.loading.slid = slid(prepared, &loads, &step.u);
+    }
     let slid = slid(prepared, &loads, &last.u);
     let moved = passing::moved(prepared, &last.u, last.t)?;
     let mut outcome = restored(prepared, settings, &last, records.last(), history);
