@@ -1,4 +1,4 @@
-//! What pictures and the report show alike: colours and labels of units.
+//! Colours that pictures and the report share.
 
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];
@@ -37,25 +37,6 @@ pub(crate) const OUTSIDE: (&str, Rgb) = ("held", [140, 120, 140]);
 pub(crate) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
     // Rounded by hand: this runs for every sub-pixel, and the conversion cuts off.
     std::array::from_fn(|c| (f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])) + 0.5) as u8)
-}
-
-/// Labels of the units, empty where the case names none.
-#[derive(Clone, Copy)]
-pub(crate) struct Units<'a> {
-    pub length: &'a str,
-    pub force: &'a str,
-    pub stress: &'a str,
-}
-
-impl<'a> Units<'a> {
-    /// From a text such as `m, N, Pa`.
-    pub(crate) fn of(text: Option<&'a str>) -> Self {
-        let parts: Vec<&str> = text.unwrap_or("").split(',').map(str::trim).collect();
-        match parts[..] {
-            [length, force, stress, ..] => Units { length, force, stress },
-            _ => Units { length: "", force: "", stress: "" },
-        }
-    }
 }
 
 #[cfg(test)]

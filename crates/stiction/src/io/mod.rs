@@ -38,6 +38,7 @@ pub mod step;
 pub mod storage;
 pub mod surface;
 pub mod text;
+pub(crate) mod units;
 pub mod vtu;
 pub mod vtu_mesh;
 pub mod vtu_read;

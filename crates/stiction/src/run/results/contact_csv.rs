@@ -8,7 +8,7 @@ use super::fields::{Side, SurfaceFields};
 use super::fretting::{FIGURES, Fretting, PointStep, point_steps, tension_along};
 use crate::Error;
 use crate::io::folder;
-use crate::io::look::Units;
+use crate::io::units::Units;
 use crate::run::pose::Prepared;
 use crate::run::solve::Outcome;
 use crate::run::solve::quantities::nodal_stress_of;

@@ -8,7 +8,7 @@ use super::view::view;
 use super::{summary, sums};
 use crate::Error;
 use crate::io::folder;
-use crate::io::look::Units;
+use crate::io::units::Units;
 use crate::mesh::Mesh;
 use crate::run::pose::memory::report_fits;
 

@@ -7,11 +7,11 @@ use super::beside::beside;
 use super::fields::{BodyFields, Side, SurfaceFields};
 use crate::Error;
 use crate::accuracy::Estimate;
-use crate::io::look::Units;
 use crate::io::plot::{
     ConvergencePoint, DeformedPlot, HistoryPanel, MapValues, MapVectors, SurfaceMap, convergence, deformed, history,
     surface_map,
 };
+use crate::io::units::Units;
 use crate::mesh::{Face, Mesh};
 use crate::run::pose::Prepared;
 use crate::run::solve::{Outcome, StepRecord};

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::html::{Field, Frame, View, thin};
 use super::summary::Summary;
 use crate::Error;
-use crate::io::look::Units;
+use crate::io::units::Units;
 use crate::io::vtu_read::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
 use crate::mesh::{CellKind, Mesh};
 

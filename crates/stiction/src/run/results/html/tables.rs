@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use crate::contact::SMALL_MOTION;
-use crate::io::look::Units;
 use crate::io::text::{escaped, number, triple};
+use crate::io::units::Units;
 use crate::run::results::accuracy_text::percent;
 use crate::run::results::rows::Row;
 use crate::run::results::summary::{Summary, Versions};
