@@ -66,9 +66,7 @@ v, names, r, steps = np.zeros(6 * n), np.zeros(0, dtype=int), np.zeros((0, 3)), 
 begun, energies, most = energy(x, v), [energy(x, v)], 0
 for step in range(STEPS):
     bodies, normals, gap, new = contacts(x)
-    start = np.zeros((len(new), 3))  # the impulses of the same contacts in the step before
-    common, here, before = np.intersect1d(new, names, return_indices=True)
-    start[here] = r[before]
+    start = discrete.matched(r, names, new)
     w = np.zeros(3 * len(new))
     w[0::3] = np.maximum(gap, 0.0) / DT
     H, momentum = directions(bodies, normals), v.reshape(n, 6)[:, :3].sum(axis=0) * mass

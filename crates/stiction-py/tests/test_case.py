@@ -324,7 +324,7 @@ def test_no_mesh_is_refined_for_constant_stress():
 
 
 def test_a_refining_case_goes_on_where_it_ended(tmp_path):
-    goals = {"energy": 0.05, "max_unknowns": 4000}
+    goals = {"energy": 0.05, "max_unknowns": 2500}
     short = stiction.Case(bent(accuracy=goals)).solve(folder=tmp_path / "out", report=False)
     assert not short.accuracy["reached"] and "max_unknowns" in short.accuracy["ended"]
     heard = []

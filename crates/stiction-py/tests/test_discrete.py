@@ -82,6 +82,16 @@ def test_a_start_from_the_last_time_step_saves_iterations():
     assert [p.iteration for p in heard] == list(range(len(heard))) and heard[-1].residual < 0.1 * heard[0].residual
 
 
+def test_impulses_follow_their_contacts():
+    r = np.arange(6.0).reshape(2, 3)
+    start = discrete.matched(r, ["a-b", "b-c"], ["c-d", "a-b"])
+    assert (start == [[0, 0, 0], r[0]]).all()
+    assert discrete.matched(np.zeros((0, 3)), np.zeros(0, dtype=int), [3, 1]).shape == (2, 3)
+    for names, now, word in (([1], [1], "r has the shape"), ([1, 1], [1], "named twice"), ([1, 2], [1, 1], "named twice")):
+        with pytest.raises(stiction.InputError, match=word):
+            discrete.matched(r, names, now)
+
+
 def fclib(path, W, q, mu):
     """A file as the collection's own library lays it out, written by h5py."""
     W = sp.csc_array(W)

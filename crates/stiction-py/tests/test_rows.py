@@ -49,6 +49,57 @@ def test_two_columns_node_upon_node_press_as_springs_in_a_row():
     assert solution.forces[:, 0].sum() == pytest.approx(2000 * 4e-3 / 2, rel=1e-9)
 
 
+def test_gaps_and_normals_of_round_obstacles_are_the_distance_and_its_gradient():
+    points = np.random.default_rng(5).normal(size=(40, 3))
+    obstacles = [stiction.Plane([0.1, 0, -2], [1, 2, 3])]
+    for inside in (False, True):
+        obstacles.append(stiction.Sphere([0.2, -0.1, 3], 1.5, inside=inside))
+        obstacles.append(stiction.Cylinder([4, 0, 0.5], [1, -1, 2], 0.7, inside=inside))
+    for obstacle in obstacles:
+        gap, normals = obstacle.meet(points)
+        assert np.allclose(np.linalg.norm(normals, axis=1), 1)
+        # Along the normal the gap closes by the way gone: onto the surface.
+        assert np.allclose(obstacle.meet(points + gap[:, None] * normals).gap, 0, atol=1e-12)
+        for c, way in enumerate(1e-6 * np.eye(3)):
+            slope = (obstacle.meet(points + way).gap - obstacle.meet(points - way).gap) / 2e-6
+            assert np.allclose(slope, -normals[:, c], atol=1e-8)
+
+
+def test_a_block_in_a_bore_presses_as_case_files_say():
+    """A block in a hollow cylinder, pressed down: the same answer as the obstacle of a case file."""
+    bore = {"cylinder": {"point": [0.5, 0, 2.0], "axis": [0, 1, 0], "radius": 2.2, "side": "inside"}}
+    case = stiction.Case({
+        "mesh": {"block": {"size": [1, 1, 1], "cells": [3, 3, 3], "element": "hex8"}},
+        "materials": {"steel": {"young": 1000.0, "poisson": 0.3}},
+        "fix": [{"on": "z-max", "value": [0, 0, -0.3]}],
+        "contact": [{"on": "z-min", "against": bore, "friction": {"coulomb": 0.3}}],
+    })  # fmt: skip
+    result = case.solve()
+    points, K = fem.block((3, 3, 3), (1, 1, 1), 1000.0, 0.3)
+    foot = np.flatnonzero(points[:, 2] == 0)
+    gap, normals = stiction.Cylinder([0.5, 0, 2.0], [0, 1, 0], 2.2, inside=True).meet(points[foot])
+    made = stiction.rows(foot, normals, K.shape[0])
+    top = (3 * np.flatnonzero(points[:, 2] == 1)[:, None] + np.arange(3)).ravel()
+    values = np.tile([0, 0, -0.3], len(top) // 3)
+    solution = stiction.Problem(K, made.B, np.zeros(K.shape[0]), gap, 0.3, held=top, values=values).solve()
+    u = solution.u.reshape(-1, 3)
+    ours, theirs = (np.lexsort(at.round(9).T) for at in (points, result.points))
+    assert np.allclose(points[ours], result.points[theirs]) and (solution.forces[:, 0] > 0).any()
+    assert np.allclose(u[ours], result.displacement[theirs], atol=1e-6 * 0.3)
+
+
+def test_obstacles_that_make_no_sense_are_refused():
+    for make, word in (
+        (lambda: stiction.Plane([0, 0, 0], [0, 0, 0]), "normal"),
+        (lambda: stiction.Sphere([0, 0], 1.0), "center"),
+        (lambda: stiction.Cylinder([0, 0, 0], [0, 0, 1], -1.0), "radius"),
+        (lambda: stiction.Sphere([0, 0, 0], 1.0).meet([[0, 0, 0]]), "centre"),
+        (lambda: stiction.Plane([0, 0, 0], [0, 0, 1]).meet([[0, 0, np.nan]]), "finite"),
+    ):
+        with pytest.raises(stiction.InputError, match=word):
+            make()
+
+
 def test_other_numberings_of_unknowns():
     dofs = np.arange(12).reshape(3, 4).T
     made = stiction.rows([2], [0, 0, 2.0], 12, dofs=dofs)

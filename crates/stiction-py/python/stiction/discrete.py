@@ -28,7 +28,7 @@ from ._arrays import Reals, compressed, per_point, reals, threads_of, vector
 from ._errors import InputError, NotCertified
 from ._results import Certificate
 
-__all__ = ["Problem", "Progress", "Solution", "read", "solve"]
+__all__ = ["Problem", "Progress", "Solution", "matched", "read", "solve"]
 
 
 class Progress(NamedTuple):
@@ -263,6 +263,49 @@ def solve(
         check=check,
         progress=progress,
     )
+
+
+def matched(r: npt.ArrayLike, before: npt.ArrayLike, now: npt.ArrayLike) -> Reals:
+    """Impulses of the last time step as a start of the next, whose contacts may be others.
+
+    Parameters
+    ----------
+    r : array, (m, d)
+        Impulses of the last step.
+    before : array, (m,)
+        A name of each of its contacts: whole numbers or texts, each once.
+    now : array, (k,)
+        The names of the contacts of the next step, each once.
+
+    Returns
+    -------
+    array, (k, d)
+        The impulses of contacts that both steps have, zero for new ones.
+
+    Raises
+    ------
+    InputError
+        If `before` has not one name for each row of `r`, or a name occurs twice.
+
+    Examples
+    --------
+    >>> from stiction import discrete
+    >>> discrete.matched([[2.0, 1.0], [3.0, 0.0]], [7, 9], [9, 4])
+    array([[3., 0.],
+           [0., 0.]])
+    """
+    old = reals(r, "r")
+    names, wanted = np.asarray(before), np.asarray(now)
+    if old.ndim != 2 or names.shape != old.shape[:1]:
+        what = f"its shape is {names.shape} where r has the shape {old.shape}"
+        raise InputError("before", what, "give the name of the contact of each row of r")
+    for name, given in (("before", names), ("now", wanted)):
+        if len(np.unique(given)) < given.size or given.ndim != 1:
+            raise InputError(name, "a contact is named twice", "give a list of names, each once")
+    start = np.zeros((len(wanted), old.shape[1]))
+    _, here, there = np.intersect1d(wanted, names, return_indices=True)
+    start[here] = old[there]
+    return start
 
 
 def read(path: str | os.PathLike[str]) -> Problem:

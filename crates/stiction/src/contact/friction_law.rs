@@ -84,9 +84,9 @@ fn coefficient(coefficient: &Coefficient, at: &At) -> Result<f64, Error> {
         Coefficient::Field(field) => {
             (field.finite_at(at.x, 0.0)?, "give an expression that is at least zero, such as \"max(0, ...)\"")
         }
-        Coefficient::Array { values, .. } => {
+        Coefficient::Array { values, .. } | Coefficient::OfTime { values, .. } => {
             let value = values.get(at.node as usize).copied().unwrap_or(f64::NAN);
-            (value, "give the array a number of at least zero at every node of the surface")
+            (value, "let it be a number of at least zero at every node of the surface")
         }
     };
     if value >= 0.0 && value.is_finite() {

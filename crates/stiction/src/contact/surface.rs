@@ -37,6 +37,14 @@ pub struct CoulombLaw {
 pub enum Coefficient {
     /// A number or an expression in x, y, z.
     Field(Field),
+    /// An expression in x, y, z and t.
+    OfTime {
+        /// The expression.
+        field: Field,
+        /// One value a node of the mesh at the time the problem is posed for, NaN away from the surface; none before the mesh
+        /// is known.
+        values: Vec<f64>,
+    },
     /// An array of the mesh: one value for each node, NaN away from the surface; none before the mesh is known.
     Array {
         /// Name of the array.
@@ -55,7 +63,7 @@ impl From<Field> for Coefficient {
 impl fmt::Debug for Coefficient {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Coefficient::Field(field) => write!(f, "{field:?}"),
+            Coefficient::Field(field) | Coefficient::OfTime { field, .. } => write!(f, "{field:?}"),
             Coefficient::Array { name, values } => {
                 let [low, high] = [f64::min, f64::max].map(|of| values.iter().copied().fold(f64::NAN, of));
                 write!(f, "by the array \"{name}\" (from {low} to {high})")

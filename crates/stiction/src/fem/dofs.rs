@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use super::field::point;
 use super::rotated::Constrained;
 use super::solid::all_exist;
-use super::{DofMap, Fix, RotatedNode};
+use super::{Axes, DofMap, Fix, RotatedNode};
 use crate::Error;
 use crate::mesh::Mesh;
 
@@ -25,7 +25,7 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
     for (number, fix) in fixes.iter().enumerate() {
         prescribe(mesh, fix, t, &mut prescribed).map_err(|e| e.at(&format!("fix {}", number + 1)))?;
     }
-    let rotated = turn(mesh, fixes, &mut prescribed)?;
+    let rotated = turn(mesh, fixes, t, &mut prescribed)?;
     let count = prescribed.iter().filter(|value| !value.is_nan()).count();
     let mut dofs = DofMap {
         unknown: Vec::with_capacity(prescribed.len()),
@@ -48,18 +48,27 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
 }
 
 /// The nodes constrained along a direction that is no axis, with axes of which the first are `prescribed` then.
-fn turn(mesh: &Mesh, fixes: &[Fix], prescribed: &mut [f64]) -> Result<Vec<RotatedNode>, Error> {
+fn turn(mesh: &Mesh, fixes: &[Fix], t: f64, prescribed: &mut [f64]) -> Result<Vec<RotatedNode>, Error> {
     let mut constrained: BTreeMap<u32, Constrained> = BTreeMap::new();
-    for (number, fix) in fixes.iter().enumerate() {
-        let Some(across) = fix.across else { continue };
+    for (number, fix) in fixes.iter().enumerate().filter(|(_, fix)| fix.axes != Axes::Global) {
         for &node in &fix.nodes {
+            let x = mesh.nodes[node as usize];
+            let place = || format!("fix {}, node {node} at {}", number + 1, point(x));
             let constrained =
                 constrained.entry(node).or_insert_with(|| along_axes(&prescribed[3 * node as usize..][..3]));
-            constrained.add(across, 0.0).map_err(|other| {
-                let place = format!("fix {}, node {node} at {}", number + 1, point(mesh.nodes[node as usize]));
-                let what = format!("its displacement along {} is prescribed twice: {other} and 0", point(across));
-                Error::new(place, what, "keep one of the two, or let them agree where they meet")
-            })?;
+            for (c, field) in fix.value.iter().enumerate() {
+                let Some(field) = field else { continue };
+                let value = field.finite_at(x, t).map_err(|e| e.at(&place()))?;
+                let along = fix.axes.direction(c, x).ok_or_else(|| {
+                    let what = "it lies on the axis of the cylinder, where no direction is radial or tangential";
+                    Error::new(place(), what, "leave it out, and hold it by a [[fix]] of its own along x, y, z")
+                })?;
+                constrained.add(along, value).map_err(|other| {
+                    let what =
+                        format!("its displacement along {} is prescribed twice: {other} and {value}", point(along));
+                    Error::new(place(), what, "keep one of the two, or let them agree where they meet")
+                })?;
+            }
         }
     }
     let rotated = |(node, constrained): (u32, Constrained)| {
@@ -81,8 +90,12 @@ fn along_axes(components: &[f64]) -> Constrained {
     constrained
 }
 
+/// What a fix along x, y, z prescribes.
 fn prescribe(mesh: &Mesh, fix: &Fix, t: f64, prescribed: &mut [f64]) -> Result<(), Error> {
     all_exist("node", &fix.nodes, mesh.nodes.len())?;
+    if fix.axes != Axes::Global {
+        return Ok(());
+    }
     for &node in &fix.nodes {
         let x = mesh.nodes[node as usize];
         for (c, field) in fix.value.iter().enumerate() {

@@ -4,6 +4,7 @@
 //! [`unconstrained_motions`] says which rigid motions the prescribed displacements leave free.
 
 mod assembly;
+mod axes;
 mod congruent_cells;
 mod cut;
 mod dofs;
@@ -29,6 +30,7 @@ mod tests;
 mod tractions;
 
 pub use assembly::assemble;
+pub use axes::Axes;
 pub use cut::{Cut, cut};
 pub use dofs::dof_map;
 pub use elastic::{Orthotropic, Stiffness, Voigt, frame, strain_along};

@@ -1,4 +1,4 @@
-use super::{Field, RotatedNode};
+use super::{Axes, Field, RotatedNode};
 use crate::linalg::{Csr, SymmetricCsr};
 
 /// A load on boundary faces (indices into `Mesh::faces`) or cells.
@@ -126,10 +126,10 @@ pub enum Temperature {
 pub struct Fix {
     /// The nodes whose displacement is prescribed.
     pub nodes: Vec<u32>,
-    /// `None` leaves the component free.
+    /// Components along `axes`; `None` leaves one free. Expressions see the place along x, y, z.
     pub value: [Option<Field>; 3],
-    /// A unit vector along which nothing moves, as the normal of a plane of symmetry that is across no axis.
-    pub across: Option<[f64; 3]>,
+    /// What the components count along.
+    pub axes: Axes,
     /// The boundary faces they are the nodes of, by number; none where nodes alone are prescribed.
     pub faces: Vec<u32>,
 }

@@ -5,7 +5,10 @@ use std::path::Path;
 use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
 use super::problem::damaged;
 use crate::Error;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
+
+/// Grows where an array is added or changes its meaning.
+const FORMAT: usize = 3;
 
 /// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,6 +29,8 @@ pub struct StepFile {
     pub support_free_load: Vec<f64>,
     /// Prescribed displacements, length, `p`.
     pub support_displacement: Vec<f64>,
+    /// The coefficient of friction of each point, `m`, where it changes with time; empty where it does not.
+    pub coefficient: Vec<f64>,
     /// What the rounding of the data leaves open in gaps and slips, length.
     pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
@@ -54,6 +59,11 @@ impl StepFile {
         problem.contact.gap.clone_from(&self.gap);
         problem.contact.slip_reference.clone_from(&self.slip_reference);
         problem.contact.rounding = self.rounding;
+        for (law, &value) in problem.contact.friction.iter_mut().zip(&self.coefficient) {
+            if let Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } = law {
+                *coefficient = value;
+            }
+        }
         if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
             supports.free_load.clone_from(&self.support_free_load);
@@ -70,11 +80,12 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
     npz::write(
         path,
         &[
-            ("format", Array::count(2)),
+            ("format", Array::count(FORMAT)),
             ("t", Array::scalar(step.t)),
             ("f", Array::f64(&step.f)),
             ("gap", Array::f64(&step.gap)),
             ("slip_reference", Array::f64(&step.slip_reference)),
+            ("coefficient", Array::f64(&step.coefficient)),
             ("motion", Array::f64(&step.motion)),
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
@@ -100,7 +111,7 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
     let arrays = npz::read(path)?;
     let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);
     let read = || -> Result<StepFile, Error> {
-        if count(&arrays, "format")? != 2 {
+        if count(&arrays, "format")? != FORMAT {
             return Err(damaged("the file has another format than this version reads"));
         }
         let states = usizes(&arrays, "states", Some(m))?;
@@ -122,6 +133,10 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             f: list("f", n)?,
             gap: list("gap", m)?,
             slip_reference: list("slip_reference", 2 * m)?,
+            coefficient: match f64s(&arrays, "coefficient", None)? {
+                [] => Vec::new(),
+                _ => list("coefficient", m)?,
+            },
             motion: list("motion", 3 * m)?,
             support_load: list("support_load", p)?,
             support_free_load: list("support_free_load", n)?,

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use stiction::certificate::certify;
+use stiction::contact::Friction;
 use stiction::friction::Status;
 use stiction::io::case;
 use stiction::run::{
@@ -461,4 +463,47 @@ fn travels(path: &str) {
     for (a, b) in energies(&far.balance(1)).into_iter().zip(energies(&here.balance(1))).skip(1) {
         assert!((a - b).abs() < 1e-3 * b.abs(), "{a} {b}");
     }
+}
+
+/// A block that slides as a whole: the friction of each point is the coefficient of the time times its pressure. The file of
+/// each step holds the coefficients it was solved with, and no others pass.
+#[test]
+fn a_coefficient_of_the_time_holds_at_each_step() {
+    let text = BLOCK.to_string()
+        + "[[fix]]\non = \"z-max\"\nvalue = [\"0.1*t\", 0, \"-0.01*min(t, 1)\"]\n"
+        + &contact("{ coulomb = \"0.1*t + 0.001*x\" }", "")
+        + &steps(&[(1.0, 1), (3.0, 2)]);
+    let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap();
+    let mut seen = 0;
+    let mut keep = |prepared: &Prepared, step: &Step| {
+        let mut problem = prepared.problem.clone();
+        step.file.put_into(&mut problem);
+        assert_eq!(problem, prepared.problem);
+        let (m, lambda, states) = (problem.points(), &step.file.lambda, &step.file.states);
+        let laws: Vec<f64> = problem.contact.friction.iter().filter_map(Friction::coefficient).collect();
+        let (low, high) = laws.iter().fold((f64::MAX, 0.0), |(a, b): (f64, f64), &mu| (a.min(mu), b.max(mu)));
+        assert!((low - 0.1 * step.file.t).abs() < 1e-15 && (high - low - 0.02).abs() < 1e-15);
+        for j in 0..m {
+            let shear = lambda[m + j].hypot(lambda[2 * m + j]);
+            assert!(states[j] == 2 && (shear - laws[j] * lambda[j]).abs() < 1e-7 * shear, "{shear} at {j}");
+        }
+        assert!(certify(&problem, &step.file.u, lambda, 1e-8).passed);
+        let mut wrong = step.file.clone();
+        wrong.coefficient[0] *= 1.0 + 1e-6;
+        wrong.put_into(&mut problem);
+        assert!(!certify(&problem, &step.file.u, lambda, 1e-8).passed);
+        seen += 1;
+        Ok(())
+    };
+    let go_on = &mut |_: &Event| ControlFlow::Continue(());
+    solve_steps(&mut prepared, &Settings::of(&case.solver), None, &mut keep, go_on).unwrap();
+    assert_eq!(seen, 3);
+    // Negative at some time, and with two coefficients.
+    let negative = text.replace("0.1*t + 0.001*x", "0.2 - 0.1*t");
+    let error = prepare(&case::parse(&negative, "case.toml", &[]).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("is -") && error.contains("at time t = 3"), "{error}");
+    let two = text.replace("\"0.1*t + 0.001*x\"", "[\"0.1*t\", 0.2], direction = [1, 0, 0]");
+    let error = case::parse(&two, "case.toml", &[]).unwrap_err().to_string();
+    assert!(error.contains("changes with the time"), "{error}");
 }

@@ -41,6 +41,11 @@ impl Card {
         Error { excerpt: self.excerpt(), ..Error::new(self.place(), what, remedy) }
     }
 
+    /// The line of the keyword, for what looks for names at a line of data.
+    pub(in crate::io) fn head(&self) -> Row<'_> {
+        Row { card: self, line: self.keyword.line, fields: vec![self.keyword.text.clone()] }
+    }
+
     /// An error unless all its parameters are among `known`.
     pub(in crate::io) fn only(&self, known: &[&str]) -> Result<(), Error> {
         match self.keyword.names().find(|name| !known.contains(name)) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::source::Spot;
 use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
-use crate::fem::{Field, Material};
+use crate::fem::{Axes, Field, Material};
 use crate::friction::{Method, MethodSettings, SolverPath};
 use crate::mesh::{Block, Mesh, MeshNotes, Ring, Turn};
 
@@ -159,6 +159,9 @@ pub enum Region {
     Point([f64; 3]),
 }
 
+/// Names of the components along the axes of a cylinder: radial, tangential, axial.
+pub const CYLINDRICAL: [&str; 3] = ["r", "t", "z"];
+
 /// Prescribed displacements.
 #[derive(Debug, Clone)]
 pub struct FixSpec {
@@ -166,6 +169,8 @@ pub struct FixSpec {
     pub on: Region,
     /// Length; `None` leaves the component free. Of a symmetry plane all are `None`: its normal decides.
     pub value: [Option<Field>; 3],
+    /// What the components count along.
+    pub axes: Axes,
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
     /// Where the file says so.

@@ -1,13 +1,13 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec};
+use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec};
 use super::read_contact::direction;
 use super::read_region::{extended_region, region};
 use super::source::At;
 use super::tree::{Node, Value};
 use super::view::View;
 use crate::Error;
-use crate::fem::Field;
+use crate::fem::{Axes, Field, frame};
 use crate::io::expression::{VARIABLES, compile};
 
 /// One `[[fix]]`.
@@ -15,8 +15,10 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
     if table.given("condition").is_some() {
         return symmetry(table);
     }
-    let components = components(table)?;
-    let names = || components.iter().map(|&c| VARIABLES[c]).collect::<Vec<_>>().join(", ");
+    let axes = axes(table)?;
+    let letters = if matches!(axes, Axes::Cylinder { .. }) { CYLINDRICAL } else { ["x", "y", "z"] };
+    let components = components(table, letters)?;
+    let names = || components.iter().map(|&c| letters[c]).collect::<Vec<_>>().join(", ");
     let mut value = [None, None, None];
     for &c in &components {
         value[c] = Some(Field::Constant(0.0));
@@ -36,15 +38,29 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
         }
     }
     let on = region(table)?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value, symmetry: false, spot: table.spot() })
+    Ok(FixSpec { on, value, axes, symmetry: false, spot: table.spot() })
+}
+
+/// What the components count along.
+fn axes(table: &View) -> Result<Axes, Error> {
+    if let Some(cylinder) =
+        table.table("axes").filter(|_| table.given("axes").is_some_and(|node| node.items().is_empty()))
+    {
+        return Ok(Axes::Cylinder { point: cylinder.vector("point"), axis: direction(&cylinder, "axis")? });
+    }
+    if table.given("axes").is_none() {
+        return Ok(Axes::Global);
+    }
+    let frame = frame(table.vectors("axes"));
+    frame.map(Axes::Turned).map_err(|what| table.error("axes", what, "give two directions that are not parallel"))
 }
 
 /// A plane of symmetry; which component it holds, the faces will say.
 fn symmetry(table: &View) -> Result<FixSpec, Error> {
     let why = "stands beside condition = \"symmetry\", which holds the normal of the faces at zero";
-    table.refuse(&["components", "value"], why, ", or `condition`")?;
+    table.refuse(&["components", "value", "axes"], why, ", or `condition`")?;
     let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value: [None, None, None], symmetry: true, spot: table.spot() })
+    Ok(FixSpec { on, value: [None, None, None], axes: Axes::Global, symmetry: true, spot: table.spot() })
 }
 
 /// One `[[spring]]`.
@@ -58,19 +74,24 @@ pub(super) fn spring(table: &View) -> Result<SpringSpec, Error> {
     Ok(SpringSpec { on, normal, tangential, spot: table.spot() })
 }
 
-/// The components named, in their order.
-fn components(table: &View) -> Result<Vec<usize>, Error> {
+/// The components named by `letters`, in their order; all if none are.
+fn components(table: &View, letters: [&str; 3]) -> Result<Vec<usize>, Error> {
+    if table.given("components").is_none() {
+        return Ok(vec![0, 1, 2]);
+    }
     let text = table.text("components");
     let mut components = Vec::new();
     for c in text.chars() {
-        match ['x', 'y', 'z'].iter().position(|&name| name == c) {
+        match letters.iter().position(|name| name.starts_with(c)) {
             Some(i) if !components.contains(&i) => components.push(i),
             found => {
                 let what = match found {
                     Some(_) => format!("`components` names {c} twice"),
                     None => format!("`components` contains {c:?}"),
                 };
-                return Err(table.error("components", what, "write some of x, y, z, as in components = \"xz\""));
+                let [first, _, third] = letters;
+                let remedy = format!("write some of {}, as in components = \"{first}{third}\"", letters.join(", "));
+                return Err(table.error("components", what, remedy));
             }
         }
     }

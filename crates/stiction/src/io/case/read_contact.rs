@@ -11,6 +11,7 @@ use super::view::View;
 use crate::Error;
 use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
+use crate::io::expression::{VARIABLES, compile};
 
 /// All contacts; their names differ. Relative paths start at `folder`.
 pub(super) fn contacts(case: &View, folder: &Path) -> Result<Vec<ContactSpec>, Error> {
@@ -159,7 +160,13 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
         }
         ([first, second, ..], Some(_)) => {
             let direction = direction(law, "direction")?;
-            (coefficient(first)?, Some(Across { coefficient: coefficient(second)?, direction }))
+            let both = [coefficient(first)?, coefficient(second)?];
+            if both.iter().any(|it| matches!(it, Coefficient::OfTime { .. })) {
+                let what = "friction that differs by direction changes with the time t";
+                return Err(law.error("coulomb", what, "give one coefficient, or two that do not change"));
+            }
+            let [along, across] = both;
+            (along, Some(Across { coefficient: across, direction }))
         }
         ([only], Some(_)) => (coefficient(only)?, None),
     };
@@ -173,12 +180,16 @@ fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
     if let Some(name) = node.get("array").and_then(Node::text) {
         return Ok(Coefficient::Array { name: name.into(), values: Vec::new() });
     }
-    match field(law, node, &["x", "y", "z"])? {
+    match field(law, node, &VARIABLES)? {
         Field::Constant(c) if c < 0.0 => {
             let what = format!("the coefficient of friction is {c}");
             let remedy = "the direction of friction follows from the slip, a coefficient is at least zero";
             Err(law.error("coulomb", what, remedy))
         }
-        field => Ok(Coefficient::Field(field)),
+        field @ Field::Constant(_) => Ok(Coefficient::Field(field)),
+        of_place if node.text().is_some_and(|text| compile(text, &VARIABLES[..3]).is_ok()) => {
+            Ok(Coefficient::Field(of_place))
+        }
+        field => Ok(Coefficient::OfTime { field, values: Vec::new() }),
     }
 }

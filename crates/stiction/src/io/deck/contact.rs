@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::history::Course;
 use super::reader::Reader;
 use crate::Error;
 use crate::io::abaqus::{Card, Found, Kind, Row};
@@ -13,6 +14,8 @@ pub(super) struct Interaction {
     pub tied: bool,
     /// Coefficient of friction.
     pub friction: f64,
+    /// What it is over the steps, where it changes.
+    pub changes: Option<u32>,
     /// Largest shear stress.
     pub limit: Option<f64>,
     /// What the deck regularises and this program does not.
@@ -55,7 +58,14 @@ impl<'a> Reader<'a> {
         if self.interactions.iter().any(|other| other.name.eq_ignore_ascii_case(&name)) {
             return Err(card.error(format!("two interactions are called {name}"), "rename one of them"));
         }
-        self.interactions.push(Interaction { name, tied: false, friction: 0.0, limit: None, notes: Vec::new() });
+        self.interactions.push(Interaction {
+            name,
+            tied: false,
+            friction: 0.0,
+            changes: None,
+            limit: None,
+            notes: Vec::new(),
+        });
         Ok(())
     }
 
@@ -113,6 +123,9 @@ impl<'a> Reader<'a> {
             None => None,
             Some(text) => Some(number(text).ok_or_else(|| card.error("TAUMAX is no positive number", "correct it"))?),
         };
+        if self.in_step {
+            return self.change_friction_to(card, coefficient, limit);
+        }
         let interaction = self.open_interaction(card)?;
         (interaction.friction, interaction.limit) = (coefficient, limit);
         if let Some(slope) = stick.filter(|_| coefficient > 0.0) {
@@ -121,6 +134,35 @@ impl<'a> Reader<'a> {
                 .notes
                 .push(format!("{note}: the stick slope {slope} of the deck would add a slip of shear/{slope}"));
         }
+        Ok(())
+    }
+
+    /// `*CHANGE FRICTION`: the `*FRICTION` below it holds from the beginning of this step on.
+    pub(super) fn change_friction(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["INTERACTION"])?;
+        let name = card.needed("INTERACTION")?;
+        let which = self.interactions.iter().position(|it| it.name.eq_ignore_ascii_case(name));
+        let which = which.ok_or_else(|| {
+            card.error(format!("there is no *SURFACE INTERACTION {name}"), "name one that stands above the steps")
+        })?;
+        if !self.in_step {
+            return Err(card.error("*CHANGE FRICTION stands outside of a step", "move it below *STEP"));
+        }
+        self.changing = Some(which);
+        Ok(())
+    }
+
+    fn change_friction_to(&mut self, card: &Card, coefficient: f64, limit: Option<f64>) -> Result<(), Error> {
+        let what = "*FRICTION stands in a step without *CHANGE FRICTION";
+        let which = self.changing.take().ok_or_else(|| card.error(what, "write *CHANGE FRICTION above it"))?;
+        let step = self.step_number();
+        let interaction = &mut self.interactions[which];
+        if interaction.tied || interaction.limit != limit {
+            let what = format!("TAUMAX of {} changes, or it is tied", interaction.name);
+            return Err(card.error(what, "change the coefficient alone"));
+        }
+        let old = interaction.changes;
+        interaction.changes = self.histories.change(old, step, coefficient, Course::Instant, false);
         Ok(())
     }
 

@@ -102,19 +102,9 @@ pub(super) const REFUSED: &[(&[&str], &str, &str)] = &[
         "give the displacement or the load at the faces themselves; a case file has force and moment on faces",
     ),
     (
-        &["PRE-TENSIONSECTION", "PRETENSIONSECTION"],
-        "a bolt that is tightened",
-        "take it out and add a [[bolt]] to the case that `stiction new --from` writes",
-    ),
-    (
         &["MODELCHANGE"],
         "a change of the model between steps",
         "make a deck of each state; contact opens and closes by itself",
-    ),
-    (
-        &["CHANGEFRICTION"],
-        "friction that changes between steps",
-        "give one coefficient by *FRICTION, or make a deck of each",
     ),
     (&["CHANGEMATERIAL"], "a change of a material between steps", "make a deck of each state"),
     (&["CHANGESURFACEBEHAVIOR"], "a change of the contact between steps", "take it out: contact is solved hard"),

@@ -54,7 +54,8 @@ impl<'a> Reader<'a> {
                     format!("direction {component} is a moment or another quantity, and solids have no rotations");
                 return Err(row.error(what, "give forces in directions 1, 2 and 3"));
             }
-            if let Some(&loose) = nodes.iter().find(|&&node| !self.used[node as usize]) {
+            let tightens = |node: &u32| component == 1 && self.bolts.iter().any(|bolt| bolt.node == *node);
+            if let Some(&loose) = nodes.iter().find(|&node| !self.used[*node as usize] && !tightens(node)) {
                 let what = format!("node {} belongs to no solid element", self.input.node_label(loose));
                 return Err(row.error(what, "load nodes of the body"));
             }

@@ -10,6 +10,7 @@
 //! The way through: `reader` hands each card to `materials`, `contact`, `steps`, `supports` or `loads`; `history` keeps
 //! what values do over the steps; `write` and `pairs` write the case, `groups` the groups it names.
 
+mod bolts;
 mod contact;
 mod groups;
 mod history;
@@ -22,6 +23,7 @@ mod reader;
 mod steps;
 mod supports;
 mod text;
+mod transform;
 mod write;
 
 pub use output::{DeckLabels, Print, Printed, Requests};

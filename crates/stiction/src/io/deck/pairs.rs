@@ -1,7 +1,7 @@
 //! The contacts of the case.
 
 use super::contact::{Gap, Pair};
-use super::history::number;
+use super::history::{Value, number};
 use super::text::{of_row, quoted};
 use super::write::Writer;
 use crate::Error;
@@ -66,11 +66,15 @@ impl Writer<'_, '_> {
             Gap::ClosedWithin(reach) => self.out.line("gap", &format!("{{ closed_within = {} }}", number(reach))),
             Gap::Uniform(gap) => self.out.line("gap", &number(gap)),
         }
-        let friction = match (interaction.tied, interaction.friction, interaction.limit) {
+        let coefficient = match interaction.changes {
+            Some(history) => self.value(history, interaction.friction, pair.row.card)?,
+            None => Value::Number(interaction.friction),
+        };
+        let friction = match (interaction.tied, coefficient, interaction.limit) {
             (true, ..) => "\"bonded\"".to_string(),
-            (_, 0.0, _) => "\"none\"".to_string(),
-            (_, mu, None) => format!("{{ coulomb = {} }}", number(mu)),
-            (_, mu, Some(limit)) => format!("{{ coulomb = {}, limit = {} }}", number(mu), number(limit)),
+            (_, Value::Number(0.0), _) => "\"none\"".to_string(),
+            (_, mu, None) => format!("{{ coulomb = {} }}", mu.toml()),
+            (_, mu, Some(limit)) => format!("{{ coulomb = {}, limit = {} }}", mu.toml(), number(limit)),
         };
         self.out.line("friction", &friction);
         let notes: Vec<String> = match interaction.tied {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
+use super::bolts::BoltCard;
 use super::contact::{Interaction, Pair};
 use super::history::{Amplitude, Histories};
 use super::keywords::{HARMLESS, REFUSED};
@@ -10,6 +11,7 @@ use super::loads::{OnCells, OnSurface};
 use super::materials::{MaterialCard, Orientation, Section};
 use super::steps::StepCard;
 use super::supports::NONE;
+use super::transform::Transform;
 use crate::Error;
 use crate::io::abaqus::{Card, Found, Input, Kind, Resolver, Row, kind_name};
 
@@ -29,12 +31,18 @@ pub(super) struct Reader<'a> {
     pub orientations: Vec<Orientation>,
     pub sections: Vec<Section>,
     pub interactions: Vec<Interaction>,
+    /// The interaction that the next *FRICTION in this step is of.
+    pub changing: Option<usize>,
     pub pairs: Vec<Pair<'a>>,
+    pub bolts: Vec<BoltCard<'a>>,
     pub amplitudes: Vec<Amplitude>,
     pub amplitude_names: HashMap<String, usize>,
     pub histories: Histories,
     /// History of each displacement, `3 node + component`.
     pub supports: Vec<u32>,
+    /// What supports and forces count along, and its place for each node.
+    pub transforms: Vec<Transform>,
+    pub transform_of: Vec<u32>,
     /// The card of this step that releases what it does not name.
     pub released: Option<&'a Card>,
     /// History of each force.
@@ -85,11 +93,15 @@ impl<'a> Reader<'a> {
             orientations: Vec::new(),
             sections: Vec::new(),
             interactions: Vec::new(),
+            changing: None,
             pairs: Vec::new(),
+            bolts: Vec::new(),
             amplitudes: Vec::new(),
             amplitude_names: HashMap::new(),
             histories: Histories::default(),
             supports: vec![NONE; 3 * nodes],
+            transforms: Vec::new(),
+            transform_of: vec![NONE; nodes],
             released: None,
             forces: vec![NONE; 3 * nodes],
             pressures: HashMap::new(),
@@ -136,6 +148,7 @@ impl<'a> Reader<'a> {
             "SURFACEINTERACTION" => self.interaction(card)?,
             "SURFACEBEHAVIOR" => self.surface_behavior(card)?,
             "FRICTION" => self.friction(card)?,
+            "CHANGEFRICTION" => self.change_friction(card)?,
             "CONTACTPAIR" => self.contact_pair(card)?,
             "CLEARANCE" => self.clearance(card)?,
             "TIE" => self.tie(card)?,
@@ -151,6 +164,7 @@ impl<'a> Reader<'a> {
             "INITIALCONDITIONS" => self.initial_conditions(card)?,
             "RESTART" if !card.has("READ") => self.is_harmless(card),
             "TRANSFORM" => self.transform(card)?,
+            "PRE-TENSIONSECTION" | "PRETENSIONSECTION" => self.pretension(card)?,
             _ if HARMLESS.contains(&name) => self.is_harmless(card),
             _ => self.refuse(card)?,
         }
@@ -175,12 +189,6 @@ impl<'a> Reader<'a> {
             _ => format!("*{title} is not read"),
         };
         Err(card.error(what, "take it out if it changes nothing"))
-    }
-
-    /// Axes for the components at some nodes; harmless where nothing is given there.
-    fn transform(&mut self, card: &'a Card) -> Result<(), Error> {
-        let what = "*TRANSFORM turns the directions of supports and forces, which a case cannot hold";
-        Err(card.error(what, "give components along the axes of the mesh; planes of symmetry may have any direction"))
     }
 
     /// Where the labels and names of a card hold.
@@ -238,7 +246,7 @@ impl<'a> Reader<'a> {
 
     pub(super) fn begin_step(&mut self) {
         self.renewed.clear();
-        self.released = None;
+        (self.released, self.changing) = (None, None);
     }
 
     pub(super) fn finish_step(&mut self) -> Result<(), Error> {

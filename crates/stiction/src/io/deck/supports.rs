@@ -16,16 +16,19 @@ impl<'a> Reader<'a> {
         if card.keyword.get("TYPE").is_some_and(|kind| !kind.eq_ignore_ascii_case("DISPLACEMENT")) {
             return Err(card.error("only displacements are prescribed", "take TYPE= out, or give displacements"));
         }
-        if card.has("FIXED") {
-            let what = "FIXED holds the displacements that the last step has found";
-            return Err(card.error(what, "give their values"));
-        }
         if self.renews(card)? {
             self.released.get_or_insert(card);
         }
         let course = self.course(card)?;
         for row in card.rows() {
             let nodes = self.nodes(&row, 0)?;
+            if card.has("FIXED") {
+                if !self.lock(&nodes) {
+                    let what = "FIXED holds the displacements that the last step has found";
+                    return Err(row.error(what, "give their values; only bolts of *PRE-TENSION SECTION are locked"));
+                }
+                continue;
+            }
             let (first, last, value) = match row.word(1) {
                 Some(word) if row.whole(1).is_none() => (named(&row, word)?, None, 0.0),
                 _ => {

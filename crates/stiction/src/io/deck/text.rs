@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::history::number;
 use crate::io::abaqus::{Card, Row};
 use crate::io::case::Spot;
 
@@ -49,6 +50,11 @@ pub(super) fn list(names: &[String]) -> String {
         [only] => quoted(only),
         _ => format!("[{}]", names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ")),
     }
+}
+
+/// Three numbers as TOML.
+pub(super) fn triple(x: [f64; 3]) -> String {
+    format!("[{}]", x.map(number).join(", "))
 }
 
 pub(super) fn of_card(card: &Card) -> Spot {

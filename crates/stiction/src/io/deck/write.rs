@@ -8,9 +8,11 @@ use super::loads::CellLoad;
 use super::materials::{Elastic, Expansion};
 use super::reader::Reader;
 use super::supports::NONE;
-use super::text::{Text, list, of_card, of_row, quoted};
+use super::text::{Text, list, of_card, of_row, quoted, triple};
 use crate::Error;
+use crate::fem::Axes;
 use crate::io::abaqus::Card;
+use crate::io::case::CYLINDRICAL;
 use crate::mesh::{MeshArrays, NodeArray};
 
 /// Time and value wherever something turns.
@@ -57,6 +59,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
     writer.on_cells()?;
     writer.temperatures()?;
     writer.contacts()?;
+    writer.bolts()?;
     let Writer { out, groups, arrays, .. } = writer;
     let mut out = out;
     if !single {
@@ -77,7 +80,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
 fn increments(reader: &Reader) -> Vec<usize> {
     let friction = |name: &str| {
         let found = reader.interactions.iter().find(|it| it.name.eq_ignore_ascii_case(name));
-        found.is_some_and(|it| it.friction > 0.0 && !it.tied)
+        found.is_some_and(|it| (it.friction > 0.0 || it.changes.is_some()) && !it.tied)
     };
     let path = !reader.amplitudes.is_empty() || reader.pairs.iter().any(|pair| !pair.tie && friction(&pair.name));
     reader.steps.iter().map(|step| if path || step.direct { step.increments } else { 1 }).collect()
@@ -103,7 +106,7 @@ fn head(reader: &Reader, name: &str) -> (String, Vec<String>) {
 
 impl Writer<'_, '_> {
     /// What a history is, as a value of the case.
-    fn value(&self, id: u32, start: f64, card: &Card) -> Result<Value, Error> {
+    pub(super) fn value(&self, id: u32, start: f64, card: &Card) -> Result<Value, Error> {
         let knots = self.knots(id, start);
         if knots.len() > MOST_TURNS && !self.single {
             let what = format!("a value of this card turns {} times over the steps", knots.len());
@@ -112,7 +115,7 @@ impl Writer<'_, '_> {
         Ok(written(&knots, self.single))
     }
 
-    fn knots(&self, id: u32, start: f64) -> Vec<[f64; 2]> {
+    pub(super) fn knots(&self, id: u32, start: f64) -> Vec<[f64; 2]> {
         self.reader.histories.knots(id, start, &self.spans, &self.reader.amplitudes)
     }
 
@@ -223,20 +226,27 @@ impl Writer<'_, '_> {
     }
 
     fn supports(&mut self) -> Result<(), Error> {
-        let classes = classes(&self.reader.supports, &self.reader.used);
+        let classes = classes(&self.reader.supports, self.reader);
         let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "BOUNDARY");
         let Some(card) = card else { return Ok(()) };
         if classes.len() > MOST_SUPPORTS {
             let what = format!("*BOUNDARY prescribes {} different values", classes.len());
             return Err(card.error(what, format!("prescribe at most {MOST_SUPPORTS}")));
         }
-        for (number, (ids, nodes)) in classes.iter().enumerate() {
+        for (number, (ids, transform, nodes)) in classes.iter().enumerate() {
             let group = self.named(nodes, &format!("support {}", number + 1));
             self.out.table("[[fix]]", of_card(card));
             self.out.line("on", &quoted(&group));
+            let mut names = ["x", "y", "z"];
+            if let Some(transform) = self.reader.transforms.get(*transform as usize) {
+                self.out.line("axes", &transform.text);
+                if matches!(transform.axes, Axes::Cylinder { .. }) {
+                    names = CYLINDRICAL;
+                }
+            }
             let held: Vec<usize> = (0..3).filter(|&c| ids[c] != NONE).collect();
             if held.len() < 3 {
-                let names: String = held.iter().map(|&c| ["x", "y", "z"][c]).collect();
+                let names: String = held.iter().map(|&c| names[c]).collect();
                 self.out.line("components", &quoted(&names));
             }
             let values = held.iter().map(|&c| self.value(ids[c], 0.0, card)).collect::<Result<Vec<_>, _>>()?;
@@ -257,13 +267,13 @@ impl Writer<'_, '_> {
     }
 
     fn forces(&mut self) -> Result<(), Error> {
-        let classes = classes(&self.reader.forces, &self.reader.used);
+        let classes = classes(&self.reader.forces, self.reader);
         let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "CLOAD");
         let Some(card) = card else { return Ok(()) };
-        if classes.len() > MOST_TABLES {
+        if classes.len() > MOST_TABLES || classes.iter().any(|class| class.1 != NONE) {
             return self.force_arrays(card);
         }
-        for (number, (ids, nodes)) in classes.iter().enumerate() {
+        for (number, (ids, _, nodes)) in classes.iter().enumerate() {
             let values = ids.map(|id| match id {
                 NONE => Ok(Value::Number(0.0)),
                 id => self.value(id, 0.0, card),
@@ -306,7 +316,8 @@ impl Writer<'_, '_> {
                     (at, size)
                 }
             };
-            courses[course].1[dof % 3][dof / 3] = size;
+            let unit = self.reader.unit_force(dof / 3, dof % 3, card)?;
+            (0..3).for_each(|k| courses[course].1[k][dof / 3] += size * unit[k]);
         }
         for (number, (shape, arrays)) in courses.into_iter().enumerate() {
             let ramp = match written(&shape, self.single) {
@@ -449,21 +460,21 @@ impl Writer<'_, '_> {
     }
 }
 
-/// Nodes with the same histories of their three components, in the order of their first node; nodes of no cell are left
-/// out.
-fn classes(histories: &[u32], used: &[bool]) -> Vec<([u32; 3], Vec<u32>)> {
-    let mut classes: Vec<([u32; 3], Vec<u32>)> = Vec::new();
-    let mut at: HashMap<[u32; 3], usize> = HashMap::new();
+/// Nodes with the same histories of their three components and the same `*TRANSFORM`, in the order of their first node;
+/// nodes of no cell are left out.
+fn classes(histories: &[u32], reader: &Reader) -> Vec<([u32; 3], u32, Vec<u32>)> {
+    let mut classes: Vec<([u32; 3], u32, Vec<u32>)> = Vec::new();
+    let mut at: HashMap<([u32; 3], u32), usize> = HashMap::new();
     for (node, ids) in histories.as_chunks::<3>().0.iter().enumerate() {
-        if !used[node] || *ids == [NONE; 3] {
+        if !reader.used[node] || *ids == [NONE; 3] {
             continue;
         }
-        let next = classes.len();
-        let class = *at.entry(*ids).or_insert(next);
+        let (next, transform) = (classes.len(), reader.transform_of[node]);
+        let class = *at.entry((*ids, transform)).or_insert(next);
         if class == next {
-            classes.push((*ids, Vec::new()));
+            classes.push((*ids, transform, Vec::new()));
         }
-        classes[class].1.push(node as u32);
+        classes[class].2.push(node as u32);
     }
     classes
 }
@@ -488,8 +499,4 @@ fn at_temperature(rows: &[[f64; 3]], t: f64) -> [f64; 2] {
         (Some(row), None) | (None, Some(&row)) => [row[0], row[1]],
         (None, None) => [f64::NAN; 2],
     }
-}
-
-fn triple(x: [f64; 3]) -> String {
-    format!("[{}]", x.map(number).join(", "))
 }

@@ -1,25 +1,76 @@
-//! Coefficients of friction from arrays of the mesh.
+//! Coefficients of friction from arrays of the mesh, and those that change with time.
 
 use super::arrays::{Found, find};
+use super::frames::frames;
+use super::{Prepared, place};
 use crate::Error;
-use crate::contact::{Coefficient, ContactSurface, SurfaceFriction};
+use crate::contact::{Coefficient, ContactSurface, CoulombLaw, Friction, SurfaceFriction};
+use crate::fem::Field;
 use crate::io::case::{ContactSpec, Spot};
 use crate::mesh::Mesh;
 
-/// Reads the arrays at the nodes of the surfaces, which carry the contact points by now.
+/// Finds the values at the nodes of the surfaces, which carry the contact points by now, of arrays and at time `t`.
 ///
 /// # Errors
 /// An array that the mesh does not have, or a value on the surface that is no coefficient; shown where the case names it.
-pub(crate) fn read(mesh: &Mesh, specs: &[ContactSpec], surfaces: &mut [ContactSurface]) -> Result<(), Error> {
+pub(crate) fn read(mesh: &Mesh, specs: &[ContactSpec], surfaces: &mut [ContactSurface], t: f64) -> Result<(), Error> {
     for (surface, spec) in surfaces.iter_mut().zip(specs) {
         let SurfaceFriction::Law(law) = &mut surface.friction else { continue };
         let across = law.across.as_mut().map(|across| &mut across.coefficient);
         for coefficient in std::iter::once(&mut law.coefficient).chain(across) {
-            let Coefficient::Array { name, values } = coefficient else { continue };
-            *values = at_nodes(mesh, &surface.faces, name, &spec.friction_spot)?;
+            match coefficient {
+                Coefficient::Field(_) => {}
+                Coefficient::Array { name, values } => {
+                    *values = at_nodes(mesh, &surface.faces, name, &spec.friction_spot)?;
+                }
+                Coefficient::OfTime { field, values } => {
+                    *values = vec![f64::NAN; mesh.nodes.len()];
+                    for node in mesh.face_nodes(&surface.faces) {
+                        let value = at_time(field, mesh.nodes[node as usize], t);
+                        values[node as usize] = value.map_err(|error| place::instead(&spec.friction_spot, error))?;
+                    }
+                }
+            }
         }
     }
     Ok(())
+}
+
+/// The laws of all points at time `t`; nothing where no coefficient changes with time.
+///
+/// # Errors
+/// A coefficient that is negative or not finite then, shown where the case asks for it.
+pub(crate) fn at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, Error> {
+    let Prepared { mesh, problem, surfaces, loading, .. } = prepared;
+    let of_time = |surface: &ContactSurface| match &surface.friction {
+        SurfaceFriction::Law(CoulombLaw { coefficient: Coefficient::OfTime { field, .. }, .. }) => Some(field.clone()),
+        _ => None,
+    };
+    if !surfaces.iter().any(|surface| of_time(surface).is_some()) {
+        return Ok(None);
+    }
+    let (mut laws, frames) = (problem.contact.friction.clone(), frames(prepared));
+    for ((surface, pair), spot) in surfaces.iter().zip(&problem.labels.pairs).zip(&loading.contact_spots) {
+        let Some(field) = of_time(surface) else { continue };
+        for j in pair.points.clone() {
+            let value = at_time(&field, mesh.nodes[frames[j].node as usize], t);
+            let value = value.map_err(|error| place::instead(spot, error))?;
+            match &mut laws[j] {
+                Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => *coefficient = value,
+                Friction::None | Friction::Given { .. } | Friction::Bonded => {}
+            }
+        }
+    }
+    Ok(Some(laws))
+}
+
+fn at_time(field: &Field, x: [f64; 3], t: f64) -> Result<f64, Error> {
+    let value = field.finite_at(x, t)?;
+    if value >= 0.0 {
+        return Ok(value);
+    }
+    let what = format!("the coefficient of friction {field:?} is {value} at {x:?} at time t = {t}");
+    Err(Error::new("", what, "give an expression that is at least zero, such as \"max(0, ...)\""))
 }
 
 /// One value for each node of the mesh, NaN away from the faces. A point array is read at the nodes; of a cell array a

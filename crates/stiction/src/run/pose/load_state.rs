@@ -3,7 +3,7 @@
 use super::bolts::{Bolt, thermal_forces};
 use super::frames::{PointFrame, frames};
 use super::travel::{travel, travel_rounding, without};
-use super::{Prepared, place};
+use super::{Prepared, coefficients, place};
 use crate::Error;
 use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
 use crate::fem::{DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, initial_strain};
@@ -111,6 +111,8 @@ pub(crate) struct LoadState {
     /// the normal rows. Overlap of the mesh counts as moved: the obstacle pushes the body out in the first step. Counted without the travel.
     pub motion: Vec<f64>,
     pub initial: Initial,
+    /// The laws of friction, `m`; none where they do not change with time.
+    pub friction: Option<Vec<Friction>>,
     /// The translation that supports and obstacles have in common, length.
     pub travel: [f64; 3],
 }
@@ -125,6 +127,7 @@ impl LoadState {
             displacement: vec![0.0; p],
             motion: vec![0.0; 3 * m],
             initial: Initial::default(),
+            friction: None,
             travel: [0.0; 3],
         }
     }
@@ -170,7 +173,8 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
     });
     let [load, support_load] = at_both(&mut force);
     let displacement = without(travel, &dofs);
-    Ok(LoadState { load, support_load, displacement, motion, initial, travel })
+    let friction = coefficients::at(prepared, t)?;
+    Ok(LoadState { load, support_load, displacement, motion, initial, friction, travel })
 }
 
 /// Strains of different cells.
@@ -304,6 +308,9 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
+    if let Some(laws) = &loads.friction {
+        problem.contact.friction.clone_from(laws);
+    }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
     loading.travel = loads.travel;

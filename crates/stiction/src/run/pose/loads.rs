@@ -8,9 +8,9 @@ use crate::contact::ContactProblem;
 use crate::contact::equilibrium::{in_words, unresisted};
 use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{
-    DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
+    Axes, DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
-use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec};
+use crate::io::case::{CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec};
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Bounds, Mesh, v3};
@@ -31,7 +31,7 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
         let fix = match spec.symmetry {
             true => symmetry(mesh, spec, nodes)?,
-            false => Fix { nodes, value: spec.value.clone(), ..Fix::default() },
+            false => Fix { nodes, value: spec.value.clone(), axes: spec.axes, ..Fix::default() },
         };
         let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
@@ -81,10 +81,12 @@ fn symmetry(mesh: &Mesh, spec: &FixSpec, nodes: Vec<u32>) -> Result<Fix, Error> 
     let axis = (0..3).fold(0, |best, c| if mean[c].abs() > mean[best].abs() { c } else { best });
     let lean = (0..3).filter(|&c| c != axis).map(|c| mean[c] * mean[c]).sum::<f64>().sqrt();
     let mut fix = Fix { nodes, ..Fix::default() };
+    let held = Some(Field::Constant(0.0));
     if lean <= LEAN {
-        fix.value[axis] = Some(Field::Constant(0.0));
+        fix.value[axis] = held;
     } else {
-        fix.across = Some(mean);
+        let [second, third] = v3::across(mean);
+        (fix.value[0], fix.axes) = (held, Axes::Turned([mean, second, third]));
     }
     Ok(fix)
 }
@@ -108,9 +110,14 @@ fn support_spot(case: &Case) -> &Spot {
 }
 
 fn fact(mesh: &Mesh, spec: &FixSpec, fix: &Fix) -> FixFacts {
-    let components = match fix.across {
-        Some(normal) => format!("along {}", triple(normal)),
-        None => (0..3).filter(|&c| fix.value[c].is_some()).map(|c| ["x", "y", "z"][c]).collect(),
+    let held = || (0..3).filter(|&c| fix.value[c].is_some());
+    let components = match fix.axes {
+        Axes::Global => held().map(|c| ["x", "y", "z"][c]).collect(),
+        Axes::Turned(axes) => format!("along {}", held().map(|c| triple(axes[c])).collect::<Vec<_>>().join(" and ")),
+        Axes::Cylinder { point, axis } => {
+            let names: String = held().map(|c| CYLINDRICAL[c]).collect();
+            format!("{names} about the line through {} along {}", triple(point), triple(axis))
+        }
     };
     let at = match (&spec.on, fix.nodes.first()) {
         (Region::Point(_), Some(&node)) => Some(mesh.nodes[node as usize]),

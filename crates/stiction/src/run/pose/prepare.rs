@@ -85,7 +85,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
-    coefficients::read(&mesh, &case.contacts, &mut surfaces)?;
+    coefficients::read(&mesh, &case.contacts, &mut surfaces, end(case))?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
     let (problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     problem.validate()?;

@@ -119,6 +119,8 @@ fn loads_of(file: &StepFile) -> LoadState {
             shortening: file.shortening.clone(),
             ..Initial::default()
         },
+        // `put_into` has set them.
+        friction: None,
         // The files hold what is left without it.
         travel: [0.0; 3],
     }

@@ -315,7 +315,9 @@ pub(crate) fn fingerprint(prepared: &Prepared) -> u64 {
     let steps: Vec<_> = loading.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
     let law = (&problem.contact.friction, &problem.contact.orthotropy);
     let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", loading.loads, loading.fixes, loading.motions);
-    let text = format!("{text} {:?}", loading.bolts);
+    // Laws that change with time stand in `law` as they are at the end.
+    let frictions: Vec<_> = prepared.surfaces.iter().map(|surface| &surface.friction).collect();
+    let text = format!("{text} {:?} {frictions:?}", loading.bolts);
     text.bytes().for_each(|byte| word(byte.into()));
     hash
 }

@@ -188,15 +188,15 @@ fn loads(prepared: &Prepared, solid: &Solid, t: f64) -> Result<Loads, NoBound> {
 /// Faces of a support with the directions along which they are held.
 fn held_faces(mesh: &Mesh, fix: &Fix, t: f64) -> Result<Vec<(u32, V3)>, NoBound> {
     let mut held: Vec<(u32, V3)> = Vec::new();
-    if let Some(direction) = fix.across {
-        held.extend(fix.faces.iter().map(|&face| (face, direction)));
-    }
     for (c, field) in fix.value.iter().enumerate() {
         let Some(field) = field else { continue };
-        let direction: V3 = std::array::from_fn(|k| f64::from(u8::from(k == c)));
         for &face in &fix.faces {
-            let &[a, b, c] = mesh.faces[face as usize].corners() else { return Err(NoBound::Hexahedra) };
-            let x = [a, b, c].map(|node| mesh.nodes[node as usize]);
+            let &[i, j, k] = mesh.faces[face as usize].corners() else { return Err(NoBound::Hexahedra) };
+            let x = [i, j, k].map(|node| mesh.nodes[node as usize]);
+            let [direction, other, third] = x.map(|x| fix.axes.direction(c, x).unwrap_or([f64::NAN; 3]));
+            if direction != other || direction != third {
+                return Err(NoBound::Load { what: "a support whose direction turns on its faces".into() });
+            }
             let at = |w: [f64; 3]| {
                 let place = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(w[i], x[i])));
                 field.finite_at(place, t).map_err(failed)

@@ -416,6 +416,11 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         f: problem.elastic.f.clone(),
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
+        coefficient: body
+            .loads
+            .friction
+            .as_ref()
+            .map_or(Vec::new(), |laws| laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect()),
         motion: body.loads.motion.clone(),
         rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),

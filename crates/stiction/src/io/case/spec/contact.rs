@@ -52,7 +52,7 @@ static FRICTION: Rules = Rules {
             "coulomb",
             Kind::Either(&[Kind::Number(COEFFICIENT), Kind::Field, COEFFICIENTS, Kind::Table(&ARRAY)]),
             "coulomb = 0.3",
-            "Coefficient of friction; a number, an expression in x, y, z, { array = \"mu\" }, or two of these: along `direction` and across it.",
+            "Coefficient of friction; a number, an expression in x, y, z, and, if there is only one coefficient, t, { array = \"mu\" }, or two of these: along `direction` and across it.",
         ),
         key(
             "direction",

@@ -8,10 +8,22 @@ pub(super) static FIX: Rules = Rules {
     one_of: &[],
     keys: &[
         key("on", REGION, ON, ON_DOC).required(),
-        key("components", Kind::Text, "components = \"xy\"", "The components held, some of x, y, z in any order.").default("\"xyz\""),
+        key("components", Kind::Text, "components = \"xy\"", "The components held, some of x, y, z (about an axis: r, t, z) in any order; all if absent."),
+        key("axes", Kind::Either(&[AXES, Kind::Table(&CYLINDER)]), "axes = [[1, 1, 0], [0, 0, 1]]", "What the components count along, if not x, y, z of the mesh: directions of x and, in the plane of both, of y, of any length; or { point = [0, 0, 0], axis = [0, 0, 1] }, about which r is radial, t tangential and z axial. Expressions see x, y, z of the mesh all the same."),
         key("value", Kind::Either(&[Kind::List { of: &Kind::Field, from: 1, to: 3 }, Kind::Field]), "value = [0, 0, \"-1e-3*t\"]", "Their values, one for each of `components` in its order: numbers or expressions in x, y, z, t; 0 if absent. A single component needs no list.")
             .unit("length"),
         key("condition", CONDITION, "condition = \"symmetry\"", "Instead of components and value: what the faces are."),
+    ],
+};
+
+const AXES: Kind = Kind::List { of: &POINT, from: 2, to: 2 };
+
+static CYLINDER: Rules = Rules {
+    doc: "A line: displacements about it are radial (r), tangential (t) and axial (z).",
+    one_of: &[],
+    keys: &[
+        key("point", POINT, "point = [0, 0, 0]", "A point of the line.").required().unit("length"),
+        key("axis", POINT, "axis = [0, 0, 1]", "Its direction, of any length.").required(),
     ],
 };
 

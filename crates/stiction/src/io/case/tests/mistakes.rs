@@ -315,7 +315,8 @@ fn laws_of_friction_that_say_too_much_or_too_little_are_refused() {
     law("coulomb = [0.1, -0.3], direction = [1, 0, 0]", "16:24", &["is -0.3", "at least zero"]);
     law("coulomb = [0.1, 0.3, 0.4], direction = [1, 0, 0]", "16:24", &["a list of 3 entries", "2 entries"]);
     law("coulomb = [0.1, 0.3], direction = [0, 0, 0]", "16:48", &["has no direction"]);
-    law("coulomb = \"0.1 + t\"", "16:31", &["t", "x, y, z"]);
+    law("coulomb = \"0.1 + s\"", "16:31", &["s", "x, y, z, t"]);
+    law("coulomb = [\"0.1*t\", 0.3], direction = [1, 0, 0]", "16:24", &["changes with the time t", "one coefficient"]);
     law("coulomb = { aray = \"mu\" }", "16:26", &["`coulomb` has no key", "did you mean `array`?"]);
     law("coulomb = { array = \"\" }", "16:34", &["empty text"]);
     law("coulomb = { array = \"mu\" }, direction = [1, 0, 0]", "16:54", &["one is given"]);
