@@ -8,6 +8,7 @@ mod corners;
 mod deck_cards;
 mod decks;
 mod discretisation;
+mod equations;
 mod error_bound;
 mod exact_answers;
 mod floating;

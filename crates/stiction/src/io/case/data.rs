@@ -26,6 +26,8 @@ pub struct Case {
     pub springs: Vec<SpringSpec>,
     /// `[[load]]`.
     pub loads: Vec<LoadSpec>,
+    /// `[[equation]]`.
+    pub equations: Vec<EquationSpec>,
     /// `[[bolt]]`.
     pub bolts: Vec<BoltSpec>,
     /// `[[contact]]`.
@@ -282,6 +284,30 @@ impl LoadKind {
         use LoadKind::{Gravity, Rotation, Temperature, TemperatureArray};
         matches!(self, Gravity(_) | Rotation { .. } | Temperature(_) | TemperatureArray { .. })
     }
+}
+
+/// A linear equation between displacements.
+#[derive(Debug, Clone)]
+pub struct EquationSpec {
+    /// What is added up.
+    pub terms: Vec<TermSpec>,
+    /// The sum; depends on time only.
+    pub value: Field,
+    /// Where the file says so.
+    pub spot: Spot,
+}
+
+/// A term of an equation: the sum of the displacements of some nodes along a direction, times a factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TermSpec {
+    /// The nodes.
+    pub on: Region,
+    /// Unit vector.
+    pub along: [f64; 3],
+    /// Not zero.
+    pub factor: f64,
+    /// Where the file says so.
+    pub spot: Spot,
 }
 
 /// A bolt that is tightened.

@@ -12,6 +12,7 @@ mod read_accuracy;
 mod read_body;
 mod read_bolt;
 mod read_contact;
+mod read_equation;
 mod read_mesh;
 mod read_region;
 mod read_solver;
@@ -118,6 +119,7 @@ fn interpret(
         springs: each(&case, "spring", read_body::spring)?,
         loads: each(&case, "load", read_body::load)?,
         accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,
+        equations: each(&case, "equation", read_equation::equation)?,
         bolts,
         contacts,
         solver,
@@ -140,13 +142,20 @@ fn title(case: &View) -> String {
     }
 }
 
-/// Under a force at a node the energy grows without end as the mesh is refined.
+/// Under forces at nodes the energy grows without end as the mesh is refined.
 fn no_refined_points(case: &Case) -> Result<(), Error> {
-    let at_nodes = case.loads.iter().find(|load| load.kind.at_nodes());
-    match at_nodes.filter(|_| case.accuracy.as_ref().is_some_and(AccuracySpec::refines)) {
-        Some(load) => {
-            let what = "a force at a node has no answer that a finer mesh would come nearer to";
-            Err(load.spot.error(what, "give the load as a force on faces, or leave [accuracy] out"))
+    if !case.accuracy.as_ref().is_some_and(AccuracySpec::refines) {
+        return Ok(());
+    }
+    if let Some(load) = case.loads.iter().find(|load| load.kind.at_nodes()) {
+        let what = "a force at a node has no answer that a finer mesh would come nearer to";
+        return Err(load.spot.error(what, "give the load as a force on faces, or leave [accuracy] out"));
+    }
+    match case.equations.first() {
+        Some(equation) => {
+            let what =
+                "an equation acts by forces at nodes, which have no answer that a finer mesh would come nearer to";
+            Err(equation.spot.error(what, "leave [accuracy] out"))
         }
         None => Ok(()),
     }

@@ -12,6 +12,7 @@
 
 mod bolts;
 mod contact;
+mod equations;
 mod groups;
 mod history;
 mod keywords;

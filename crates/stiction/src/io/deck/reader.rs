@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::bolts::BoltCard;
 use super::contact::{Interaction, Pair};
+use super::equations::EquationCard;
 use super::history::{Amplitude, Histories};
 use super::keywords::{HARMLESS, REFUSED};
 use super::loads::{OnCells, OnSurface};
@@ -35,6 +36,7 @@ pub(super) struct Reader<'a> {
     pub changing: Option<usize>,
     pub pairs: Vec<Pair<'a>>,
     pub bolts: Vec<BoltCard<'a>>,
+    pub equations: Vec<EquationCard<'a>>,
     pub amplitudes: Vec<Amplitude>,
     pub amplitude_names: HashMap<String, usize>,
     pub histories: Histories,
@@ -96,6 +98,7 @@ impl<'a> Reader<'a> {
             changing: None,
             pairs: Vec::new(),
             bolts: Vec::new(),
+            equations: Vec::new(),
             amplitudes: Vec::new(),
             amplitude_names: HashMap::new(),
             histories: Histories::default(),
@@ -164,6 +167,7 @@ impl<'a> Reader<'a> {
             "INITIALCONDITIONS" => self.initial_conditions(card)?,
             "RESTART" if !card.has("READ") => self.is_harmless(card),
             "TRANSFORM" => self.transform(card)?,
+            "EQUATION" => self.equation(card)?,
             "PRE-TENSIONSECTION" | "PRETENSIONSECTION" => self.pretension(card)?,
             _ if HARMLESS.contains(&name) => self.is_harmless(card),
             _ => self.refuse(card)?,

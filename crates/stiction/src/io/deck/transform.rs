@@ -54,8 +54,13 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The force along x, y, z for a unit along component `c` of a node.
-    pub(super) fn unit_force(&self, node: usize, c: usize, card: &Card) -> Result<[f64; 3], Error> {
+    /// Whether a node has axes of its own.
+    pub(super) fn is_turned(&self, node: u32) -> bool {
+        self.transform_of[node as usize] != NONE
+    }
+
+    /// The vector along x, y, z for a unit along component `c` of a node.
+    pub(super) fn unit(&self, node: usize, c: usize, card: &Card) -> Result<[f64; 3], Error> {
         let axes = match self.transform_of[node] {
             NONE => Axes::Global,
             place => self.transforms[place as usize].axes,

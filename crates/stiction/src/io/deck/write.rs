@@ -54,6 +54,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
     let mut writer = Writer { reader, out, groups, arrays, spans, single };
     writer.materials()?;
     writer.supports()?;
+    writer.equations()?;
     writer.forces()?;
     writer.pressures()?;
     writer.on_cells()?;
@@ -259,7 +260,7 @@ impl Writer<'_, '_> {
     }
 
     /// The group of some nodes: the set of the deck that has these and no other nodes of the body, or a new one.
-    fn named(&mut self, nodes: &[u32], otherwise: &str) -> String {
+    pub(super) fn named(&mut self, nodes: &[u32], otherwise: &str) -> String {
         let used = &self.reader.used;
         let same = |found: &[u32]| found.iter().filter(|&&node| used[node as usize]).eq(nodes);
         let name = self.reader.named_nodes.iter().find(|named| same(&named.1.nodes)).map(|named| named.0.clone());
@@ -316,7 +317,7 @@ impl Writer<'_, '_> {
                     (at, size)
                 }
             };
-            let unit = self.reader.unit_force(dof / 3, dof % 3, card)?;
+            let unit = self.reader.unit(dof / 3, dof % 3, card)?;
             (0..3).for_each(|k| courses[course].1[k][dof / 3] += size * unit[k]);
         }
         for (number, (shape, arrays)) in courses.into_iter().enumerate() {

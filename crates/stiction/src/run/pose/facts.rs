@@ -28,6 +28,8 @@ pub struct Facts {
     pub steps: Option<(usize, f64)>,
     /// Unknown displacements.
     pub unknowns: usize,
+    /// Equations, and how many displacements they hold.
+    pub equations: Option<[usize; 2]>,
     /// Contact points.
     pub points: usize,
     /// What a person should know and did not ask, one sentence each.

@@ -1,6 +1,7 @@
 //! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
 use super::bolts::{Bolt, thermal_forces};
+use super::equations::Equations;
 use super::frames::{PointFrame, frames};
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
@@ -36,6 +37,8 @@ pub struct Loading {
     pub slid: Vec<f64>,
     /// Thermal strain now, and what tightened bolts do.
     pub initial: Initial,
+    /// Equations between displacements.
+    pub equations: Equations,
     /// The bolts.
     pub bolts: Vec<Bolt>,
     /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
@@ -216,6 +219,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
+    loading.equations.put_into(&mut motion, travel, t)?;
     Ok(motion)
 }
 

@@ -6,6 +6,7 @@ pub(super) mod bolts;
 mod coarser;
 mod coefficients;
 mod counts;
+pub(super) mod equations;
 mod facts;
 pub(super) mod frames;
 pub(super) mod load_state;

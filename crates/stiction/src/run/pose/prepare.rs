@@ -3,6 +3,7 @@
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
+use super::equations::equations;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
@@ -87,11 +88,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces, end(case))?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
-    let (problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
+    let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
+    let (equations, held) = equations(&mesh, &model.dofs, &case.equations, &mut problem)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let loading = Loading { bolts, ..Loading::new(case, loads, fixes).on(&problem) };
+    let loading = Loading { bolts, equations, ..Loading::new(case, loads, fixes).on(&problem) };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
@@ -128,7 +130,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
-        points: problem.points(),
+        equations: (!case.equations.is_empty()).then_some([case.equations.len(), held]),
+        points: loading.equations.points_before(&problem),
         notes,
     };
     let seconds = [meshed, assembled, lap()];
@@ -157,7 +160,11 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         load_state(&prepared, t)?;
     }
-    if prepared.loading.moves() || prepared.loading.strains() || travel != [0.0; 3] {
+    if prepared.loading.moves()
+        || !prepared.loading.equations.is_empty()
+        || prepared.loading.strains()
+        || travel != [0.0; 3]
+    {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;
         let last = tightened(&prepared, last, &prepared.loading.given_shortening(end(case))?);

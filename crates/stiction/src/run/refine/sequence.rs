@@ -299,7 +299,7 @@ impl Sequence {
             level: self.levels.len(),
             cells: prepared.mesh.cell_count(),
             unknowns: prepared.problem.unknowns(),
-            points: prepared.problem.points(),
+            points: prepared.facts.points,
             error: indicators.error,
             bound: None,
             iterations: if outcome.steps.is_empty() { counts.newton_steps.max(counts.cycles) } else { of_steps },

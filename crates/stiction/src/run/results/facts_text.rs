@@ -62,6 +62,9 @@ pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
         rows.add("steps", format!("{increments} increments from t = 0 to {end}, the time of the loads above"));
     }
     facts.contacts.iter().for_each(|contact| contact_rows(&mut rows, contact));
+    if let Some([count, held]) = facts.equations {
+        rows.add("equations", format!("{count} between {held} displacements"));
+    }
     rows.add("unknowns", format!("{} displacements, {} contact points", facts.unknowns, facts.points));
     facts.notes.iter().for_each(|note| rows.add("note", note.clone()));
     rows.0

@@ -56,7 +56,7 @@ pub(crate) fn write(
     for names in of_surfaces {
         files.extend(names?);
     }
-    if prepared.problem.points() > 0 {
+    if prepared.facts.points > 0 {
         let points: Vec<ConvergencePoint> = (outcome.solution.history.iter())
             .map(|p| ConvergencePoint { iteration: p.iteration, products: p.products, residual: p.residual })
             .collect();

@@ -74,7 +74,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         );
         rows.more("bodies meet, or ask for a larger tolerance".into());
     }
-    if prepared.problem.points() > 0 {
+    if prepared.facts.points > 0 {
         let pairs = pair_totals(prepared, outcome);
         let several = pairs.len() > 1;
         for (name, t) in &pairs {

@@ -62,8 +62,10 @@ pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec
     let frames = frames(prepared);
     let tractions = tractions(prepared, outcome, &frames);
     let of = |points: Range<usize>| over(prepared, outcome, &frames, &tractions, points);
-    let pairs = prepared.problem.labels.pairs.iter().map(|pair| (pair.name.clone(), of(pair.points.clone())));
-    (of(0..prepared.problem.points()), pairs.collect())
+    // Points of equations are of no surface.
+    let surfaces = prepared.problem.labels.pairs.iter().take(prepared.surfaces.len());
+    let pairs = surfaces.map(|pair| (pair.name.clone(), of(pair.points.clone()))).collect();
+    (of(0..prepared.facts.points), pairs)
 }
 
 fn over(

@@ -3,6 +3,7 @@
 mod accuracy;
 mod bolt;
 mod contact;
+mod equation;
 mod load;
 mod material;
 mod mesh;
@@ -15,6 +16,7 @@ use accuracy::ACCURACY;
 pub(super) use accuracy::PART;
 use bolt::BOLT;
 use contact::CONTACT;
+use equation::EQUATION;
 use load::{FIX, LOAD, SPRING};
 use material::MATERIAL;
 use mesh::MESH;
@@ -45,6 +47,7 @@ pub(super) static CASE: Rules = Rules {
         key("fix", Kind::Tables(&FIX), "[[fix]]", "Prescribed displacements."),
         key("spring", Kind::Tables(&SPRING), "[[spring]]", "Elastic foundations: springs to the ground."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
+        key("equation", Kind::Tables(&EQUATION), "[[equation]]", "Linear equations between displacements."),
         key("bolt", Kind::Tables(&BOLT), "[[bolt]]", "Bolts that are tightened."),
         key(
             "contact",

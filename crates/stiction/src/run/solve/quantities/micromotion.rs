@@ -38,7 +38,7 @@ pub(crate) fn micromotions(prepared: &Prepared, outcome: &Outcome) -> Vec<Option
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         percentiles(&all)
     };
-    labels.pairs.iter().map(|pair| of_pair(pair.points.clone())).collect()
+    labels.pairs.iter().take(prepared.surfaces.len()).map(|pair| of_pair(pair.points.clone())).collect()
 }
 
 /// Of slides with their areas, in ascending order.
