@@ -11,6 +11,8 @@ fn names(kind: CellKind) -> (u8, &'static str) {
         CellKind::Hex8 => (5, "C3D8"),
         CellKind::Tet10 => (11, "C3D10"),
         CellKind::Hex20 => (17, "C3D20"),
+        CellKind::Wedge6 => (6, "C3D6"),
+        CellKind::Wedge15 => (18, "C3D15"),
     }
 }
 

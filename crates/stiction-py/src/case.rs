@@ -51,7 +51,12 @@ pub(crate) fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
     let count = raw.nodes.len();
     for (name, cells) in &given.1 {
         let Some(kind) = CellKind::ALL.into_iter().find(|kind| kind.name() == name) else {
-            return Err(wrong(py, "mesh", format!("{name:?} is no kind of cell"), "give tet4, hex8, tet10 or hex20"));
+            return Err(wrong(
+                py,
+                "mesh",
+                format!("{name:?} is no kind of cell"),
+                "give tet4, hex8, tet10, hex20, wedge6 or wedge15",
+            ));
         };
         let nodes = all(&format!("mesh, cells {name}"), cells.as_slice()?, count)?;
         if nodes.len() % kind.nodes() != 0 {
@@ -73,6 +78,7 @@ pub(crate) fn raw(py: Python<'_>, given: &Given<'_>) -> PyResult<RawMesh> {
             ..RawGroup::default()
         });
     }
+    raw.turn_wedges();
     Ok(raw)
 }
 

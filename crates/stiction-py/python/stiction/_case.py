@@ -252,7 +252,7 @@ class Case:
     mesh : optional
         A mesh in place of the case's own: a path, a ``meshio.Mesh``, a ``pyvista.UnstructuredGrid``, or
         ``(points, cells, groups)``: coordinates ``(nodes, 3)``; nodes of the cells, an array or ``{kind: array}`` with the
-        kinds tet4, hex8, tet10, hex20 in VTK's order; groups by name, as numbers of nodes ``(k,)``, corners of faces
+        kinds tet4, hex8, tet10, hex20, wedge6, wedge15 in VTK's order; groups by name, as numbers of nodes ``(k,)``, corners of faces
         ``(k, 3)`` or ``(k, 4)``, or ``{"cells": .., "faces": .., "nodes": ..}``. A pyvista grid gives groups by its arrays,
         as a ``.vtu`` file does.
     overrides : dict, optional

@@ -11,7 +11,14 @@ from ._arrays import reals
 from ._errors import InputError
 
 #: Name of each kind, its nodes, and what meshio and VTK call it.
-KINDS = {"tet4": (4, "tetra", 10), "hex8": (8, "hexahedron", 12), "tet10": (10, "tetra10", 24), "hex20": (20, "hexahedron20", 25)}
+KINDS = {
+    "tet4": (4, "tetra", 10),
+    "hex8": (8, "hexahedron", 12),
+    "tet10": (10, "tetra10", 24),
+    "hex20": (20, "hexahedron20", 25),
+    "wedge6": (6, "wedge", 13),
+    "wedge15": (15, "wedge15", 26),
+}
 OF_MESHIO = {meshio: kind for kind, (_, meshio, _) in KINDS.items()}
 OF_VTK = {vtk: kind for kind, (_, _, vtk) in KINDS.items()}
 #: Corners of faces by meshio's names and VTK's numbers; quadratic faces begin with them.
@@ -162,7 +169,7 @@ def of_pyvista(grid: Any) -> Given:
             number[types == kind] = count + np.arange(len(nodes))
             count += len(nodes)
         elif kind not in FACES and kind not in NODES:
-            raise InputError("mesh", f"cells of VTK's type {kind} cannot be used", "give tetrahedra and hexahedra")
+            raise InputError("mesh", f"cells of VTK's type {kind} cannot be used", "give tetrahedra, wedges and hexahedra")
     for key in grid.cell_data:
         array = np.asarray(grid.cell_data[key])
         if array.ndim != 1 or array.dtype.kind not in "iub":

@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use super::patches::Patches;
-use crate::fem::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10};
+use crate::fem::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15};
 use crate::fem::{self, Cut, Solid, Voigt, quadratic_points};
 use crate::linalg::SmallLu;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, corners};
-use crate::mesh::shape::{GAUSS3, HEX20, TET10};
+use crate::mesh::shape::{GAUSS3, HEX20, TET10, WEDGE6, WEDGE15};
 use crate::mesh::v3::{V3, add, dot, mean, scale, sub};
 use crate::mesh::{CellKind, Cells};
 
@@ -34,7 +34,7 @@ pub struct Straining<'a> {
 const CELLS_PER_TASK: usize = 512;
 
 /// Stress of a cell where it is most accurate, as far as that is known: at the middle of linear cells, at the 2 x 2 x 2 Gauss points of
-/// hexahedra with 20 nodes (Barlow 1976). No such points of tetrahedra with 10 nodes are known.
+/// hexahedra with 20 nodes (Barlow 1976). No such points of tetrahedra with 10 nodes and wedges with 15 are known.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) place: V3,
@@ -55,8 +55,8 @@ impl Samples {
 
 fn samples_of(kind: CellKind) -> usize {
     match kind {
-        CellKind::Tet4 | CellKind::Hex8 => 1,
-        CellKind::Tet10 => 0,
+        CellKind::Tet4 | CellKind::Hex8 | CellKind::Wedge6 => 1,
+        CellKind::Tet10 | CellKind::Wedge15 => 0,
         CellKind::Hex20 => 8,
     }
 }
@@ -124,8 +124,8 @@ impl<'a> Body<'a> {
         };
         let laws = solid.materials.iter().map(law).collect();
         let way = |kind: CellKind| match kind {
-            CellKind::Tet4 | CellKind::Hex8 => 0,
-            CellKind::Tet10 => 1,
+            CellKind::Tet4 | CellKind::Hex8 | CellKind::Wedge6 => 0,
+            CellKind::Tet10 | CellKind::Wedge15 => 1,
             CellKind::Hex20 => 2,
         };
         let ways = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(way(block.kind), block.len()));
@@ -164,7 +164,10 @@ impl<'a> Body<'a> {
                 let known = match block.kind {
                     CellKind::Tet4 => Tet4::new(&corners(x, nodes)).map(|e| own[0].stress = self.stress(&e, &at)[0]),
                     CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| own[0].stress = self.mean_stress(&e, &at)),
-                    CellKind::Tet10 => None,
+                    CellKind::Wedge6 => {
+                        Wedge6::new(&corners(x, nodes)).map(|e| own[0].stress = self.mean_stress(&e, &at))
+                    }
+                    CellKind::Tet10 | CellKind::Wedge15 => None,
                     CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| {
                         let stress = self.stress(&e, &at);
                         for ((sample, weights), shape) in own.iter_mut().zip(&*HEX20_SAMPLES).zip(&*HEX20_AT_SAMPLES) {
@@ -249,6 +252,16 @@ impl<'a> Body<'a> {
                 let rule = &*HEX20;
                 self.integrated(&e.weight, &self.stress(&e, at), at, &from_fn(smooth), |q| &rule[q].shape)
             }
+            CellKind::Wedge6 => {
+                let e = Wedge6::new(&corners(x, at.nodes))?;
+                let rule = &*WEDGE6;
+                self.integrated(&e.weight, &self.stress(&e, at), at, &from_fn(smooth), |q| &rule[q].shape)
+            }
+            CellKind::Wedge15 => {
+                let e = Wedge15::new(&corners(x, at.nodes))?;
+                let rule = &*WEDGE15;
+                self.integrated(&e.weight, &self.stress(&e, at), at, &from_fn(smooth), |q| &rule[q].shape)
+            }
         })
     }
 
@@ -263,7 +276,7 @@ impl<'a> Body<'a> {
     ) -> [f64; 4] {
         let compliance = &self.constants(at.cell).1;
         // The recovered stress is that of the whole strain.
-        let whole = N == 10 && !self.straining.initial.is_empty();
+        let whole = (N == 10 || N == 15) && !self.straining.initial.is_empty();
         let mut sums = [0.0; 4];
         for (q, (found, weight)) in stress.iter().zip(weight).enumerate() {
             let smooth = combined(shape(q), smooth);
@@ -323,7 +336,7 @@ impl<'a> Body<'a> {
     pub(super) fn stress<const N: usize, const Q: usize>(&self, element: &Element<N, Q>, at: &At) -> [Voigt; Q] {
         let law = self.law(at.cell);
         let mut strain = self.strain(element, at);
-        if N == 8 && law.mean_dilatation {
+        if Element::<N, Q>::AVERAGES && law.mean_dilatation {
             let dilatation = |e: &Voigt| e[0] + e[1] + e[2];
             let sum: f64 = strain.iter().zip(element.weight).map(|(e, w)| w * dilatation(e)).sum();
             let mean = sum / element.volume();

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use super::Straining;
 use super::cells::{At, Body, combined};
-use crate::fem::elements::{Element, Hex8, Hex20, MOST_NODES, Tet4, Tet10};
+use crate::fem::elements::{Element, Hex8, Hex20, MOST_NODES, Tet4, Tet10, Wedge6, Wedge15};
 use crate::fem::{Solid, Voigt};
 use crate::mesh::CellKind;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, corners};
-use crate::mesh::shape::{GAUSS3, TET10};
+use crate::mesh::shape::{GAUSS3, TET10, WEDGE_CORNERS, WEDGE6, WEDGE15, face_rule};
 
 /// Stress and strain at each node of a mesh, in the order xx, yy, zz, xy, yz, xz.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -46,7 +46,8 @@ static FROM_TET10: LazyLock<[[f64; 14]; 4]> = LazyLock::new(|| {
 });
 
 /// Stress and strain at the nodes: by the polynomials through the integration points of linear cells and of hexahedra with 20 nodes, and by
-/// the linear function nearest to those of tetrahedra with ten nodes, whose middles of edges have the mean of their ends.
+/// the linear function nearest to those of tetrahedra with ten nodes and of triangles of wedges; the middles of the edges of these
+/// have the mean of their ends.
 /// All cells of a node count alike. A node of no cell, or of a folded one, has NaN.
 ///
 /// # Panics
@@ -92,11 +93,14 @@ fn at_nodes(body: &Body, kind: CellKind, at: &At) -> [[Voigt; 2]; MOST_NODES] {
         CellKind::Hex8 => Hex8::new(&corners(x, at.nodes)).map(|e| extrapolated(body, &e, at, &FROM_GAUSS)),
         CellKind::Tet10 => Tet10::new(&corners(x, at.nodes)).map(|e| extrapolated(body, &e, at, &FROM_TET10)),
         CellKind::Hex20 => Hex20::new(&corners(x, at.nodes)).map(|e| extrapolated(body, &e, at, &FROM_HEX20)),
+        CellKind::Wedge6 => Wedge6::new(&corners(x, at.nodes)).map(|e| extrapolated(body, &e, at, &FROM_WEDGE6)),
+        CellKind::Wedge15 => Wedge15::new(&corners(x, at.nodes)).map(|e| extrapolated(body, &e, at, &FROM_WEDGE15)),
     };
     let mut values = known.unwrap_or([[[f64::NAN; 6]; 2]; MOST_NODES]);
-    let middles = if kind == CellKind::Tet10 { kind.edges() } else { &[] };
+    let middles = if matches!(kind, CellKind::Tet10 | CellKind::Wedge15) { kind.edges() } else { &[] };
+    let first = kind.linear().nodes();
     for (i, &[a, b]) in middles.iter().enumerate() {
-        values[4 + i] = from_fn(|s| from_fn(|k| 0.5 * (values[a][s][k] + values[b][s][k])));
+        values[first + i] = from_fn(|s| from_fn(|k| 0.5 * (values[a][s][k] + values[b][s][k])));
     }
     values
 }
@@ -120,6 +124,32 @@ static FROM_HEX20: LazyLock<[[f64; 27]; 20]> = LazyLock::new(|| {
     })
 });
 
+/// Weights of the values at the points of a wedge at its corners: along each triangle the linear function nearest in the mean, along
+/// the wedge the polynomial through the Gauss points `along`. `weights` are those of the points.
+fn of_wedge<const Q: usize>(weights: [f64; Q], triangle: &[[f64; 3]], along: &[f64]) -> [[f64; Q]; 6] {
+    let points = triangle.len();
+    let whole: f64 = weights[..points].iter().sum();
+    let polynomial = |z: f64, level: usize| {
+        let others = (0..along.len()).filter(|&other| other != level);
+        others.map(|other| (z - along[other]) / (along[level] - along[other])).product::<f64>()
+    };
+    // The inverse of the mass matrix A/12 (1 + δ_ij) of the triangle is 12/A (δ_ij - 1/4).
+    from_fn(|i| {
+        let nearest = |q: usize| weights[q] / whole * (12.0 * triangle[q][i % 3] - 3.0);
+        from_fn(|q| nearest(q % points) * polynomial(WEDGE_CORNERS[i][2], q / points))
+    })
+}
+
+static FROM_WEDGE6: LazyLock<[[f64; 6]; 6]> = LazyLock::new(|| {
+    let triangle: Vec<[f64; 3]> = WEDGE6[..3].iter().map(|at| from_fn(|k| at.shape[k] + at.shape[3 + k])).collect();
+    of_wedge(from_fn(|q| WEDGE6[q].weight), &triangle, &[-GAUSS, GAUSS])
+});
+
+static FROM_WEDGE15: LazyLock<[[f64; 21]; 6]> = LazyLock::new(|| {
+    let triangle: Vec<[f64; 3]> = face_rule(6).into_iter().map(|([x, y], _)| [1.0 - x - y, x, y]).collect();
+    of_wedge(from_fn(|q| WEDGE15[q].weight), &triangle, &GAUSS3.map(|point| point.0))
+});
+
 fn extrapolated<const N: usize, const Q: usize, const C: usize>(
     body: &Body,
     element: &Element<N, Q>,
@@ -140,8 +170,14 @@ mod tests {
     use crate::fem::Material;
     use crate::mesh::{BlockElement, Mesh, block};
 
-    const ELEMENTS: [(BlockElement, u8); 4] =
-        [(BlockElement::Tet4Six, 0), (BlockElement::Hex8, 0), (BlockElement::Tet10Six, 1), (BlockElement::Hex20, 1)];
+    const ELEMENTS: [(BlockElement, u8); 6] = [
+        (BlockElement::Tet4Six, 0),
+        (BlockElement::Hex8, 0),
+        (BlockElement::Wedge6, 0),
+        (BlockElement::Tet10Six, 1),
+        (BlockElement::Hex20, 1),
+        (BlockElement::Wedge15, 1),
+    ];
 
     fn block_of(element: BlockElement) -> Mesh {
         let cells = [3, 2, 2];

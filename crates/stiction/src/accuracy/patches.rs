@@ -72,7 +72,7 @@ const PATCHES_PER_TASK: usize = 128;
 
 /// The recovered stress: one polynomial for each corner and each region of the cells around it.
 ///
-/// Tetrahedra with ten nodes, which have no points where their stress is better than elsewhere: the polynomial of third degree
+/// Tetrahedra with ten nodes and wedges with fifteen, which have no points where their stress is better than elsewhere: the polynomial of third degree
 /// through the displacements of the nodes, differentiated; its stress is that of the whole strain, the one without stress
 /// included. Other cells: a polynomial through stresses at their samples.
 pub(super) struct Patches {
@@ -162,7 +162,11 @@ impl Patches {
 
 /// The corners of a cell with these nodes.
 fn corners_of(nodes: &[u32]) -> &[u32] {
-    &nodes[..if nodes.len() == 4 || nodes.len() == 10 { 4 } else { 8 }]
+    &nodes[..match nodes.len() {
+        4 | 10 => 4,
+        6 | 15 => 6,
+        _ => 8,
+    }]
 }
 
 #[inline]
@@ -205,9 +209,9 @@ impl Finder<'_> {
     fn polynomial(&self, node: u32, region: u32) -> Polynomial {
         let cells = self.at(node, region);
         match self.cells.get(cells[0] as usize).0 {
-            CellKind::Tet10 => self.differentiated(node, &cells, region),
+            CellKind::Tet10 | CellKind::Wedge15 => self.differentiated(node, &cells, region),
             CellKind::Hex20 => self.quadratic(node, &cells, region),
-            CellKind::Tet4 | CellKind::Hex8 => {
+            CellKind::Tet4 | CellKind::Hex8 | CellKind::Wedge6 => {
                 let mut terms = [[0.0; 6]; QUADRATIC];
                 terms[0] = self.linear(node, region);
                 (terms, [[0.0; 3]; 3])

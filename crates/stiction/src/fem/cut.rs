@@ -8,7 +8,7 @@
 
 use super::Solid;
 use super::elastic::Voigt;
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, folded};
 use super::recovery::{mean_gradient, strain_of};
 use crate::Error;
 use crate::mesh::CellKind;
@@ -54,6 +54,8 @@ pub fn cut(solid: &Solid, mut cells: Vec<u32>, nodes: Vec<u32>, axis: [f64; 3]) 
             CellKind::Hex8 => Hex8::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
             CellKind::Tet10 => Tet10::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
             CellKind::Hex20 => Hex20::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
+            CellKind::Wedge6 => Wedge6::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
+            CellKind::Wedge15 => Wedge15::new(&corners(x, of_cell)).map(|e| response(&e, law, &jump)),
         };
         let (force, mean) = answer.ok_or_else(|| folded(solid, cell as usize, kind, of_cell))?;
         for ((&node, force), jump) in of_cell.iter().zip(force).zip(&jump) {

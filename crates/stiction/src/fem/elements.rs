@@ -1,10 +1,10 @@
-//! Tetrahedra and hexahedra, linear and quadratic: shape functions, quadrature and stiffness.
+//! Tetrahedra, hexahedra and wedges, linear and quadratic: shape functions, quadrature and stiffness.
 
 use super::elastic::{Stiffness, Voigt, contract};
 use super::{Material, Solid};
 use crate::Error;
 use crate::mesh::geometry::{GAUSS, HEX_CORNERS, HexEdges, corners, tet_jacobian};
-use crate::mesh::shape::{HEX20, Reference, TET10};
+use crate::mesh::shape::{HEX20, Reference, TET10, WEDGE6, WEDGE15};
 use crate::mesh::v3::{V3, add, cross, dot, scale};
 use crate::mesh::{CellKind, Mesh};
 
@@ -27,6 +27,11 @@ pub type Tet10 = Element<10, 14>;
 /// Serendipity hexahedron, curved or straight: 3 x 3 x 3 Gauss points.
 pub type Hex20 = Element<20, 27>;
 
+/// Linear wedge: three points of the triangle at each of two Gauss points.
+pub type Wedge6 = Element<6, 6>;
+/// Quadratic wedge, curved or straight: seven points of the triangle at each of three Gauss points.
+pub type Wedge15 = Element<15, 21>;
+
 /// Most nodes a cell has.
 pub const MOST_NODES: usize = 20;
 
@@ -37,7 +42,7 @@ pub struct Law<'a> {
     pub lambda: f64,
     /// Shear modulus, stress, > 0.
     pub mu: f64,
-    /// Whether linear hexahedra average the dilatation over the cell (B-bar).
+    /// Whether linear hexahedra and wedges average the dilatation over the cell (B-bar).
     pub mean_dilatation: bool,
     /// Takes the place of the two constants where elasticity depends on the direction.
     pub stiffness: Option<&'a Stiffness>,
@@ -131,7 +136,25 @@ impl Hex20 {
     }
 }
 
+impl Wedge6 {
+    /// The wedge on the corners `x`; `None` unless its mapping has positive volume at every integration point.
+    pub fn new(x: &[V3; 6]) -> Option<Self> {
+        Element::mapped(&WEDGE6, x)
+    }
+}
+
+impl Wedge15 {
+    /// The wedge with nodes at `x`; `None` unless its mapping has positive volume at every integration point.
+    pub fn new(x: &[V3; 15]) -> Option<Self> {
+        Element::mapped(&WEDGE15, x)
+    }
+}
+
 impl<const N: usize, const Q: usize> Element<N, Q> {
+    /// Whether the law can average the dilatation over the cell: one point is its own mean, and quadratic cells would
+    /// lose an order by a constant one.
+    pub const AVERAGES: bool = N == 8 || N == 6;
+
     /// The isoparametric cell with nodes at `x`, integrated at the points of `rule`.
     fn mapped(rule: &[Reference<N>; Q], x: &[V3; N]) -> Option<Self> {
         let mut element = Element { weight: [0.0; Q], gradient: [[[0.0; 3]; N]; Q] };
@@ -208,9 +231,9 @@ impl<const N: usize, const Q: usize> Element<N, Q> {
 
     /// The mean dilatation of the cell, where the law averages it.
     pub fn dilatation(&self, law: Law) -> Option<Dilatation<N>> {
-        // One point is its own mean, and quadratic cells would lose an order by a constant one.
         let bulk = || (law.lambda + 2.0 / 3.0 * law.mu) / self.volume();
-        (law.mean_dilatation && N == 8).then(|| Dilatation { bulk: bulk(), gradient: self.integrated_gradient() })
+        (law.mean_dilatation && Self::AVERAGES)
+            .then(|| Dilatation { bulk: bulk(), gradient: self.integrated_gradient() })
     }
 }
 
@@ -235,8 +258,8 @@ pub struct VolumePoint {
 }
 
 /// Quadrature over a cell, exact for polynomials of degree 2 (tetrahedron, 4 points) and of degree 3 in each
-/// direction of the reference cell (hexahedron, 2 x 2 x 2 points), of degree 5 for quadratic cells. `None` if the cell
-/// is folded.
+/// direction of the reference cell (hexahedron, 2 x 2 x 2 points; wedge, 3 x 2 points, of degree 2 in the triangle), of
+/// degree 5 for quadratic cells. `None` if the cell is folded.
 pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<VolumePoint>> {
     let (shapes, weights): (Vec<[f64; MOST_NODES]>, Vec<f64>) = match kind {
         CellKind::Tet4 => {
@@ -256,6 +279,8 @@ pub fn volume_points(kind: CellKind, mesh: &Mesh, nodes: &[u32]) -> Option<Vec<V
         }
         CellKind::Tet10 => (padded(&*TET10), Tet10::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
         CellKind::Hex20 => (padded(&*HEX20), Hex20::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
+        CellKind::Wedge6 => (padded(&*WEDGE6), Wedge6::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
+        CellKind::Wedge15 => (padded(&*WEDGE15), Wedge15::new(&corners(&mesh.nodes, nodes))?.weight.to_vec()),
     };
     let position = |shape: &[f64; MOST_NODES]| {
         nodes.iter().zip(shape).fold([0.0; 3], |x, (&i, &s)| add(x, scale(s, mesh.nodes[i as usize])))

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::elastic::{PLACE, Voigt};
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded, volume_points};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, folded, volume_points};
 use super::solid::all_exist;
 use super::{Load, Solid, Temperature};
 use crate::Error;
 use crate::mesh::geometry::corners;
-use crate::mesh::shape::{HEX20, TET10};
+use crate::mesh::shape::{HEX20, TET10, WEDGE15};
 use crate::mesh::v3::{V3, add, scale};
 use crate::mesh::{CellKind, Cells, Mesh};
 
@@ -68,6 +68,8 @@ pub fn initial_strain(solid: &Solid, load: &Load, t: f64) -> Result<Option<Initi
             CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Wedge6 => Wedge6::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
+            CellKind::Wedge15 => Wedge15::new(&corners(x, nodes)).map(|e| heated(&e, law, &expansion, &rise)),
         };
         let of_points = if kind.edges().is_empty() { Vec::new() } else { rise.iter().map(|point| point.1).collect() };
         Ok((heated.ok_or_else(refused)?, of_points))
@@ -106,9 +108,10 @@ pub(crate) fn quadratic_points(mesh: &Mesh) -> Vec<[usize; 2]> {
     let mut first = 0;
     let of_block = |block: &Cells| {
         let count = match block.kind {
-            CellKind::Tet4 | CellKind::Hex8 => 0,
+            CellKind::Tet4 | CellKind::Hex8 | CellKind::Wedge6 => 0,
             CellKind::Tet10 => TET10.len(),
             CellKind::Hex20 => HEX20.len(),
+            CellKind::Wedge15 => WEDGE15.len(),
         };
         first += count * block.len();
         [first - count * block.len(), count]
@@ -129,7 +132,7 @@ fn heated<const N: usize, const Q: usize>(
     let stress = |g: &V3| [0, 1, 2].map(|a| (0..3).map(|b| unit[PLACE[a][b]] * g[b]).sum::<f64>());
     let unit_energy = 0.5 * unit.iter().zip(expansion).map(|(s, e)| s * e).sum::<f64>();
     let strain = expansion.map(|a| a * mean);
-    let linear = N == 4 || N == 8;
+    let linear = N == 4 || N == 6 || N == 8;
     if linear {
         let force = element.integrated_gradient().iter().map(|g| scale(mean, stress(g))).collect();
         return (strain, force, unit_energy * mean * mean * element.volume());

@@ -4,10 +4,10 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use super::elastic::Voigt;
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, inverse};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, inverse};
 use super::{FeModel, Solid};
 use crate::mesh::geometry::{HEX_CORNERS, corners};
-use crate::mesh::shape::HEX20;
+use crate::mesh::shape::{HEX20, WEDGE6, WEDGE15};
 use crate::mesh::v3::{V3, add, scale};
 use crate::mesh::{CellKind, Mesh};
 
@@ -70,6 +70,8 @@ pub(crate) fn cell_stress_as<'a, T: Send>(
             CellKind::Hex8 => Hex8::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
             CellKind::Tet10 => Tet10::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
             CellKind::Hex20 => Hex20::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Wedge6 => Wedge6::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
+            CellKind::Wedge15 => Wedge15::new(&corners(x, nodes)).map(|e| mean_gradient(&e, nodes, u)),
         };
         let Some(h) = gradient else { return report([f64::NAN; 6]) };
         let mut strain = strain_of(&h);
@@ -97,11 +99,19 @@ fn middle(kind: CellKind) -> &'static [V3] {
     static HEX8: LazyLock<[V3; 8]> = LazyLock::new(|| HEX_CORNERS.map(|corner| scale(0.125, corner)));
     // Of the 3 x 3 x 3 Gauss points the one in the middle.
     const CENTRE: usize = 13;
+    // The functions of a linear wedge have the mean of their derivatives there.
+    static WEDGE6_MIDDLE: LazyLock<[V3; 6]> = LazyLock::new(|| {
+        from_fn(|i| WEDGE6.iter().fold([0.0; 3], |sum, at| add(sum, at.gradient[i])).map(|g| g / 6.0))
+    });
+    // Of the 7 x 3 points the one in the middle.
+    const AXIS: usize = 7;
     match kind {
         CellKind::Tet4 => &TET4,
         CellKind::Hex8 => &*HEX8,
         CellKind::Tet10 => &*TET10,
         CellKind::Hex20 => &HEX20[CENTRE].gradient,
+        CellKind::Wedge6 => &*WEDGE6_MIDDLE,
+        CellKind::Wedge15 => &WEDGE15[AXIS].gradient,
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::Solid;
 use super::congruent_cells::Shapes;
-use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, folded};
+use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, folded};
 use super::incidence::{Incidence, NodeRange, Touching, is_needed};
 use super::solid::CellList;
 use crate::Error;
@@ -68,6 +68,10 @@ impl<'a> RowAssembly<'a> {
             }
             CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
             CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
+            CellKind::Wedge6 => Wedge6::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
+            CellKind::Wedge15 => {
+                Wedge15::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums))
+            }
         };
         added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
     }

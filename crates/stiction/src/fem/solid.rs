@@ -26,7 +26,7 @@ impl<'a> Solid<'a> {
     pub fn validate(&self) -> Result<(), Error> {
         let cells = self.mesh.cell_count();
         if cells == 0 {
-            return Err(Error::new("mesh", "there is no cell", "give a mesh of tetrahedra or hexahedra"));
+            return Err(Error::new("mesh", "there is no cell", "give a mesh of tetrahedra, wedges or hexahedra"));
         }
         if self.mesh.nodes.len() >= (u32::MAX / 3) as usize {
             let what = format!("{} nodes are more than can be numbered", self.mesh.nodes.len());
@@ -95,14 +95,14 @@ pub(super) fn all_exist(what: &str, named: &[u32], count: usize) -> Result<(), E
 /// What a person should know about the elements and did not ask: which material is integrated by B-bar, where
 /// linear tetrahedra lock. Materials no cell uses are not mentioned.
 pub fn notes(solid: &Solid) -> Vec<String> {
-    let mut used = vec![[false; 3]; solid.materials.len()]; // by linear tetrahedra, linear hexahedra, quadratic cells
+    let mut used = vec![[false; 3]; solid.materials.len()]; // by linear tetrahedra, linear hexahedra and wedges, quadratic cells
     let kinds = solid.mesh.cells.iter().flat_map(|block| std::iter::repeat_n(block.kind, block.len()));
     for (kind, &m) in kinds.zip(solid.material_of_cell) {
         if let Some(used) = used.get_mut(m as usize) {
             let place = match kind {
                 CellKind::Tet4 => 0,
-                CellKind::Hex8 => 1,
-                CellKind::Tet10 | CellKind::Hex20 => 2,
+                CellKind::Hex8 | CellKind::Wedge6 => 1,
+                CellKind::Tet10 | CellKind::Hex20 | CellKind::Wedge15 => 2,
             };
             used[place] = true;
         }
@@ -121,18 +121,18 @@ pub fn notes(solid: &Solid) -> Vec<String> {
         }
         if hexes && material.formulation == Formulation::Auto && material.averages_dilatation() {
             notes.push(format!(
-                "material \"{name}\": hexahedra average the dilatation over the cell (B-bar) because Poisson's \
+                "material \"{name}\": linear hexahedra and wedges average the dilatation over the cell (B-bar) because Poisson's \
                  ratio {nu} exceeds {NEARLY_INCOMPRESSIBLE}"
             ));
         }
         if hexes && material.formulation == Formulation::Full && nu > NEARLY_INCOMPRESSIBLE {
             notes.push(format!(
-                "material \"{name}\": fully integrated hexahedra lock at Poisson's ratio {nu}; use B-bar"
+                "material \"{name}\": fully integrated linear hexahedra and wedges lock at Poisson's ratio {nu}; use B-bar"
             ));
         }
         if quadratic && material.formulation == Formulation::BBar {
             notes.push(format!(
-                "material \"{name}\": B-bar is for linear hexahedra; quadratic elements are integrated in full"
+                "material \"{name}\": B-bar is for linear hexahedra and wedges; quadratic elements are integrated in full"
             ));
         }
     }

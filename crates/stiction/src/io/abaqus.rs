@@ -21,11 +21,13 @@ mod lines;
 mod place;
 mod read;
 mod sets;
+mod sweep;
 
 pub(in crate::io) use cards::{Card, Row};
 pub(in crate::io) use deck::Kind;
 pub(in crate::io) use input::{Input, kind_name};
 pub(in crate::io) use sets::{Found, Resolver};
+pub(in crate::io) use sweep::{Family, NONE as NO_NODE};
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

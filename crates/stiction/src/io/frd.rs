@@ -91,18 +91,22 @@ impl Quantity {
 fn type_number(kind: CellKind) -> u32 {
     match kind {
         CellKind::Hex8 => 1,
+        CellKind::Wedge6 => 2,
         CellKind::Tet4 => 3,
         CellKind::Hex20 => 4,
+        CellKind::Wedge15 => 5,
         CellKind::Tet10 => 6,
     }
 }
 
-/// Places of the nodes of a kind of cell in this format: in hexahedra the middles of the edges between bottom and top stand before those
+/// Places of the nodes of a kind of cell in this format: in hexahedra and wedges the middles of the edges between bottom and top stand before those
 /// of the top.
 fn order(kind: CellKind) -> impl Iterator<Item = usize> {
     let place = move |i: usize| match (kind, i) {
         (CellKind::Hex20, 12..16) => i + 4,
         (CellKind::Hex20, 16..20) => i - 4,
+        (CellKind::Wedge15, 9..12) => i + 3,
+        (CellKind::Wedge15, 12..15) => i - 3,
         _ => i,
     };
     (0..kind.nodes()).map(place)

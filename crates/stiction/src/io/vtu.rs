@@ -39,6 +39,10 @@ pub const QUADRATIC_QUAD: u8 = 23;
 pub const QUADRATIC_TETRA: u8 = 24;
 /// VTK's number of this kind of cell: twenty nodes.
 pub const QUADRATIC_HEXAHEDRON: u8 = 25;
+/// VTK code of a linear wedge.
+pub const WEDGE: u8 = 13;
+/// VTK code of a quadratic wedge with 15 nodes.
+pub const QUADRATIC_WEDGE: u8 = 26;
 
 /// The code of a face with 3, 4, 6 or 8 nodes.
 pub fn face_code(nodes: usize) -> u8 {
@@ -86,6 +90,8 @@ impl<'a> Grid<'a> {
                 CellKind::Hex8 => HEXAHEDRON,
                 CellKind::Tet10 => QUADRATIC_TETRA,
                 CellKind::Hex20 => QUADRATIC_HEXAHEDRON,
+                CellKind::Wedge6 => WEDGE,
+                CellKind::Wedge15 => QUADRATIC_WEDGE,
             };
             (0..cells.len()).for_each(|i| grid.push(code, cells.cell(i)));
         }

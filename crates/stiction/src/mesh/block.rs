@@ -43,6 +43,10 @@ pub enum BlockElement {
     Tet10Six,
     /// Hexahedra with twenty nodes.
     Hex20,
+    /// Two wedges along z, cut along the diagonal from the lowest to the highest corner of every cell seen from above.
+    Wedge6,
+    /// The wedges of [`BlockElement::Wedge6`] with nodes in the middles of their edges.
+    Wedge15,
 }
 
 impl BlockElement {
@@ -52,6 +56,7 @@ impl BlockElement {
             BlockElement::Tet4Five { parity } | BlockElement::Tet10Five { parity } => BlockElement::Tet4Five { parity },
             BlockElement::Tet4Six | BlockElement::Tet10Six => BlockElement::Tet4Six,
             BlockElement::Hex8 | BlockElement::Hex20 => BlockElement::Hex8,
+            BlockElement::Wedge6 | BlockElement::Wedge15 => BlockElement::Wedge6,
         }
     }
 
@@ -77,6 +82,7 @@ impl Block {
             + sides
             + match self.element.linear() {
                 BlockElement::Hex8 => 0.0,
+                BlockElement::Wedge6 => across(x, y, z),
                 BlockElement::Tet4Six => diagonals + x * y * z,
                 _ => diagonals,
             }
@@ -88,6 +94,7 @@ const FIVE_EVEN: [[usize; 4]; 5] = [[1, 2, 4, 7], [0, 1, 2, 4], [3, 2, 1, 7], [5
 const FIVE_ODD: [[usize; 4]; 5] = [[0, 5, 3, 6], [1, 3, 0, 5], [2, 0, 3, 6], [4, 5, 0, 6], [7, 3, 5, 6]];
 const SIX: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 6, 4, 7]];
 const HEX: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+const WEDGES: [[usize; 6]; 2] = [[0, 1, 3, 4, 5, 7], [0, 3, 2, 4, 7, 6]];
 
 /// The mesh of a block: nodes numbered with x fastest, then y, then z, after them those in the middles of edges by the
 /// numbers of their ends; groups `x-min` `x-max` `y-min` `y-max` `z-min` `z-max` of faces and `body` of all cells.
@@ -176,12 +183,13 @@ fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
 fn cells(block: &Block) -> RawCells {
     let [nx, ny, nz] = block.cells;
     let element = block.element.linear();
-    let (tets, kind) = match element {
+    let (parts, kind) = match element {
         BlockElement::Tet4Five { .. } => (5, CellKind::Tet4),
         BlockElement::Tet4Six => (6, CellKind::Tet4),
+        BlockElement::Wedge6 => (2, CellKind::Wedge6),
         _ => (1, CellKind::Hex8),
     };
-    let of_cell = tets * kind.nodes();
+    let of_cell = parts * kind.nodes();
     let mut nodes = vec![0; nx * ny * nz * of_cell];
     nodes.par_chunks_exact_mut(nx * ny * of_cell).enumerate().for_each(|(k, layer)| {
         let mut own = layer.chunks_exact_mut(of_cell);
@@ -197,6 +205,7 @@ fn cells(block: &Block) -> RawCells {
                     }
                     BlockElement::Tet4Five { .. } => FIVE_ODD.as_flattened(),
                     BlockElement::Tet4Six => SIX.as_flattened(),
+                    BlockElement::Wedge6 => WEDGES.as_flattened(),
                     _ => &HEX,
                 };
                 own.iter_mut().zip(corners).for_each(|(node, &b)| *node = corner(b));

@@ -5,11 +5,13 @@ fn unit(cells: [usize; 3], element: BlockElement) -> Block {
     Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }
 }
 
-const ELEMENTS: [BlockElement; 8] = [
+const ELEMENTS: [BlockElement; 10] = [
     BlockElement::Tet10Five { parity: 0 },
     BlockElement::Tet10Five { parity: 1 },
     BlockElement::Tet10Six,
     BlockElement::Hex20,
+    BlockElement::Wedge6,
+    BlockElement::Wedge15,
     BlockElement::Tet4Five { parity: 0 },
     BlockElement::Tet4Five { parity: 1 },
     BlockElement::Tet4Six,

@@ -17,7 +17,7 @@ const FLAT: f64 = 1e-12;
 pub(super) fn numbers(raw: &RawMesh) -> Result<(), Error> {
     let (nodes, cells) = (raw.nodes.len(), raw.cell_count());
     if cells == 0 {
-        return Err(Error::new("", "the mesh has no cells", "mesh the volume with tetrahedra or hexahedra"));
+        return Err(Error::new("", "the mesh has no cells", "mesh the volume with tetrahedra, wedges or hexahedra"));
     }
     if nodes >= u32::MAX as usize || cells > MAX_CELLS {
         let what = format!("{nodes} nodes and {cells} cells are more than a mesh can number");
@@ -63,6 +63,8 @@ fn unsound(raw: &RawMesh) -> Vec<usize> {
             CellKind::Hex8 => unsound_of::<8>(&block.nodes, raw.nodes.len()),
             CellKind::Tet10 => unsound_of::<10>(&block.nodes, raw.nodes.len()),
             CellKind::Hex20 => unsound_of::<20>(&block.nodes, raw.nodes.len()),
+            CellKind::Wedge6 => unsound_of::<6>(&block.nodes, raw.nodes.len()),
+            CellKind::Wedge15 => unsound_of::<15>(&block.nodes, raw.nodes.len()),
         };
         bad.extend(own.iter().map(|cell| first + cell));
         first += block.nodes.len().div_ceil(block.kind.nodes());

@@ -1,7 +1,7 @@
 //! Any mesh cut into tetrahedra that meet face to face.
 //!
 //! Every quadrilateral is halved from its corner with the lowest number, which both of its cells see alike; a hexahedron
-//! becomes the pyramids from its own lowest corner over the halves of the three faces opposite (Dompierre, Labbé, Vallet,
+//! or a wedge becomes the pyramids from its own lowest corner over the faces opposite, or over their halves (Dompierre, Labbé, Vallet,
 //! Camarero, "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999). No corner is added.
 
 use super::bisect::{Bisection, Marks, Refined, initial, unit};
@@ -31,15 +31,15 @@ pub fn tetrahedra(mesh: &Mesh, order: Order) -> Result<Bisection, Error> {
 
 /// A mesh as tetrahedra of that order, with marks by their longest edges.
 ///
-/// Tetrahedra stay, hexahedra become five or six. Nodes keep their numbers; those in the middles of new edges come after
+/// Tetrahedra stay, hexahedra become five or six, wedges three. Nodes keep their numbers; those in the middles of new edges come after
 /// them. Edges of quadratic cells stay as they are, other edges are straight, except for the diagonals of faces that are
-/// not plane: their middles are those of the faces. Linear hexahedra so keep all their faces if the order is quadratic; if
+/// not plane: their middles are those of the faces. Linear hexahedra and wedges so keep all their faces if the order is quadratic; if
 /// it is linear, a warped face becomes two triangles. Cells of several orders cannot share a face in a [`Mesh`]; where
-/// they share an edge only, its middle becomes that of all. Triangles of tetrahedra on quadrilaterals of hexahedra are
+/// they share an edge only, its middle becomes that of all. Triangles of tetrahedra on quadrilaterals of other cells are
 /// joined where the diagonal is the same.
 ///
 /// # Errors
-/// If a hexahedron is so warped that one of its tetrahedra would be inside out, or if quadratic cells are to become linear.
+/// If a hexahedron or wedge is so warped that one of its tetrahedra would be inside out, or if quadratic cells are to become linear.
 pub fn cut(mesh: &Mesh, order: Order) -> Result<Refined, Error> {
     let is_quadratic = |kind: CellKind| kind != kind.linear();
     if order == Order::Linear && mesh.cells.iter().any(|block| is_quadratic(block.kind)) {
@@ -56,14 +56,16 @@ pub fn cut(mesh: &Mesh, order: Order) -> Result<Refined, Error> {
             pieces.push(&mesh.nodes, unit, number, corners, OPPOSITE.map(|local| labels[local]));
             continue;
         }
-        for local in hexahedron(cell) {
+        let parts = if kind.linear() == CellKind::Wedge6 { wedge(cell) } else { hexahedron(cell) };
+        for local in parts {
             let corners = local.map(|i| cell[i]);
             if det(tet_jacobian(&corners.map(|node| mesh.nodes[node as usize]))) <= 0.0 {
                 let x = mesh.nodes[cell[0] as usize];
-                let what = format!("the hexahedron {} at {x:?} is too warped to be cut into tetrahedra", number + 1);
+                let name = if kind.linear() == CellKind::Wedge6 { "wedge" } else { "hexahedron" };
+                let what = format!("the {name} {} at {x:?} is too warped to be cut into tetrahedra", number + 1);
                 return Err(Error::new("mesh", what, "mesh with tetrahedra, or make its faces flatter"));
             }
-            let of_face = std::array::from_fn(|i| face_of(local, i).map_or(NONE, |face| labels[face]));
+            let of_face = std::array::from_fn(|i| face_of(kind, local, i).map_or(NONE, |face| labels[face]));
             pieces.push(&mesh.nodes, unit, number, corners, of_face);
         }
     }
@@ -74,12 +76,7 @@ pub fn cut(mesh: &Mesh, order: Order) -> Result<Refined, Error> {
 fn hexahedron(cell: &[u32]) -> Vec<[usize; 4]> {
     let lowest = (0..8).min_by_key(|&i| cell[i]).unwrap_or(0);
     let opposite = (0..8).find(|&i| (0..3).all(|c| HEX_CORNERS[i][c] != HEX_CORNERS[lowest][c])).unwrap_or(6);
-    let mut halves = Vec::with_capacity(6);
-    for face in CellKind::Hex8.faces().iter().filter(|face| !face.contains(&lowest)) {
-        let from = (0..4).min_by_key(|&i| cell[face[i]]).unwrap_or(0);
-        let at = |i: usize| face[(from + i) % 4];
-        halves.extend([[at(0), at(1), at(2)], [at(0), at(2), at(3)]]);
-    }
+    let halves = opposite_to(CellKind::Hex8, cell, lowest);
     // Seen from outside the corners of a face turn left, seen from the lowest corner right.
     let pyramid = |[a, b, c]: [usize; 3]| [a, c, b, lowest];
     let around: Vec<[usize; 3]> = halves.iter().copied().filter(|half| half.contains(&opposite)).collect();
@@ -92,10 +89,31 @@ fn hexahedron(cell: &[u32]) -> Vec<[usize; 4]> {
     rest.chain([[opposite, c, b, last], [lowest, b, c, last]]).collect()
 }
 
-/// The face of a hexahedron that the face of a tetrahedron opposite to corner `i` lies in.
-fn face_of(local: [usize; 4], i: usize) -> Option<usize> {
+/// The three tetrahedra by the corners of the wedge: over the triangle and the two halves of the quadrilateral opposite to
+/// the lowest corner, all positive where the wedge is.
+fn wedge(cell: &[u32]) -> Vec<[usize; 4]> {
+    let lowest = (0..6).min_by_key(|&i| cell[i]).unwrap_or(0);
+    opposite_to(CellKind::Wedge6, cell, lowest).into_iter().map(|[a, b, c]| [a, c, b, lowest]).collect()
+}
+
+/// The faces of a cell that its lowest corner is not on, quadrilaterals halved.
+fn opposite_to(kind: CellKind, cell: &[u32], lowest: usize) -> Vec<[usize; 3]> {
+    let mut triangles = Vec::with_capacity(6);
+    for face in kind.faces().iter().filter(|face| !face.contains(&lowest)) {
+        let from = (0..face.len()).min_by_key(|&i| cell[face[i]]).unwrap_or(0);
+        let at = |i: usize| face[(from + i) % face.len()];
+        triangles.push([at(0), at(1), at(2)]);
+        if face.len() == 4 {
+            triangles.push([at(0), at(2), at(3)]);
+        }
+    }
+    triangles
+}
+
+/// The face of a cell that the face of a tetrahedron in it opposite to corner `i` lies in.
+fn face_of(kind: CellKind, local: [usize; 4], i: usize) -> Option<usize> {
     let within = |face: &[usize]| (0..4).all(|k| k == i || face.contains(&local[k]));
-    CellKind::Hex8.faces().iter().position(|face| within(face))
+    kind.linear().faces().iter().position(|face| within(face))
 }
 
 /// Tetrahedra with their corners.
@@ -154,7 +172,7 @@ impl Pieces {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum From {
     Edge,
-    /// A diagonal of a face of a hexahedron: the cell and which of its faces.
+    /// A diagonal of a face of a hexahedron or wedge: the cell and which of its faces.
     Face(u32, u8),
     /// A diagonal through a hexahedron.
     Cell(u32),
@@ -243,14 +261,16 @@ impl Middles {
             if kind.linear() == CellKind::Tet4 {
                 continue;
             }
-            for (local, face) in (0..).zip(kind.linear().faces()) {
+            for (local, face) in (0..).zip(kind.linear().faces()).filter(|(_, face)| face.len() == 4) {
                 for (i, j) in [(face[0], face[2]), (face[1], face[3])] {
                     if let Some(edge) = edges.find(cell[i], cell[j]).filter(|&edge| from[edge] == From::Edge) {
                         from[edge] = From::Face(number, local);
                     }
                 }
             }
-            for [i, j] in [[0, 6], [1, 7], [2, 4], [3, 5]] {
+            let through: &[[usize; 2]] =
+                if kind.linear() == CellKind::Hex8 { &[[0, 6], [1, 7], [2, 4], [3, 5]] } else { &[] };
+            for &[i, j] in through {
                 if let Some(edge) = edges.find(cell[i], cell[j]) {
                     from[edge] = From::Cell(number);
                 }

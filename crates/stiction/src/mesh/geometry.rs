@@ -1,7 +1,7 @@
 //! The measures of single cells and faces, and the mappings from reference cells.
 
 use super::CellKind;
-use super::shape::{HEX20, Reference, TET10, face_rule, face_shape};
+use super::shape::{HEX20, Reference, TET10, WEDGE6, WEDGE15, face_rule, face_shape};
 use super::v3::{V3, add, cross, det, norm, scale, sub};
 
 /// Signs of the reference coordinates of a hexahedron's corners, in the node order of [`CellKind::Hex8`].
@@ -63,7 +63,7 @@ pub(crate) fn corners<const N: usize>(nodes: &[V3], cell: &[u32]) -> [V3; N] {
 }
 
 /// Volume of a cell; negative if it is inverted. Exact for each kind: the Jacobian determinant of the trilinear
-/// hexahedron is quadratic in each reference coordinate, those of curved cells are no more than the rules take.
+/// hexahedron is quadratic in each reference coordinate, those of wedges and curved cells are no more than the rules take.
 pub(crate) fn cell_volume(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
     match kind {
         CellKind::Tet4 => {
@@ -76,6 +76,8 @@ pub(crate) fn cell_volume(nodes: &[V3], kind: CellKind, cell: &[u32]) -> f64 {
         }
         CellKind::Tet10 => curved_volume(&*TET10, &corners(nodes, cell)),
         CellKind::Hex20 => curved_volume(&*HEX20, &corners(nodes, cell)),
+        CellKind::Wedge6 => curved_volume(&*WEDGE6, &corners(nodes, cell)),
+        CellKind::Wedge15 => curved_volume(&*WEDGE15, &corners(nodes, cell)),
     }
 }
 

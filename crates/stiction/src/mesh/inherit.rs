@@ -234,11 +234,12 @@ impl Edges {
     }
 }
 
-/// Corners of the edges of a hexahedron or tetrahedron.
+/// Corners of all edges of a kind of cell, with nodes in their middles or without.
 pub(super) fn edges_of(kind: CellKind) -> &'static [[usize; 2]] {
     match kind.linear() {
         CellKind::Tet4 | CellKind::Tet10 => CellKind::Tet10.edges(),
         CellKind::Hex8 | CellKind::Hex20 => CellKind::Hex20.edges(),
+        CellKind::Wedge6 | CellKind::Wedge15 => CellKind::Wedge15.edges(),
     }
 }
 

@@ -59,11 +59,17 @@ pub enum CellKind {
     Tet10,
     /// Serendipity hexahedron: after the corners the middles of the edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
     Hex20,
+    /// Wedge, linear over its triangles and from one to the other: bottom 0 1 2 counter-clockwise seen from above, top
+    /// 3 4 5 over it.
+    Wedge6,
+    /// Quadratic wedge: after the corners the middles of the edges 01 12 20, 34 45 53, 03 14 25.
+    Wedge15,
 }
 
 impl CellKind {
     /// All kinds, in the order in which readers list their cells.
-    pub const ALL: [CellKind; 4] = [CellKind::Tet4, CellKind::Hex8, CellKind::Tet10, CellKind::Hex20];
+    pub const ALL: [CellKind; 6] =
+        [CellKind::Tet4, CellKind::Hex8, CellKind::Tet10, CellKind::Hex20, CellKind::Wedge6, CellKind::Wedge15];
 
     /// Nodes of a cell.
     pub fn nodes(self) -> usize {
@@ -72,6 +78,8 @@ impl CellKind {
             CellKind::Hex8 => 8,
             CellKind::Tet10 => 10,
             CellKind::Hex20 => 20,
+            CellKind::Wedge6 => 6,
+            CellKind::Wedge15 => 15,
         }
     }
 
@@ -80,15 +88,17 @@ impl CellKind {
         match self {
             CellKind::Tet4 | CellKind::Tet10 => CellKind::Tet4,
             CellKind::Hex8 | CellKind::Hex20 => CellKind::Hex8,
+            CellKind::Wedge6 | CellKind::Wedge15 => CellKind::Wedge6,
         }
     }
 
     /// The two corners of each edge with a node in its middle; these nodes follow the corners in this order.
     pub fn edges(self) -> &'static [[usize; 2]] {
         match self {
-            CellKind::Tet4 | CellKind::Hex8 => &[],
+            CellKind::Tet4 | CellKind::Hex8 | CellKind::Wedge6 => &[],
             CellKind::Tet10 => &shape::TET_EDGES,
             CellKind::Hex20 => &shape::HEX_EDGES,
+            CellKind::Wedge15 => &shape::WEDGE_EDGES,
         }
     }
 
@@ -109,6 +119,14 @@ impl CellKind {
                 &[2, 3, 7, 6, 10, 19, 14, 18],
                 &[3, 0, 4, 7, 11, 16, 15, 19],
             ],
+            CellKind::Wedge6 => &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
+            CellKind::Wedge15 => &[
+                &[0, 2, 1, 8, 7, 6],
+                &[3, 4, 5, 9, 10, 11],
+                &[0, 1, 4, 3, 6, 13, 9, 12],
+                &[1, 2, 5, 4, 7, 14, 10, 13],
+                &[2, 0, 3, 5, 8, 12, 11, 14],
+            ],
         }
     }
 
@@ -119,6 +137,8 @@ impl CellKind {
             CellKind::Hex8 => "hex8",
             CellKind::Tet10 => "tet10",
             CellKind::Hex20 => "hex20",
+            CellKind::Wedge6 => "wedge6",
+            CellKind::Wedge15 => "wedge15",
         }
     }
 }

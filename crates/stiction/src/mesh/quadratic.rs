@@ -9,6 +9,7 @@ pub(super) fn quadratic(nodes: &mut Vec<[f64; 3]>, cells: RawCells) -> RawCells 
     let kind = match cells.kind.linear() {
         CellKind::Tet4 | CellKind::Tet10 => CellKind::Tet10,
         CellKind::Hex8 | CellKind::Hex20 => CellKind::Hex20,
+        CellKind::Wedge6 | CellKind::Wedge15 => CellKind::Wedge15,
     };
     let ends = |cell: &[u32], [a, b]: [usize; 2]| [cell[a].min(cell[b]), cell[a].max(cell[b])];
     let corners = cells.kind.nodes();

@@ -1,5 +1,8 @@
 //! What a file says, before anybody believed it.
 
+use rayon::prelude::*;
+
+use super::geometry::cell_volume;
 use super::{CellKind, MeshArrays};
 
 /// Nodes, cells and groups as a reader found them; [`super::build`] checks them.
@@ -48,6 +51,23 @@ pub struct RawGroup {
 }
 
 impl RawMesh {
+    /// Puts the triangles of wedges that are inside out the other way round: VTK's manual has the first one turn one way,
+    /// its shape functions and most programs the other, and there are meshes of both.
+    pub fn turn_wedges(&mut self) {
+        let nodes = &self.nodes;
+        for block in self.cells.iter_mut().filter(|block| block.kind.linear() == CellKind::Wedge6) {
+            let kind = block.kind;
+            block.nodes.par_chunks_exact_mut(kind.nodes()).for_each(|cell| {
+                if cell.iter().all(|&node| (node as usize) < nodes.len()) && cell_volume(nodes, kind, cell) < 0.0 {
+                    cell[..6].rotate_left(3);
+                    if let Some(middles) = cell.get_mut(6..12) {
+                        middles.rotate_left(3);
+                    }
+                }
+            });
+        }
+    }
+
     /// Number of cells of all kinds, counting a broken last one.
     pub(super) fn cell_count(&self) -> usize {
         self.cells.iter().map(|block| block.nodes.len().div_ceil(block.kind.nodes())).sum()

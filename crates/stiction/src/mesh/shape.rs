@@ -1,12 +1,12 @@
-//! Shape functions and quadrature of quadratic cells, and of all kinds of faces.
+//! Shape functions and quadrature of quadratic cells, of wedges, and of all kinds of faces.
 //!
 //! Reference cells: the tetrahedron `x, y, z >= 0, x + y + z <= 1`; the cube, and the square for faces, `[-1, 1]`; the
-//! triangle `x, y >= 0, x + y <= 1`. Middles of edges follow the corners (Zienkiewicz & Taylor, "The Finite Element
+//! triangle `x, y >= 0, x + y <= 1`; the wedge, that triangle times `[-1, 1]`. Middles of edges follow the corners (Zienkiewicz & Taylor, "The Finite Element
 //! Method", 2000, volume 1, chapter 8).
 
 use std::sync::LazyLock;
 
-use super::geometry::HEX_CORNERS;
+use super::geometry::{GAUSS, HEX_CORNERS};
 use super::v3::{V3, add, cross, scale};
 
 /// Corners of the edges of a tetrahedron, in the order of the nodes in their middles.
@@ -16,7 +16,15 @@ pub(crate) const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [
 pub(crate) const HEX_EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
-/// Shape functions of a quadratic cell with `N` nodes at a point of its reference cell.
+/// Corners of the edges of a wedge, in the order of the nodes in their middles.
+pub(crate) const WEDGE_EDGES: [[usize; 2]; 9] =
+    [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+
+/// Corners of the reference wedge.
+pub(crate) const WEDGE_CORNERS: [V3; 6] =
+    [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+
+/// Shape functions of a cell with `N` nodes at a point of its reference cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reference<const N: usize> {
     pub shape: [f64; N],
@@ -74,6 +82,72 @@ fn hex20(x: V3, weight: f64) -> Reference<20> {
     at
 }
 
+/// Barycentric coordinates of the triangle at a point of the reference wedge, and their derivatives.
+fn barycentric([x, y, _]: V3) -> ([f64; 3], [[f64; 2]; 3]) {
+    ([1.0 - x - y, x, y], [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+}
+
+/// The linear wedge.
+fn wedge6(x: V3, weight: f64) -> Reference<6> {
+    let (b, slope) = barycentric(x);
+    let mut at = Reference { shape: [0.0; 6], gradient: [[0.0; 3]; 6], weight };
+    for (i, corner) in WEDGE_CORNERS.iter().enumerate() {
+        let (k, s) = (i % 3, corner[2]);
+        let along = 0.5 * (1.0 + s * x[2]);
+        at.shape[i] = b[k] * along;
+        at.gradient[i] = [slope[k][0] * along, slope[k][1] * along, 0.5 * s * b[k]];
+    }
+    at
+}
+
+/// The serendipity wedge.
+fn wedge15(x: V3, weight: f64) -> Reference<15> {
+    let (b, slope) = barycentric(x);
+    let z = x[2];
+    let mut at = Reference { shape: [0.0; 15], gradient: [[0.0; 3]; 15], weight };
+    for (i, corner) in WEDGE_CORNERS.iter().enumerate() {
+        let (k, s) = (i % 3, corner[2]);
+        let along = 1.0 + s * z;
+        // b (2 b - 1) (1 + s z) / 2 less half of the bubble along z
+        at.shape[i] = 0.5 * b[k] * along * (2.0 * b[k] - 2.0 + s * z);
+        let of_b = 0.5 * along * (4.0 * b[k] - 2.0 + s * z);
+        at.gradient[i] = [slope[k][0] * of_b, slope[k][1] * of_b, 0.5 * s * b[k] * (2.0 * b[k] - 1.0 + 2.0 * s * z)];
+    }
+    for (k, [i, j]) in WEDGE_EDGES.into_iter().enumerate() {
+        let (a, c) = (i % 3, j % 3);
+        (at.shape[6 + k], at.gradient[6 + k]) = if a == c {
+            let bubble = 1.0 - z * z;
+            (b[a] * bubble, [slope[a][0] * bubble, slope[a][1] * bubble, -2.0 * z * b[a]])
+        } else {
+            let s = WEDGE_CORNERS[i][2];
+            let along = 2.0 * (1.0 + s * z);
+            let across = |d: usize| along * (b[c] * slope[a][d] + b[a] * slope[c][d]);
+            (b[a] * b[c] * along, [across(0), across(1), 2.0 * s * b[a] * b[c]])
+        };
+    }
+    at
+}
+
+/// Three points of the triangle, exact to degree 2, at each of two Gauss points along the wedge: the volume, loads and
+/// stiffness of straight wedges are exact. The two points of C3D6 in Abaqus and CalculiX leave the twist about the
+/// axis of the wedge without stiffness.
+pub(crate) static WEDGE6: LazyLock<[Reference<6>; 6]> = LazyLock::new(|| {
+    std::array::from_fn(|q| {
+        let [x, y] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]][q % 3];
+        wedge6([x, y, [-GAUSS, GAUSS][q / 3]], 1.0 / 6.0)
+    })
+});
+
+/// Radon's seven points of the triangle, exact to degree 5, at each of three Gauss points along the wedge: volumes of
+/// curved cells, loads and rigid motions are exact.
+pub(crate) static WEDGE15: LazyLock<[Reference<15>; 21]> = LazyLock::new(|| {
+    let triangle = face_rule(6);
+    std::array::from_fn(|q| {
+        let (([x, y], a), (z, b)) = (triangle[q % 7], GAUSS3[q / 7]);
+        wedge15([x, y, z], a * b)
+    })
+});
+
 /// Fourteen points with positive weights, exact to degree 5 (Walkington 2000, "Quadrature on simplices of arbitrary
 /// dimension"): volumes of curved cells, loads and rigid motions are exact, and the stiffness has full rank.
 pub(crate) static TET10: LazyLock<[Reference<10>; 14]> = LazyLock::new(|| {
@@ -115,6 +189,16 @@ pub(crate) static HEX20_NODES: LazyLock<[Reference<20>; 20]> = LazyLock::new(|| 
     std::array::from_fn(|i| {
         let [a, b] = if i < 8 { [i, i] } else { HEX_EDGES[i - 8] };
         hex20(middle(HEX_CORNERS[a], HEX_CORNERS[b]), 0.0)
+    })
+});
+
+/// The nodes of the linear wedge.
+pub(crate) static WEDGE6_NODES: LazyLock<[Reference<6>; 6]> = LazyLock::new(|| WEDGE_CORNERS.map(|x| wedge6(x, 0.0)));
+
+pub(crate) static WEDGE15_NODES: LazyLock<[Reference<15>; 15]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let [a, b] = if i < 6 { [i, i] } else { WEDGE_EDGES[i - 6] };
+        wedge15(middle(WEDGE_CORNERS[a], WEDGE_CORNERS[b]), 0.0)
     })
 });
 
@@ -261,6 +345,11 @@ mod tests {
             }
         };
         check(&HEX20_NODES, |x| hex20(x, 0.0), hex);
+        let wedge = |i: usize| {
+            let [a, b] = if i < 6 { [i, i] } else { WEDGE_EDGES[i - 6] };
+            middle(WEDGE_CORNERS[a], WEDGE_CORNERS[b])
+        };
+        check(&WEDGE15_NODES, |x| wedge15(x, 0.0), wedge);
         for n in [3, 4, 6, 8] {
             let x = [0.23, 0.41];
             let here = face_shape(n, x);

@@ -46,9 +46,11 @@ fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
 /// same corners. With contact, and no coarser block to start from, they take up to twice the cycles of a linear solve.
 #[test]
 fn quadratic_elements_take_the_cycles_of_linear_ones() {
-    for (element, linear) in
-        [(BlockElement::Tet10Six, BlockElement::Tet4Six), (BlockElement::Hex20, BlockElement::Hex8)]
-    {
+    for (element, linear) in [
+        (BlockElement::Tet10Six, BlockElement::Tet4Six),
+        (BlockElement::Hex20, BlockElement::Hex8),
+        (BlockElement::Wedge15, BlockElement::Wedge6),
+    ] {
         for n in [5, 8] {
             let what = format!("{element:?} n = {n}");
             let least = cycles_to_eight_digits(&elastic(n, linear, 0.3), "linear").max(14);

@@ -1,7 +1,7 @@
 """Writes curved quadratic meshes beside this script: python3 make_curved.py (needs: pip install gmsh meshio).
 
-A quarter of a cylinder of radius 1 and height 1 as tet10 and as hex20, by Gmsh as MSH 4.1 (binary), MSH 2.2 (text) and
-.inp, by meshio as .vtu and .inp; the volume of the curved cells and the areas of the curved faces by Gmsh's own
+A quarter of a cylinder of radius 1 and height 1 as tet10, hex20 and wedge15, by Gmsh as MSH 4.1 (binary), MSH 2.2 (text) and
+.inp, by meshio, which does not know wedge15, as .vtu and .inp; the volume of the curved cells and the areas of the curved faces by Gmsh's own
 Jacobians in curved.txt: "file what measure".
 """
 
@@ -31,7 +31,7 @@ def build(kind):
         geo.mesh.setTransfiniteCurve(curve, 2)
     for face in faces:
         geo.mesh.setTransfiniteSurface(face)
-        if kind != "tet10":
+        if kind.startswith("hex"):
             geo.mesh.setRecombine(2, face)
     extruded = geo.extrude([(2, f) for f in faces], 0, 0, 1, numElements=[2], recombine=kind != "tet10")
     geo.synchronize()
@@ -47,7 +47,7 @@ def build(kind):
     gmsh.model.addPhysicalGroup(2, curved, 2, name="curved")
     gmsh.model.addPhysicalGroup(2, faces, 3, name="bottom")
     gmsh.option.setNumber("Mesh.ElementOrder", 2)
-    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0 if kind == "hex27" else 1)
+    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0 if kind in ("hex27", "wedge18") else 1)
     gmsh.model.mesh.generate(3)
     return curved
 
@@ -67,7 +67,7 @@ os.chdir(HERE)  # Gmsh writes the name it is given into the .inp
 gmsh.initialize()
 gmsh.option.setNumber("General.Terminal", 0)
 lines = []
-for kind in ["tet10", "hex20"]:
+for kind in ["tet10", "hex20", "wedge15"]:
     curved = build(kind)
     volumes = [tag for _, tag in gmsh.model.getEntities(3)]
     lines.append(f"curved-{kind}\tbody\t{float(measure(3, volumes))!r}")
@@ -78,15 +78,18 @@ for kind in ["tet10", "hex20"]:
         gmsh.write(f"curved-{kind}{name}")
     gmsh.option.setNumber("Mesh.SaveGroupsOfElements", -1111)
     gmsh.write(f"curved-{kind}-gmsh.inp")
+    if kind == "wedge15":
+        continue
     mesh = meshio.read(HERE / f"curved-{kind}-22.msh")
     mesh.cell_data = {"part": mesh.cell_data["gmsh:physical"]}
     mesh.cell_sets = {}
     mesh.write(HERE / f"curved-{kind}-meshio.vtu")
     solid = {"tet10": "tetra10", "hex20": "hexahedron20"}[kind]
     meshio.Mesh(mesh.points, {solid: mesh.cells_dict[solid]}).write(HERE / f"curved-{kind}-meshio.inp")
-build("hex27")  # the same with nodes within faces and cells, only as MSH
-for name, version, binary in [("-22.msh", 2.2, 0), ("-41.msh", 4.1, 1)]:
-    gmsh.option.setNumber("Mesh.MshFileVersion", version)
-    gmsh.option.setNumber("Mesh.Binary", binary)
-    gmsh.write(f"curved-hex27{name}")
+for kind in ["hex27", "wedge18"]:  # the same with nodes within faces and cells, only as MSH
+    build(kind)
+    for name, version, binary in [("-22.msh", 2.2, 0), ("-41.msh", 4.1, 1)]:
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        gmsh.write(f"curved-{kind}{name}")
 (HERE / "curved.txt").write_text("\n".join(lines) + "\n")

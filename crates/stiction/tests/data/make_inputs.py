@@ -1,7 +1,7 @@
 """Writes the mesh files beside this script: python3 make_inputs.py (needs: pip install gmsh meshio pyvista).
 
 One brick of 2 x 1 x 1 as hexahedra (brick) and as tetrahedra (tets), each as .msh, .inp and .vtu by the programs that
-the names tell, and in wedge.* what this program does not compute with.
+the names tell, and in pyramid.* what this program does not compute with.
 """
 
 import os
@@ -106,9 +106,9 @@ def by_vtk(name):
 
 
 def unusable():
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1.0]])
-    wedge = meshio.Mesh(points, [("wedge", [[0, 1, 2, 3, 4, 5]])])
-    meshio.vtu.write(HERE / "wedge-meshio.vtu", wedge, binary=False)
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1.0]])
+    pyramid = meshio.Mesh(points, [("pyramid", [[0, 1, 2, 3, 4]])])
+    meshio.vtu.write(HERE / "pyramid-meshio.vtu", pyramid, binary=False)
 
 
 os.chdir(HERE)  # Gmsh writes the path into the file

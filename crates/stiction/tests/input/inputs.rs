@@ -87,11 +87,15 @@ fn curved_cells_have_the_volume_and_the_area_gmsh_finds_whatever_the_order_of_th
         let line = reference.lines().find(|line| line.starts_with(&format!("{model}\t{what}\t"))).unwrap();
         line.rsplit('\t').next().unwrap().parse().unwrap()
     };
-    for (model, kind) in [("curved-tet10", CellKind::Tet10), ("curved-hex20", CellKind::Hex20)] {
+    for (model, kind, files) in [
+        ("curved-tet10", CellKind::Tet10, &CURVED[..]),
+        ("curved-hex20", CellKind::Hex20, &CURVED[..]),
+        ("curved-wedge15", CellKind::Wedge15, &CURVED[..2]),
+    ] {
         let whole = mesh(&format!("{model}-41.msh"));
         let [volume, area] = ["body", "curved"].map(|what| expected(model, what));
         assert!(whole.cell_iter().all(|cell| cell.0 == kind));
-        for file in std::iter::once("-41.msh").chain(CURVED) {
+        for file in std::iter::once("-41.msh").chain(files.iter().copied()) {
             let found = mesh(&format!("{model}{file}"));
             // Gmsh's own rule gives the two meshes of the same geometry volumes that differ by 2e-13
             assert!((found.volume() - volume).abs() < 1e-12, "{model}{file} {} {volume}", found.volume());
@@ -143,6 +147,26 @@ fn errors_name_the_same_line_from_disk_and_from_memory() {
         let messages = [read_mesh(&there, 1.0, &[]), memory].map(|read| read.map(|_| ()).unwrap_err().to_string());
         assert!(messages[0] == messages[1] && messages[0].contains(&format!("line {line}")), "{line} {messages:?}");
     }
+}
+
+/// Gmsh meshes one model with 15 and with 18 nodes: the cells are the same.
+#[test]
+fn prisms_of_18_nodes_become_those_of_15() {
+    let whole = mesh("curved-wedge15-41.msh");
+    let cells = |mesh: &Mesh| places(mesh, mesh.cell_iter().map(|(_, cell)| cell));
+    for file in ["curved-wedge18-22.msh", "curved-wedge18-41.msh"] {
+        let (found, notes) = read_mesh(&path(file), 1.0, &[]).unwrap();
+        assert_eq!(cells(&found), cells(&whole), "{file}");
+        assert!(notes.to_string().contains("prisms of 18 nodes, which become those of 15"), "{notes}");
+    }
+    // A node in the middle of a face that was moved.
+    let text = std::fs::read_to_string(path("curved-wedge18-22.msh")).unwrap();
+    let prism = text.lines().find(|line| line.split(' ').nth(1) == Some("13")).unwrap();
+    let last = prism.split_whitespace().last().unwrap();
+    let line = text.lines().find(|line| line.starts_with(&format!("{last} "))).unwrap();
+    let moved = text.replace(&format!("\n{line}\n"), &format!("\n{last} 9 9 9\n"));
+    let message = gmsh::parse(moved.as_bytes(), "a.msh", 1.0).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains(&format!("its node {last} lies")) && message.contains("prism of 15"), "{message}");
 }
 
 /// Gmsh meshes one model with 20 and with 27 nodes: the cells are the same.
@@ -228,7 +252,7 @@ fn the_scale_multiplies_lengths_in_every_format() {
 #[test]
 fn what_programs_write_and_we_cannot_use_is_named() {
     for (file, words) in [
-        ("wedge-meshio.vtu", ["1 x wedge", "tetrahedra or hexahedra", "wedge-meshio.vtu"]),
+        ("pyramid-meshio.vtu", ["1 x pyramid", "tetrahedra, wedges and hexahedra", "pyramid-meshio.vtu"]),
         ("brick-vtk-lz4.vtu", ["vtkLZ4DataCompressor", "zlib", "line 1"]),
         ("make_inputs.py", [".py", ".inp", ".vtu"]),
         ("missing.inp", ["missing.inp", "cannot be read", "path"]),

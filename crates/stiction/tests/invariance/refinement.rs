@@ -103,7 +103,11 @@ fn figures(mesh: &Mesh) -> Figures {
     let groups = groups.collect();
     let (mut corners, mut edges, mut faces) = (Vec::<u32>::new(), Vec::new(), Vec::new());
     for (kind, cell) in mesh.cell_iter() {
-        let quadratic = if kind.linear() == CellKind::Tet4 { CellKind::Tet10 } else { CellKind::Hex20 };
+        let quadratic = match kind.linear() {
+            CellKind::Tet4 => CellKind::Tet10,
+            CellKind::Wedge6 => CellKind::Wedge15,
+            _ => CellKind::Hex20,
+        };
         corners.extend(&cell[..kind.linear().nodes()]);
         edges.extend(quadratic.edges().iter().map(|&[i, j]| sorted([cell[i], cell[j]])));
         let corner = |face: &[usize], i: usize| face.get(i).map_or(u32::MAX, |&i| cell[i]);
@@ -222,6 +226,8 @@ fn straight(random: &mut Random) -> Vec<(String, Mesh)> {
         BlockElement::Tet10Five { parity: 0 },
         BlockElement::Hex8,
         BlockElement::Hex20,
+        BlockElement::Wedge6,
+        BlockElement::Wedge15,
     ] {
         let mesh = of_block([2, 1, 2], element);
         let kind = mesh.cells[0].kind;
@@ -331,6 +337,7 @@ fn curved_cells_keep_their_volume_and_their_faces() {
     let meshes = [
         ("ring", of_ring(BlockElement::Tet10Six)),
         ("ring of hexahedra", of_ring(BlockElement::Hex20)),
+        ("ring of wedges", of_ring(BlockElement::Wedge15)),
         ("curved-tet10", of_file(&data("data/curved-tet10-41.msh"))),
         ("curved-hex20", of_file(&data("data/curved-hex20-41.msh"))),
         ("warped", warped),
@@ -437,6 +444,8 @@ fn groups_and_arrays_go_where_their_points_are() {
         BlockElement::Tet10Six,
         BlockElement::Tet10Five { parity: 0 },
         BlockElement::Hex20,
+        BlockElement::Wedge6,
+        BlockElement::Wedge15,
     ] {
         let mesh = of_block([4, 3, 3], element);
         let quadratic = mesh.cells[0].kind != mesh.cells[0].kind.linear();
@@ -470,7 +479,7 @@ fn groups_and_arrays_go_where_their_points_are() {
         mesh.arrays.cells[0].faces = numbered;
 
         let mut at = cut(&mesh, if quadratic { Order::Quadratic } else { Order::Linear }).unwrap();
-        if element == BlockElement::Hex8 || element == BlockElement::Tet4Six {
+        if [BlockElement::Hex8, BlockElement::Tet4Six, BlockElement::Wedge6].contains(&element) {
             // The middles are asked as well.
             at = cut(&mesh, Order::Quadratic).unwrap();
         }

@@ -8,12 +8,14 @@ use stiction::mesh::BlockElement;
 use stiction_fixtures::*;
 
 const YOUNG: f64 = 2e9;
-const ELEMENTS: [BlockElement; 5] = [
+const ELEMENTS: [BlockElement; 7] = [
     BlockElement::Hex8,
     BlockElement::Tet4Six,
     BlockElement::Tet4Five { parity: 1 },
     BlockElement::Tet10Six,
     BlockElement::Hex20,
+    BlockElement::Wedge6,
+    BlockElement::Wedge15,
 ];
 
 /// A cube of side 2 without lateral contraction, its top moved by `-shortening` along z and by `shift` along

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use stiction::accuracy::{Estimate, Straining, estimate};
 use stiction::contact::{ContactSurface, SurfaceFriction, pose};
-use stiction::fem::elements::{Element, Hex8, Hex20, Tet4, Tet10, volume_points};
+use stiction::fem::elements::{Element, Hex8, Hex20, Tet4, Tet10, Wedge6, Wedge15, volume_points};
 use stiction::fem::{Field, Fix, Formulation, Material, Solid, assemble, full_displacement};
 use stiction::mesh::{Block, BlockElement, CellKind, Mesh, block};
 use stiction_fixtures::case_run::{self, CORNER};
@@ -13,8 +13,14 @@ use stiction_fixtures::{FLOOR, solved};
 
 type V3 = [f64; 3];
 
-const ELEMENTS: [BlockElement; 4] =
-    [BlockElement::Tet4Six, BlockElement::Hex8, BlockElement::Tet10Six, BlockElement::Hex20];
+const ELEMENTS: [BlockElement; 6] = [
+    BlockElement::Tet4Six,
+    BlockElement::Hex8,
+    BlockElement::Wedge6,
+    BlockElement::Tet10Six,
+    BlockElement::Hex20,
+    BlockElement::Wedge15,
+];
 
 fn cube(element: BlockElement, cells: [usize; 3]) -> Mesh {
     block(&Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }).unwrap()
@@ -201,6 +207,8 @@ fn squared_error(mesh: &Mesh, (kind, nodes): (CellKind, &[u32]), u: &[f64]) -> f
         CellKind::Hex8 => stress(Hex8::new(&from_fn(x)).unwrap(), nodes, u, lame),
         CellKind::Tet10 => stress(Tet10::new(&from_fn(x)).unwrap(), nodes, u, lame),
         CellKind::Hex20 => stress(Hex20::new(&from_fn(x)).unwrap(), nodes, u, lame),
+        CellKind::Wedge6 => stress(Wedge6::new(&from_fn(x)).unwrap(), nodes, u, lame),
+        CellKind::Wedge15 => stress(Wedge15::new(&from_fn(x)).unwrap(), nodes, u, lame),
     };
     let points = volume_points(kind, mesh, nodes).unwrap();
     let density = |(point, found): (&stiction::fem::elements::VolumePoint, &[f64; 6])| {
@@ -221,6 +229,8 @@ fn the_estimate_of_a_smooth_solution_in_contact_is_near_its_error() {
         (BlockElement::Hex8, [6, 12], 1.0),
         (BlockElement::Tet10Six, [4, 8], 2.0),
         (BlockElement::Hex20, [4, 8], 2.0),
+        (BlockElement::Wedge6, [6, 12], 1.0),
+        (BlockElement::Wedge15, [4, 8], 2.0),
     ];
     for (element, counts, order) in meshes {
         for part in [0.0, 0.12] {

@@ -20,6 +20,7 @@ mod materials;
 mod mortar;
 mod parts;
 mod passing;
+mod plane_decks;
 mod published;
 mod quadratic;
 mod smallness;

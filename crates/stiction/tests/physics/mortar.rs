@@ -30,6 +30,8 @@ const TET: BlockElement = BlockElement::Tet4Five { parity: 0 };
 const HEX: BlockElement = BlockElement::Hex8;
 const TET10: BlockElement = BlockElement::Tet10Five { parity: 1 };
 const HEX20: BlockElement = BlockElement::Hex20;
+const WEDGE: BlockElement = BlockElement::Wedge6;
+const WEDGE15: BlockElement = BlockElement::Wedge15;
 const SKEW: Turn = Turn { point: [0.3, -0.2, 0.9], axis: [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0], degrees: 30.0 };
 
 fn faces(mesh: &Mesh, group: &str) -> Vec<u32> {
@@ -128,6 +130,9 @@ fn a_linear_field_is_no_jump_on_a_flat_interface() {
         ([HEX20, TET10], 0.3),
         ([HEX20, TET], 0.17),
         ([TET, TET10], 0.41),
+        ([WEDGE, HEX], 0.17),
+        ([WEDGE15, WEDGE], 0.3),
+        ([TET10, WEDGE15], 0.0),
     ] {
         let mut mesh = stack([[3, 4, 2], [4, 3, 2]], elements, over);
         distort(&mut mesh);
@@ -141,13 +146,13 @@ fn a_linear_field_is_no_jump_on_a_flat_interface() {
             let gap = problem.gap_and_slip(&u);
             let worst = gap.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
             // Functions of six and eight nodes over a part of their face are further from orthogonal.
-            let quadratic = [TET10, HEX20].contains(&elements[usize::from(slave == "b.z-min")]);
+            let quadratic = [TET10, HEX20, WEDGE15].contains(&elements[usize::from(slave == "b.z-min")]);
             let bound = if quadratic { 1e-11 } else { 3e-13 };
             assert!(worst < bound, "{elements:?} {over} {slave}: {worst:e}");
             assert!(problem.points() > 8);
             if slave == "a.z-max" {
                 let pair = facts[0].pair.as_ref().unwrap();
-                let clamped = if [TET10, HEX20].contains(&elements[0]) { 9 } else { 5 };
+                let clamped = if [TET10, HEX20, WEDGE15].contains(&elements[0]) { 9 } else { 5 };
                 assert!((pair.covered_area - 1.0).abs() < 1e-12 && pair.uncovered == 0);
                 assert_eq!(facts[0].clamped, clamped);
             }
@@ -231,7 +236,9 @@ fn patch_tests_pass_in_contact_and_bonded() {
         (pressed, SurfaceFriction::Bonded),
         (pulled, SurfaceFriction::Bonded),
     ] {
-        for (elements, sided) in [([TET, HEX], false), ([HEX, TET], true), ([HEX, HEX], true)] {
+        for (elements, sided) in
+            [([TET, HEX], false), ([HEX, TET], true), ([HEX, HEX], true), ([WEDGE, HEX], false), ([TET, WEDGE], true)]
+        {
             for (slave, master) in [("a.z-max", "b.z-min"), ("b.z-min", "a.z-max")] {
                 let mut mesh = stack([[3, 4, 3], [4, 3, 2]], elements, 0.0);
                 distort(&mut mesh);

@@ -147,7 +147,14 @@ fn of(mesh: &Mesh, to: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Vec<Overlap> {
 #[test]
 fn a_ring_that_closes_beyond_its_ends_lies_in_itself() {
     let grading = [1.0; 3];
-    for element in [BlockElement::Hex8, BlockElement::Tet4Six, BlockElement::Tet10Six, BlockElement::Hex20] {
+    for element in [
+        BlockElement::Hex8,
+        BlockElement::Tet4Six,
+        BlockElement::Tet10Six,
+        BlockElement::Hex20,
+        BlockElement::Wedge6,
+        BlockElement::Wedge15,
+    ] {
         let three_quarters =
             Ring { radii: [9.0, 10.0], height: 1.0, degrees: 270.0, cells: [2, 54, 2], grading, element };
         let mesh = ring(&three_quarters).unwrap();

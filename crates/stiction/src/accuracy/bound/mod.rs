@@ -236,7 +236,7 @@ pub enum NoBound {
 impl fmt::Display for NoBound {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            NoBound::Hexahedra => write!(f, "the mesh has hexahedra; the proof needs tetrahedra"),
+            NoBound::Hexahedra => write!(f, "the mesh has hexahedra or wedges; the proof needs tetrahedra"),
             NoBound::MixedOrders => write!(f, "the mesh has linear and quadratic cells"),
             NoBound::CurvedCells => write!(f, "cells are curved; the proof needs straight ones"),
             NoBound::HeldContact => write!(f, "faces of a contact surface have prescribed displacements"),

@@ -63,7 +63,9 @@ impl<'a> Tets<'a> {
             let mut order = [0, 1, 2, 3];
             order.sort_unstable_by_key(|&i| nodes[i]);
             match kind {
-                CellKind::Hex8 | CellKind::Hex20 => return Err(NoBound::Hexahedra),
+                CellKind::Hex8 | CellKind::Hex20 | CellKind::Wedge6 | CellKind::Wedge15 => {
+                    return Err(NoBound::Hexahedra);
+                }
                 CellKind::Tet4 => {}
                 CellKind::Tet10 => tets.middles.push(middles(mesh, nodes, order)?),
             }

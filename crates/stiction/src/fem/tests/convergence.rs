@@ -1,7 +1,7 @@
 //! Order of convergence by a manufactured solution.
 
 use super::*;
-use crate::fem::elements::{Hex20, Tet10, volume_points};
+use crate::fem::elements::{Hex20, Tet10, Wedge15, volume_points};
 use crate::mesh::geometry::corners;
 use std::f64::consts::PI;
 
@@ -31,6 +31,7 @@ fn slope(x: [f64; 3]) -> [f64; 3] {
 fn gradients(mesh: &Mesh, kind: CellKind, nodes: &[u32]) -> Vec<Vec<[f64; 3]>> {
     match kind {
         CellKind::Tet10 => Tet10::new(&corners(&mesh.nodes, nodes)).unwrap().gradient.map(|g| g.to_vec()).into(),
+        CellKind::Wedge15 => Wedge15::new(&corners(&mesh.nodes, nodes)).unwrap().gradient.map(|g| g.to_vec()).into(),
         _ => Hex20::new(&corners(&mesh.nodes, nodes)).unwrap().gradient.map(|g| g.to_vec()).into(),
     }
 }
@@ -77,6 +78,9 @@ fn the_displacement_converges_with_the_square_of_the_mesh_width_and_quadratic_el
         (CellKind::Tet10, Full, [4, 8], 3.0),
         (CellKind::Hex20, Full, [4, 8], 3.0),
         (CellKind::Hex20, BBar, [4, 8], 3.0),
+        (CellKind::Wedge6, Full, [8, 16], 2.0),
+        (CellKind::Wedge6, BBar, [8, 16], 2.0),
+        (CellKind::Wedge15, Full, [4, 8], 3.0),
     ] {
         let material = Material { formulation, ..material(YOUNG, POISSON) };
         let errors = widths.map(|cells| {

@@ -77,14 +77,15 @@ fn a_rotated_or_mirrored_body_has_the_rotated_stiffness() {
         if q == mirror {
             // Mirroring turns a cell inside out; its nodes are renumbered to be counter-clockwise again.
             for cell in moved.cells[0].nodes.chunks_exact_mut(kind.nodes()) {
-                if kind.linear() == CellKind::Tet4 {
-                    cell.swap(1, 2);
-                } else {
-                    cell[..8].rotate_left(4);
+                match kind.linear() {
+                    CellKind::Tet4 => cell.swap(1, 2),
+                    CellKind::Wedge6 => cell[..6].rotate_left(3),
+                    _ => cell[..8].rotate_left(4),
                 }
                 match kind {
                     CellKind::Tet10 => [(4, 6), (8, 9)].into_iter().for_each(|(a, b)| cell.swap(a, b)),
                     CellKind::Hex20 => cell[8..16].rotate_left(4),
+                    CellKind::Wedge15 => cell[6..12].rotate_left(3),
                     _ => {}
                 }
             }

@@ -15,10 +15,16 @@ use super::*;
 use crate::linalg::{Csr, SymmetricCsr};
 use crate::mesh::{Block, BlockElement, CellKind, Cells, Face, Mesh, block, v3};
 
-/// A box `[0, size]` of `cells` bricks, hexahedra or five tetrahedra each.
+/// A box `[0, size]` of `cells` bricks, hexahedra, two wedges or five tetrahedra each.
 fn brick(kind: CellKind, cells: [usize; 3], size: [f64; 3]) -> Mesh {
-    if !kind.edges().is_empty() {
-        let element = if kind == CellKind::Tet10 { BlockElement::Tet10Five { parity: 0 } } else { BlockElement::Hex20 };
+    let made = match kind {
+        CellKind::Tet10 => Some(BlockElement::Tet10Five { parity: 0 }),
+        CellKind::Hex20 => Some(BlockElement::Hex20),
+        CellKind::Wedge6 => Some(BlockElement::Wedge6),
+        CellKind::Wedge15 => Some(BlockElement::Wedge15),
+        CellKind::Tet4 | CellKind::Hex8 => None,
+    };
+    if let Some(element) = made {
         return block(&Block { size, cells, origin: [0.0; 3], grading: [1.0; 3], element }).unwrap();
     }
     let node = |i: usize, j: usize, k: usize| ((k * (cells[1] + 1) + j) * (cells[0] + 1) + i) as u32;
@@ -147,4 +153,4 @@ fn solve_spd(a: &SymmetricCsr, b: &[f64]) -> Vec<f64> {
     (0..b.len()).map(|i| x[i]).collect()
 }
 
-const KINDS: [CellKind; 4] = CellKind::ALL;
+const KINDS: [CellKind; 6] = CellKind::ALL;

@@ -11,11 +11,18 @@ fn linear(x: [f64; 3]) -> [f64; 3] {
 
 #[test]
 fn a_linear_displacement_and_its_stress_are_exact_on_distorted_cells() {
-    for (kind, formulation) in
-        [(CellKind::Tet4, Formulation::Full), (CellKind::Hex8, Formulation::Full), (CellKind::Hex8, Formulation::BBar)]
-    {
+    for (kind, formulation) in [
+        (CellKind::Tet4, Formulation::Full),
+        (CellKind::Hex8, Formulation::Full),
+        (CellKind::Hex8, Formulation::BBar),
+        (CellKind::Tet10, Formulation::Full),
+        (CellKind::Hex20, Formulation::Full),
+        (CellKind::Wedge6, Formulation::Full),
+        (CellKind::Wedge6, Formulation::BBar),
+        (CellKind::Wedge15, Formulation::Full),
+    ] {
         let mut mesh = brick(kind, [3, 4, 3], [1.0, 1.2, 1.0]);
-        distort(&mut mesh, 0.07);
+        distort(&mut mesh, if kind.edges().is_empty() { 0.07 } else { 0.03 });
         let material = Material { formulation, ..material(3.0, 0.3) };
         let value = [0, 1, 2].map(|c| Some(function(move |x| linear(x)[c])));
         let u = solve(&mesh, &material, &[], &[Fix { nodes: boundary_nodes(&mesh), value, ..Fix::default() }]);

@@ -26,7 +26,7 @@ pub(super) fn assemble(mut deck: Deck, scale: f64) -> Result<(Mesh, MeshNotes), 
 fn has_cells(model: &Model) -> Result<(), Error> {
     if CellKind::ALL.iter().all(|&kind| model.count(kind) == 0) {
         let what = format!("there are no volume cells among its {} nodes", model.nodes.len());
-        return Err(Error::new("", what, "write the solid elements too (C3D4, C3D8, C3D10 or C3D20)"));
+        return Err(Error::new("", what, "write the solid elements too (C3D4, C3D6, C3D8, C3D10, C3D15 or C3D20)"));
     }
     Ok(())
 }
@@ -168,6 +168,9 @@ fn nodes(model: &Model, set: &Named) -> Vec<u32> {
 
 /// Nodes of a face of an element; none if it has no such face.
 pub(super) fn corners(model: &Model, (element, side): (u32, u8)) -> Option<[u32; 4]> {
+    if let Some(face) = model.swept.as_ref().and_then(|swept| swept.face(element, side)) {
+        return face;
+    }
     let nodes = model.element_nodes(element);
     let mut corners = [u32::MAX; 4];
     match model.element(element).0.role {
@@ -202,7 +205,7 @@ fn add(model: &Model, set: &Named, group: &mut RawGroup) -> Result<(), Error> {
             let (block, i) = model.element(element);
             let place = format!("surface {}", set.name);
             let what = format!("element {} has no face S{}", block.labels[i], side + 1);
-            return Err(Error::new(place, what, "tetrahedra have faces S1 to S4, hexahedra S1 to S6"));
+            return Err(Error::new(place, what, "tetrahedra have faces S1 to S4, wedges S1 to S5, hexahedra S1 to S6"));
         };
         group.faces.push(corners);
     }

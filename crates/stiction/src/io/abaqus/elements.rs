@@ -16,8 +16,8 @@ pub(super) enum Role {
     Skipped,
 }
 
-const ORDER: &str = "mesh with C3D4, C3D8, C3D10 or C3D20";
-const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
+const ORDER: &str = "mesh with C3D4, C3D6, C3D8, C3D10, C3D15 or C3D20";
+const SHAPE: &str = "mesh with tetrahedra, wedges and hexahedra only";
 
 /// Names of faces begin with one of these, and the number of nodes follows.
 const FACES: [&str; 11] = ["SFM3D", "STRI", "CPEG", "CPS", "CPE", "CAX", "M3D", "R3D", "DS", "MGAX", "S"];
@@ -38,7 +38,9 @@ impl Role {
                 10 => Role::Cell(CellKind::Tet10),
                 20 => Role::Cell(CellKind::Hex20),
                 27 => Role::Refused("a hexahedron with 27 nodes", ORDER),
-                6 | 15 | 18 => Role::Refused("a wedge", SHAPE),
+                6 => Role::Cell(CellKind::Wedge6),
+                15 => Role::Cell(CellKind::Wedge15),
+                18 => Role::Refused("a wedge with 18 nodes", ORDER),
                 5 | 13 => Role::Refused("a pyramid", SHAPE),
                 _ => Role::Refused("an unknown solid", SHAPE),
             };
@@ -78,5 +80,6 @@ pub(super) fn faces(kind: CellKind) -> &'static [&'static [usize]] {
         CellKind::Hex8 | CellKind::Hex20 => {
             &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]]
         }
+        CellKind::Wedge6 | CellKind::Wedge15 => &[&[0, 1, 2], &[3, 5, 4], &[0, 3, 4, 1], &[1, 4, 5, 2], &[2, 5, 3, 0]],
     }
 }

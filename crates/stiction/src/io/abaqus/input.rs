@@ -8,6 +8,7 @@ use super::deck::{Deck, Kind};
 use super::elements::Role;
 use super::place::{Model, place};
 use super::sets::Resolver;
+use super::sweep::{Swept, sweep};
 use super::{Include, assemble, included, read};
 use crate::Error;
 use crate::mesh::{CellKind, Mesh, MeshArrays, MeshNotes, RawGroup};
@@ -44,9 +45,15 @@ impl Input {
     }
 
     fn of(mut deck: Deck) -> Result<Input, Error> {
-        let model = place(&mut deck)?;
+        let mut model = place(&mut deck)?;
         let cards = deck.cards.take().unwrap_or_default();
+        model.swept = sweep(&mut model, &cards)?;
         Ok(Input { deck, model, cards })
+    }
+
+    /// How its plane elements became solids, if they did.
+    pub(in crate::io) fn swept(&self) -> Option<&Swept> {
+        self.model.swept.as_ref()
     }
 
     /// What looks up its sets.

@@ -3,6 +3,7 @@
 use super::deck::{Block, Deck, Motion, Part};
 use super::elements::Role;
 use super::keyword::DAMAGED;
+use super::sweep::Swept;
 use crate::Error;
 use crate::io::labels::Labels;
 use crate::mesh::CellKind;
@@ -21,6 +22,8 @@ pub(super) struct Model {
     pub scopes: Vec<Scope>,
     /// Cells of each of `CellKind::ALL`: they are numbered kind by kind.
     counts: [usize; CellKind::ALL.len()],
+    /// How plane elements became solids, if they did.
+    pub swept: Option<Swept>,
 }
 
 /// A block of elements, their nodes by index.
@@ -82,7 +85,7 @@ pub(super) fn place(deck: &mut Deck) -> Result<Model, Error> {
         let at = |e: Error| if name.is_empty() { e } else { e.at(&format!("instance {name}")) };
         one(&mut model, part, number, name.clone(), motion, copy).map_err(at)?;
     }
-    model.counts = CellKind::ALL.map(|kind| model.count(kind));
+    model.recount();
     Ok(model)
 }
 
@@ -187,6 +190,11 @@ impl Model {
         let before: usize =
             CellKind::ALL.iter().zip(&self.counts).take_while(|(k, _)| **k != kind).map(|(_, n)| n).sum();
         Some((before + block.first_cell + i) as u32)
+    }
+
+    /// Counts the cells of each kind, by which they are numbered.
+    pub(super) fn recount(&mut self) {
+        self.counts = CellKind::ALL.map(|kind| self.count(kind));
     }
 
     /// Cells of one kind.

@@ -91,10 +91,16 @@ fn cells(table: &View, element: BlockElement) -> Result<[usize; 3], Error> {
 
 fn element(table: &View) -> Result<BlockElement, Error> {
     let name = table.text("element");
-    if name.starts_with("hex") {
-        let why = format!("is for tet4 and tet10, but the element is {name}, which is not cut");
+    let uncut = [
+        ("hex8", BlockElement::Hex8),
+        ("hex20", BlockElement::Hex20),
+        ("wedge6", BlockElement::Wedge6),
+        ("wedge15", BlockElement::Wedge15),
+    ];
+    if let Some((_, element)) = uncut.into_iter().find(|(known, _)| *known == name) {
+        let why = format!("is for tet4 and tet10, but the element is {name}, which is cut in one way only");
         table.refuse(&["split", "parity"], &why, "")?;
-        return Ok(if name == "hex20" { BlockElement::Hex20 } else { BlockElement::Hex8 });
+        return Ok(element);
     }
     let quadratic = name == "tet10";
     let split = table.given("split").and_then(|node| node.text()).unwrap_or("five");

@@ -196,7 +196,8 @@ impl<'a> Reader<'a> {
         let scope = self.scope(card);
         let moved = self.set(card, scope, Kind::Nodes, adjust)?;
         let corners = slave.found.sides.iter().filter_map(|&(element, side)| self.input.corners(element, side));
-        let mut nodes = corners.flatten().filter(|&node| node != u32::MAX).chain(slave.found.nodes.iter().copied());
+        let corners = corners.flatten().filter(|&node| node != u32::MAX && !super::sweep::is_copy(self.input, node));
+        let mut nodes = corners.chain(slave.found.nodes.iter().copied());
         if slave.found.skin.is_empty() && nodes.all(|node| moved.nodes.binary_search(&node).is_ok()) {
             return Ok(Gap::Closed);
         }

@@ -54,9 +54,16 @@ impl Groups {
 
     /// A surface as the deck defines it.
     pub(super) fn surface(&mut self, input: &Input, wanted: &str, found: &Found, row: &Row) -> Result<String, Error> {
-        let faces = found.sides.iter().map(|&side| corners(input, side, row)).collect::<Result<_, _>>()?;
-        let skin = found.skin.iter().filter_map(|&e| input.element(e).cell.map(|cell| cell.1)).collect();
-        let nodes = found.nodes.clone();
+        let mut sides = found.sides.clone();
+        let mut skin = Vec::new();
+        for &element in &found.skin {
+            match input.swept().and_then(|swept| swept.outline(element)) {
+                Some(outline) => sides.extend(outline.into_iter().map(|side| (element, side))),
+                None => skin.extend(input.element(element).cell.map(|cell| cell.1)),
+            }
+        }
+        let faces = sides.into_iter().map(|side| corners(input, side, row)).collect::<Result<_, _>>()?;
+        let nodes = super::sweep::with_copies(input, &found.nodes);
         let faces_of_nodes = !nodes.is_empty();
         Ok(self.add(wanted, RawGroup { faces, skin, nodes, faces_of_nodes, ..RawGroup::default() }))
     }
@@ -67,6 +74,6 @@ pub(super) fn corners(input: &Input, (element, side): (u32, u8), row: &Row) -> R
     input.corners(element, side).ok_or_else(|| {
         let of = input.element(element);
         let what = format!("element {} of type {} has no face {}", of.label, of.type_name, side + 1);
-        row.error(what, "name faces of solid elements: tetrahedra have four, hexahedra six")
+        row.error(what, "name faces of elements: tetrahedra have four, wedges five, hexahedra six; plane elements their edges off the axis")
     })
 }

@@ -23,6 +23,7 @@ mod pairs;
 mod reader;
 mod steps;
 mod supports;
+mod sweep;
 mod text;
 mod transform;
 mod write;

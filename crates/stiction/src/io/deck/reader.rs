@@ -125,6 +125,7 @@ impl<'a> Reader<'a> {
         if let Some(open) = reader.steps.last().filter(|_| reader.in_step) {
             return Err(open.card.error("this step has no *END STEP", "write it, or the deck again if it is cut off"));
         }
+        reader.complete_sweep()?;
         if reader.steps.is_empty() {
             let what = "the deck has no *STEP: it is a mesh without loads";
             let remedy = "name it under [mesh] of a case file, or write a *STEP with *STATIC";

@@ -228,7 +228,9 @@ impl Writer<'_, '_> {
 
     fn supports(&mut self) -> Result<(), Error> {
         let classes = classes(&self.reader.supports, self.reader);
-        let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "BOUNDARY");
+        // Planes of symmetry of swept elements have no card of their own.
+        let named = |name: &str| self.reader.input.cards.iter().find(|card| card.keyword.name == name);
+        let card = named("BOUNDARY").or_else(|| named("SOLIDSECTION"));
         let Some(card) = card else { return Ok(()) };
         if classes.len() > MOST_SUPPORTS {
             let what = format!("*BOUNDARY prescribes {} different values", classes.len());
@@ -271,7 +273,8 @@ impl Writer<'_, '_> {
         let classes = classes(&self.reader.forces, self.reader);
         let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "CLOAD");
         let Some(card) = card else { return Ok(()) };
-        if classes.len() > MOST_TABLES || classes.iter().any(|class| class.1 != NONE) {
+        let spread = self.reader.input.swept().is_some();
+        if spread || classes.len() > MOST_TABLES || classes.iter().any(|class| class.1 != NONE) {
             return self.force_arrays(card);
         }
         for (number, (ids, _, nodes)) in classes.iter().enumerate() {
@@ -317,8 +320,10 @@ impl Writer<'_, '_> {
                     (at, size)
                 }
             };
-            let unit = self.reader.unit(dof / 3, dof % 3, card)?;
-            (0..3).for_each(|k| courses[course].1[k][dof / 3] += size * unit[k]);
+            for (node, part) in self.reader.spread((dof / 3) as u32) {
+                let unit = self.reader.unit(node as usize, dof % 3, card)?;
+                (0..3).for_each(|k| courses[course].1[k][node as usize] += part * size * unit[k]);
+            }
         }
         for (number, (shape, arrays)) in courses.into_iter().enumerate() {
             let ramp = match written(&shape, self.single) {

@@ -24,7 +24,7 @@ pub(super) struct ElementType {
 }
 
 const ORDER: &str = "elements are of order 1 or 2: mesh with Mesh.ElementOrder = 1 or 2";
-const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
+const SHAPE: &str = "mesh with tetrahedra, prisms and hexahedra only; cut pyramids into tetrahedra";
 
 /// The element type with that number in the format's table.
 pub(super) fn element_type(number: i64) -> Option<ElementType> {
@@ -35,19 +35,19 @@ pub(super) fn element_type(number: i64) -> Option<ElementType> {
         3 => ("4-node quadrilateral", 2, 4, Role::Face),
         4 => ("4-node tetrahedron", 3, 4, Role::Cell(CellKind::Tet4)),
         5 => ("8-node hexahedron", 3, 8, Role::Cell(CellKind::Hex8)),
-        6 => ("6-node prism", 3, 6, Role::Refused(SHAPE)),
+        6 => ("6-node prism", 3, 6, Role::Cell(CellKind::Wedge6)),
         7 => ("5-node pyramid", 3, 5, Role::Refused(SHAPE)),
         8 => ("3-node line", 1, 3, Role::Nodes),
         9 => ("6-node triangle", 2, 6, Role::Face),
         10 => ("9-node quadrilateral", 2, 9, Role::Face),
         11 => ("10-node tetrahedron", 3, 10, Role::Cell(CellKind::Tet10)),
         12 => ("27-node hexahedron", 3, 27, Role::Cell(CellKind::Hex20)),
-        13 => ("18-node prism", 3, 18, Role::Refused(SHAPE)),
+        13 => ("18-node prism", 3, 18, Role::Cell(CellKind::Wedge15)),
         14 => ("14-node pyramid", 3, 14, Role::Refused(SHAPE)),
         15 => ("point", 0, 1, Role::Nodes),
         16 => ("8-node quadrilateral", 2, 8, Role::Face),
         17 => ("20-node hexahedron", 3, 20, Role::Cell(CellKind::Hex20)),
-        18 => ("15-node prism", 3, 15, Role::Refused(SHAPE)),
+        18 => ("15-node prism", 3, 15, Role::Cell(CellKind::Wedge15)),
         19 => ("13-node pyramid", 3, 13, Role::Refused(SHAPE)),
         20 => ("9-node triangle", 2, 9, refused),
         21 => ("10-node triangle", 2, 10, refused),
@@ -70,13 +70,16 @@ pub(super) fn element_type(number: i64) -> Option<ElementType> {
     Some(ElementType { number, name, dimension, nodes, role })
 }
 
-/// Places in Gmsh's list of the nodes of a cell, in our order; of 27 nodes the first 20 are taken (Gmsh reference manual, "Node ordering"): the edges of
-/// quadratic cells are 01 12 20 03 23 13 there, and 01 03 04 12 15 23 26 37 45 47 56 67.
+/// Places in Gmsh's list of the nodes of a cell, in our order; of 27 nodes the first 20 are taken,
+/// of 18 the first 15 (Gmsh reference manual, "Node ordering"): the edges of quadratic cells are 01 12 20 03 23 13 there,
+/// 01 03 04 12 15 23 26 37 45 47 56 67, and 01 02 03 12 14 25 34 35 45.
 pub(super) fn order(kind: CellKind) -> &'static [usize] {
     match kind {
         CellKind::Tet4 => &[0, 1, 2, 3],
         CellKind::Hex8 => &[0, 1, 2, 3, 4, 5, 6, 7],
         CellKind::Tet10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
         CellKind::Hex20 => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15],
+        CellKind::Wedge6 => &[0, 1, 2, 3, 4, 5],
+        CellKind::Wedge15 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
     }
 }

@@ -83,7 +83,8 @@ pub(super) fn assemble(document: &Document, scale: f64) -> Result<(Mesh, MeshNot
     let Sorted { blocks, places, faces, .. } = cells;
     drop(places); // the build needs memory of its own
     let array_faces = if arrays.cells.is_empty() { Vec::new() } else { faces };
-    let raw = RawMesh { nodes, cells: blocks.into(), groups, arrays, array_faces, ..RawMesh::default() };
+    let mut raw = RawMesh { nodes, cells: blocks.into(), groups, arrays, array_faces, ..RawMesh::default() };
+    raw.turn_wedges();
     let (mesh, built) = build(raw)?;
     notes.extend(built.0);
     Ok((mesh, MeshNotes(notes)))
@@ -176,7 +177,7 @@ fn sort(document: &Document) -> Result<Sorted, Error> {
     }
     if sorted.blocks.iter().all(|block| block.ids.is_empty()) {
         let what = format!("there are no volume cells among its {} cells", codes.len());
-        return Err(Error::new("", what, "write the solid with tetrahedra or hexahedra, not only its surface"));
+        return Err(Error::new("", what, "write the solid with tetrahedra, wedges or hexahedra, not only its surface"));
     }
     Ok(sorted)
 }

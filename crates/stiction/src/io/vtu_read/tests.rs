@@ -73,6 +73,21 @@ fn voxels_count_their_nodes_along_the_axes() {
     assert_eq!(mesh.faces.len(), 6);
 }
 
+/// The first triangle of a wedge turns towards the other or away from it: one volume either way.
+#[test]
+fn wedges_are_read_whichever_way_their_triangles_turn() {
+    let corners = "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1";
+    let text = edited("NumberOfPoints=\"4\" NumberOfCells=\"2\"", "NumberOfPoints=\"6\" NumberOfCells=\"1\"");
+    let text = text.replace("0 0 0 1 0 0 0 1 0 0 0 1", corners).replace("4 7<", "6<").replace("10 5<", "13<");
+    let text = text.replace("-7 3", "5").replace(">0 0<", ">0<").replace(">0 1 0 0<", ">0 0 0 0 0 1<");
+    for nodes in ["0 1 2 3 4 5", "3 4 5 0 1 2", "0 2 1 3 5 4"] {
+        let text = text.replace("0 1 2 3 0 1 2", nodes);
+        let (mesh, _) = parse(text.as_bytes(), "part.vtu", 1.0).unwrap();
+        assert!((mesh.volume() - 0.5).abs() < 1e-14, "{nodes}");
+        assert_eq!(mesh.faces.iter().map(|face| face.nodes().len()).sum::<usize>(), 2 * 3 + 3 * 4);
+    }
+}
+
 #[test]
 fn what_cannot_be_read_is_refused() {
     refused("", &["empty"]);
@@ -89,7 +104,7 @@ fn what_cannot_be_read_is_refused() {
     refused(&edited("0 1 2 3 0 1 2<", "0 1 2 x 0 1 2<"), &["array \"connectivity\" (line 9)", "\"x\""]);
     refused(&edited("10 5<", "24 5<"), &["1 x quadratic cell with an unusual number of nodes", "4 or 10"]);
     refused(&edited("10 5<", "29 5<"), &["1 x hexahedron of higher order", "8 or 20"]);
-    refused(&edited("10 5<", "14 5<"), &["1 x pyramid", "tetrahedra or hexahedra"]);
+    refused(&edited("10 5<", "14 5<"), &["1 x pyramid", "tetrahedra, wedges and hexahedra"]);
     refused(&edited("10 5<", "10 10<"), &["unusual number of nodes"]);
     refused(&edited("0 1 2 3 0 1 2<", "0 1 3 2 0 1 2<"), &["inside out", "mirrored"]);
     refused(&edited("Name=\"types\"", "Name=\"type\""), &["no array \"types\""]);

@@ -1,8 +1,8 @@
 //! The cell types of VTK.
 
 use crate::io::vtu::{
-    HEXAHEDRON, QUAD, QUADRATIC_HEXAHEDRON, QUADRATIC_QUAD, QUADRATIC_TETRA, QUADRATIC_TRIANGLE, TETRA, TRIANGLE,
-    VERTEX,
+    HEXAHEDRON, QUAD, QUADRATIC_HEXAHEDRON, QUADRATIC_QUAD, QUADRATIC_TETRA, QUADRATIC_TRIANGLE, QUADRATIC_WEDGE,
+    TETRA, TRIANGLE, VERTEX, WEDGE,
 };
 use crate::mesh::CellKind;
 
@@ -19,8 +19,8 @@ pub(super) enum Role {
     Refused(&'static str, &'static str),
 }
 
-const ORDER: &str = "write tetrahedra with 4 or 10 nodes, hexahedra with 8 or 20 (VTK codes 10, 12, 24, 25)";
-const SHAPE: &str = "mesh with tetrahedra or hexahedra only";
+const ORDER: &str = "write tetrahedra with 4 or 10 nodes, wedges with 6 or 15, hexahedra with 8 or 20 (VTK codes 10, 24, 13, 26, 12, 25)";
+const SHAPE: &str = "mesh with tetrahedra, wedges and hexahedra only";
 const ORDINARY: [usize; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19];
 /// Pixels and voxels count x first, then y.
 const BY_AXES: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
@@ -43,16 +43,18 @@ pub(super) fn role(code: u8, nodes: usize) -> Role {
         (QUADRATIC_TETRA, 10) => Role::Cell(CellKind::Tet10, &ORDINARY[..10]),
         (QUADRATIC_HEXAHEDRON, 20) => Role::Cell(CellKind::Hex20, &ORDINARY),
         (VOXEL, 8) => Role::Cell(CellKind::Hex8, &BY_AXES),
-        (13 | 26 | 31 | 32 | 73, _) => Role::Refused("wedge", SHAPE),
+        (WEDGE, 6) => Role::Cell(CellKind::Wedge6, &ORDINARY[..6]),
+        (QUADRATIC_WEDGE, 15) => Role::Cell(CellKind::Wedge15, &ORDINARY[..15]),
         (14 | 27 | 37 | 74, _) => Role::Refused("pyramid", SHAPE),
         (42, _) => Role::Refused("polyhedron", SHAPE),
         (28 | 30 | 34 | 69 | 70, _) => Role::Refused("face of higher order", ORDER),
         (71, _) => Role::Refused("tetrahedron of higher order", ORDER),
+        (31 | 32 | 73, _) => Role::Refused("wedge of higher order", ORDER),
         (29 | 33 | 72, _) => Role::Refused("hexahedron of higher order", ORDER),
-        (QUADRATIC_TRIANGLE | QUADRATIC_QUAD | QUADRATIC_TETRA | QUADRATIC_HEXAHEDRON, _) => {
+        (QUADRATIC_TRIANGLE | QUADRATIC_QUAD | QUADRATIC_TETRA | QUADRATIC_HEXAHEDRON | QUADRATIC_WEDGE, _) => {
             Role::Refused("quadratic cell with an unusual number of nodes", ORDER)
         }
-        (TRIANGLE | QUAD | PIXEL | TETRA | HEXAHEDRON | VOXEL | POLYGON | 6, _) => {
+        (TRIANGLE | QUAD | PIXEL | TETRA | HEXAHEDRON | VOXEL | WEDGE | POLYGON | 6, _) => {
             Role::Refused("cell with an unusual number of nodes", SHAPE)
         }
         _ => Role::Refused("cell of unknown type", SHAPE),

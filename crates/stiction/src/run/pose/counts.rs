@@ -67,6 +67,8 @@ fn neighbours_at_least(kind: CellKind) -> f64 {
         CellKind::Hex8 => 10.0,
         CellKind::Tet10 => 15.0,
         CellKind::Hex20 => 25.0,
+        CellKind::Wedge6 => 8.0,
+        CellKind::Wedge15 => 18.0,
     }
 }
 
@@ -95,11 +97,13 @@ fn of_part(part: &MeshSpec, name: Option<&str>, fixes: &[FixSpec]) -> LeastCount
     let nodes = Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }.nodes();
     let five = matches!(element, BlockElement::Tet4Five { .. } | BlockElement::Tet10Five { .. });
     let factor = least_entries_of_box(nodes, cells.map(|n| n as f64 + 1.0), five);
-    let kind = match (element.linear() == BlockElement::Hex8, element.is_quadratic()) {
-        (true, false) => CellKind::Hex8,
-        (true, true) => CellKind::Hex20,
-        (false, false) => CellKind::Tet4,
-        (false, true) => CellKind::Tet10,
+    let kind = match element {
+        BlockElement::Hex8 => CellKind::Hex8,
+        BlockElement::Hex20 => CellKind::Hex20,
+        BlockElement::Wedge6 => CellKind::Wedge6,
+        BlockElement::Wedge15 => CellKind::Wedge15,
+        BlockElement::Tet4Five { .. } | BlockElement::Tet4Six => CellKind::Tet4,
+        BlockElement::Tet10Five { .. } | BlockElement::Tet10Six => CellKind::Tet10,
     };
     LeastCounts { factor, ..of_nodes(nodes, neighbours_at_least(kind)) }
 }

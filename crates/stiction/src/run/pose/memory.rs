@@ -23,6 +23,8 @@ impl Bytes {
     const TET4: f64 = 1300.0;
     const HEX20: f64 = 3400.0;
     const TET10: f64 = 1800.0;
+    const WEDGE6: f64 = 1550.0;
+    const WEDGE15: f64 = 2600.0;
     /// What comes on top of small meshes.
     const POSING: f64 = 6e6;
     /// Files of results: fields of nodes and cells in all their forms.
@@ -89,11 +91,13 @@ pub(super) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<
 
 /// Bytes a node of a block costs until its contact is posed.
 pub(super) fn of_block(element: BlockElement) -> f64 {
-    match (element.linear() == BlockElement::Hex8, element.is_quadratic()) {
-        (true, false) => Bytes::HEX8,
-        (true, true) => Bytes::HEX20,
-        (false, false) => Bytes::TET4,
-        (false, true) => Bytes::TET10,
+    match element {
+        BlockElement::Hex8 => Bytes::HEX8,
+        BlockElement::Hex20 => Bytes::HEX20,
+        BlockElement::Wedge6 => Bytes::WEDGE6,
+        BlockElement::Wedge15 => Bytes::WEDGE15,
+        BlockElement::Tet4Five { .. } | BlockElement::Tet4Six => Bytes::TET4,
+        BlockElement::Tet10Five { .. } | BlockElement::Tet10Six => Bytes::TET10,
     }
 }
 
@@ -104,6 +108,8 @@ pub(super) fn of_mesh(mesh: &Mesh) -> f64 {
         CellKind::Hex8 => Bytes::HEX8,
         CellKind::Tet10 => Bytes::TET10,
         CellKind::Hex20 => Bytes::HEX20,
+        CellKind::Wedge6 => Bytes::WEDGE6,
+        CellKind::Wedge15 => Bytes::WEDGE15,
     };
     let kinds = mesh.cells.iter().filter(|cells| !cells.is_empty());
     kinds.map(|cells| of_kind(cells.kind)).fold(0.0, f64::max)

@@ -42,7 +42,7 @@ pub fn error_bound(prepared: &Prepared, outcome: &Outcome) -> Result<Bound, NoBo
 pub(crate) fn error_bound_until(prepared: &Prepared, u: &[f64], lambda: &[f64], stop: &Stop) -> Result<Bound, NoBound> {
     let Prepared { mesh, materials, material_of_cell, model, loading, problem, .. } = prepared;
     let solid = Solid { mesh, materials, material_of_cell };
-    if mesh.cells.iter().any(|block| matches!(block.kind, CellKind::Hex8 | CellKind::Hex20)) {
+    if mesh.cells.iter().any(|block| !matches!(block.kind, CellKind::Tet4 | CellKind::Tet10)) {
         return Err(NoBound::Hexahedra);
     }
     if model.springs.is_some() {

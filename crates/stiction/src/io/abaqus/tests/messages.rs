@@ -36,9 +36,9 @@ fn lines_that_say_nothing_sensible_are_named() {
 
 #[test]
 fn what_changes_the_mesh_and_cannot_be_read_is_refused() {
-    refused(&edited("C3D8", "C3D27"), &["line 14", "C3D27", "hexahedron with 27 nodes", "C3D10 or C3D20"]);
+    refused(&edited("C3D8", "C3D27"), &["line 14", "C3D27", "hexahedron with 27 nodes", "C3D15 or C3D20"]);
     refused(&edited("C3D8", "C3D20R"), &["element 7 has", "instead of 20"]);
-    refused(&edited("C3D8", "c3d6"), &["line 14", "C3D6", "wedge", "tetrahedra or hexahedra"]);
+    refused(&edited("C3D8", "c3d5"), &["line 14", "C3D5", "pyramid", "tetrahedra, wedges and hexahedra"]);
     refused(&edited("TYPE=C3D8, ", ""), &["line 14", "has no TYPE="]);
     refused(&cubes("*NGEN, NSET=A\n1,2\n"), &["line 17", "*NGEN", "all nodes and elements"]);
     refused(&cubes("*SYSTEM\n"), &["line 17", "*SYSTEM"]);

@@ -136,6 +136,8 @@ const ELEMENT: Kind = Kind::Choice {
         ("hex8", "trilinear hexahedra"),
         ("tet10", "quadratic tetrahedra"),
         ("hex20", "quadratic hexahedra with 20 nodes"),
+        ("wedge6", "linear wedges along z, two in each box"),
+        ("wedge15", "quadratic wedges with 15 nodes"),
     ],
     absent: &[("hex27", "use \"hex20\"")],
 };

@@ -68,7 +68,7 @@ fn rings_that_cannot_be_are_refused_where_they_stand() {
     fails(ring("").replace("[2, 4]", "[4, 2]"), "4:18", &["inner radius 4 is not smaller", "inner radius first"]);
     fails(ring("").replace("[2, 4]", "[0, 2]"), "4:19", &["`radii[0]` is 0", "greater than 0"]);
     fails(ring("").replace("90", "360"), "4:48", &["`degrees` is 360", "270"]);
-    fails(ring(", element = \"hex8\", split = \"six\""), "4:97", &["hex8, which is not cut"]);
+    fails(ring(", element = \"hex8\", split = \"six\""), "4:97", &["hex8, which is cut in one way only"]);
     fails("scale = 2\n".to_string() + &ring(""), "4:9", &["the mesh is a ring"]);
     fails("file = \"a.msh\"\n".to_string() + &ring(""), "5:1", &["both `file` and `ring`"]);
 }
