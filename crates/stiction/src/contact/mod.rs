@@ -19,6 +19,7 @@ mod rows;
 mod skin;
 mod slave_choice;
 pub mod sliding;
+mod strength;
 mod surface;
 mod triangles;
 mod tributary;
@@ -31,8 +32,8 @@ pub use rows::{ContactRows, contact_rows};
 pub(crate) use slave_choice::face_size;
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub use surface::{
-    Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
-    SurfaceFriction,
+    Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH,
+    SurfaceFacts, SurfaceFriction,
 };
 pub use triangles::{RawSurface, Triangles};
 pub use tributary::{TributaryArea, tributary_areas};

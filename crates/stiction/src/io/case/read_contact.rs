@@ -9,7 +9,7 @@ use super::read_region::{extended_region, groups};
 use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{Across, Coefficient, Cohesion, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::Field;
 use crate::io::expression::{VARIABLES, compile};
 
@@ -139,7 +139,11 @@ fn friction(table: &View) -> Result<SurfaceFriction, Error> {
         return coulomb(&law, node);
     }
     let why = "is for coulomb, but the friction is tresca";
-    law.refuse(&["direction", "limit"], why, ", or give friction = { coulomb = ... }")?;
+    law.refuse(
+        &["direction", "limit", "cohesion", "tension", "cohesion_lost"],
+        why,
+        ", or give friction = { coulomb = ... }",
+    )?;
     let bound = law.number("tresca");
     Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
 }
@@ -170,10 +174,43 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
         }
         ([only], Some(_)) => (coefficient(only)?, None),
     };
-    Ok(match (along, across, limit) {
-        (Coefficient::Field(Field::Constant(c)), None, None) => SurfaceFriction::Coulomb(c),
-        (coefficient, across, limit) => SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }),
+    let of_time = matches!(along, Coefficient::OfTime { .. });
+    let cohesion = cohesion(law, &[("t", of_time), ("direction", across.is_some()), ("limit", limit.is_some())])?;
+    Ok(match (along, across, limit, cohesion) {
+        (Coefficient::Field(Field::Constant(c)), None, None, None) => SurfaceFriction::Coulomb(c),
+        (coefficient, across, limit, cohesion) => {
+            SurfaceFriction::Law(CoulombLaw { coefficient, across, limit, cohesion })
+        }
     })
+}
+
+/// The strength beside friction, if any; `others` are keys that do not go with it, and whether they are there.
+fn cohesion(law: &View, others: &[(&str, bool)]) -> Result<Option<Cohesion>, Error> {
+    let Some(node) = law.given("cohesion") else {
+        let why = "belongs to `cohesion`, which is missing";
+        law.refuse(&["tension", "cohesion_lost"], why, ", or add cohesion = ...")?;
+        return Ok(None);
+    };
+    if let Some((key, _)) = others.iter().find(|(_, given)| *given) {
+        let what = match *key {
+            "t" => "a coefficient that changes with the time t, and `cohesion`, in one law of friction".to_string(),
+            _ => format!("`{key}` and `cohesion` in one law of friction"),
+        };
+        return Err(law.error("cohesion", what, "keep one of the two"));
+    }
+    let strength = |key: &str, node: &Node| match coefficient(law, node)? {
+        Coefficient::OfTime { .. } => {
+            let what = format!("`{key}` depends on the time t");
+            Err(law.error(key, what, "give a number, an expression in x, y, z, or an array"))
+        }
+        found => Ok(found),
+    };
+    let tension = law.given("tension").map(|node| strength("tension", node)).transpose()?;
+    Ok(Some(Cohesion {
+        shear: strength("cohesion", node)?,
+        tension: tension.unwrap_or(Coefficient::Field(Field::Constant(0.0))),
+        brittle: law.text("cohesion_lost") == "on slip",
+    }))
 }
 
 fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
@@ -182,8 +219,9 @@ fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
     }
     match field(law, node, &VARIABLES)? {
         Field::Constant(c) if c < 0.0 => {
-            let what = format!("the coefficient of friction is {c}");
-            let remedy = "the direction of friction follows from the slip, a coefficient is at least zero";
+            let what = format!("a coefficient or a strength is {c}");
+            let remedy =
+                "the direction of friction follows from the slip, coefficients and strengths are at least zero";
             Err(law.error("coulomb", what, remedy))
         }
         field @ Field::Constant(_) => Ok(Coefficient::Field(field)),

@@ -283,7 +283,7 @@ fn refuse_dragging(
     let along = match friction {
         Friction::None => return Ok(()),
         Friction::Bonded => relative,
-        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
+        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } => {
             sub(relative, scale(dot(relative, normal), normal))
         }
     };
@@ -312,8 +312,9 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
-    if let Some(laws) = &loads.friction {
-        problem.contact.friction.clone_from(laws);
+    for (law, now) in problem.contact.friction.iter_mut().zip(loads.friction.iter().flatten()) {
+        // The strength is a state of the interface, no load.
+        now.coefficient().into_iter().for_each(|coefficient| law.set_coefficient(coefficient));
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);

@@ -83,6 +83,13 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let widened = surfaces::widened(&case.contacts);
+    if let Some(brittle) = case.contacts.iter().find(|contact| contact.friction.is_brittle())
+        && case.steps.is_empty()
+    {
+        let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
+        let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
+        return Err(brittle.friction_spot.error(what, remedy));
+    }
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };

@@ -290,6 +290,7 @@ fn limits(
         SurfaceFriction::None => Ok((Vec::new(), Limit::None)),
         SurfaceFriction::Coulomb(coefficient) => Ok((Vec::new(), Limit::Coulomb(*coefficient))),
         SurfaceFriction::GivenStress(stress) => Ok((Vec::new(), Limit::Given(*stress))),
+        SurfaceFriction::Law(law) if law.cohesion.is_some() => Err("with cohesion"),
         SurfaceFriction::Law(law) if law.across.is_none() => {
             let limit = |j: usize| {
                 let coefficient = contact.friction[j].coefficient().unwrap_or(0.0);
