@@ -6,6 +6,7 @@ mod flat;
 mod frame;
 mod friction_law;
 mod isotropic;
+mod layer;
 mod mortar;
 mod normals;
 mod obstacle;
@@ -24,6 +25,7 @@ mod surface;
 mod triangles;
 mod tributary;
 
+pub use layer::InterfaceStiffness;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;

@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::{Obstacle, Reason, Role};
+use super::{InterfaceStiffness, Obstacle, Reason, Role};
 use crate::fem::Field;
 
 /// Friction of a whole surface.
@@ -129,6 +129,8 @@ pub struct ContactSurface {
     pub against: Counterpart,
     /// The law of friction.
     pub friction: SurfaceFriction,
+    /// How the interface yields under the forces it carries; hard contact if `None`.
+    pub stiffness: Option<InterfaceStiffness>,
 }
 
 /// What a surface may touch.

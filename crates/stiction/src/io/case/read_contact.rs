@@ -9,7 +9,9 @@ use super::read_region::{extended_region, groups};
 use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{Across, Coefficient, Cohesion, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{
+    Across, Coefficient, Cohesion, CoulombLaw, InitialGap, InterfaceStiffness, Obstacle, Role, Side, SurfaceFriction,
+};
 use crate::fem::Field;
 use crate::io::expression::{VARIABLES, compile};
 
@@ -38,7 +40,25 @@ fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> 
     let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
     let friction_spot = table.given("friction").map_or(table.spot(), |node| table.source.spot(&node.at));
     let wear = table.given("wear").map(|_| table.number("wear"));
-    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, wear, spot: table.spot() })
+    let (stiffness, initial_stress, spot) = (stiffness(table), initial_stress(table)?, table.spot());
+    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, stiffness, initial_stress, wear, spot })
+}
+
+fn stiffness(table: &View) -> Option<InterfaceStiffness> {
+    let of = table.table("stiffness")?;
+    let normal = of.number("normal");
+    let tangential = of.given("tangential").map_or(normal, |_| of.number("tangential"));
+    Some(InterfaceStiffness { normal, tangential })
+}
+
+/// Components as the case lists them: xx, yy, zz, yz, xz, xy.
+fn initial_stress(table: &View) -> Result<Option<[Field; 6]>, Error> {
+    let Some(node) = table.given("initial_stress") else { return Ok(None) };
+    let mut stress = [const { Field::Constant(0.0) }; 6];
+    for (component, item) in stress.iter_mut().zip(node.items()) {
+        *component = field(table, item, &VARIABLES[..3])?;
+    }
+    Ok(Some(stress))
 }
 
 fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {

@@ -104,7 +104,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
-        ContactFacts { surface, against, names, friction, wear: spec.wear }
+        ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
@@ -170,6 +170,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     if prepared.loading.moves()
         || !prepared.loading.equations.is_empty()
         || prepared.loading.strains()
+        || prepared.loading.is_stressed()
         || travel != [0.0; 3]
     {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
@@ -188,7 +189,7 @@ impl Prepared {
     pub fn start_from(&mut self, mut all: Vec<f64>) {
         let dofs = &self.model.dofs;
         dofs.to_components(&mut all);
-        self.start = Some(dofs.free.iter().map(|&dof| all[dof as usize]).collect());
+        self.start = Some(dofs.free.iter().map(|&dof| all[dofs.mesh_dof(dof) as usize]).collect());
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::pair_text;
 use super::rows::{Row, Rows, print};
-use crate::contact::{Cohesion, CoulombLaw, Counterpart, Obstacle, Side, SurfaceFriction};
+use crate::contact::{Cohesion, CoulombLaw, Counterpart, InterfaceStiffness, Obstacle, Side, SurfaceFriction};
 use crate::io::text::{number, triple};
 use crate::run::pose::{ContactFacts, Facts, LoadFacts};
 
@@ -91,6 +91,10 @@ fn contact_rows(rows: &mut Rows, contact: &ContactFacts) {
     };
     rows.add("contact", format!("{}: {} points, area {}, against {against}", s.name, s.points, number(s.area)));
     rows.more(format!("friction {}", friction(&contact.friction)));
+    if let Some(InterfaceStiffness { normal, tangential }) = contact.stiffness {
+        let [normal, tangential] = [normal, tangential].map(number);
+        rows.more(format!("yields by the stiffness {normal} along the normal and {tangential} along the surface"));
+    }
     if let Some(pair) = &s.pair {
         pair_text::lines(contact, pair).into_iter().for_each(|line| rows.more(line));
         return;

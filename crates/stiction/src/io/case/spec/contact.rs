@@ -20,6 +20,9 @@ pub(super) static CONTACT: Rules = Rules {
             .unit("length"),
         key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { coulomb = 0.6, cohesion = 2e5 }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
+        key("stiffness", Kind::Table(&STIFFNESS), "stiffness = { normal = 1e12, tangential = 5e11 }", "How the interface yields, as gaskets and rock joints do: overlap is the pressure over `normal`. Hard contact if absent."),
+        key("initial_stress", Kind::List { of: &Kind::Field, from: 6, to: 6 }, "initial_stress = [-2e6, -2e6, -5e6, 0, 0, 0]", "The stress xx, yy, zz, yz, xz, xy before anything is loaded, tension positive: numbers or expressions in x, y, z. What it presses and shears along the interface are contact forces the bodies are in equilibrium with; loads, displacements and stresses count from there, contact forces are the whole.")
+            .unit("stress"),
         key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
             .unit("1/stress"),
     ],
@@ -38,6 +41,22 @@ static CLOSED: Rules = Rules {
     )
     .required()
     .unit("length")],
+};
+static STIFFNESS: Rules = Rules {
+    doc: "Stiffness of an interface per area.",
+    one_of: &[],
+    keys: &[
+        key("normal", Kind::Number(POSITIVE), "normal = 1e12", "Pressure over the overlap it causes.")
+            .required()
+            .unit("stress per length"),
+        key(
+            "tangential",
+            Kind::Number(POSITIVE),
+            "tangential = 5e11",
+            "Shear over the elastic displacement along the interface it causes below the bound of friction; that of `normal` if absent.",
+        )
+        .unit("stress per length"),
+    ],
 };
 const SLAVE: Kind = choice(&[("on", "the surface of `on`"), ("against", "the surface of `against`")]);
 
