@@ -45,18 +45,10 @@ fn glued(size: [f64; 3], cells: [usize; 3], top: &str, path: &str) -> String {
 #[test]
 fn a_glue_that_has_torn_pulls_no_more() {
     for path in PATHS {
-        // Tears between t = 0.3 and 0.4; pressed at t = 1.5; pulled again at t = 2.
-        let top = "[0, 0, \"if(t < 1, 5.5e-4*t, if(t < 1.5, 1.6e-3 - 1.05e-3*t - 0.55e-3*(t - 1) , 2e-4*(t - 1.5) + 5e-5 - 3e-4*(2 - t)))\"]";
-        let at = |t: f64| {
-            if t < 1.0 {
-                5.5e-4 * t
-            } else if t < 1.5 {
-                1.6e-3 - 1.05e-3 * t - 0.55e-3 * (t - 1.0)
-            } else {
-                2e-4 * (t - 1.5) + 5e-5 - 3e-4 * (2.0 - t)
-            }
-        };
-        let text = glued([1.0; 3], [2, 2, 2], top, path) + "[[step]]\nuntil = 2\nincrements = 20\n";
+        // Tears between t = 1/8, where the pull is 0.38, and t = 1/4; pressed from t = 1 to 2; then pulled again.
+        let at = |t: f64| 5e-4 * (std::f64::consts::PI * t).sin();
+        let top = "[0, 0, \"5e-4*sin(pi*t)\"]";
+        let text = glued([1.0; 3], [2, 2, 2], top, path) + "[[step]]\nuntil = 2.5\nincrements = 20\n";
         let run = run(&text, || None);
         let mut torn = false;
         for step in &run.outcome.steps {
@@ -88,11 +80,15 @@ fn a_glued_block_that_is_dragged_off_is_left_with_friction() {
         let all = forces(&whole);
         let most = all.iter().map(|[normal, shear]| shear / normal).fold(0.0, f64::max);
         let [normal, shear] = all[all.len() - 1];
-        assert!(most > 0.8, "{all:?}");
+        assert!(most > 0.65, "{all:?}");
         is(shear, 0.5 * normal, 10.0 * normal);
         let intact = |file: &StepFile| file.strength.as_chunks::<2>().0.iter().filter(|s| **s != [0.0; 2]).count();
         let counts: Vec<usize> = whole.files.iter().map(intact).collect();
-        assert!(counts.is_sorted_by(|a, b| a >= b) && counts[0] == whole.prepared.problem.points() && counts[7] == 0);
+        assert!(
+            counts.is_sorted_by(|a, b| a >= b)
+                && counts[0] == whole.prepared.problem.points()
+                && counts.last() == Some(&0)
+        );
         let middle = counts.iter().position(|&count| count < counts[0]).unwrap();
         let resumed = run(&text(path), || {
             Some(Restart {
