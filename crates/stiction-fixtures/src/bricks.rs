@@ -74,7 +74,13 @@ impl Case {
 
     pub fn contact(mut self, group: &str, obstacle: Obstacle, friction: SurfaceFriction) -> Case {
         let faces = self.faces(group);
-        self.surfaces.push(ContactSurface { name: group.into(), faces, against: obstacle.into(), friction });
+        self.surfaces.push(ContactSurface {
+            name: group.into(),
+            faces,
+            against: obstacle.into(),
+            friction,
+            stiffness: None,
+        });
         self
     }
 
@@ -110,7 +116,7 @@ impl Posed {
 /// Coulomb friction with a coefficient along `direction` and one across it.
 pub fn orthotropic(along: f64, across: f64, direction: [f64; 3]) -> SurfaceFriction {
     let across = Some(Across { coefficient: Field::Constant(across).into(), direction });
-    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along).into(), across, limit: None })
+    SurfaceFriction::Law(CoulombLaw { coefficient: Field::Constant(along).into(), across, limit: None, cohesion: None })
 }
 
 /// Coulomb friction up to a largest stress.
@@ -119,6 +125,7 @@ pub fn limited(coefficient: f64, limit: f64) -> SurfaceFriction {
         coefficient: Field::Constant(coefficient).into(),
         across: None,
         limit: Some(limit),
+        cohesion: None,
     })
 }
 

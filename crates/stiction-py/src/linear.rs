@@ -50,12 +50,15 @@ impl Matrices {
     /// Displacements of the nodes along x, y, z by the unknowns.
     fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let dofs = &self.body(py)?.dofs;
+        let size = 3 * dofs.nodes();
         let entries = |(k, &dof): (usize, &u32)| {
             let (first, d) = (dof as usize / 3 * 3, dofs.direction(dof));
             (0..3).filter(move |&c| d[c] != 0.0).map(move |c| (first + c, k, d[c]))
         };
-        let entries: Vec<(usize, usize, f64)> = dofs.free.iter().enumerate().flat_map(entries).collect();
-        rows(py, Csr::from_triplets(dofs.unknown.len(), dofs.free.len(), &entries))
+        // Interfaces that yield have nodes beyond those of the mesh, without a mass.
+        let of_mesh = dofs.free.iter().enumerate().filter(|(_, dof)| (**dof as usize) < size);
+        let entries: Vec<(usize, usize, f64)> = of_mesh.flat_map(entries).collect();
+        rows(py, Csr::from_triplets(size, dofs.free.len(), &entries))
     }
 
     /// The consistent masses of the nodes.

@@ -78,7 +78,13 @@ pub(crate) fn mortar<'py>(
             slave: Role::On,
             reason: Reason::Asked,
         });
-        let surface = ContactSurface { name: "mortar".into(), faces: slave, against, friction: SurfaceFriction::None };
+        let surface = ContactSurface {
+            name: "mortar".into(),
+            faces: slave,
+            against,
+            friction: SurfaceFriction::None,
+            stiffness: None,
+        };
         let (found, facts) = contact_rows(&mesh, &dofs(&kept, &held), &[surface])?;
         if found.gap.is_empty() {
             return Err(nothing(&facts));

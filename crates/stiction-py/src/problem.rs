@@ -35,19 +35,21 @@ pub(crate) struct Problem {
 
 type Reals<'py> = PyReadonlyArray1<'py, f64>;
 
-/// Codes of the laws, values (coefficient or bound), limits; `m` each.
-type Laws<'py> = (PyReadonlyArray1<'py, u8>, Reals<'py>, Reals<'py>);
+/// Codes of the laws, values (coefficient or bound), limits or cohesions, tensile strengths; `m` each.
+type Laws<'py> = (PyReadonlyArray1<'py, u8>, Reals<'py>, Reals<'py>, Reals<'py>);
 
 fn laws(laws: &Laws<'_>) -> PyResult<Vec<Friction>> {
-    let (codes, values, limits) = (laws.0.as_slice()?, laws.1.as_slice()?, laws.2.as_slice()?);
-    let law = |((&code, &value), &limit): ((&u8, &f64), &f64)| match code {
+    let (codes, values) = (laws.0.as_slice()?, laws.1.as_slice()?);
+    let (limits, tensions) = (laws.2.as_slice()?, laws.3.as_slice()?);
+    let law = |((&code, &value), (&limit, &tension)): ((&u8, &f64), (&f64, &f64))| match code {
         1 => Friction::Coulomb { coefficient: value },
         2 => Friction::Given { slip_bound: value },
         3 => Friction::Limited { coefficient: value, limit },
         4 => Friction::Bonded,
+        5 => Friction::Cohesive { coefficient: value, cohesion: limit, tension },
         _ => Friction::None,
     };
-    Ok(codes.iter().zip(values).zip(limits).map(law).collect())
+    Ok(codes.iter().zip(values).zip(limits.iter().zip(tensions)).map(law).collect())
 }
 
 /// Coordinates of nodes, the node of each unknown and its direction (0, 1, 2).

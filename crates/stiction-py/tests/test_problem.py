@@ -49,6 +49,9 @@ def test_a_node_that_is_pulled_opens_and_one_over_a_gap_meets_it():
 
 def test_given_limited_bonded_and_directed_friction():
     assert np.allclose(node([5, 0, -10], tresca=2).solve().forces, [[10, 2, 0]])
+    assert np.allclose(node([5, 0, -10], mu=0.3, cohesion=1).solve().forces, [[10, 4, 0]])
+    assert np.allclose(node([0, 0, 2], cohesion=1, tension=3).solve().forces, [[-2, 0, 0]])
+    assert np.allclose(node([0, 0, 5], cohesion=1, tension=3).solve().forces, [[-3, 0, 0]])
     assert np.allclose(node([5, 0, -10], mu=0.3, limit=1).solve().forces, [[10, 1, 0]])
     assert np.allclose(node([5, 1, 10], bonded=np.array([True])).solve().forces, [[-10, 5, 1]])
     # Along the second tangent half of the friction.
@@ -386,6 +389,10 @@ BIG = sp.csr_array(np.eye(3))
         ({"mu": -0.1}, "mu", "-0.1 at point 0"),
         ({"mu": np.nan}, "mu", "nan at point 0"),
         ({"tresca": -1.0}, "contact problem", "slip bound of point 0 is -1"),
+        ({"tension": 1.0}, "tension", "belongs to cohesion"),
+        ({"cohesion": 1.0, "limit": 1.0}, "cohesion", "does not go with `limit`"),
+        ({"cohesion": -1.0}, "cohesion", "-1 at point 0"),
+        ({"mu": 1.0, "cohesion": 1.0, "tension": 2.0}, "contact problem", "beyond the apex"),
         ({"across": 2.0}, "contact problem", "across.0. is 2"),
         ({"bonded": [1]}, "bonded", "mask of 1"),
         ({"rows": "points"}, "rows", "'points'"),

@@ -16,7 +16,7 @@ from ._results import Certificate, Progress, Solution, certificate, outward
 
 __all__ = ["Problem"]
 
-Laws = tuple[npt.NDArray[np.uint8], Reals, Reals]
+Laws = tuple[npt.NDArray[np.uint8], Reals, Reals, Reals]
 
 
 class Problem:
@@ -54,6 +54,11 @@ class Problem:
         Friction along the second tangent over that along the first, from 0 to 1.
     bonded : array of bool, (m,), optional
         Points that are tied in all directions.
+    cohesion : array, (m,), or a number, optional
+        Shear strength of a point where the surfaces touch, force: ``|lambda_t| <= cohesion + mu lambda_n``; not with `limit` or
+        `across`.
+    tension : array, (m,), or a number, optional
+        Its tensile strength, force, at most ``cohesion / mu``: ``lambda_n >= -tension``.
     rows : {"point", "block"}
         Order of the rows of `B`: ``n, t1, t2`` point by point, or all normal rows, then all first, then all second ones.
     slip_reference : array, (m, 2), or Solution, optional
@@ -99,6 +104,8 @@ class Problem:
         limit: npt.ArrayLike | None = None,
         across: npt.ArrayLike | None = None,
         bonded: npt.ArrayLike | None = None,
+        cohesion: npt.ArrayLike | None = None,
+        tension: npt.ArrayLike | None = None,
         rows: str = "point",
         slip_reference: npt.ArrayLike | Solution | None = None,
         held: npt.ArrayLike | None = None,
@@ -134,7 +141,7 @@ class Problem:
             nodes = (places, of, direction)
             if self._order is not None:
                 stiffness, jump, load = self._reordered(K, B, load)
-        laws, ratio = self._laws(mu, tresca, limit, across, bonded)
+        laws, ratio = self._laws(mu, tresca, limit, across, bonded, cohesion, tension)
         self._own = _stiction.Problem(
             stiffness,
             jump,
@@ -287,9 +294,11 @@ class Problem:
         limit: npt.ArrayLike | None = None,
         across: npt.ArrayLike | None = None,
         bonded: npt.ArrayLike | None = None,
+        cohesion: npt.ArrayLike | None = None,
+        tension: npt.ArrayLike | None = None,
     ) -> Problem:
         """The same problem with other friction; arguments as of :class:`Problem`. Matrices and factor are shared."""
-        return self._varied(laws=self._laws(mu, tresca, limit, across, bonded))
+        return self._varied(laws=self._laws(mu, tresca, limit, across, bonded, cohesion, tension))
 
     def with_load(
         self,
@@ -340,10 +349,17 @@ class Problem:
         limit: npt.ArrayLike | None,
         across: npt.ArrayLike | None,
         bonded: npt.ArrayLike | None,
+        cohesion: npt.ArrayLike | None,
+        tension: npt.ArrayLike | None,
     ) -> tuple[Laws, Reals | None]:
         m = self._points
         value = per_point(mu, m, "mu")
-        for name, numbers in (("mu", value), ("limit", limit)):
+        if tension is not None and cohesion is None:
+            raise InputError("tension", "it belongs to cohesion", "give `cohesion` as well")
+        if cohesion is not None and (limit is not None or across is not None):
+            other = "limit" if limit is not None else "across"
+            raise InputError("cohesion", f"it does not go with `{other}`", "give one of the two")
+        for name, numbers in (("mu", value), ("limit", limit), ("cohesion", cohesion), ("tension", tension)):
             all_points = per_point(0.0 if numbers is None else numbers, m, name)
             bad = np.flatnonzero(~(all_points >= 0))
             if len(bad):
@@ -354,6 +370,10 @@ class Problem:
         if limit is not None:
             limits = per_point(limit, m, "limit")
             code[code == 1] = 3
+        tensions = per_point(0.0 if tension is None else tension, m, "tension")
+        if cohesion is not None:
+            limits = per_point(cohesion, m, "cohesion")
+            code[:] = 5
         if tresca is not None:
             bound = per_point(tresca, m, "tresca")
             given = ~np.isnan(bound)
@@ -365,7 +385,7 @@ class Problem:
                 what = f"it has type {mask.dtype} and shape {mask.shape}"
                 raise InputError("bonded", what, f"give a mask of {m} points")
             code[mask] = 4
-        return (code, value, limits), None if across is None else per_point(across, m, "across")
+        return (code, value, limits, tensions), None if across is None else per_point(across, m, "across")
 
     def _slip_reference(self, given: npt.ArrayLike | Solution | None) -> Reals:
         if given is None:

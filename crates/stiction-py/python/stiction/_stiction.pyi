@@ -9,7 +9,7 @@ __all__ = ["Case", "Discrete", "Matrices", "Problem", "__version__", "command", 
 _Reals = npt.NDArray[np.float64]
 _Whole = npt.NDArray[np.int64]
 _Rows = tuple[int, int, npt.NDArray[Any], npt.NDArray[Any], _Reals]
-_Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals]
+_Laws = tuple[npt.NDArray[np.uint8], _Reals, _Reals, _Reals]
 
 _Given = tuple[_Reals, list[tuple[str, _Whole]], list[tuple[str, _Whole, _Whole, _Whole]]]
 

@@ -11,7 +11,7 @@ pub(super) struct Point {
     pub tied: bool,
     /// The coefficient where friction follows the normal force.
     coulomb: Option<f64>,
-    /// `lambda_n`.
+    /// `lambda_n`, counted from the largest pull: what is zero where the point is open.
     pub normal: f64,
     friction: [f64; 2],
     /// `gap` and `N u`.
@@ -42,7 +42,11 @@ impl Point {
     ) -> Point {
         let m = problem.points();
         let idle = problem.rows(j).into_iter().filter(|&i| stiffness.of_row[i].is_none());
-        let normal = lambda[j];
+        let opening = problem.contact.gap[j] - jump[j];
+        let (normal, strength) = match problem.contact.friction[j] {
+            Friction::Cohesive { tension, .. } => (lambda[j] + tension, tension),
+            _ => (lambda[j], 0.0),
+        };
         let (coulomb, bound) = match problem.contact.friction[j] {
             Friction::None | Friction::Bonded => (None, 0.0),
             Friction::Given { slip_bound } => (None, slip_bound),
@@ -50,6 +54,12 @@ impl Point {
             // Beyond its limit friction does not follow the normal force: the bound is as good as given.
             Friction::Limited { coefficient, limit } if coefficient * normal > limit => (None, limit),
             Friction::Limited { coefficient, .. } => (Some(coefficient), coefficient * normal.max(0.0)),
+            // Across a gap there is no shear. At the edge force and opening both vanish: the larger of them decides, as
+            // lengths turned into forces. With its jump at the edge the cone is no cone, and the bound as good as given.
+            Friction::Cohesive { coefficient, cohesion, .. } if normal > stiffness.of_point[j] * opening => {
+                (None, (cohesion + coefficient * lambda[j]).max(0.0))
+            }
+            Friction::Cohesive { .. } => (None, 0.0),
         };
         Point {
             tied: problem.contact.friction[j] == Friction::Bonded,
@@ -65,7 +75,7 @@ impl Point {
             bound,
             across: problem.contact.orthotropy.as_ref().map_or(1.0, |across| across[j]),
             stiffness: stiffness.of_point[j],
-            rounding: ROUNDING * stiffness.of_point[j] * jump_size(problem, u, j),
+            rounding: ROUNDING * (stiffness.of_point[j] * jump_size(problem, u, j) + strength),
             idle: idle.map(|i| lambda[i].abs()).fold(0.0, f64::max),
         }
     }

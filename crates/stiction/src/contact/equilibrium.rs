@@ -164,6 +164,12 @@ impl Forces<'_> {
                 }
                 // A limit beyond the loads rules where the forces of points press against one another, if at all.
                 Friction::Limited { coefficient, .. } => [1.0, coefficient * along[0], coefficient * along[1]],
+                Friction::Cohesive { coefficient, cohesion, tension } => {
+                    // A cone from its cut-off: one force on the rim there, and the cone's own.
+                    let [pull, rub] = [tension, (cohesion - coefficient * tension).max(0.0)].map(|x| x / self.size);
+                    self.add(rows, [0.0 - pull, rub * along[0], rub * along[1]], &mut friction);
+                    [1.0, coefficient * along[0], coefficient * along[1]]
+                }
                 Friction::Bonded => [n, t1, t2],
                 Friction::Given { slip_bound } => {
                     let bound = slip_bound / self.size;

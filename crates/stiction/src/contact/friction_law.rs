@@ -4,7 +4,7 @@
 //! bounds keeps its Lipschitz constant, so contraction and uniqueness bound hold with a limit as without.
 
 use super::obstacle::unit;
-use super::{Across, Coefficient, CoulombLaw, Friction, SurfaceFriction};
+use super::{Across, Coefficient, Cohesion, CoulombLaw, Friction, SurfaceFriction};
 use crate::Error;
 use crate::mesh::v3::{V3, cross, dot, norm, scale, sub};
 
@@ -38,7 +38,10 @@ pub(super) fn law(friction: &SurfaceFriction, at: &At, frame: &mut [V3; 3]) -> R
 }
 
 fn coulomb(law: &CoulombLaw, at: &At, frame: &mut [V3; 3]) -> Result<(Friction, f64), Error> {
-    let along = coefficient(&law.coefficient, at)?;
+    let along = coefficient(&law.coefficient, "the coefficient of friction", at)?;
+    if let Some(cohesion) = &law.cohesion {
+        return Ok((cohesive(along, cohesion, at)?, 1.0));
+    }
     let (coefficient, orthotropy, part) = match &law.across {
         None => (along, 1.0, 1.0),
         Some(other) => by_direction(along, other, at, frame)?,
@@ -50,9 +53,17 @@ fn coulomb(law: &CoulombLaw, at: &At, frame: &mut [V3; 3]) -> Result<(Friction, 
     Ok((friction, orthotropy))
 }
 
+fn cohesive(friction: f64, of: &Cohesion, at: &At) -> Result<Friction, Error> {
+    let cohesion = at.area * coefficient(&of.shear, "the cohesion", at)?;
+    let tension = at.area * coefficient(&of.tension, "the tensile strength", at)?;
+    // No shear strength is left at the apex of the cone, and beyond it there is none.
+    let apex = if friction > 0.0 { cohesion / friction } else { f64::INFINITY };
+    Ok(Friction::Cohesive { coefficient: friction, cohesion, tension: tension.min(apex) })
+}
+
 /// The coefficient along the first tangent, that across over it, and the first over the largest of all directions.
 fn by_direction(along: f64, other: &Across, at: &At, frame: &mut [V3; 3]) -> Result<(f64, f64, f64), Error> {
-    let across = coefficient(&other.coefficient, at)?;
+    let across = coefficient(&other.coefficient, "the coefficient of friction", at)?;
     let (n, d) = (at.normal, unit(other.direction).unwrap_or([0.0; 3]));
     let within = sub(d, scale(dot(d, n), n));
     if norm(within) < LEAST_ALONG {
@@ -79,7 +90,7 @@ fn by_direction(along: f64, other: &Across, at: &At, frame: &mut [V3; 3]) -> Res
     Ok((shadow, 1.0, shadow / largest))
 }
 
-fn coefficient(coefficient: &Coefficient, at: &At) -> Result<f64, Error> {
+fn coefficient(coefficient: &Coefficient, name: &str, at: &At) -> Result<f64, Error> {
     let (value, remedy) = match coefficient {
         Coefficient::Field(field) => {
             (field.finite_at(at.x, 0.0)?, "give an expression that is at least zero, such as \"max(0, ...)\"")
@@ -92,7 +103,7 @@ fn coefficient(coefficient: &Coefficient, at: &At) -> Result<f64, Error> {
     if value >= 0.0 && value.is_finite() {
         return Ok(value);
     }
-    let what = format!("the coefficient of friction is {value} at node {} at {:?}", at.node + 1, at.x);
+    let what = format!("{name} is {value} at node {} at {:?}", at.node + 1, at.x);
     Err(Error::new("", what, remedy))
 }
 
@@ -104,7 +115,8 @@ mod tests {
     fn law_at(coefficients: [f64; 2], direction: V3, frame: &mut [V3; 3]) -> Result<(Friction, f64), Error> {
         let [along, across] = coefficients.map(|c| Field::Constant(c).into());
         let across = Some(Across { coefficient: across, direction });
-        let friction = SurfaceFriction::Law(CoulombLaw { coefficient: along, across, limit: Some(5.0) });
+        let friction =
+            SurfaceFriction::Law(CoulombLaw { coefficient: along, across, limit: Some(5.0), cohesion: None });
         law(&friction, &At { node: 6, x: [0.0; 3], area: 2.0, normal: [0.0, 0.0, -1.0] }, frame)
     }
 

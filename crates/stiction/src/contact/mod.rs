@@ -6,6 +6,7 @@ mod flat;
 mod frame;
 mod friction_law;
 mod isotropic;
+mod layer;
 mod mortar;
 mod normals;
 mod obstacle;
@@ -19,10 +20,12 @@ mod rows;
 mod skin;
 mod slave_choice;
 pub mod sliding;
+mod strength;
 mod surface;
 mod triangles;
 mod tributary;
 
+pub use layer::InterfaceStiffness;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;
@@ -31,8 +34,8 @@ pub use rows::{ContactRows, contact_rows};
 pub(crate) use slave_choice::face_size;
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
 pub use surface::{
-    Across, Coefficient, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH, SurfaceFacts,
-    SurfaceFriction,
+    Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH,
+    SurfaceFacts, SurfaceFriction,
 };
 pub use triangles::{RawSurface, Triangles};
 pub use tributary::{TributaryArea, tributary_areas};

@@ -390,6 +390,9 @@ impl<'a> Check<'a> {
         });
         let meshed = dot(normal, sub(to, from));
         let Counterpart::Surface(master) = &surfaces[i].against else { return None };
+        if held && surfaces[i].stiffness.is_some() {
+            return None; // the points keep apart what yields between the surfaces
+        }
         let stated = match master.gap {
             _ if surfaces[i].friction == SurfaceFriction::Bonded => 0.0,
             InitialGap::AsMeshed => meshed,
@@ -449,6 +452,9 @@ impl<'a> Check<'a> {
                 let way = sub(now.u[node as usize], now.obstacles[i]);
                 let is_named = named.binary_search(&node).is_ok();
                 let is_held = self.held[i].binary_search(&node).is_ok();
+                if is_held && surface.stiffness.is_some() {
+                    return None;
+                }
                 let allowed = self.rounding + if is_named { small } else { 0.0 };
                 if norm(way) <= allowed {
                     return None;

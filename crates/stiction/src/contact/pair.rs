@@ -96,7 +96,20 @@ pub(super) fn points_of_pair(
         let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
         let Row { node, area, unity_sum, others } = row;
         let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
-        points.push(Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum });
+        let (stiffness, layer) = (surface.stiffness, None);
+        points.push(Point {
+            node,
+            gap,
+            area,
+            friction,
+            orthotropy,
+            frame,
+            normal,
+            others,
+            unity_sum,
+            stiffness,
+            layer,
+        });
         found.nodes.push(node);
     }
     found.points = found.nodes.len();

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::tributary::{TributaryArea, areas_on_obstacle};
-use super::{ContactSurface, Friction, Obstacle, SurfaceFacts, SurfaceFriction};
+use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
@@ -31,6 +31,9 @@ pub(super) struct Point {
     pub others: Vec<(u32, f64)>,
     /// See `ContactProblem::unity_sum`.
     pub unity_sum: f64,
+    pub stiffness: Option<InterfaceStiffness>,
+    /// The node in front of its own that stands for it, where the interface yields.
+    pub layer: Option<u32>,
 }
 
 /// Appends the points of a surface that may touch an obstacle.
@@ -116,7 +119,20 @@ pub(super) fn points_on_obstacle(
         let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         // A tie keeps the distance it was meshed with.
         let gap = if friction == Friction::Bonded { 0.0 } else { measured };
-        points.push(Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum });
+        let (stiffness, layer) = (surface.stiffness, None);
+        points.push(Point {
+            node,
+            gap,
+            area,
+            friction,
+            orthotropy,
+            frame,
+            normal,
+            others,
+            unity_sum,
+            stiffness,
+            layer,
+        });
     }
     if facts.points == 0 && facts.beyond > 0 {
         let what = format!(

@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::layer::add_layer;
 use super::rows::{all_points, jump};
 use super::{Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, Pair, Supports, SurfaceFacts};
 use crate::Error;
@@ -30,7 +31,8 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    let (points, facts) = all_points(mesh, &model.dofs, surfaces)?;
+    let (mut points, facts) = all_points(mesh, &model.dofs, surfaces)?;
+    add_layer(model, &mut points);
     let mut first = 0;
     let pair = |facts: &SurfaceFacts| {
         first += facts.points;
@@ -43,7 +45,9 @@ pub fn pose(
     let center = centroid(mesh);
     let rigid = |dofs: &[u32]| {
         let mut rows = in_huge_pages(Vec::with_capacity(dofs.len()));
-        rows.par_extend(dofs.par_iter().map(|&d| rigid_row(mesh, center, d, model.dofs.direction(d))));
+        rows.par_extend(
+            dofs.par_iter().map(|&d| rigid_row(mesh, center, model.dofs.mesh_dof(d), model.dofs.direction(d))),
+        );
         rows
     };
     let (bodies, motions) = rayon::join(
@@ -124,7 +128,7 @@ fn bodies(mesh: &Mesh, model: &FeModel, origin: [f64; 3]) -> Bodies {
         let radius = nodes[body].iter().map(|&x| norm(sub(x, centre))).fold(0.0, f64::max);
         Body { name: group_of(body).unwrap_or_else(|| (body + 1).to_string()), centre, radius }
     });
-    let of = |dofs: &[u32]| dofs.iter().map(|&dof| of_node[dof as usize / 3]).collect();
+    let of = |dofs: &[u32]| dofs.iter().map(|&dof| of_node[model.dofs.mesh_node(dof / 3) as usize]).collect();
     Bodies { list: list.collect(), of: of(&model.dofs.free), of_support: of(&model.dofs.prescribed), origin }
 }
 

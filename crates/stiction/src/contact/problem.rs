@@ -29,6 +29,16 @@ pub enum Friction {
         /// The largest tangential force, newton.
         limit: f64,
     },
+    /// Mohr-Coulomb with a tension cut-off: `lambda_n >= -tension`; where the surfaces touch `|lambda_t| <= cohesion +
+    /// coefficient * lambda_n`. A point that opens carries `lambda_n = -tension` and no shear.
+    Cohesive {
+        /// The coefficient of friction.
+        coefficient: f64,
+        /// The largest tangential force without a normal force, newton.
+        cohesion: f64,
+        /// The largest pull, newton; at most `cohesion / coefficient`, the apex of the cone.
+        tension: f64,
+    },
     /// Tied: no relative displacement in any direction, tension included.
     Bonded,
 }
@@ -37,7 +47,9 @@ impl Friction {
     /// The coefficient where friction follows the normal force, up to a limit or not.
     pub fn coefficient(&self) -> Option<f64> {
         match *self {
-            Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => Some(coefficient),
+            Friction::Coulomb { coefficient }
+            | Friction::Limited { coefficient, .. }
+            | Friction::Cohesive { coefficient, .. } => Some(coefficient),
             Friction::None | Friction::Given { .. } | Friction::Bonded => None,
         }
     }
@@ -49,8 +61,40 @@ impl Friction {
             Friction::Given { slip_bound } => slip_bound,
             Friction::Coulomb { coefficient } => coefficient * normal.max(0.0),
             Friction::Limited { coefficient, limit } => (coefficient * normal.max(0.0)).min(limit),
+            // No shear crosses a gap: cohesion is where the surfaces touch.
+            Friction::Cohesive { coefficient, cohesion, tension } if normal > 0.0 - tension => {
+                (cohesion + coefficient * normal).max(0.0)
+            }
+            Friction::Cohesive { .. } => 0.0,
             Friction::Bonded => f64::INFINITY,
         }
+    }
+
+    /// Sets the coefficient where there is one.
+    pub fn set_coefficient(&mut self, value: f64) {
+        if let Friction::Coulomb { coefficient }
+        | Friction::Limited { coefficient, .. }
+        | Friction::Cohesive { coefficient, .. } = self
+        {
+            *coefficient = value;
+        }
+    }
+
+    /// The cohesion and the largest pull, newton; none where the law has no strength.
+    pub fn strength(&self) -> [f64; 2] {
+        if let Friction::Cohesive { cohesion, tension, .. } = *self { [cohesion, tension] } else { [0.0; 2] }
+    }
+
+    /// Sets both where the law has a strength.
+    pub fn set_strength(&mut self, new: [f64; 2]) {
+        if let Friction::Cohesive { cohesion, tension, .. } = self {
+            [*cohesion, *tension] = new;
+        }
+    }
+
+    /// The largest pull the point carries, newton; that of a tied one has no bound and is no strength.
+    pub fn tension(&self) -> f64 {
+        if let Friction::Cohesive { tension, .. } = *self { tension } else { 0.0 }
     }
 }
 
@@ -127,6 +171,8 @@ impl Supports {
 /// N u <= gap,  lambda_n >= 0,  lambda_n (gap - N u) = 0
 /// |lambda_t| <= bound,  slip s = T u - slip_reference,  s != 0  =>  lambda_t = bound s / |s|
 /// ```
+/// Where a point has a tensile strength `t`, `lambda_n + t` stands for `lambda_n` in the second line.
+///
 /// Where friction differs by direction (`orthotropy`, `a` for short) the disc is an ellipse and the slip is along
 /// its normal:
 ///
@@ -375,11 +421,22 @@ impl Contact {
                 Friction::Limited { coefficient, limit } => {
                     vec![("friction coefficient", coefficient), ("limit of friction", limit)]
                 }
+                Friction::Cohesive { coefficient, cohesion, tension } => {
+                    vec![("friction coefficient", coefficient), ("cohesion", cohesion), ("tensile strength", tension)]
+                }
                 Friction::None | Friction::Bonded => continue,
             };
             if let Some((name, value)) = values.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
                 let what = format!("contact.friction[{j}]: the {name} of point {j} is {value}");
                 return Err(wrong(what, "friction is a finite number, at least zero"));
+            }
+            if let Friction::Cohesive { coefficient, cohesion, tension } = *law
+                && coefficient * tension > cohesion * (1.0 + APEX)
+            {
+                let what = format!(
+                    "contact.friction[{j}]: the tensile strength {tension} of point {j} is beyond the apex of its cone"
+                );
+                return Err(wrong(what, "give a tensile strength of at most cohesion / coefficient"));
             }
         }
         for (j, ratio) in self.orthotropy.iter().flatten().enumerate() {
@@ -393,6 +450,9 @@ impl Contact {
         Ok(())
     }
 }
+
+/// A tensile strength beyond the apex by less than this part is at the apex but for rounding.
+const APEX: f64 = 1e-12;
 
 fn wrong(what: String, remedy: &str) -> Error {
     Error::new("contact problem", what, remedy)

@@ -119,7 +119,11 @@ pub(super) fn jump(dofs: &DofMap, points: &[Point]) -> (Csr, Csr) {
             for c in 0..3 {
                 let dof = 3 * point.node + c as u32;
                 let is_free = dofs.unknown[dof as usize] != u32::MAX;
-                add(k * m + j, dof, if is_free { row[c] } else { own[c] });
+                let at_layer = point.layer.map_or(dof, |layer| 3 * layer + c as u32);
+                match is_free {
+                    true => add(k * m + j, at_layer, row[c]),
+                    false => add(k * m + j, dof, own[c]),
+                }
             }
             for &(other, weight) in &point.others {
                 let full = along(other, full);

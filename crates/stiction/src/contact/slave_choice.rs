@@ -110,7 +110,8 @@ pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut Conta
     let other = Master { faces: fixed, gap: master.gap, search, slave, reason };
     (surface.faces, master.search) = (free, search);
     let (name, friction) = (format!("{}-constrained", surface.name), surface.friction.clone());
-    Some(ContactSurface { name, faces, against: Counterpart::Surface(other), friction })
+    let (against, stiffness) = (Counterpart::Surface(other), surface.stiffness);
+    Some(ContactSurface { name, faces, against, friction, stiffness })
 }
 
 /// Whether more than half of the nodes are prescribed altogether.

@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::{Obstacle, Reason, Role};
+use super::{InterfaceStiffness, Obstacle, Reason, Role};
 use crate::fem::Field;
 
 /// Friction of a whole surface.
@@ -30,9 +30,23 @@ pub struct CoulombLaw {
     /// The shear stress friction does not exceed. Where friction differs by direction, that of the direction in which it is
     /// the largest: the ellipse keeps its shape.
     pub limit: Option<f64>,
+    /// Strength beside friction; with one coefficient and no limit.
+    pub cohesion: Option<Cohesion>,
 }
 
-/// A coefficient of friction, >= 0.
+/// Strength of an interface beside friction: `shear <= cohesion + coefficient * pressure` where the surfaces touch, and
+/// `pressure >= -tension`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cohesion {
+    /// Shear strength without pressure, stress.
+    pub shear: Coefficient,
+    /// Tensile strength, stress; the apex of the cone, `shear / coefficient`, where that is less.
+    pub tension: Coefficient,
+    /// Whether a point loses both for good once it slips or opens, at the end of the step in which it does.
+    pub brittle: bool,
+}
+
+/// A coefficient of friction or a strength, >= 0.
 #[derive(Clone, PartialEq)]
 pub enum Coefficient {
     /// A number or an expression in x, y, z.
@@ -82,7 +96,15 @@ impl SurfaceFriction {
     pub fn is_array(&self) -> bool {
         let SurfaceFriction::Law(law) = self else { return false };
         let array = |coefficient: &Coefficient| matches!(coefficient, Coefficient::Array { .. });
-        array(&law.coefficient) || law.across.as_ref().is_some_and(|across| array(&across.coefficient))
+        array(&law.coefficient)
+            || law.across.as_ref().is_some_and(|across| array(&across.coefficient))
+            || law.cohesion.as_ref().is_some_and(|cohesion| array(&cohesion.shear) || array(&cohesion.tension))
+    }
+
+    /// Whether points lose their strength for good once they slip or open.
+    pub fn is_brittle(&self) -> bool {
+        let SurfaceFriction::Law(law) = self else { return false };
+        law.cohesion.as_ref().is_some_and(|cohesion| cohesion.brittle)
     }
 }
 
@@ -107,6 +129,8 @@ pub struct ContactSurface {
     pub against: Counterpart,
     /// The law of friction.
     pub friction: SurfaceFriction,
+    /// How the interface yields under the forces it carries; hard contact if `None`.
+    pub stiffness: Option<InterfaceStiffness>,
 }
 
 /// What a surface may touch.

@@ -186,15 +186,15 @@ impl GlobalProblem {
     /// A posed contact problem in this form: `M = K`, `H = -B'`, `w` the gap of the undeformed body.
     ///
     /// # Errors
-    /// If a point has given or limited friction, friction that differs by direction, or is bonded: the form knows
+    /// If a point has given or limited friction or cohesion, friction that differs by direction, or is bonded: the form knows
     /// Coulomb's law alone.
     pub fn of(problem: &ContactProblem) -> Result<Self, Error> {
         let m = problem.points();
         let coefficient = |(j, law): (usize, &Friction)| match law {
             Friction::None => Ok(0.0),
             Friction::Coulomb { coefficient } => Ok(*coefficient),
-            Friction::Given { .. } | Friction::Limited { .. } | Friction::Bonded => {
-                let what = format!("point {j} is bonded, or its friction is given or limited");
+            Friction::Given { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } | Friction::Bonded => {
+                let what = format!("point {j} is bonded, or its friction is given, limited or with cohesion");
                 Err(Error::new("", what, "this form of a problem knows Coulomb friction alone"))
             }
         };

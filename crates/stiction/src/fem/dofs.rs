@@ -33,6 +33,7 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
         prescribed: Vec::with_capacity(count),
         value: Vec::with_capacity(count),
         rotated,
+        layer: Vec::new(),
     };
     for (dof, value) in prescribed.into_iter().enumerate() {
         if value.is_nan() {

@@ -148,6 +148,26 @@ pub struct DofMap {
     pub value: Vec<f64>,
     /// Nodes with axes of their own, ascending.
     pub rotated: Vec<RotatedNode>,
+    /// Nodes of the mesh with another node in front of them, an interface that yields: the first of these comes after all
+    /// nodes of the mesh. It has the axes of the node of the mesh.
+    pub layer: Vec<u32>,
+}
+
+impl DofMap {
+    /// Number of nodes of the mesh.
+    pub fn nodes(&self) -> usize {
+        self.unknown.len() / 3 - self.layer.len()
+    }
+
+    /// The node of the mesh that `node` is, or that it lies in front of.
+    pub fn mesh_node(&self, node: u32) -> u32 {
+        self.layer.get((node as usize).wrapping_sub(self.nodes())).copied().unwrap_or(node)
+    }
+
+    /// The degree of freedom of the mesh that `dof` is, or that it lies in front of.
+    pub fn mesh_dof(&self, dof: u32) -> u32 {
+        3 * self.mesh_node(dof / 3) + dof % 3
+    }
 }
 
 /// The elastic body without contact: `K u = f` for the unknown displacements.

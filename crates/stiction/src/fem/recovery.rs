@@ -18,8 +18,9 @@ use crate::mesh::{CellKind, Mesh};
 pub fn full_displacement(model: &FeModel, u_free: &[f64]) -> Vec<f64> {
     let dofs = &model.dofs;
     assert_eq!(u_free.len(), dofs.free.len());
-    let mut u = vec![0.0; dofs.unknown.len()];
-    dofs.free.iter().zip(u_free).for_each(|(&dof, &value)| u[dof as usize] = value);
+    let mut u = vec![0.0; 3 * dofs.nodes()];
+    let in_mesh = dofs.free.partition_point(|&dof| (dof as usize) < u.len());
+    dofs.free[..in_mesh].iter().zip(u_free).for_each(|(&dof, &value)| u[dof as usize] = value);
     dofs.prescribed.iter().zip(&dofs.value).for_each(|(&dof, &value)| u[dof as usize] = value);
     dofs.to_vectors(&mut u);
     u

@@ -25,6 +25,7 @@ impl DofMap {
     /// The axes of a node that is rotated; `None` stands for x, y, z.
     pub fn axes(&self, node: u32) -> Option<&[V3; 3]> {
         // Nearly always there are none at all.
+        let node = if self.rotated.is_empty() { node } else { self.mesh_node(node) };
         let place = self.rotated.binary_search_by_key(&node, |rotated| rotated.node).ok()?;
         Some(&self.rotated[place].axes)
     }

@@ -67,7 +67,7 @@ pub(crate) fn parameters(problem: &ContactProblem, stiffness: &[f64]) -> Vec<f64
 /// The derivative of its [`bound`](Friction::bound) by the normal force; zero where a limit rules.
 pub(crate) fn slope(friction: Friction, a_n: f64) -> f64 {
     match friction {
-        Friction::Coulomb { coefficient } => coefficient,
+        Friction::Coulomb { coefficient } | Friction::Cohesive { coefficient, .. } => coefficient,
         Friction::Limited { coefficient, limit } if coefficient * a_n.max(0.0) < limit => coefficient,
         _ => 0.0,
     }
@@ -77,7 +77,9 @@ pub(crate) fn slope(friction: Friction, a_n: f64) -> f64 {
 /// depend on the normal force.
 pub(crate) fn frozen(friction: Friction, lambda_n: f64) -> Friction {
     match friction {
-        Friction::Coulomb { .. } | Friction::Limited { .. } => Friction::Given { slip_bound: friction.bound(lambda_n) },
+        Friction::Coulomb { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } => {
+            Friction::Given { slip_bound: friction.bound(lambda_n) }
+        }
         Friction::None | Friction::Given { .. } | Friction::Bonded => friction,
     }
 }
@@ -215,7 +217,11 @@ impl Linearisation {
                 at.columns[0] = [1.0, slope * e[0], slope * e[1]];
             }
             let (along, across) = (lambda[1] * e[0] + lambda[2] * e[1], lambda[2] * e[0] - lambda[1] * e[1]);
-            let change = if slope > 0.0 { slope * lambda[0] } else { limit } - along;
+            let at_lambda = match friction {
+                Friction::Cohesive { cohesion, .. } => cohesion + slope * lambda[0],
+                _ => slope * lambda[0],
+            };
+            let change = if slope > 0.0 { at_lambda } else { limit } - along;
             (at.known[1], at.known[2]) = (change * e[0], change * e[1]);
             at.slip = Some((e, slope));
             let (turn, q) = ([0.0, -e[1], e[0]], limit / length);
@@ -255,11 +261,12 @@ impl Linearisation {
 mod tests {
     use super::*;
 
-    const LAWS: [Friction; 5] = [
+    const LAWS: [Friction; 6] = [
         Friction::None,
         Friction::Given { slip_bound: 2.0 },
         Friction::Coulomb { coefficient: 0.5 },
         Friction::Limited { coefficient: 0.5, limit: 1.5 },
+        Friction::Cohesive { coefficient: 0.5, cohesion: 0.8, tension: 0.0 },
         Friction::Bonded,
     ];
 
@@ -276,6 +283,10 @@ mod tests {
         assert!(!holds(coulomb, [0.0, 0.0, 0.0], [-0.3, 0.0, 0.0]), "penetration");
         assert!(!holds(coulomb, [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]), "tension");
         assert!(holds(Friction::Given { slip_bound: 2.0 }, [0.0, 0.0, -2.0], [1.0, 0.0, 9.0]), "given, even if open");
+        let cohesive = Friction::Cohesive { coefficient: 0.5, cohesion: 1.0, tension: 0.0 };
+        assert!(holds(cohesive, [4.0, 3.0, 0.0], [0.0, -7.0, 0.0]), "slip against friction and cohesion");
+        assert!(holds(cohesive, [0.0, 0.0, 0.0], [0.3, 5.0, -2.0]), "no shear across a gap");
+        assert!(!holds(cohesive, [0.0, 0.0, -1.0], [0.3, 0.0, 9.0]), "cohesion across a gap");
         assert!(holds(Friction::Bonded, [-1.0, 80.0, 0.0], [0.0, 0.0, 0.0]), "tied");
     }
 

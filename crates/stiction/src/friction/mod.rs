@@ -11,6 +11,7 @@ pub(crate) mod law;
 pub mod multigrid;
 pub mod reference;
 mod solution;
+mod strength;
 pub(crate) mod system;
 mod tangent;
 mod uniqueness;

@@ -41,8 +41,12 @@ impl Threshold {
     pub(super) const NORMAL_LIMIT: usize = 200;
 }
 
-/// The largest coefficient of Coulomb friction, limited or not.
+/// The largest coefficient of Coulomb friction, limited or not. `None` with cohesion as well, which a point loses where it
+/// opens: the bounds then are no continuous map of the normal forces, and nothing is known of a fixed point.
 pub(super) fn largest_coefficient(problem: &ContactProblem) -> Option<f64> {
+    if problem.contact.friction.iter().any(|law| matches!(law, Friction::Cohesive { .. })) {
+        return None;
+    }
     problem.contact.friction.iter().filter_map(Friction::coefficient).reduce(f64::max)
 }
 

@@ -21,6 +21,7 @@ pub fn write_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> R
 
 /// The same up to giving the file its name.
 pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f64) -> Result<Pending, Error> {
+    let tensions: Vec<f64> = problem.contact.friction.iter().map(Friction::tension).collect();
     let laws: Vec<(usize, f64, f64)> = problem.contact.friction.iter().map(|&law| code(law)).collect();
     let law_values: Vec<f64> = laws.iter().map(|law| law.1).collect();
     let law_limits: Vec<f64> = laws.iter().map(|law| law.2).collect();
@@ -49,6 +50,9 @@ pub(crate) fn begin_problem(path: &Path, problem: &ContactProblem, tolerance: f6
     matrix(&mut arrays, "B", &problem.contact.B);
     if let Some(across) = &problem.contact.orthotropy {
         arrays.push(("friction_across".into(), Array::f64(across)));
+    }
+    if tensions.iter().any(|&tension| tension != 0.0) {
+        arrays.push(("friction_tension".into(), Array::f64(&tensions)));
     }
     arrays.push(("data_rounding".into(), Array::scalar(problem.contact.rounding)));
     if let Some(node_of) = &problem.elastic.node_of {
@@ -127,8 +131,10 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
     let values = f64s(arrays, "friction_value", Some(m))?;
     let laws = usizes(arrays, "friction_law", Some(m))?;
     let limits = optional(arrays, "friction_limit", m)?.unwrap_or_else(|| vec![0.0; m]);
-    let numbers = values.iter().zip(limits);
-    let friction = laws.into_iter().zip(numbers).map(|(kind, (&value, limit))| law(kind, value, limit));
+    let tensions = optional(arrays, "friction_tension", m)?.unwrap_or_else(|| vec![0.0; m]);
+    let numbers = values.iter().zip(limits).zip(tensions);
+    let friction =
+        laws.into_iter().zip(numbers).map(|(kind, ((&value, limit), tension))| law(kind, value, limit, tension));
     let friction = friction.collect::<Result<_, _>>()?;
     let elastic = Elastic {
         K: Arc::new(if arrays.contains_key("K_lower_start") {
@@ -204,7 +210,7 @@ fn pairs(arrays: &Arrays, m: usize) -> Result<Vec<Pair>, Error> {
     Ok(names.into_iter().zip(starts).zip(&ends).map(pair).collect())
 }
 
-/// Number of a law, its value and its limit.
+/// Number of a law, its value, and its limit or its cohesion.
 fn code(law: Friction) -> (usize, f64, f64) {
     match law {
         Friction::None => (0, 0.0, 0.0),
@@ -212,6 +218,7 @@ fn code(law: Friction) -> (usize, f64, f64) {
         Friction::Coulomb { coefficient } => (2, coefficient, 0.0),
         Friction::Bonded => (3, 0.0, 0.0),
         Friction::Limited { coefficient, limit } => (4, coefficient, limit),
+        Friction::Cohesive { coefficient, cohesion, .. } => (5, coefficient, cohesion),
     }
 }
 
@@ -221,13 +228,14 @@ fn optional(arrays: &Arrays, name: &str, length: usize) -> Result<Option<Vec<f64
     arrays.contains_key(name).then(read).transpose()
 }
 
-fn law(code: usize, value: f64, limit: f64) -> Result<Friction, Error> {
+fn law(code: usize, value: f64, limit: f64, tension: f64) -> Result<Friction, Error> {
     match code {
         0 => Ok(Friction::None),
         1 => Ok(Friction::Given { slip_bound: value }),
         2 => Ok(Friction::Coulomb { coefficient: value }),
         3 => Ok(Friction::Bonded),
         4 => Ok(Friction::Limited { coefficient: value, limit }),
+        5 => Ok(Friction::Cohesive { coefficient: value, cohesion: limit, tension }),
         _ => Err(damaged(format!("there is no law of friction {code}"))),
     }
 }

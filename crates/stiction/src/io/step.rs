@@ -5,10 +5,10 @@ use std::path::Path;
 use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
 use super::problem::damaged;
 use crate::Error;
-use crate::contact::{ContactProblem, Friction};
+use crate::contact::ContactProblem;
 
 /// Grows where an array is added or changes its meaning.
-const FORMAT: usize = 3;
+const FORMAT: usize = 4;
 
 /// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,6 +31,9 @@ pub struct StepFile {
     pub support_displacement: Vec<f64>,
     /// The coefficient of friction of each point, `m`, where it changes with time; empty where it does not.
     pub coefficient: Vec<f64>,
+    /// Cohesion and largest pull that each point has left, newton, `2 j` and `2 j + 1`, where they can be lost; empty where
+    /// they cannot.
+    pub strength: Vec<f64>,
     /// What the rounding of the data leaves open in gaps and slips, length.
     pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
@@ -60,9 +63,10 @@ impl StepFile {
         problem.contact.slip_reference.clone_from(&self.slip_reference);
         problem.contact.rounding = self.rounding;
         for (law, &value) in problem.contact.friction.iter_mut().zip(&self.coefficient) {
-            if let Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } = law {
-                *coefficient = value;
-            }
+            law.set_coefficient(value);
+        }
+        for (law, &strength) in problem.contact.friction.iter_mut().zip(self.strength.as_chunks().0) {
+            law.set_strength(strength);
         }
         if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
@@ -86,6 +90,7 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("gap", Array::f64(&step.gap)),
             ("slip_reference", Array::f64(&step.slip_reference)),
             ("coefficient", Array::f64(&step.coefficient)),
+            ("strength", Array::f64(&step.strength)),
             ("motion", Array::f64(&step.motion)),
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
@@ -136,6 +141,10 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             coefficient: match f64s(&arrays, "coefficient", None)? {
                 [] => Vec::new(),
                 _ => list("coefficient", m)?,
+            },
+            strength: match f64s(&arrays, "strength", None)? {
+                [] => Vec::new(),
+                _ => list("strength", 2 * m)?,
             },
             motion: list("motion", 3 * m)?,
             support_load: list("support_load", p)?,

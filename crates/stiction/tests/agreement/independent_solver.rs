@@ -78,6 +78,7 @@ fn clarabel_finds_the_same_energy_over_ellipses() {
         coefficient: Field::Constant(0.1).into(),
         across: Some(Across { coefficient: Field::Constant(0.5).into(), direction: [1.0, 1.0, 0.0] }),
         limit: Some(2.5e5),
+        cohesion: None,
     }));
     for p in [given, coulomb, both] {
         let factor = dense::Factor::new(&p.elastic.K);

@@ -78,6 +78,7 @@ impl Posed<'_> {
             faces: faces("z-min"),
             against: FLOOR.into(),
             friction: friction.clone(),
+            stiffness: None,
         };
         let surfaces: Vec<ContactSurface> = self.floor.iter().map(surface).collect();
         let (problem, _) = pose(mesh, &mut model, &surfaces).unwrap();

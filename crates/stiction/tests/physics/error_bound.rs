@@ -125,7 +125,13 @@ fn bound_of_uniform(mesh: &Mesh, u: fn(V3) -> V3, friction: SurfaceFriction, lim
     };
     let fixes: Vec<Fix> = sides.iter().map(fix).collect();
     let mut model = assemble(&solid, &[], &fixes, 1.0).unwrap();
-    let floor = ContactSurface { name: "floor".into(), faces: faces("z-min"), against: FLOOR.into(), friction };
+    let floor = ContactSurface {
+        name: "floor".into(),
+        faces: faces("z-min"),
+        against: FLOOR.into(),
+        friction,
+        stiffness: None,
+    };
     let (problem, facts) = pose(mesh, &mut model, &[floor]).unwrap();
     let solution = stiction_fixtures::solved(&problem, 1e-12);
     let mut forces = vec![0.0; 3 * mesh.nodes.len()];

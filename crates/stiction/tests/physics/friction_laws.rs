@@ -114,7 +114,7 @@ fn brick_with(friction: SurfaceFriction, load: BrickLoad) -> ContactProblem {
 fn friction_that_varies_in_space_is_that_of_two_contacts_with_their_own() {
     let step = Field::Function { text: "step".into(), value: Arc::new(|x, _| if x[0] < 1.6 { 0.1 } else { 0.6 }) };
     let varying = brick_with(
-        SurfaceFriction::Law(CoulombLaw { coefficient: step.into(), across: None, limit: None }),
+        SurfaceFriction::Law(CoulombLaw { coefficient: step.into(), across: None, limit: None, cohesion: None }),
         BrickLoad::Press,
     );
     let mut two = brick(4, BlockElement::Hex8, BrickLoad::Press, SurfaceFriction::Coulomb(0.1));

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod bolts;
+mod brittle;
 mod certificate;
 mod closed_forms;
 mod corners;
@@ -15,6 +16,8 @@ mod floating;
 mod fretting;
 mod friction_laws;
 mod geometry;
+mod interface_layers;
+mod interfaces;
 mod loads;
 mod materials;
 mod mortar;

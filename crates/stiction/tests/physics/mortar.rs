@@ -41,7 +41,13 @@ fn faces(mesh: &Mesh, group: &str) -> Vec<u32> {
 fn pair(mesh: &Mesh, slave: &str, master: &str, friction: SurfaceFriction) -> ContactSurface {
     let (gap, reason) = (InitialGap::AsMeshed, Reason::Asked);
     let master = Master { faces: faces(mesh, master), gap, search: None, slave: Role::On, reason };
-    ContactSurface { name: slave.into(), faces: faces(mesh, slave), against: Counterpart::Surface(master), friction }
+    ContactSurface {
+        name: slave.into(),
+        faces: faces(mesh, slave),
+        against: Counterpart::Surface(master),
+        friction,
+        stiffness: None,
+    }
 }
 
 /// `u(x) = a x + b`, as prescribed displacements.

@@ -235,6 +235,8 @@ fn differs(law: &Friction, [coefficient, most]: [f64; 2], area: f64) -> f64 {
         Friction::Given { slip_bound } => [f64::INFINITY, slip_bound / area],
         Friction::Coulomb { coefficient } => [coefficient, f64::INFINITY],
         Friction::Limited { coefficient, limit } => [coefficient, limit / area],
+        // A bound knows no cohesion.
+        Friction::Cohesive { .. } => return f64::INFINITY,
         Friction::Bonded => return 0.0,
     };
     let off = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / a.abs().max(b.abs()) };

@@ -141,7 +141,10 @@ impl Foundation<'_> {
             let [normal, tangential] = match law {
                 Friction::Bonded => [1.0, 1.0],
                 Friction::None => [f64::from(u8::from(v[j] < 0.0)), 0.0],
-                Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
+                Friction::Given { .. }
+                | Friction::Coulomb { .. }
+                | Friction::Limited { .. }
+                | Friction::Cohesive { .. } => {
                     let ratio = if sliding > bounds[j] { bounds[j] / sliding } else { 1.0 };
                     [f64::from(u8::from(v[j] < 0.0)), ratio.max(Threshold::GUIDE)]
                 }

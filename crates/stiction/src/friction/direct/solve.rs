@@ -8,6 +8,7 @@ use crate::dual::Dual;
 use crate::friction::PointState;
 use crate::friction::law::{V3, frozen, parameters, projection};
 use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
+use crate::friction::strength::solve_with_strength;
 use crate::friction::system::{
     Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, length, newton,
 };
@@ -93,6 +94,10 @@ const STRATEGY: [Stage; 5] = [
 /// # Panics
 /// If the start has another length than `3m`; [`Settings::validate`] checks it.
 pub fn solve(problem: &ContactProblem, dual: &Dual, settings: &Settings, observer: &mut Watch<Progress>) -> Solution {
+    let mut shifted = |problem: &ContactProblem, settings: &Settings| solve(problem, dual, settings, observer);
+    if let Some(solution) = solve_with_strength(problem, settings, &mut shifted) {
+        return solution;
+    }
     let isotropic = problem.isotropic();
     let mut solver = Solver::new(problem, &isotropic, dual, settings);
     if no_equilibrium(problem, &dual.floating.motions).is_some() {

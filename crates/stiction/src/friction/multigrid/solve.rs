@@ -12,6 +12,7 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_equilibrium;
+use crate::friction::strength::solve_with_strength;
 use crate::friction::{Counts, End, Phase, PointState, Progress, Settings, Solution, SolverPath};
 use crate::linalg::multigrid::Hierarchy;
 use crate::linalg::{Stop, Watch};
@@ -82,6 +83,11 @@ pub fn solve_multigrid(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Solution {
+    let mut shifted =
+        |problem: &ContactProblem, settings: &Settings| solve_multigrid(problem, multigrid, settings, observer);
+    if let Some(solution) = solve_with_strength(problem, settings, &mut shifted) {
+        return solution;
+    }
     let Multigrid { transformed, hierarchy } = multigrid;
     let sizes = (transformed.nodes.of.len(), transformed.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
@@ -227,7 +233,12 @@ fn start_of_floating_bodies(problem: &ContactProblem, transformed: &Transformed)
 
 /// Whether the solution minimises an energy: no slip bound depends on a normal force.
 fn convex(friction: &[Friction]) -> bool {
-    friction.iter().all(|law| law.coefficient().is_none_or(|coefficient| coefficient == 0.0))
+    let energy = |law: &Friction| match law {
+        // No energy knows that an open point has lost its cohesion.
+        Friction::Cohesive { .. } => false,
+        _ => law.coefficient().is_none_or(|coefficient| coefficient == 0.0),
+    };
+    friction.iter().all(energy)
 }
 
 /// Multipliers from the balance at the contact nodes, made admissible.

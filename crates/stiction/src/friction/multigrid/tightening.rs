@@ -172,6 +172,11 @@ pub(crate) fn tighten_by_multigrid(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Tightened {
+    if let Some(shifted) = problem.without_strength() {
+        let mut found = tighten_by_multigrid(&shifted, multigrid, sought, settings, observer);
+        problem.take_strength_off(&mut found.lambda);
+        return found;
+    }
     let Multigrid { transformed, hierarchy } = multigrid;
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;

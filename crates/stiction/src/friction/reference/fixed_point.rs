@@ -21,7 +21,7 @@ impl<'a> SlipBounds<'a> {
     pub(super) fn new(friction: &'a [Friction], coulomb: Option<&[f64]>) -> Self {
         let value = |(j, law): (usize, &Friction)| match *law {
             Friction::Given { slip_bound } => slip_bound,
-            Friction::Coulomb { .. } | Friction::Limited { .. } => {
+            Friction::Coulomb { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } => {
                 coulomb.map_or(0.0, |g| if g[j] > 0.0 { g[j] } else { 0.0 })
             }
             Friction::None | Friction::Bonded => 0.0,

@@ -148,7 +148,9 @@ pub fn fixed_point_defect(
     }
     let mut bounds = SlipBounds::new(friction, Some(slip_bound));
     let freeze = |(law, &slip_bound): (&Friction, &f64)| match law {
-        Friction::Coulomb { .. } | Friction::Limited { .. } => Friction::Given { slip_bound },
+        Friction::Coulomb { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } => {
+            Friction::Given { slip_bound }
+        }
         other => *other,
     };
     let frozen: Vec<Friction> = friction.iter().zip(&bounds.value).map(freeze).collect();
@@ -168,6 +170,10 @@ pub(super) fn is_exact(friction: &[Friction], has_row: &[bool], settings: &Metho
 
 fn validate(friction: &[Friction], settings: &MethodSettings) -> Result<(), Error> {
     let fail = |what: String, remedy: &str| Err(Error::new("method", what, remedy));
+    if let Some(j) = friction.iter().position(|law| matches!(law, Friction::Cohesive { .. })) {
+        let what = format!("friction at point {j} has cohesion, which the methods of the paper do not know");
+        return fail(what, "take Newton's method");
+    }
     let coulomb = friction.iter().position(|law| law.coefficient().is_some());
     match (settings.method, coulomb) {
         (Method::Newton, _) => return fail("Newton's method is not among these".into(), "call `solve`"),

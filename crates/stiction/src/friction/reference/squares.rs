@@ -148,7 +148,10 @@ pub(super) fn boxes(friction: &[Friction], has_row: &[bool], slip_bound: &[f64])
         let (normal, tangential) = match friction[j] {
             Friction::Bonded => (f64::NEG_INFINITY, f64::INFINITY),
             Friction::None => (0.0, 0.0),
-            Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => (0.0, slip_bound[j]),
+            Friction::Given { .. }
+            | Friction::Coulomb { .. }
+            | Friction::Limited { .. }
+            | Friction::Cohesive { .. } => (0.0, slip_bound[j]),
         };
         let limits = [(normal, f64::INFINITY), (-tangential, tangential), (-tangential, tangential)];
         for (i, (low, high)) in [j, m + j, 2 * m + j].into_iter().zip(limits).filter(|(i, _)| has_row[*i]) {

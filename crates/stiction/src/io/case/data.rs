@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::source::Spot;
-use crate::contact::{InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{InitialGap, InterfaceStiffness, Obstacle, Role, Side, SurfaceFriction};
 use crate::fem::{Axes, Field, Material};
 use crate::friction::{Method, MethodSettings, SolverPath};
 use crate::mesh::{Block, Mesh, MeshNotes, Ring, Turn};
@@ -353,6 +353,10 @@ pub struct ContactSpec {
     pub friction: SurfaceFriction,
     /// Where friction is given.
     pub friction_spot: Spot,
+    /// How the interface yields; hard contact if `None`.
+    pub stiffness: Option<InterfaceStiffness>,
+    /// The stress xx, yy, zz, yz, xz, xy in it before anything is loaded, by place; tension is positive.
+    pub initial_stress: Option<[Field; 6]>,
     /// Archard's coefficient, depth over pressure and path, 1/stress.
     pub wear: Option<f64>,
     /// Where the file says so.

@@ -9,7 +9,9 @@ use super::read_region::{extended_region, groups};
 use super::tree::Node;
 use super::view::View;
 use crate::Error;
-use crate::contact::{Across, Coefficient, CoulombLaw, InitialGap, Obstacle, Role, Side, SurfaceFriction};
+use crate::contact::{
+    Across, Coefficient, Cohesion, CoulombLaw, InitialGap, InterfaceStiffness, Obstacle, Role, Side, SurfaceFriction,
+};
 use crate::fem::Field;
 use crate::io::expression::{VARIABLES, compile};
 
@@ -38,7 +40,25 @@ fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> 
     let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
     let friction_spot = table.given("friction").map_or(table.spot(), |node| table.source.spot(&node.at));
     let wear = table.given("wear").map(|_| table.number("wear"));
-    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, wear, spot: table.spot() })
+    let (stiffness, initial_stress, spot) = (stiffness(table), initial_stress(table)?, table.spot());
+    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, stiffness, initial_stress, wear, spot })
+}
+
+fn stiffness(table: &View) -> Option<InterfaceStiffness> {
+    let of = table.table("stiffness")?;
+    let normal = of.number("normal");
+    let tangential = of.given("tangential").map_or(normal, |_| of.number("tangential"));
+    Some(InterfaceStiffness { normal, tangential })
+}
+
+/// Components as the case lists them: xx, yy, zz, yz, xz, xy.
+fn initial_stress(table: &View) -> Result<Option<[Field; 6]>, Error> {
+    let Some(node) = table.given("initial_stress") else { return Ok(None) };
+    let mut stress = [const { Field::Constant(0.0) }; 6];
+    for (component, item) in stress.iter_mut().zip(node.items()) {
+        *component = field(table, item, &VARIABLES[..3])?;
+    }
+    Ok(Some(stress))
 }
 
 fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
@@ -139,7 +159,11 @@ fn friction(table: &View) -> Result<SurfaceFriction, Error> {
         return coulomb(&law, node);
     }
     let why = "is for coulomb, but the friction is tresca";
-    law.refuse(&["direction", "limit"], why, ", or give friction = { coulomb = ... }")?;
+    law.refuse(
+        &["direction", "limit", "cohesion", "tension", "cohesion_lost"],
+        why,
+        ", or give friction = { coulomb = ... }",
+    )?;
     let bound = law.number("tresca");
     Ok(if law.flag("nodal") { SurfaceFriction::GivenForce(bound) } else { SurfaceFriction::GivenStress(bound) })
 }
@@ -170,10 +194,43 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
         }
         ([only], Some(_)) => (coefficient(only)?, None),
     };
-    Ok(match (along, across, limit) {
-        (Coefficient::Field(Field::Constant(c)), None, None) => SurfaceFriction::Coulomb(c),
-        (coefficient, across, limit) => SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }),
+    let of_time = matches!(along, Coefficient::OfTime { .. });
+    let cohesion = cohesion(law, &[("t", of_time), ("direction", across.is_some()), ("limit", limit.is_some())])?;
+    Ok(match (along, across, limit, cohesion) {
+        (Coefficient::Field(Field::Constant(c)), None, None, None) => SurfaceFriction::Coulomb(c),
+        (coefficient, across, limit, cohesion) => {
+            SurfaceFriction::Law(CoulombLaw { coefficient, across, limit, cohesion })
+        }
     })
+}
+
+/// The strength beside friction, if any; `others` are keys that do not go with it, and whether they are there.
+fn cohesion(law: &View, others: &[(&str, bool)]) -> Result<Option<Cohesion>, Error> {
+    let Some(node) = law.given("cohesion") else {
+        let why = "belongs to `cohesion`, which is missing";
+        law.refuse(&["tension", "cohesion_lost"], why, ", or add cohesion = ...")?;
+        return Ok(None);
+    };
+    if let Some((key, _)) = others.iter().find(|(_, given)| *given) {
+        let what = match *key {
+            "t" => "a coefficient that changes with the time t, and `cohesion`, in one law of friction".to_string(),
+            _ => format!("`{key}` and `cohesion` in one law of friction"),
+        };
+        return Err(law.error("cohesion", what, "keep one of the two"));
+    }
+    let strength = |key: &str, node: &Node| match coefficient(law, node)? {
+        Coefficient::OfTime { .. } => {
+            let what = format!("`{key}` depends on the time t");
+            Err(law.error(key, what, "give a number, an expression in x, y, z, or an array"))
+        }
+        found => Ok(found),
+    };
+    let tension = law.given("tension").map(|node| strength("tension", node)).transpose()?;
+    Ok(Some(Cohesion {
+        shear: strength("cohesion", node)?,
+        tension: tension.unwrap_or(Coefficient::Field(Field::Constant(0.0))),
+        brittle: law.text("cohesion_lost") == "on slip",
+    }))
 }
 
 fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
@@ -182,8 +239,9 @@ fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {
     }
     match field(law, node, &VARIABLES)? {
         Field::Constant(c) if c < 0.0 => {
-            let what = format!("the coefficient of friction is {c}");
-            let remedy = "the direction of friction follows from the slip, a coefficient is at least zero";
+            let what = format!("a coefficient or a strength is {c}");
+            let remedy =
+                "the direction of friction follows from the slip, coefficients and strengths are at least zero";
             Err(law.error("coulomb", what, remedy))
         }
         field @ Field::Constant(_) => Ok(Coefficient::Field(field)),

@@ -58,10 +58,10 @@ fn steps_and_the_motion_of_an_obstacle_are_read() {
 fn laws_of_friction_and_surfaces_are_read() {
     let friction = |law: &str| read_text(&edited("coulomb = 0.35", law)).contacts[0].friction.clone();
     let constant = |c| Coefficient::Field(Field::Constant(c));
-    let law = CoulombLaw { coefficient: constant(0.3), across: None, limit: Some(5e7) };
+    let law = CoulombLaw { coefficient: constant(0.3), across: None, limit: Some(5e7), cohesion: None };
     assert_eq!(friction("coulomb = 0.3, limit = 5e7"), SurfaceFriction::Law(law));
     let across = Some(Across { coefficient: constant(0.3), direction: [0.6, 0.8, 0.0] });
-    let law = CoulombLaw { coefficient: constant(0.1), across, limit: None };
+    let law = CoulombLaw { coefficient: constant(0.1), across, limit: None, cohesion: None };
     assert_eq!(friction("coulomb = [0.1, 0.3], direction = [3, 4, 0]"), SurfaceFriction::Law(law));
     let SurfaceFriction::Law(law) = friction("coulomb = \"0.2 + 0.1*x - y*z\"") else { panic!() };
     let Coefficient::Field(field) = law.coefficient else { panic!() };

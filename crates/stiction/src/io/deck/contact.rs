@@ -18,6 +18,8 @@ pub(super) struct Interaction {
     pub changes: Option<u32>,
     /// Largest shear stress.
     pub limit: Option<f64>,
+    /// Pressure over overlap, and shear over slip where it sticks, stress per length: the deck's, which is not solved with.
+    pub stiffness: [Option<f64>; 2],
     /// What the deck regularises and this program does not.
     pub notes: Vec<String>,
 }
@@ -64,6 +66,7 @@ impl<'a> Reader<'a> {
             friction: 0.0,
             changes: None,
             limit: None,
+            stiffness: [None; 2],
             notes: Vec::new(),
         });
         Ok(())
@@ -88,9 +91,12 @@ impl<'a> Reader<'a> {
         match (law.as_str(), first) {
             ("HARD", _) => {}
             ("TIED", _) => interaction.tied = true,
-            ("LINEAR", Some(stiffness)) => interaction.notes.push(format!(
-                "{hard}: the stiffness {stiffness} of the deck would add an overlap of pressure/{stiffness}"
-            )),
+            ("LINEAR", Some(stiffness)) => {
+                interaction.stiffness[0] = Some(stiffness).filter(|&stiffness| stiffness > 0.0);
+                interaction.notes.push(format!(
+                    "{hard}: the stiffness {stiffness} of the deck would add an overlap of pressure/{stiffness}"
+                ));
+            }
             ("LINEAR", None) => interaction.notes.push(format!("{hard}: a stiffness of the deck would add overlap")),
             ("EXPONENTIAL", _) => {
                 interaction.notes.push(format!("{hard}: the deck's exponential law would press over a clearance"))
@@ -129,6 +135,7 @@ impl<'a> Reader<'a> {
         let interaction = self.open_interaction(card)?;
         (interaction.friction, interaction.limit) = (coefficient, limit);
         if let Some(slope) = stick.filter(|_| coefficient > 0.0) {
+            interaction.stiffness[1] = Some(slope).filter(|&slope| slope > 0.0);
             let note = "friction sticks without giving way";
             interaction
                 .notes

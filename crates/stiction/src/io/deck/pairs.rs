@@ -77,6 +77,11 @@ impl Writer<'_, '_> {
             (_, mu, Some(limit)) => format!("{{ coulomb = {}, limit = {} }}", mu.toml(), number(limit)),
         };
         self.out.line("friction", &friction);
+        if let ([Some(normal), tangential], false) = (interaction.stiffness, interaction.tied) {
+            let tangential = tangential.map_or(String::new(), |it| format!(", tangential = {}", number(it)));
+            let stiffness = format!("{{ normal = {}{tangential} }}", number(normal));
+            self.out.line("# that of the deck, for contact that yields: stiffness", &stiffness);
+        }
         let notes: Vec<String> = match interaction.tied {
             true => Vec::new(),
             false => interaction.notes.iter().map(|note| format!("{}: {note}", interaction.name)).collect(),

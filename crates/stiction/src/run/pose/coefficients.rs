@@ -9,6 +9,11 @@ use crate::fem::Field;
 use crate::io::case::{ContactSpec, Spot};
 use crate::mesh::Mesh;
 
+/// What the values are called in messages.
+const FRICTION: &str = "a coefficient of friction";
+const COHESION: &str = "a cohesion";
+const TENSION: &str = "a tensile strength";
+
 /// Finds the values at the nodes of the surfaces, which carry the contact points by now, of arrays and at time `t`.
 ///
 /// # Errors
@@ -16,12 +21,13 @@ use crate::mesh::Mesh;
 pub(crate) fn read(mesh: &Mesh, specs: &[ContactSpec], surfaces: &mut [ContactSurface], t: f64) -> Result<(), Error> {
     for (surface, spec) in surfaces.iter_mut().zip(specs) {
         let SurfaceFriction::Law(law) = &mut surface.friction else { continue };
-        let across = law.across.as_mut().map(|across| &mut across.coefficient);
-        for coefficient in std::iter::once(&mut law.coefficient).chain(across) {
+        let across = law.across.as_mut().map(|across| (&mut across.coefficient, FRICTION));
+        let strengths = law.cohesion.iter_mut().flat_map(|it| [(&mut it.shear, COHESION), (&mut it.tension, TENSION)]);
+        for (coefficient, name) in std::iter::once((&mut law.coefficient, FRICTION)).chain(across).chain(strengths) {
             match coefficient {
                 Coefficient::Field(_) => {}
-                Coefficient::Array { name, values } => {
-                    *values = at_nodes(mesh, &surface.faces, name, &spec.friction_spot)?;
+                Coefficient::Array { name: array, values } => {
+                    *values = at_nodes(mesh, &surface.faces, array, name, &spec.friction_spot)?;
                 }
                 Coefficient::OfTime { field, values } => {
                     *values = vec![f64::NAN; mesh.nodes.len()];
@@ -55,10 +61,7 @@ pub(crate) fn at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, E
         for j in pair.points.clone() {
             let value = at_time(&field, mesh.nodes[frames[j].node as usize], t);
             let value = value.map_err(|error| place::instead(spot, error))?;
-            match &mut laws[j] {
-                Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => *coefficient = value,
-                Friction::None | Friction::Given { .. } | Friction::Bonded => {}
-            }
+            laws[j].set_coefficient(value);
         }
     }
     Ok(Some(laws))
@@ -75,14 +78,14 @@ fn at_time(field: &Field, x: [f64; 3], t: f64) -> Result<f64, Error> {
 
 /// One value for each node of the mesh, NaN away from the faces. A point array is read at the nodes; of a cell array a
 /// node gets the mean over the faces around it that belong to the surface, weighted by their areas.
-fn at_nodes(mesh: &Mesh, faces: &[u32], name: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
+fn at_nodes(mesh: &Mesh, faces: &[u32], name: &str, quantity: &str, spot: &Spot) -> Result<Vec<f64>, Error> {
     let checked = |value: f64, place: String| {
         if value.is_finite() && value >= 0.0 {
             return Ok(value);
         }
         let found = if value.is_nan() { "has no value".to_string() } else { format!("is {value}") };
         let what = format!("the array \"{name}\" {found} {place} of the contact surface");
-        Err(spot.error(what, "a coefficient of friction is a number of at least zero wherever the surface is"))
+        Err(spot.error(what, format!("{quantity} is a number of at least zero wherever the surface is")))
     };
     let mut values = vec![f64::NAN; mesh.nodes.len()];
     match find(mesh, name, spot)? {

@@ -197,7 +197,7 @@ fn entries(mesh: &Mesh, dofs: &DofMap, spec: &EquationSpec) -> Result<BTreeMap<u
 
 /// Nodes that contact points reach.
 fn nodes_of_points(dofs: &DofMap, problem: &ContactProblem) -> HashSet<u32> {
-    problem.contact.B.column.iter().map(|&unknown| dofs.free[unknown as usize] / 3).collect()
+    problem.contact.B.column.iter().map(|&unknown| dofs.mesh_node(dofs.free[unknown as usize] / 3)).collect()
 }
 
 /// Adds the points: tied, without an area, and with forces that are none between bodies.

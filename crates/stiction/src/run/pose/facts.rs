@@ -1,6 +1,6 @@
 //! What is known before anything is solved: shown to the user, who may see at once that a sign or a unit is wrong.
 
-use crate::contact::{Counterpart, SurfaceFacts, SurfaceFriction};
+use crate::contact::{Counterpart, InterfaceStiffness, SurfaceFacts, SurfaceFriction};
 use crate::mesh::MeshInfo;
 
 /// What a case amounts to on its mesh; `Display` says it in plain words.
@@ -124,6 +124,8 @@ pub struct ContactFacts {
     pub names: [String; 2],
     /// The law of friction.
     pub friction: SurfaceFriction,
+    /// How the interface yields; hard contact if `None`.
+    pub stiffness: Option<InterfaceStiffness>,
     /// Archard's coefficient of wear, 1/stress.
     pub wear: Option<f64>,
 }

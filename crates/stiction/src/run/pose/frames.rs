@@ -51,7 +51,7 @@ pub(crate) fn frames(prepared: &Prepared) -> Vec<PointFrame> {
 pub(crate) fn entries(prepared: &Prepared, row: usize) -> impl Iterator<Item = (u32, f64)> {
     let dofs = &prepared.model.dofs;
     let (columns, values) = prepared.problem.contact.B.row(row);
-    let free = columns.iter().zip(values).map(|(&k, &value)| (dofs.free[k as usize], value));
+    let free = columns.iter().zip(values).map(|(&k, &value)| (dofs.mesh_dof(dofs.free[k as usize]), value));
     let (columns, values) = prepared.problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(row));
     free.chain(columns.iter().zip(values).map(|(&k, &value)| (dofs.prescribed[k as usize], value)))
 }

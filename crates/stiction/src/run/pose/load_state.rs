@@ -3,6 +3,7 @@
 use super::bolts::{Bolt, thermal_forces};
 use super::equations::Equations;
 use super::frames::{PointFrame, frames};
+use super::interface::{InitialStress, initial_forces};
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
@@ -39,6 +40,8 @@ pub struct Loading {
     pub initial: Initial,
     /// Equations between displacements.
     pub equations: Equations,
+    /// The stress that each contact carries before anything is loaded.
+    pub initial_stresses: Vec<InitialStress>,
     /// The bolts.
     pub bolts: Vec<Bolt>,
     /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
@@ -72,6 +75,11 @@ impl Loading {
             loads,
             load_spots: case.loads.iter().map(|l| l.spot.clone()).collect(),
             fixes,
+            initial_stresses: case
+                .contacts
+                .iter()
+                .map(|c| c.initial_stress.clone().map(|stress| (stress, c.spot.clone())))
+                .collect(),
             fix_spots: case.fixes.iter().map(|f| f.spot.clone()).collect(),
             motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
@@ -93,6 +101,11 @@ impl Loading {
     /// Whether there is strain without stress.
     pub(crate) fn strains(&self) -> bool {
         !self.bolts.is_empty() || self.loads.iter().any(|load| matches!(load, Load::Temperature { .. }))
+    }
+
+    /// Whether some interface carries a stress before anything is loaded.
+    pub(crate) fn is_stressed(&self) -> bool {
+        self.initial_stresses.iter().any(Option::is_some)
     }
 
     /// Whether some obstacle moves.
@@ -165,8 +178,10 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
     let travel = travel(mesh, model, &dofs);
     let motion = motion(prepared, &dofs, travel, t)?;
     refuse_overlap_of_held_nodes(prepared, &dofs, t)?;
-    let at_both = |force: &mut [f64]| {
+    let at_both = |force: &mut Vec<f64>| {
         model.dofs.to_components(force);
+        // Nothing acts on a node of an interface but the interface.
+        force.resize(model.dofs.unknown.len(), 0.0);
         let at = |dofs: &[u32]| dofs.iter().map(|&dof| force[dof as usize]).collect();
         [at(&model.dofs.free), at(&model.dofs.prescribed)]
     };
@@ -174,7 +189,14 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         let [load, support_load] = at_both(&mut force);
         Initial { load, support_load, energy, strain, rise, thermal_force, shortening: Vec::new() }
     });
-    let [load, support_load] = at_both(&mut force);
+    let [mut load, mut support_load] = at_both(&mut force);
+    if let Some(forces) = initial_forces(prepared)? {
+        let contact = &prepared.problem.contact.B;
+        load.iter_mut().zip(contact.transpose_times(&forces)).for_each(|(sum, f)| *sum += f);
+        if let Some(supports) = &prepared.problem.labels.supports {
+            support_load.iter_mut().zip(supports.B.transpose_times(&forces)).for_each(|(sum, f)| *sum += f);
+        }
+    }
     let displacement = without(travel, &dofs);
     let friction = coefficients::at(prepared, t)?;
     Ok(LoadState { load, support_load, displacement, motion, initial, friction, travel })
@@ -283,7 +305,7 @@ fn refuse_dragging(
     let along = match friction {
         Friction::None => return Ok(()),
         Friction::Bonded => relative,
-        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } => {
+        Friction::Given { .. } | Friction::Coulomb { .. } | Friction::Limited { .. } | Friction::Cohesive { .. } => {
             sub(relative, scale(dot(relative, normal), normal))
         }
     };
@@ -312,8 +334,9 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
-    if let Some(laws) = &loads.friction {
-        problem.contact.friction.clone_from(laws);
+    for (law, now) in problem.contact.friction.iter_mut().zip(loads.friction.iter().flatten()) {
+        // The strength is a state of the interface, no load.
+        now.coefficient().into_iter().for_each(|coefficient| law.set_coefficient(coefficient));
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);

@@ -155,7 +155,7 @@ fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<E
     let mut body_of_node = vec![0; mesh.nodes.len()];
     if let Some(bodies) = &problem.labels.bodies {
         let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
-        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dof as usize / 3] = body);
+        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dofs.mesh_node(dof / 3) as usize] = body);
     }
     let unconstrained = unconstrained_motions(mesh, dofs, &body_of_node);
     let first = unconstrained.first()?;

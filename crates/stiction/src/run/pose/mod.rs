@@ -9,6 +9,7 @@ mod counts;
 pub(super) mod equations;
 mod facts;
 pub(super) mod frames;
+mod interface;
 pub(super) mod load_state;
 pub(super) mod loads;
 mod materials;

@@ -83,6 +83,13 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let widened = surfaces::widened(&case.contacts);
+    if let Some(brittle) = case.contacts.iter().find(|contact| contact.friction.is_brittle())
+        && case.steps.is_empty()
+    {
+        let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
+        let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
+        return Err(brittle.friction_spot.error(what, remedy));
+    }
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
@@ -97,7 +104,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
-        ContactFacts { surface, against, names, friction, wear: spec.wear }
+        ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
@@ -163,6 +170,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     if prepared.loading.moves()
         || !prepared.loading.equations.is_empty()
         || prepared.loading.strains()
+        || prepared.loading.is_stressed()
         || travel != [0.0; 3]
     {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
@@ -181,7 +189,7 @@ impl Prepared {
     pub fn start_from(&mut self, mut all: Vec<f64>) {
         let dofs = &self.model.dofs;
         dofs.to_components(&mut all);
-        self.start = Some(dofs.free.iter().map(|&dof| all[dof as usize]).collect());
+        self.start = Some(dofs.free.iter().map(|&dof| all[dofs.mesh_dof(dof) as usize]).collect());
     }
 }
 

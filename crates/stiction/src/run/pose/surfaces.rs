@@ -38,6 +38,7 @@ pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
             against,
             friction: spec.friction.clone(),
+            stiffness: spec.stiffness,
         })
     };
     specs.iter().map(surface).collect()

@@ -48,12 +48,14 @@ pub(crate) fn check_steps(
     let (n, m) = (problem.unknowns(), problem.points());
     let p = problem.labels.supports.as_ref().map_or(0, |s| s.load.len());
     let vectors = |problem: &ContactProblem| {
-        (problem.elastic.f.clone(), problem.contact.gap.clone(), problem.contact.slip_reference.clone())
+        let contact = &problem.contact;
+        (problem.elastic.f.clone(), contact.gap.clone(), contact.slip_reference.clone(), contact.friction.clone())
     };
     let as_it_was = vectors(problem);
     let nothing = LoadState::start(n, p, m);
     let mut body = BodyState { loads: nothing, u: vec![0.0; n], lambda: vec![0.0; 3 * m], balance: Balance::default() };
     let mut slid = vec![0.0; 2 * m];
+    let mut strength: Option<Vec<f64>> = None;
     let mut first: Option<Vec<f64>> = None;
     let mut checked = Vec::new();
     for (number, record) in (1..).zip(records) {
@@ -82,6 +84,12 @@ pub(crate) fn check_steps(
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
         differ("gap", 0.0, apart(0..m), SAME * size.max(max_abs(&first[..m])));
         differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(max_abs(&slid)));
+        if let Some(before) = &strength {
+            // What a point has lost stays lost, and nothing is lost in parts.
+            let gained = |(new, old): (&f64, &f64)| if *new == 0.0 { 0.0 } else { (new - old).abs() };
+            differ("strength", 0.0, file.strength.iter().zip(before).map(gained).fold(0.0, f64::max), 0.0);
+        }
+        strength = Some(file.strength.clone());
         let demanded =
             problem.labels.supports.as_ref().map_or(vec![0.0; n], |s| s.K.transpose_times(&loads.displacement));
         let off = (0..n).map(|i| (loads.load[i] - demanded[i] - file.f[i]).abs()).fold(0.0, f64::max);

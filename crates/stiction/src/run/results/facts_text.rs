@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::pair_text;
 use super::rows::{Row, Rows, print};
-use crate::contact::{CoulombLaw, Counterpart, Obstacle, Side, SurfaceFriction};
+use crate::contact::{Cohesion, CoulombLaw, Counterpart, InterfaceStiffness, Obstacle, Side, SurfaceFriction};
 use crate::io::text::{number, triple};
 use crate::run::pose::{ContactFacts, Facts, LoadFacts};
 
@@ -91,6 +91,10 @@ fn contact_rows(rows: &mut Rows, contact: &ContactFacts) {
     };
     rows.add("contact", format!("{}: {} points, area {}, against {against}", s.name, s.points, number(s.area)));
     rows.more(format!("friction {}", friction(&contact.friction)));
+    if let Some(InterfaceStiffness { normal, tangential }) = contact.stiffness {
+        let [normal, tangential] = [normal, tangential].map(number);
+        rows.more(format!("yields by the stiffness {normal} along the normal and {tangential} along the surface"));
+    }
     if let Some(pair) = &s.pair {
         pair_text::lines(contact, pair).into_iter().for_each(|line| rows.more(line));
         return;
@@ -139,10 +143,14 @@ fn friction(friction: &SurfaceFriction) -> String {
         SurfaceFriction::Coulomb(coefficient) => format!("of Coulomb, coefficient {coefficient}"),
         SurfaceFriction::GivenStress(stress) => format!("given: slips at the shear stress {}", number(*stress)),
         SurfaceFriction::GivenForce(force) => format!("given: slips at the force {} of a point", number(*force)),
-        SurfaceFriction::Law(CoulombLaw { coefficient, across, limit }) => {
+        SurfaceFriction::Law(CoulombLaw { coefficient, across, limit, cohesion }) => {
             let mut text = format!("of Coulomb, coefficient {coefficient:?}");
             if let Some(across) = across {
                 text += &format!(" along {} and {:?} across", triple(across.direction), across.coefficient);
+            }
+            if let Some(Cohesion { shear, tension, brittle }) = cohesion {
+                let lost = if *brittle { "lost where it slips or opens" } else { "never lost" };
+                text += &format!(", cohesion {shear:?} and tensile strength {tension:?}, {lost}");
             }
             match limit {
                 Some(stress) => text + &format!(", up to the shear stress {}", number(*stress)),

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::contact::Friction;
 use crate::fem::{Solid, cell_stress_as, full_displacement, von_mises};
 use crate::mesh::v3::{add, norm};
 use crate::run::pose::Prepared;
@@ -92,6 +93,8 @@ pub struct SurfaceFields {
     pub gap: Vec<f64>,
     /// 0 open, 1 stick, 2 slip, -1 no contact point.
     pub status: Vec<i32>,
+    /// Shear strength without pressure that is left, stress; NaN where the law has none.
+    pub cohesion: Vec<f64>,
     /// Force of the body on its counterpart, newton.
     pub lambda: Vec<[f64; 3]>,
 }
@@ -147,6 +150,7 @@ pub(crate) fn empty(prepared: &Prepared, name: &str, faces: &[u32]) -> SurfaceFi
         slid: vec![[f64::NAN; 3]; count],
         gap: vec![f64::NAN; count],
         status: vec![-1; count],
+        cohesion: vec![f64::NAN; count],
         lambda: vec![[0.0; 3]; count],
         nodes: nodes.iter().map(|&node| node as i32).collect(),
     }
@@ -175,6 +179,9 @@ fn fill(
     fields.slid[at] = frame
         .tangential([before[j] - gap_and_slip[m + j], before[m + j] - gap_and_slip[2 * m + j]])
         .map(|slip| scale * slip);
+    if let Friction::Cohesive { cohesion, .. } = problem.contact.friction[j] {
+        fields.cohesion[at] = cohesion / problem.labels.area[j];
+    }
     fields.status[at] = outcome.solution.states[j].code().into();
     fields.lambda[at] = [0, 1, 2].map(|c| frame.sign * share * (normal * frame.normal[c] + friction[c]));
 }

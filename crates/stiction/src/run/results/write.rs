@@ -290,6 +290,10 @@ pub(crate) fn write_contact(path: &Path, surfaces: &[SurfaceFields], stepped: bo
         Array::integer("side", &side),
         Array::integer("node", &nodes),
     ];
+    let cohesion = scalars(|s| &s.cohesion);
+    if cohesion.iter().any(|value| value.is_finite()) {
+        arrays.push(Array::scalar("cohesion", &cohesion));
+    }
     if stepped {
         arrays.push(Array::vector("slid", &slid));
     }

@@ -48,6 +48,12 @@ pub(crate) fn error_bound_until(prepared: &Prepared, u: &[f64], lambda: &[f64], 
     if model.springs.is_some() {
         return Err(NoBound::Load { what: "an elastic foundation".into() });
     }
+    if prepared.surfaces.iter().any(|surface| surface.stiffness.is_some()) {
+        return Err(NoBound::Load { what: "an interface that yields".into() });
+    }
+    if loading.is_stressed() {
+        return Err(NoBound::Load { what: "an initial stress of an interface".into() });
+    }
     if !loading.bolts.is_empty() {
         return Err(NoBound::Load { what: "a bolt".into() });
     }
@@ -290,6 +296,7 @@ fn limits(
         SurfaceFriction::None => Ok((Vec::new(), Limit::None)),
         SurfaceFriction::Coulomb(coefficient) => Ok((Vec::new(), Limit::Coulomb(*coefficient))),
         SurfaceFriction::GivenStress(stress) => Ok((Vec::new(), Limit::Given(*stress))),
+        SurfaceFriction::Law(law) if law.cohesion.is_some() => Err("with cohesion"),
         SurfaceFriction::Law(law) if law.across.is_none() => {
             let limit = |j: usize| {
                 let coefficient = contact.friction[j].coefficient().unwrap_or(0.0);

@@ -30,7 +30,9 @@ fn rigid_mode(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
     }
     let largest = wanted.iter().fold(0.0, |a: f64, f| a.max(f.abs()));
     let moving = |part: &[bool], way: f64| {
-        let of = |&dof: &u32| if part[dof as usize / 3] { way * bolt.cut.axis[dof as usize % 3] } else { 0.0 };
+        let of = |&dof: &u32| {
+            if part[dofs.mesh_node(dof / 3) as usize] { way * bolt.cut.axis[dof as usize % 3] } else { 0.0 }
+        };
         let motion: Vec<f64> = dofs.free.iter().map(of).collect();
         let strains = k.times(&motion).iter().zip(&wanted).any(|(a, b)| (a - b).abs() > NO_STRAIN * largest);
         (!strains).then_some(motion)

@@ -15,6 +15,7 @@ pub(super) mod quantities;
 mod record;
 mod solutions;
 mod steps;
+mod strength;
 mod stretch;
 mod totals;
 pub(super) mod tractions;

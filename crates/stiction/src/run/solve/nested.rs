@@ -48,7 +48,8 @@ pub(crate) fn start(coarser: &Coarser, fine: &Prepared, stop: &Stop) -> Option<V
         sum
     };
     let all: Vec<[f64; 3]> = fine.mesh.nodes.par_iter().map(|&x| at(x)).collect();
-    Some(fine.model.dofs.free.iter().map(|&dof| all.as_flattened()[dof as usize]).collect())
+    let dofs = &fine.model.dofs;
+    Some(dofs.free.iter().map(|&dof| all.as_flattened()[dofs.mesh_dof(dof) as usize]).collect())
 }
 
 /// Nodes along an axis from which on interpolation is cubic; what linear interpolation leaves in the balance costs a cycle

@@ -50,7 +50,7 @@ pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
     let Prepared { mesh, model, problem, .. } = prepared;
     let mut reaction = vec![[0.0; 3]; mesh.nodes.len()];
     let put = |reaction: &mut [[f64; 3]], dof: u32, force: f64| {
-        let at = &mut reaction[dof as usize / 3];
+        let at = &mut reaction[model.dofs.mesh_node(dof / 3) as usize];
         *at = add(*at, scale(force, model.dofs.direction(dof)));
     };
     let mut force = reactions(model, &outcome.solution.u);

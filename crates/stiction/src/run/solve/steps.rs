@@ -12,12 +12,13 @@ use super::discretisation::add_estimate;
 use super::passing;
 use super::path::{other_starts, sliding, solve_again, tightened_by_multigrid, uniqueness_facts};
 use super::record::StepRecord;
+use super::strength;
 use super::stretch::sought_forces;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::contact::{ContactProblem, Moved};
+use crate::contact::{ContactProblem, Friction, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
@@ -75,6 +76,8 @@ struct March {
     attempts: usize,
     /// Where everything has moved to by the end of the last step.
     moved: Moved,
+    /// The laws with the strengths left by then.
+    laws: Vec<Friction>,
 }
 
 /// What acts at a time, and the answer.
@@ -192,6 +195,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         records: Vec::new(),
         attempts: 0,
         moved: passing::at_rest(prepared),
+        laws: prepared.problem.contact.friction.clone(),
     };
     let Some(Restart { records, last, before, history }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.loading.steps).ok_or_else(|| {
@@ -205,6 +209,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &loads, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
+    strength::restore(&mut prepared.problem.contact.friction, &last.strength);
+    let laws = prepared.problem.contact.friction.clone();
     // As when the step was solved: what had been slid before it.
     if let Some(step) = &before {
         let loads = tightened(prepared, load_state(prepared, step.t)?, &step.shortening);
@@ -220,7 +226,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         |s: &StepFile| Answer { t: s.t, f: s.f.clone(), gap: s.gap.clone(), u: s.u.clone(), lambda: s.lambda.clone() };
     let answers = before.iter().chain([&last]).map(answer).collect();
     let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
-    Ok(March { at, body, slid, answers, last: Some((outcome, last.slip_reference)), records, moved, ..begin })
+    let last = Some((outcome, last.slip_reference));
+    Ok(March { at, body, slid, answers, last, records, moved, laws, ..begin })
 }
 
 /// The answer of a step that an earlier run has found, judged anew.
@@ -259,6 +266,8 @@ fn tighten(
     t: f64,
     observer: &mut Watch<Event>,
 ) -> Result<(LoadState, Outcome), Error> {
+    // An attempt that has failed leaves no trace.
+    prepared.problem.contact.friction.clone_from(&march.laws);
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
     let before = &march.body.loads.initial.shortening;
@@ -300,6 +309,12 @@ fn tighten(
         spent.add(&outcome.seconds);
         counts.add(&outcome.solution.counts);
         let solved = matches!(outcome.solution.status, Status::Solved | Status::Uncertified);
+        // Each solve takes the strength of some points, so that this ends.
+        if solved && strength::lose(prepared, &outcome.solution.states) {
+            from = Some((outcome.solution.lambda, outcome.solution.u));
+            march.attempts -= 1;
+            continue;
+        }
         let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
         let found = search.next(&forces);
         if !solved || found.is_break() {
@@ -395,6 +410,7 @@ fn finish(
         dissipation: balance.dissipation,
     };
     march.records.push(record);
+    march.laws.clone_from(&problem.contact.friction);
     march.slid = slid(prepared, &loads, u);
     if march.answers.len() == 2 {
         march.answers.remove(0);
@@ -421,6 +437,7 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
             .friction
             .as_ref()
             .map_or(Vec::new(), |laws| laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect()),
+        strength: strength::kept(prepared),
         motion: body.loads.motion.clone(),
         rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),
@@ -446,13 +463,14 @@ fn end(
     interrupted: bool,
     observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
-    let March { body, last, records, .. } = march;
+    let March { body, last, records, laws, .. } = march;
     let Some((mut outcome, reference)) = last else {
         return Err(Error::interrupted());
     };
     if interrupted && !records.is_empty() {
         // What acts in the step that was left is taken back.
         apply(prepared, &body.loads, &vec![0.0; 2 * prepared.problem.points()]);
+        prepared.problem.contact.friction = laws;
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {

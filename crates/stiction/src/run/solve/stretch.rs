@@ -39,7 +39,7 @@ fn ends(prepared: &Prepared) -> Vec<bool> {
     let dofs = &prepared.model.dofs;
     let mut ends = vec![false; prepared.mesh.nodes.len()];
     let touched = prepared.problem.contact.B.column.iter().map(|&column| dofs.free[column as usize]);
-    touched.chain(dofs.prescribed.iter().copied()).for_each(|dof| ends[dof as usize / 3] = true);
+    touched.chain(dofs.prescribed.iter().copied()).for_each(|dof| ends[dofs.mesh_node(dof / 3) as usize] = true);
     ends
 }
 

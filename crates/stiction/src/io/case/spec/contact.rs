@@ -18,8 +18,11 @@ pub(super) static CONTACT: Rules = Rules {
         key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent that of a much softer body, or else the finer one, or else that of the softer body. Faces that are prescribed altogether never do if the other surface can."),
         key("search", Kind::Number(POSITIVE), "search = 0.1", "Between two surfaces: how far apart they may be, or overlap, and still meet; a quarter of the diagonal of the smaller one if absent.")
             .unit("length"),
-        key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { tresca = stress } or { tresca = force, nodal = true }.")
+        key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { coulomb = 0.6, cohesion = 2e5 }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
+        key("stiffness", Kind::Table(&STIFFNESS), "stiffness = { normal = 1e12, tangential = 5e11 }", "How the interface yields, as gaskets and rock joints do: overlap is the pressure over `normal`. Hard contact if absent."),
+        key("initial_stress", Kind::List { of: &Kind::Field, from: 6, to: 6 }, "initial_stress = [-2e6, -2e6, -5e6, 0, 0, 0]", "The stress xx, yy, zz, yz, xz, xy before anything is loaded, tension positive: numbers or expressions in x, y, z. What it presses and shears along the interface are contact forces the bodies are in equilibrium with; loads, displacements and stresses count from there, contact forces are the whole.")
+            .unit("stress"),
         key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
             .unit("1/stress"),
     ],
@@ -38,6 +41,22 @@ static CLOSED: Rules = Rules {
     )
     .required()
     .unit("length")],
+};
+static STIFFNESS: Rules = Rules {
+    doc: "Stiffness of an interface per area.",
+    one_of: &[],
+    keys: &[
+        key("normal", Kind::Number(POSITIVE), "normal = 1e12", "Pressure over the overlap it causes.")
+            .required()
+            .unit("stress per length"),
+        key(
+            "tangential",
+            Kind::Number(POSITIVE),
+            "tangential = 5e11",
+            "Shear over the elastic displacement along the interface it causes below the bound of friction; that of `normal` if absent.",
+        )
+        .unit("stress per length"),
+    ],
 };
 const SLAVE: Kind = choice(&[("on", "the surface of `on`"), ("against", "the surface of `against`")]);
 
@@ -68,6 +87,28 @@ static FRICTION: Rules = Rules {
         )
         .unit("stress"),
         key(
+            "cohesion",
+            Kind::Either(&[Kind::Number(NOT_NEGATIVE), Kind::Field, Kind::Table(&ARRAY)]),
+            "cohesion = 2e5",
+            "With coulomb: the shear stress that the interface carries without pressure, where the surfaces touch; a number, an expression in x, y, z or { array = \"c\" }. With coulomb = 0 it is the whole strength in shear.",
+        )
+        .unit("stress"),
+        key(
+            "tension",
+            Kind::Either(&[Kind::Number(NOT_NEGATIVE), Kind::Field, Kind::Table(&ARRAY)]),
+            "tension = 1e5",
+            "With cohesion: the tensile stress up to which the interface does not open; cohesion over coefficient, the apex of the cone, where that is less.",
+        )
+        .default("0")
+        .unit("stress"),
+        key(
+            "cohesion_lost",
+            COHESION_LOST,
+            "cohesion_lost = \"on slip\"",
+            "With cohesion: whether a point loses cohesion and tensile strength for good once it slips or opens.",
+        )
+        .default("\"never\""),
+        key(
             "tresca",
             Kind::Number(NOT_NEGATIVE),
             "tresca = 5e4",
@@ -84,10 +125,15 @@ static FRICTION: Rules = Rules {
     ],
 };
 
+const COHESION_LOST: Kind = choice(&[
+    ("on slip", "a point that slips or opens in a load step keeps friction alone from then on; needs load steps"),
+    ("never", "ideally plastic: the strength stays; a point that has opened still carries the tension"),
+]);
+
 const COEFFICIENTS: Kind = Kind::List { of: &Kind::Either(&[Kind::Field, Kind::Table(&ARRAY)]), from: 2, to: 2 };
 
 static ARRAY: Rules = Rules {
-    doc: "A coefficient of friction from the mesh file.",
+    doc: "A coefficient of friction or a strength from the mesh file.",
     one_of: &[],
     keys: &[key(
         "array",

@@ -1,0 +1,43 @@
+//! Points with a tensile strength: solved as the problem without it, and judged as what it is.
+
+use super::{Settings, Solution, Status};
+use crate::certificate::certify;
+use crate::contact::ContactProblem;
+
+/// Solves before an answer that the certificate of the problem without strengths passes, but not that of the problem
+/// itself, counts as stalled. Both count errors in the largest force of their own; a strength far above the loads makes
+/// the first one coarse, and a tolerance smaller by the factor that is missed makes up for it.
+const ATTEMPTS: usize = 3;
+/// By which part the factor is overshot, and the least factor of one attempt.
+const MARGIN: f64 = 0.3;
+const LEAST_FACTOR: f64 = 1e-4;
+
+/// The solution by `solve`, which knows no strengths; `None` where no point has any, and `problem` can be solved itself.
+pub(super) fn solve_with_strength(
+    problem: &ContactProblem,
+    settings: &Settings,
+    solve: &mut dyn FnMut(&ContactProblem, &Settings) -> Solution,
+) -> Option<Solution> {
+    let shifted = problem.without_strength()?;
+    let mut own = settings.clone();
+    own.start.iter_mut().for_each(|start| problem.add_strength(start));
+    let mut attempt = 1;
+    loop {
+        let found = solve(&shifted, &own);
+        let mut lambda = found.lambda.clone();
+        problem.take_strength_off(&mut lambda);
+        let certificate = certify(problem, &found.u, &lambda, settings.tolerance);
+        let solved = found.status == Status::Solved;
+        if !solved || certificate.is_as_good_as_the_data() || attempt == ATTEMPTS {
+            let status = match (found.status, certificate.passed) {
+                (Status::Solved, false) => Status::Stalled,
+                (Status::Stalled | Status::MaxIterations, true) => Status::Solved,
+                (status, _) => status,
+            };
+            return Some(Solution { status, lambda, certificate, ..found });
+        }
+        attempt += 1;
+        own.tolerance *= (MARGIN / certificate.missed()).max(LEAST_FACTOR);
+        (own.start, own.start_displacement) = (Some(found.lambda), Some(found.u));
+    }
+}
