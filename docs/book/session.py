@@ -4,6 +4,7 @@ Blocks of code with a mark behind their language are run in a folder of the page
 
     ```console run            commands behind `$ `, each followed by what it prints; `...` stands for any text
     ```console run exit=2     the same where the last command ends with another exit code
+    ```console run needs=X    shown only where the program X cannot be called, which is said
     ```toml file=case.toml    a file, written
     ```python run             a program; blocks of a page share their names
     ```text output            what the program before it prints
@@ -15,11 +16,12 @@ import contextlib
 import io
 import os
 import re
+import subprocess
 import textwrap
 
 from .place import SOURCE, WORK, Failure, run
 
-OPENING = re.compile(r"^```(\w+) +(run|file|output)(?:=(\S+))?(?: +exit=(\d+))?$")
+OPENING = re.compile(r"^```(\w+) +(run|file|output)(?:=(\S+))?(?: +exit=(\d+))?(?: +needs=(\w+))?$")
 
 
 def run_page(text, page, name):
@@ -35,8 +37,10 @@ def run_page(text, page, name):
         folder.mkdir(parents=True, exist_ok=True)
         end = lines.index("```", at)
         block, place = "\n".join(lines[at + 1 : end]) + "\n", f"{name}:{at + 1}"
-        kind, what, file, status = opening.groups()
-        if what == "file":
+        kind, what, file, status, program = opening.groups()
+        if program and not callable_here(program):
+            print(f"not run: {place} needs {program}, which is not there")
+        elif what == "file":
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_text(block)
         elif what == "output":
@@ -54,6 +58,14 @@ def run_page(text, page, name):
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(picture.read_bytes())
     return "\n".join(kept)
+
+
+def callable_here(program):
+    """Whether it can be started: a package may be there without the libraries it needs."""
+    try:
+        return subprocess.run([program, "--version"], capture_output=True).returncode == 0
+    except OSError:
+        return False
 
 
 def console(block, folder, place, status):
