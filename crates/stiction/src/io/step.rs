@@ -31,6 +31,8 @@ pub struct StepFile {
     pub support_displacement: Vec<f64>,
     /// The coefficient of friction of each point, `m`, where it changes with time; empty where it does not.
     pub coefficient: Vec<f64>,
+    /// Whether each point is tied, `m`, where that changes with time; empty where it does not.
+    pub tied: Vec<usize>,
     /// What the rounding of the data leaves open in gaps and slips, length.
     pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
@@ -64,6 +66,13 @@ impl StepFile {
                 *coefficient = value;
             }
         }
+        for (law, &tied) in problem.contact.friction.iter_mut().zip(&self.tied) {
+            match (*law, tied) {
+                (Friction::None, 1) => *law = Friction::Bonded,
+                (Friction::Bonded, 0) => *law = Friction::None,
+                _ => {}
+            }
+        }
         if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
             supports.free_load.clone_from(&self.support_free_load);
@@ -86,6 +95,7 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("gap", Array::f64(&step.gap)),
             ("slip_reference", Array::f64(&step.slip_reference)),
             ("coefficient", Array::f64(&step.coefficient)),
+            ("tied", Array::usize(&step.tied)),
             ("motion", Array::f64(&step.motion)),
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
@@ -136,6 +146,10 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             coefficient: match f64s(&arrays, "coefficient", None)? {
                 [] => Vec::new(),
                 _ => list("coefficient", m)?,
+            },
+            tied: match usizes(&arrays, "tied", None)?.as_slice() {
+                [] => Vec::new(),
+                _ => usizes(&arrays, "tied", Some(m))?,
             },
             motion: list("motion", 3 * m)?,
             support_load: list("support_load", p)?,

@@ -175,6 +175,8 @@ pub struct FixSpec {
     pub axes: Axes,
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
+    /// The step at whose end it is released, by its place in `Case::steps`.
+    pub until: Option<usize>,
     /// Where the file says so.
     pub spot: Spot,
 }

@@ -115,7 +115,7 @@ fn interpret(
         units: case.given("units").map(|_| case.text("units")),
         mesh: read_mesh::mesh(&case, folder)?,
         materials: read_mesh::materials(&case)?,
-        fixes: each(&case, "fix", read_body::fix)?,
+        fixes: each(&case, "fix", |table| read_body::fix(table, &steps))?,
         springs: each(&case, "spring", read_body::spring)?,
         loads: each(&case, "load", read_body::load)?,
         accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,

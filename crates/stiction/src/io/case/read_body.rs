@@ -1,6 +1,7 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec};
+use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
+use super::read_bolt::step_named;
 use super::read_contact::direction;
 use super::read_region::{extended_region, region};
 use super::source::At;
@@ -11,9 +12,10 @@ use crate::fem::{Axes, Field, frame};
 use crate::io::expression::{VARIABLES, compile};
 
 /// One `[[fix]]`.
-pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
+pub(super) fn fix(table: &View, steps: &[StepSpec]) -> Result<FixSpec, Error> {
+    let until = step_named(table, "until", steps)?;
     if table.given("condition").is_some() {
-        return symmetry(table);
+        return symmetry(table, until);
     }
     let axes = axes(table)?;
     let letters = if matches!(axes, Axes::Cylinder { .. }) { CYLINDRICAL } else { ["x", "y", "z"] };
@@ -38,7 +40,7 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
         }
     }
     let on = region(table)?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value, axes, symmetry: false, spot: table.spot() })
+    Ok(FixSpec { on, value, axes, symmetry: false, until, spot: table.spot() })
 }
 
 /// What the components count along.
@@ -56,11 +58,11 @@ fn axes(table: &View) -> Result<Axes, Error> {
 }
 
 /// A plane of symmetry; which component it holds, the faces will say.
-fn symmetry(table: &View) -> Result<FixSpec, Error> {
+fn symmetry(table: &View, until: Option<usize>) -> Result<FixSpec, Error> {
     let why = "stands beside condition = \"symmetry\", which holds the normal of the faces at zero";
     table.refuse(&["components", "value", "axes"], why, ", or `condition`")?;
     let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value: [None, None, None], axes: Axes::Global, symmetry: true, spot: table.spot() })
+    Ok(FixSpec { on, value: [None, None, None], axes: Axes::Global, symmetry: true, until, spot: table.spot() })
 }
 
 /// One `[[spring]]`.

@@ -1,8 +1,8 @@
 //! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
 use super::bolts::{Bolt, thermal_forces};
-use super::equations::Equations;
 use super::frames::{PointFrame, frames};
+use super::ties::Ties;
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
@@ -37,8 +37,8 @@ pub struct Loading {
     pub slid: Vec<f64>,
     /// Thermal strain now, and what tightened bolts do.
     pub initial: Initial,
-    /// Equations between displacements.
-    pub equations: Equations,
+    /// Equations between displacements, and supports that are released.
+    pub ties: Ties,
     /// The bolts.
     pub bolts: Vec<Bolt>,
     /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
@@ -72,7 +72,6 @@ impl Loading {
             loads,
             load_spots: case.loads.iter().map(|l| l.spot.clone()).collect(),
             fixes,
-            fix_spots: case.fixes.iter().map(|f| f.spot.clone()).collect(),
             motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
             steps: case.steps.clone(),
@@ -176,7 +175,7 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
     });
     let [load, support_load] = at_both(&mut force);
     let displacement = without(travel, &dofs);
-    let friction = coefficients::at(prepared, t)?;
+    let friction = loading.ties.laws(coefficients::at(prepared, t)?, &prepared.problem.contact.friction, t);
     Ok(LoadState { load, support_load, displacement, motion, initial, friction, travel })
 }
 
@@ -219,7 +218,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
-    loading.equations.put_into(&mut motion, travel, t)?;
+    loading.ties.put_into(&mut motion, travel, t)?;
     Ok(motion)
 }
 
@@ -303,6 +302,9 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     let place =
         |j: usize| (if j < m { loading.undeformed[j].max(0.0) } else { loading.undeformed[j] }) + loads.motion[j];
     let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
+    if let Some(laws) = &loads.friction {
+        loading.ties.open_released(&mut offset, laws);
+    }
     offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(o, held)| *o -= held);

@@ -6,7 +6,6 @@ pub(super) mod bolts;
 mod coarser;
 mod coefficients;
 mod counts;
-pub(super) mod equations;
 mod facts;
 pub(super) mod frames;
 pub(super) mod load_state;
@@ -21,6 +20,7 @@ mod prepare;
 mod regions;
 mod seconds;
 mod surfaces;
+pub(super) mod ties;
 mod travel;
 
 pub use bolts::Bolt;

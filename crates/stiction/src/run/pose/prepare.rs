@@ -1,15 +1,17 @@
 //! From a case to a posed problem.
 
+use std::collections::HashSet;
+
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
-use super::equations::equations;
 use super::facts::{ContactFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
-use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
+use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
+use super::ties::{Ties, ties_of_equations, ties_of_supports};
 use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, surfaces};
 use crate::Error;
@@ -71,7 +73,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
-    let (fixes, fix_facts) = fixes(&mesh, case)?;
+    let Fixes { held: fixes, spots: fix_spots, released, facts: fix_facts } = fixes(&mesh, case)?;
     counts::before_assembly(&mesh, &fixes, case, &limit)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
@@ -89,11 +91,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     coefficients::read(&mesh, &case.contacts, &mut surfaces, end(case))?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
-    let (equations, held) = equations(&mesh, &model.dofs, &case.equations, &mut problem)?;
+    let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
+    let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
+    ties.extend(ties_of_supports(&mesh, &model.dofs, &released)?);
+    let ties = Ties::new(&mesh, &model.dofs, ties, &mut problem)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let loading = Loading { bolts, equations, ..Loading::new(case, loads, fixes).on(&problem) };
+    let loading = Loading { bolts, ties, fix_spots, ..Loading::new(case, loads, fixes).on(&problem) };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
@@ -131,7 +136,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
         equations: (!case.equations.is_empty()).then_some([case.equations.len(), held]),
-        points: loading.equations.points_before(&problem),
+        points: loading.ties.points_before(&problem),
         notes,
     };
     let seconds = [meshed, assembled, lap()];
@@ -160,10 +165,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         load_state(&prepared, t)?;
     }
-    if prepared.loading.moves()
-        || !prepared.loading.equations.is_empty()
-        || prepared.loading.strains()
-        || travel != [0.0; 3]
+    if prepared.loading.moves() || !prepared.loading.ties.is_empty() || prepared.loading.strains() || travel != [0.0; 3]
     {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;

@@ -317,7 +317,7 @@ pub(crate) fn fingerprint(prepared: &Prepared) -> u64 {
     let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", loading.loads, loading.fixes, loading.motions);
     // Laws that change with time stand in `law` as they are at the end.
     let frictions: Vec<_> = prepared.surfaces.iter().map(|surface| &surface.friction).collect();
-    let text = format!("{text} {:?} {frictions:?} {:?}", loading.bolts, loading.equations);
+    let text = format!("{text} {:?} {frictions:?} {:?}", loading.bolts, loading.ties);
     text.bytes().for_each(|byte| word(byte.into()));
     hash
 }

@@ -17,7 +17,7 @@ use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::contact::{ContactProblem, Moved};
+use crate::contact::{ContactProblem, Friction, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
@@ -411,16 +411,14 @@ fn finish(
 
 fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFile {
     let (problem, body) = (&prepared.problem, &march.body);
+    let laws = body.loads.friction.as_deref().unwrap_or_default();
     StepFile {
         t,
         f: problem.elastic.f.clone(),
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
-        coefficient: body
-            .loads
-            .friction
-            .as_ref()
-            .map_or(Vec::new(), |laws| laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect()),
+        coefficient: laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect(),
+        tied: laws.iter().map(|law| usize::from(*law == Friction::Bonded)).collect(),
         motion: body.loads.motion.clone(),
         rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),
