@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
-use super::problem::damaged;
+use super::problem::{code, damaged, law};
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
 
 /// Grows where an array is added or changes its meaning.
-const FORMAT: usize = 3;
+const FORMAT: usize = 4;
 
 /// The problem's vectors at the end of a step, and its solution; `n` unknowns, `p` prescribed, `m` contact points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,10 +29,12 @@ pub struct StepFile {
     pub support_free_load: Vec<f64>,
     /// Prescribed displacements, length, `p`.
     pub support_displacement: Vec<f64>,
-    /// The coefficient of friction of each point, `m`, where it changes with time; empty where it does not.
-    pub coefficient: Vec<f64>,
-    /// Whether each point is tied, `m`, where that changes with time; empty where it does not.
-    pub tied: Vec<usize>,
+    /// The law of each point, `m`, where laws change with time; empty where they do not.
+    pub laws: Vec<Friction>,
+    /// The points that take no part in this step; their gaps are wide.
+    pub out: Vec<usize>,
+    /// Sums and gaps that ties and bonded points keep from the moment they begin, length.
+    pub stood: Vec<f64>,
     /// What the rounding of the data leaves open in gaps and slips, length.
     pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
@@ -61,18 +63,7 @@ impl StepFile {
         problem.contact.gap.clone_from(&self.gap);
         problem.contact.slip_reference.clone_from(&self.slip_reference);
         problem.contact.rounding = self.rounding;
-        for (law, &value) in problem.contact.friction.iter_mut().zip(&self.coefficient) {
-            if let Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } = law {
-                *coefficient = value;
-            }
-        }
-        for (law, &tied) in problem.contact.friction.iter_mut().zip(&self.tied) {
-            match (*law, tied) {
-                (Friction::None, 1) => *law = Friction::Bonded,
-                (Friction::Bonded, 0) => *law = Friction::None,
-                _ => {}
-            }
-        }
+        problem.contact.friction.iter_mut().zip(&self.laws).for_each(|(law, now)| *law = *now);
         if let Some(supports) = &mut problem.labels.supports {
             supports.load.clone_from(&self.support_load);
             supports.free_load.clone_from(&self.support_free_load);
@@ -86,6 +77,7 @@ impl StepFile {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
+    let laws = || step.laws.iter().map(|&law| code(law));
     npz::write(
         path,
         &[
@@ -94,8 +86,11 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("f", Array::f64(&step.f)),
             ("gap", Array::f64(&step.gap)),
             ("slip_reference", Array::f64(&step.slip_reference)),
-            ("coefficient", Array::f64(&step.coefficient)),
-            ("tied", Array::usize(&step.tied)),
+            ("law", Array::usize(&laws().map(|law| law.0).collect::<Vec<_>>())),
+            ("law_value", Array::f64(&laws().map(|law| law.1).collect::<Vec<_>>())),
+            ("law_limit", Array::f64(&laws().map(|law| law.2).collect::<Vec<_>>())),
+            ("out", Array::usize(&step.out)),
+            ("stood", Array::f64(&step.stood)),
             ("motion", Array::f64(&step.motion)),
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
@@ -143,14 +138,22 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             f: list("f", n)?,
             gap: list("gap", m)?,
             slip_reference: list("slip_reference", 2 * m)?,
-            coefficient: match f64s(&arrays, "coefficient", None)? {
+            laws: match usizes(&arrays, "law", None)?.as_slice() {
                 [] => Vec::new(),
-                _ => list("coefficient", m)?,
+                _ => {
+                    let (codes, values) = (usizes(&arrays, "law", Some(m))?, list("law_value", m)?);
+                    let all = codes.iter().zip(values).zip(list("law_limit", m)?);
+                    all.map(|((&code, value), limit)| law(code, value, limit)).collect::<Result<_, _>>()?
+                }
             },
-            tied: match usizes(&arrays, "tied", None)?.as_slice() {
-                [] => Vec::new(),
-                _ => usizes(&arrays, "tied", Some(m))?,
+            out: {
+                let out = usizes(&arrays, "out", None)?.to_vec();
+                if out.iter().any(|&point| point >= m) {
+                    return Err(damaged("a point that is out is none of the problem"));
+                }
+                out
             },
+            stood: f64s(&arrays, "stood", None)?.to_vec(),
             motion: list("motion", 3 * m)?,
             support_load: list("support_load", p)?,
             support_free_load: list("support_free_load", n)?,

@@ -3,6 +3,7 @@
 mod accuracy;
 mod bolts;
 mod certificate;
+mod changes;
 mod closed_forms;
 mod corners;
 mod deck_cards;

@@ -175,10 +175,33 @@ pub struct FixSpec {
     pub axes: Axes,
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
-    /// The step at whose end it is released, by its place in `Case::steps`.
-    pub until: Option<usize>,
+    /// Whether it holds its nodes where they stand when it begins.
+    pub as_it_stands: bool,
+    /// The steps in which it holds.
+    pub during: During,
     /// Where the file says so.
     pub spot: Spot,
+}
+
+/// The first and the last step in which something holds, by their places in `Case::steps`; `None` is the first and the
+/// last of all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct During {
+    /// The first of them.
+    pub from: Option<usize>,
+    /// The last of them.
+    pub until: Option<usize>,
+}
+
+impl During {
+    /// Time after which it holds and until which, without bounds where it has none.
+    pub fn period(&self, steps: &[StepSpec]) -> [f64; 2] {
+        let end = |step: Option<usize>| step.and_then(|step| steps.get(step)).map(|step| step.until);
+        let begin = end(self.from.and_then(|from| from.checked_sub(1)));
+        let last = steps.len().checked_sub(1);
+        let end = end(self.until.filter(|&until| Some(until) != last));
+        [begin.unwrap_or(f64::NEG_INFINITY), end.unwrap_or(f64::INFINITY)]
+    }
 }
 
 /// An elastic foundation.
@@ -355,6 +378,8 @@ pub struct ContactSpec {
     pub friction: SurfaceFriction,
     /// Where friction is given.
     pub friction_spot: Spot,
+    /// The steps in which it holds.
+    pub during: During,
     /// Archard's coefficient, depth over pressure and path, 1/stress.
     pub wear: Option<f64>,
     /// Where the file says so.

@@ -106,9 +106,9 @@ fn interpret(
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
     let case = View { source: &source, rules: &spec::CASE, node: &root };
-    let contacts = read_contact::contacts(&case, folder)?;
-    let solver = read_solver::solver(&case, &contacts)?;
     let mut steps = read_step::steps(&case)?;
+    let contacts = read_contact::contacts(&case, folder, &steps)?;
+    let solver = read_solver::solver(&case, &contacts)?;
     let bolts = read_bolt::bolts(&case, &mut steps)?;
     let case = Case {
         title: title(&case),

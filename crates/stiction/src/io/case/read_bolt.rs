@@ -1,6 +1,6 @@
 //! `[[bolt]]`.
 
-use super::data::{BoltSpec, Region, StepSpec, Tightening};
+use super::data::{BoltSpec, During, Region, StepSpec, Tightening};
 use super::nearest::nearest;
 use super::read_body::of_time;
 use super::read_contact::direction;
@@ -41,6 +41,18 @@ fn bolt(table: &View, steps: &[StepSpec]) -> Result<BoltSpec, Error> {
         None => Tightening::Shortening(of_time(table, "shortening")?),
     };
     Ok(BoltSpec { name, on, axis, point, by, lock: step_named(table, "lock", steps)?, spot: table.spot() })
+}
+
+/// The steps that `from` and `until` name.
+pub(super) fn during(table: &View, steps: &[StepSpec]) -> Result<During, Error> {
+    let (from, until) = (step_named(table, "from", steps)?, step_named(table, "until", steps)?);
+    match (from, until) {
+        (Some(from), Some(until)) if until < from => {
+            let what = format!("{:?} comes before {:?}", steps[until].name, steps[from].name);
+            Err(table.error("until", what, "name the same step in `until` or a later one"))
+        }
+        _ => Ok(During { from, until }),
+    }
 }
 
 /// The place of the step that a key names.

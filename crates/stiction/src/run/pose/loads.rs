@@ -1,7 +1,9 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
+use super::activity::ALWAYS;
 use super::arrays::{Found, find};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::ties::{Start, TimedFix};
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -29,8 +31,8 @@ pub(crate) struct Fixes {
     /// Those of all steps, and where the case asks for them.
     pub held: Vec<Fix>,
     pub spots: Vec<Spot>,
-    /// Those that are released, each with the time and where the case asks for it.
-    pub released: Vec<(Fix, f64, Spot)>,
+    /// Those that begin or end with a step.
+    pub timed: Vec<TimedFix>,
     /// What was understood of all.
     pub facts: Vec<FixFacts>,
 }
@@ -38,7 +40,7 @@ pub(crate) struct Fixes {
 /// Prescribed displacements; refused where two of them contradict each other.
 pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
     let t = end(case);
-    let Fixes { mut held, mut released, mut facts, mut spots } = Fixes::default();
+    let Fixes { mut held, mut timed, mut facts, mut spots } = Fixes::default();
     for spec in &case.fixes {
         let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
         let fix = match spec.symmetry {
@@ -47,13 +49,18 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
         };
         let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
-        match spec.until {
-            None => {
-                held.push(fix);
-                spots.push(spec.spot.clone());
-            }
-            Some(step) => released.push((fix, case.steps[step].until, spec.spot.clone())),
+        let (period, spot) = (spec.during.period(&case.steps), spec.spot.clone());
+        if period == ALWAYS {
+            held.push(fix);
+            spots.push(spot);
+            continue;
         }
+        let start = match spec.during.from.filter(|_| period[0].is_finite()) {
+            None => Start::AtOnce,
+            Some(_) if spec.as_it_stands => Start::Stays,
+            Some(step) => Start::Until(case.steps[step].until),
+        };
+        timed.push(TimedFix { fix, period, start, spot });
     }
     let dofs = dof_map(mesh, &held, t).map_err(|error| {
         // A contradiction is shown at the entry that makes it.
@@ -64,7 +71,7 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
         let what = "every displacement is prescribed: there is nothing to solve";
         return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
-    Ok(Fixes { held, released, facts, spots })
+    Ok(Fixes { held, timed, facts, spots })
 }
 
 /// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.

@@ -1,5 +1,6 @@
 //! From a case to a posed problem.
 
+mod activity;
 mod arrays;
 pub(super) mod axis;
 pub(super) mod bolts;

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::activity::Activity;
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
@@ -16,11 +17,11 @@ use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, ContactSurface, pose};
+use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, Spot};
 use crate::io::text::{number, triple};
-use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
+use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
@@ -73,7 +74,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
-    let Fixes { held: fixes, spots: fix_spots, released, facts: fix_facts } = fixes(&mesh, case)?;
+    let Fixes { held: fixes, spots: fix_spots, timed, facts: fix_facts } = fixes(&mesh, case)?;
     counts::before_assembly(&mesh, &fixes, case, &limit)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
@@ -93,12 +94,13 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
     let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
-    ties.extend(ties_of_supports(&mesh, &model.dofs, &released)?);
-    let ties = Ties::new(&mesh, &model.dofs, ties, &mut problem)?;
+    ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
+    let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
+    let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let loading = Loading { bolts, ties, fix_spots, ..Loading::new(case, loads, fixes).on(&problem) };
+    let loading = Loading { bolts, ties, activity, put_in, fix_spots, ..Loading::new(case, loads, fixes).on(&problem) };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
@@ -136,7 +138,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
         equations: (!case.equations.is_empty()).then_some([case.equations.len(), held]),
-        points: loading.ties.points_before(&problem),
+        points: loading.ties.points().start,
         notes,
     };
     let seconds = [meshed, assembled, lap()];
@@ -165,8 +167,9 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         load_state(&prepared, t)?;
     }
-    if prepared.loading.moves() || !prepared.loading.ties.is_empty() || prepared.loading.strains() || travel != [0.0; 3]
-    {
+    let loading = &prepared.loading;
+    let changes = loading.moves() || !loading.ties.is_empty() || !loading.activity.is_constant();
+    if changes || loading.strains() || travel != [0.0; 3] {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;
         let last = tightened(&prepared, last, &prepared.loading.given_shortening(end(case))?);
@@ -185,6 +188,21 @@ impl Prepared {
         dofs.to_components(&mut all);
         self.start = Some(dofs.free.iter().map(|&dof| all[dof as usize]).collect());
     }
+}
+
+/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with its time. The
+/// contacts of `case` are those of the pairs.
+fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, f64)>) {
+    let mut activity = Activity::new(Bounds::around(mesh.nodes.iter().copied()).diagonal());
+    let mut put_in = Vec::new();
+    for (contact, pair) in case.contacts.iter().zip(&problem.labels.pairs) {
+        let period = contact.during.period(&case.steps);
+        pair.points.clone().for_each(|j| activity.add(j, vec![period]));
+        if contact.friction == SurfaceFriction::Bonded && period[0].is_finite() {
+            put_in.extend(pair.points.clone().map(|j| (j, period[0])));
+        }
+    }
+    (activity, put_in)
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.

@@ -17,14 +17,14 @@ use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
 use crate::contact::sliding::Sliding;
-use crate::contact::{ContactProblem, Friction, Moved};
+use crate::contact::{ContactProblem, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
 use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::linalg::Watch;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
-use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
+use crate::run::pose::load_state::{LoadState, apply, load_state, note_where_it_stands, slid};
 use crate::run::pose::memory::output_room;
 use crate::run::pose::{Prepared, Seconds, place};
 use crate::solve::Kept;
@@ -127,7 +127,7 @@ pub fn solve_steps(
             tightened => tightened?,
         };
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
-        passing::look(prepared, &march.moved, &now, &mut outcome);
+        passing::look(prepared, &march.moved, &now, t, &mut outcome);
         add_estimate(prepared, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
@@ -150,6 +150,9 @@ pub fn solve_steps(
             }
         };
         let line = finish(prepared, &mut march, loads, &outcome, [begin, t], finished);
+        if finished {
+            note_where_it_stands(prepared, &march.body.loads, &outcome.solution.u, t);
+        }
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, records: &march.records })?;
         march.moved = now;
@@ -201,6 +204,8 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         let what = "the last finished step has other bolts than the case";
         return Err(Error::new("", what, "solve the case from its beginning"));
     }
+    // What begins later than a step plays no part in it: the last list serves both.
+    prepared.loading.stood.clone_from(&last.stood);
     let loads = tightened(prepared, load_state(prepared, last.t)?, &last.shortening);
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &loads, &unslid);
@@ -411,14 +416,14 @@ fn finish(
 
 fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFile {
     let (problem, body) = (&prepared.problem, &march.body);
-    let laws = body.loads.friction.as_deref().unwrap_or_default();
     StepFile {
         t,
         f: problem.elastic.f.clone(),
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
-        coefficient: laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect(),
-        tied: laws.iter().map(|law| usize::from(*law == Friction::Bonded)).collect(),
+        laws: body.loads.friction.clone().unwrap_or_default(),
+        out: body.loads.out.iter().map(|(point, _)| *point).collect(),
+        stood: prepared.loading.stood.clone(),
         motion: body.loads.motion.clone(),
         rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),

@@ -20,6 +20,8 @@ pub(super) static CONTACT: Rules = Rules {
             .unit("length"),
         key("friction", Kind::Either(&[FRICTION_NAME, Kind::Table(&FRICTION)]), "friction = { coulomb = 0.3 }", "The law of friction: \"none\", \"bonded\", { coulomb = coefficient }, { coulomb = [0.1, 0.3], direction = [1, 0, 0] }, { tresca = stress } or { tresca = force, nodal = true }.")
             .required(),
+        key("from", Kind::Text, "from = \"draw\"", "Name of the step with which the contact begins: gaps are those of the surfaces as they stand then, bonded ones stay as they are; the first if absent."),
+        key("until", Kind::Text, "until = \"press\"", "Name of the step after which the contact is taken out; the last if absent."),
         key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
             .unit("1/stress"),
     ],
