@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use stiction::io::case;
 use stiction::run::{self, Origin, Outcome, Prepared, Settings, StepRecord, body_fields, prepare, solve_steps};
-use stiction_fixtures::folder::Folder;
 use stiction_fixtures::case_run::{at, block, displacement, is, refused, solved, stress};
+use stiction_fixtures::folder::Folder;
 
 const PATHS: [&str; 3] = ["dense", "solves", "multigrid"];
 

@@ -28,6 +28,8 @@ pub struct Case {
     pub loads: Vec<LoadSpec>,
     /// `[[equation]]`.
     pub equations: Vec<EquationSpec>,
+    /// `[[coupling]]`.
+    pub couplings: Vec<CouplingSpec>,
     /// `[[bolt]]`.
     pub bolts: Vec<BoltSpec>,
     /// `[[contact]]`.
@@ -331,6 +333,33 @@ pub struct TermSpec {
     pub along: [f64; 3],
     /// Not zero.
     pub factor: f64,
+    /// Where the file says so.
+    pub spot: Spot,
+}
+
+/// Nodes that move with a reference point.
+#[derive(Debug, Clone)]
+pub struct CouplingSpec {
+    /// No two couplings share one.
+    pub name: String,
+    /// The nodes, or the faces of a distributing coupling.
+    pub on: Region,
+    /// The reference point, length.
+    pub point: [f64; 3],
+    /// Whether the point moves as the faces do in the mean; else the nodes are one rigid body.
+    pub distributing: bool,
+    /// The displacements along x, y, z that follow the point.
+    pub components: [bool; 3],
+    /// Prescribed displacements of the point, length; they depend on time only.
+    pub motion: [Option<Field>; 3],
+    /// Prescribed rotations of the point, radians.
+    pub rotation: [Option<Field>; 3],
+    /// Force at the point.
+    pub force: [Field; 3],
+    /// Moment at the point.
+    pub moment: [Field; 3],
+    /// When motion and rotation are prescribed.
+    pub during: During,
     /// Where the file says so.
     pub spot: Spot,
 }

@@ -12,6 +12,7 @@ mod read_accuracy;
 mod read_body;
 mod read_bolt;
 mod read_contact;
+mod read_coupling;
 mod read_equation;
 mod read_mesh;
 mod read_region;
@@ -120,6 +121,7 @@ fn interpret(
         loads: each(&case, "load", read_body::load)?,
         accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,
         equations: each(&case, "equation", read_equation::equation)?,
+        couplings: read_coupling::couplings(&case, &steps)?,
         bolts,
         contacts,
         solver,
@@ -150,6 +152,11 @@ fn no_refined_points(case: &Case) -> Result<(), Error> {
     if let Some(load) = case.loads.iter().find(|load| load.kind.at_nodes()) {
         let what = "a force at a node has no answer that a finer mesh would come nearer to";
         return Err(load.spot.error(what, "give the load as a force on faces, or leave [accuracy] out"));
+    }
+    let rigid = case.couplings.iter().find(|coupling| !coupling.distributing).map(|coupling| &coupling.spot);
+    if let Some(spot) = rigid {
+        let what = "a rigid coupling acts by forces at nodes, whose error is not estimated";
+        return Err(spot.error(what, "give kind = \"distributing\", or leave [accuracy] out"));
     }
     match case.equations.first() {
         Some(equation) => {

@@ -2,6 +2,7 @@
 
 use super::activity::Activity;
 use super::bolts::{Bolt, thermal_forces};
+use super::couplings::Coupling;
 use super::frames::{PointFrame, frames};
 use super::ties::Ties;
 use super::travel::{travel, travel_rounding, without};
@@ -42,6 +43,8 @@ pub struct Loading {
     pub initial: Initial,
     /// Equations between displacements, couplings, and supports that begin or end with a step.
     pub ties: Ties,
+    /// The reference points.
+    pub couplings: Vec<Coupling>,
     /// The contact points that take part in some steps only.
     pub activity: Activity,
     /// Bonded points that are put in with a step, each with the time: they keep the gap they have then.
@@ -177,6 +180,7 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
         force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
     }
+    loading.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut force))?;
     let dofs = dof_map(mesh, &loading.fixes, t).map_err(|error| {
         let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
         culprit.map_or(error.clone(), |i| place::at(&loading.fix_spots[i], error))

@@ -7,6 +7,7 @@ pub(super) mod bolts;
 mod coarser;
 mod coefficients;
 mod counts;
+pub(super) mod couplings;
 mod facts;
 pub(super) mod frames;
 pub(super) mod load_state;
@@ -26,7 +27,8 @@ mod travel;
 
 pub use bolts::Bolt;
 pub(super) use coarser::Coarser;
-pub use facts::{BoltFacts, ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
+pub use couplings::Coupling;
+pub use facts::{BoltFacts, ContactFacts, CouplingFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
 pub use load_state::{Initial, Loading};
 pub use memory::MemoryLimit;
 pub(super) use mesh::mesh as made_mesh;

@@ -6,7 +6,8 @@ use super::activity::Activity;
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
-use super::facts::{ContactFacts, Facts, MaterialFacts};
+use super::couplings::{Coupling, couplings};
+use super::facts::{ContactFacts, CouplingFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
@@ -14,12 +15,12 @@ use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
 use super::ties::{Ties, ties_of_equations, ties_of_supports};
 use super::travel::{travel, travel_rounding};
-use super::{coefficients, counts, materials, mesh, place, surfaces};
+use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, ContactSpec, Spot};
+use crate::io::case::{Case, ContactSpec, CouplingSpec, Spot};
 use crate::io::text::{number, triple};
 use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
@@ -94,13 +95,23 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
     let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
+    let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
+    ties.extend(of_couplings);
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
     let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let loading = Loading { bolts, ties, activity, put_in, fix_spots, ..Loading::new(case, loads, fixes).on(&problem) };
+    let loading = Loading {
+        bolts,
+        ties,
+        couplings,
+        activity,
+        put_in,
+        fix_spots,
+        ..Loading::new(case, loads, fixes).on(&problem)
+    };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
@@ -134,6 +145,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         springs: spring_facts,
         loads: load_facts,
         bolts: bolt_facts,
+        couplings: coupling_facts(&mesh, case, &loading)?,
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
@@ -168,7 +180,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         load_state(&prepared, t)?;
     }
     let loading = &prepared.loading;
-    let changes = loading.moves() || !loading.ties.is_empty() || !loading.activity.is_constant();
+    let changes =
+        loading.moves() || !loading.couplings.is_empty() || !loading.ties.is_empty() || !loading.activity.is_constant();
     if changes || loading.strains() || travel != [0.0; 3] {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;
@@ -188,6 +201,16 @@ impl Prepared {
         dofs.to_components(&mut all);
         self.start = Some(dofs.free.iter().map(|&dof| all[dof as usize]).collect());
     }
+}
+
+fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<CouplingFacts>, Error> {
+    let facts = |(spec, coupling): (&CouplingSpec, &Coupling)| {
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?.len();
+        let (name, on, point) = (spec.name.clone(), regions::name(&spec.on), spec.point);
+        let [x, y, z, ..] = coupling.load(end(case))?;
+        Ok(CouplingFacts { name, on, nodes, point, distributing: spec.distributing, force: [x, y, z] })
+    };
+    case.couplings.iter().zip(&loading.couplings).map(facts).collect()
 }
 
 /// When the points of contacts take part, and the bonded ones among them that are put in with a step, with its time. The
