@@ -1,24 +1,29 @@
 //! Nodes that move with a reference point: as ties between nodes, and forces at them.
 //!
-//! A rigid coupling chooses up to six displacements of its nodes from which the motion of the point follows, the base, and
-//! writes every other one as what that motion makes of it. This leaves stiffness and unknowns as they are, at the cost of a
-//! tie for each displacement; unknowns for the point itself would need a place in every room that knows nodes. Force and
-//! moment at the point become forces at the base, which do the same work in every motion the ties allow.
+//! A rigid coupling chooses up to six displacements of its nodes from which those motions of the point follow that are not
+//! prescribed, the base, and writes every other one as what these motions and the prescribed ones make of it. This leaves
+//! stiffness and unknowns as they are, at the cost of a tie for each displacement; unknowns for the point itself would need a
+//! place in every room that knows nodes. Force and moment at the point become forces at nodes, which do the same work in
+//! every motion that the ties allow.
 //!
 //! A distributing coupling has no ties but for prescribed motions. Its point moves as the faces do in the mean: that motion is
 //! what the tractions `a + b x r` of [`Load::Resultant`] do work on.
 
 use std::collections::BTreeMap;
 
+use super::activity::{ALWAYS, Period};
 use super::ties::{Start, Tie, along_at};
 use super::{place, regions};
 use crate::Error;
 use crate::fem::{DofMap, Field, Load, Solid, external_forces};
 use crate::io::case::{Case, CouplingSpec, Spot};
-use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
+use crate::mesh::Mesh;
+use crate::mesh::v3::{V3, cross, dot, mean, norm, scale, sub};
 
 /// Directions that follow from others but for this part of the largest follow from them.
 const DEPENDENT: f64 = 1e-9;
+/// Of the nodes that are chosen first they follow where this part is left.
+const CLEAR: f64 = 1e-3;
 /// Entries of a tie below this are rounding.
 const NONE: f64 = 1e-14;
 /// Motions of the point: along x, y, z, about x, y, z.
@@ -36,8 +41,8 @@ pub struct Coupling {
     pub columns: [Option<Vec<(u32, V3)>>; 6],
     /// Force and moment at the point.
     load: [Field; 6],
-    /// The ties, among all, that prescribe its motions.
-    pub prescribed: [Option<usize>; 6],
+    /// The ties, by their numbers among all, that prescribe its motions: what the value of each gains by a unit of each motion.
+    pub prescribed: Vec<(usize, [f64; 6])>,
     spot: Spot,
 }
 
@@ -70,57 +75,108 @@ pub(crate) fn couplings(
 ) -> Result<(Vec<Coupling>, Vec<Tie>), Error> {
     let (mut list, mut ties) = (Vec::new(), Vec::new());
     for spec in &case.couplings {
-        let columns = match spec.distributing {
-            true => mean_motion(solid, spec)?,
-            false => rigid(solid, dofs, spec, &mut ties)?,
+        let rigid = if spec.distributing { None } else { Some(Rigid::new(solid, spec)?) };
+        let columns = match &rigid {
+            None => mean_motion(solid, spec)?,
+            Some(rigid) => rigid.columns(),
         };
         let load: [Field; 6] = std::array::from_fn(|k| [&spec.force, &spec.moment][k / 3][k % 3].clone());
-        let mut coupling = Coupling {
-            name: spec.name.clone(),
-            point: spec.point,
-            columns,
-            load,
-            prescribed: [None; 6],
-            spot: spec.spot.clone(),
-        };
-        coupling.prescribe(dofs, case, spec, first, &mut ties)?;
+        let (name, point, spot) = (spec.name.clone(), spec.point, spec.spot.clone());
+        let mut coupling = Coupling { name, point, columns, load, prescribed: Vec::new(), spot };
+        coupling.refuse_untold(spec)?;
+        let motion = Prescribed::new(case, spec);
+        match rigid {
+            None => coupling.prescribe_mean(dofs, &motion, first, &mut ties),
+            Some(rigid) => coupling.prescribe_rigid(&rigid, dofs, &motion, first, &mut ties),
+        }
         list.push(coupling);
     }
     Ok((list, ties))
 }
 
-impl Coupling {
-    fn prescribe(
-        &mut self,
-        dofs: &DofMap,
-        case: &Case,
-        spec: &CouplingSpec,
-        first: usize,
-        ties: &mut Vec<Tie>,
-    ) -> Result<(), Error> {
+/// The motions of a point that are prescribed, and when.
+struct Prescribed {
+    values: [Option<Field>; 6],
+    period: Period,
+    start: Start,
+}
+
+impl Prescribed {
+    fn new(case: &Case, spec: &CouplingSpec) -> Self {
         let period = spec.during.period(&case.steps);
         let start = match spec.during.from.filter(|_| period[0].is_finite()) {
             None => Start::AtOnce,
             Some(step) => Start::Until(case.steps[step].until),
         };
-        let values = spec.motion.iter().chain(&spec.rotation);
-        for (k, value) in values.enumerate() {
-            let loaded = !matches!(self.load[k], Field::Constant(0.0));
-            match (&self.columns[k], value) {
-                (Some(column), Some(value)) => {
-                    let tie = Tie::always(entries(dofs, column), value.clone(), self.spot.clone());
-                    self.prescribed[k] = Some(first + ties.len());
-                    ties.push(Tie { period, start, idle: true, is_support: true, ..tie });
-                }
-                (None, value) if loaded || value.is_some() => {
-                    let what = format!("the nodes of this coupling do not tell the motion of its point {}", MOTIONS[k]);
-                    let remedy = "leave that component out, or couple more nodes or components";
-                    return Err(self.spot.error(what, remedy));
-                }
-                _ => {}
+        let values = std::array::from_fn(|k| [&spec.motion, &spec.rotation][k / 3][k % 3].clone());
+        Prescribed { values, period, start }
+    }
+
+    /// The value that gains so much by a unit of each motion.
+    fn value(&self, by: &[f64; 6]) -> Vec<(f64, Field)> {
+        let parts = self.values.iter().zip(by).filter(|(_, by)| **by != 0.0);
+        parts.filter_map(|(value, by)| Some((*by, value.clone()?))).collect()
+    }
+}
+
+impl Coupling {
+    /// An error where the nodes do not tell a motion that is prescribed or loaded.
+    fn refuse_untold(&self, spec: &CouplingSpec) -> Result<(), Error> {
+        let values = spec.motion.iter().chain(&spec.rotation).map(Option::is_some);
+        let loads = self.load.iter().map(|load| !matches!(load, Field::Constant(0.0)));
+        let untold = |(k, asked): &(usize, bool)| *asked && self.columns[*k].is_none();
+        match values.zip(loads).map(|(value, load)| value || load).enumerate().find(untold) {
+            None => Ok(()),
+            Some((k, _)) => {
+                let what = format!("the nodes of this coupling do not tell the motion of its point {}", MOTIONS[k]);
+                let remedy = "leave that component out, or couple more nodes or components";
+                Err(self.spot.error(what, remedy))
             }
         }
-        Ok(())
+    }
+
+    /// A tie for each motion of the mean.
+    fn prescribe_mean(&mut self, dofs: &DofMap, motion: &Prescribed, first: usize, ties: &mut Vec<Tie>) {
+        for (k, column) in self.columns.iter().enumerate().filter(|(k, _)| motion.values[*k].is_some()) {
+            let by = unit(k);
+            let tie =
+                Tie::always(entries(dofs, column.as_deref().unwrap_or_default()), motion.value(&by), self.spot.clone());
+            self.prescribed.push((first + ties.len(), by));
+            let (period, start) = (motion.period, motion.start);
+            ties.push(Tie { period, start, idle: true, is_support: true, ..tie });
+        }
+    }
+
+    /// A tie for each displacement that follows from the base, with the motions prescribed and, where these end or begin with
+    /// a step, without.
+    fn prescribe_rigid(
+        &mut self,
+        rigid: &Rigid,
+        dofs: &DofMap,
+        motion: &Prescribed,
+        first: usize,
+        ties: &mut Vec<Tie>,
+    ) {
+        let held: [bool; 6] = std::array::from_fn(|k| motion.values[k].is_some());
+        let [begin, end] = motion.period;
+        let mut free = vec![[f64::NEG_INFINITY, begin], [end, f64::INFINITY]];
+        free.retain(|[from, until]| from < until);
+        if held == [false; 6] {
+            free = vec![ALWAYS];
+        } else {
+            for (followed, column, by) in rigid.following(&held) {
+                let tie = Tie::always(entries(dofs, &column), motion.value(&by), self.spot.clone());
+                self.prescribed.push((first + ties.len(), by));
+                let (period, start, node) = (motion.period, motion.start, Some(followed.node));
+                ties.push(Tie { period, start, idle: true, is_support: true, node, ..tie });
+            }
+        }
+        for period in free {
+            for (followed, column, _) in rigid.following(&[false; 6]) {
+                let tie = Tie::always(entries(dofs, &column), Vec::new(), self.spot.clone());
+                ties.push(Tie { period, idle: true, node: Some(followed.node), ..tie });
+            }
+        }
     }
 
     /// Force and moment at the point at time `t`.
@@ -173,9 +229,9 @@ fn mean_motion(solid: &Solid, spec: &CouplingSpec) -> Result<[Option<Vec<(u32, V
     let faces = regions::faces(solid.mesh, &spec.on, &spec.spot, "the coupling")?;
     let mut columns = [const { None }; 6];
     for (k, column) in columns.iter_mut().enumerate() {
-        let unit = |part: usize| [0, 1, 2].map(|c| Field::Constant(f64::from(u8::from(k == 3 * part + c))));
+        let [x, y, z, a, b, c] = unit(k).map(Field::Constant);
         let (faces, about) = (faces.clone(), Some(spec.point));
-        let load = Load::Resultant { faces, force: unit(0), moment: unit(1), about };
+        let load = Load::Resultant { faces, force: [x, y, z], moment: [a, b, c], about };
         let force = external_forces(solid, &[load], 0.0).map_err(|error| place::instead(&spec.spot, error))?;
         let at_nodes = force.as_chunks::<3>().0.iter().enumerate().filter(|(_, f)| **f != [0.0; 3]);
         *column = Some(at_nodes.map(|(node, f)| (node as u32, *f)).collect());
@@ -183,79 +239,135 @@ fn mean_motion(solid: &Solid, spec: &CouplingSpec) -> Result<[Option<Vec<(u32, V
     Ok(columns)
 }
 
-/// The columns of a rigid coupling; adds a tie for each displacement that follows.
-fn rigid(
-    solid: &Solid,
-    dofs: &DofMap,
-    spec: &CouplingSpec,
-    ties: &mut Vec<Tie>,
-) -> Result<[Option<Vec<(u32, V3)>>; 6], Error> {
-    let mesh = solid.mesh;
-    let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
-    let at = |node: u32| mesh.nodes[node as usize];
-    let centre = scale(1.0 / nodes.len().max(1) as f64, nodes.iter().fold([0.0; 3], |sum, &node| add(sum, at(node))));
-    let size = nodes.iter().map(|&node| norm(sub(at(node), centre))).fold(0.0, f64::max);
-    let size = if size > 0.0 { size } else { 1.0 };
-    // Rotations count at the farthest node, so that all six are lengths.
-    let row = |along: V3, x: V3| {
-        let turn = scale(1.0 / size, cross(sub(x, centre), along));
-        [along[0], along[1], along[2], turn[0], turn[1], turn[2]]
-    };
-    let unit = |c: usize| [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
-    let along = |node: &u32| {
-        let followed = |&c: &usize| Followed { node: *node, c, row: row(unit(c), at(*node)) };
-        (0..3).filter(|&c| spec.components[c]).map(|c| followed(&c)).collect::<Vec<_>>()
-    };
-    let all: Vec<Followed> = nodes.iter().flat_map(along).collect();
-    let base = Base::new(&all);
-    let is_base = |it: &Followed| base.members.iter().any(|member| (member.node, member.c) == (it.node, it.c));
-    for it in all.iter().filter(|it| !is_base(it)) {
-        let mut column = vec![(it.node, unit(it.c))];
-        let weights = base.coordinates(&it.row);
-        column.extend(base.members.iter().zip(weights).map(|(member, w)| (member.node, scale(-w, unit(member.c)))));
-        let tie = Tie::always(entries(dofs, &column), Field::Constant(0.0), spec.spot.clone());
-        ties.push(Tie { idle: true, node: Some(it.node), ..tie });
-    }
-    let columns = std::array::from_fn(|k| {
-        let motion = match k {
-            0..3 => row(unit(k), spec.point),
-            _ => std::array::from_fn(|i| if i == k { 1.0 / size } else { 0.0 }),
+/// The nodes of a rigid coupling.
+struct Rigid {
+    all: Vec<Followed>,
+    /// The nodes that the base is made of first.
+    triangle: Vec<u32>,
+    /// Rotations count as displacements at this distance from the point, so that all six are lengths.
+    size: f64,
+}
+
+impl Rigid {
+    fn new(solid: &Solid, spec: &CouplingSpec) -> Result<Rigid, Error> {
+        let mesh = solid.mesh;
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
+        let arm = |node: u32| sub(mesh.nodes[node as usize], spec.point);
+        let size = nodes.iter().map(|&node| norm(arm(node))).fold(0.0, f64::max);
+        let size = if size > 0.0 { size } else { 1.0 };
+        let row = |node: u32, c: usize| {
+            let [along, turn] = [axis(c), scale(1.0 / size, cross(arm(node), axis(c)))];
+            [along[0], along[1], along[2], turn[0], turn[1], turn[2]]
         };
-        let weights = base.spans(&motion).then(|| base.coordinates(&motion))?;
-        let column = base.members.iter().zip(weights).filter(|(_, w)| *w != 0.0);
-        Some(column.map(|(member, w)| (member.node, scale(w, unit(member.c)))).collect())
-    });
-    Ok(columns)
+        let followed = |&node: &u32| (0..3).filter(|&c| spec.components[c]).map(move |c| (node, c)).collect::<Vec<_>>();
+        let all = nodes.iter().flat_map(followed).map(|(node, c)| Followed { node, c, row: row(node, c) }).collect();
+        Ok(Rigid { all, triangle: triangle(mesh, &nodes), size })
+    }
+
+    fn columns(&self) -> [Option<Vec<(u32, V3)>>; 6] {
+        let base = Base::new(&self.all, &self.triangle);
+        std::array::from_fn(|k| {
+            let motion = unit(k).map(|v| if k < 3 { v } else { v / self.size });
+            let weights = base.spans(&motion).then(|| base.coordinates(&motion))?;
+            let column = base.members.iter().zip(weights).filter(|(_, w)| *w != 0.0);
+            Some(column.map(|(member, w)| (member.node, scale(w, axis(member.c)))).collect())
+        })
+    }
+
+    /// The displacements that follow from others where the motions `held` are prescribed, each with the column that is then
+    /// prescribed and what its value gains by a unit of each motion.
+    fn following(&self, held: &[bool; 6]) -> Vec<(Followed, Vec<(u32, V3)>, [f64; 6])> {
+        let free = |row: &[f64; 6]| std::array::from_fn(|k| if held[k] { 0.0 } else { row[k] });
+        let masked: Vec<Followed> = self.all.iter().map(|it| Followed { row: free(&it.row), ..*it }).collect();
+        let base = Base::new(&masked, &self.triangle);
+        let place = |it: &Followed| self.all.partition_point(|other| (other.node, other.c) < (it.node, it.c));
+        let members: Vec<usize> = base.members.iter().map(place).collect();
+        let rest = masked.iter().enumerate().filter(|(i, _)| !members.contains(i));
+        rest.map(|(i, it)| {
+            let weights = base.coordinates(&it.row);
+            let mut column = vec![(it.node, axis(it.c))];
+            let mut by = self.all[i].row;
+            for (&member, &w) in members.iter().zip(&weights) {
+                let Followed { node, c, row } = self.all[member];
+                column.push((node, scale(-w, axis(c))));
+                by.iter_mut().zip(row).for_each(|(by, v)| *by -= w * v);
+            }
+            let by = std::array::from_fn(|k| match (held[k], k) {
+                (false, _) => 0.0,
+                (true, 0..3) => by[k],
+                (true, _) => by[k] * self.size,
+            });
+            (self.all[i], column, by)
+        })
+        .collect()
+    }
+}
+
+/// A unit vector.
+fn axis(c: usize) -> V3 {
+    [0, 1, 2].map(|k| f64::from(u8::from(k == c)))
+}
+
+/// A unit of a motion.
+fn unit(k: usize) -> [f64; 6] {
+    std::array::from_fn(|i| f64::from(u8::from(i == k)))
+}
+
+/// Nodes far from one another and from a line.
+fn triangle(mesh: &Mesh, nodes: &[u32]) -> Vec<u32> {
+    let at = |node: u32| mesh.nodes[node as usize];
+    let centre = mean(nodes.iter().map(|&node| at(node)));
+    // The first of equals, so that rounding does not decide.
+    let farthest = |distance: &dyn Fn(u32) -> f64| {
+        let larger = |best: Option<(u32, f64)>, node: u32| {
+            let size = distance(node);
+            if best.is_none_or(|best| size > best.1 * (1.0 + DEPENDENT)) { Some((node, size)) } else { best }
+        };
+        nodes.iter().copied().fold(None, larger).map(|best| best.0)
+    };
+    let Some(a) = farthest(&|node| norm(sub(at(node), centre))) else { return Vec::new() };
+    let b = farthest(&|node| norm(sub(at(node), at(a)))).unwrap_or(a);
+    let c = farthest(&|node| norm(cross(sub(at(node), at(a)), sub(at(b), at(a))))).unwrap_or(a);
+    vec![a, b, c]
 }
 
 impl Base {
-    /// Up to six of `all` that are as far from following from one another as any: each is the one of which the ones before
-    /// leave most (Gram and Schmidt with pivoting).
-    fn new(all: &[Followed]) -> Base {
+    /// Up to six of `all`, from which all follow: those of the nodes `first` that follow least, node by node, then any others.
+    ///
+    /// All three of the first node, two of the second and one of the third leave no two nodes that each need the other: the
+    /// chain that multigrid asks of points that are relative to one another.
+    fn new(all: &[Followed], first: &[u32]) -> Base {
         let mut left: Vec<[f64; 6]> = all.iter().map(|it| it.row).collect();
         let mut base = Base { members: Vec::new(), basis: Vec::new(), lower: Vec::new() };
-        let mut largest = 0.0;
-        while base.members.len() < 6 {
-            let sizes = left.iter().map(|row| square(row).sqrt());
-            // The first of equals, so that rounding does not decide.
-            let best = sizes
-                .enumerate()
-                .fold((0, 0.0), |best, (i, size)| if size > best.1 * (1.0 + DEPENDENT) { (i, size) } else { best });
-            largest = best.1.max(largest);
-            if best.1 <= DEPENDENT * largest || best.1 == 0.0 {
-                break;
-            }
-            let direction = left[best.0].map(|v| v / best.1);
-            base.basis.push(direction);
-            base.members.push(all[best.0]);
-            for row in &mut left {
-                let part = product(row, &direction);
-                row.iter_mut().zip(direction).for_each(|(v, d)| *v -= part * d);
-            }
+        let largest = left.iter().map(|row| square(row).sqrt()).fold(0.0, f64::max);
+        for node in first {
+            while base.add(all, &mut left, |it| it.node == *node, CLEAR * largest) {}
         }
-        base.lower =
-            base.members.iter().map(|member| base.basis.iter().map(|q| product(&member.row, q)).collect()).collect();
+        while base.add(all, &mut left, |_| true, DEPENDENT * largest) {}
+        let of = |member: &Followed| base.basis.iter().map(|q| product(&member.row, q)).collect();
+        base.lower = base.members.iter().map(of).collect();
         base
+    }
+
+    /// Adds the one of which the members leave most, if that is more than `least`. `left` is what they leave of each.
+    fn add(&mut self, all: &[Followed], left: &mut [[f64; 6]], of: impl Fn(&Followed) -> bool, least: f64) -> bool {
+        let sizes = all.iter().zip(&*left).map(|(it, row)| if of(it) { square(row).sqrt() } else { 0.0 });
+        // The first of equals, so that rounding does not decide.
+        let larger = |best: (usize, f64), (i, size): (usize, f64)| {
+            if size > best.1 * (1.0 + DEPENDENT) { (i, size) } else { best }
+        };
+        let (best, size) = sizes.enumerate().fold((0, 0.0), larger);
+        if size <= least || self.members.len() == 6 {
+            return false;
+        }
+        let direction = left[best].map(|v| v / size);
+        self.basis.push(direction);
+        self.members.push(all[best]);
+        for row in left {
+            let part = product(row, &direction);
+            row.iter_mut().zip(direction).for_each(|(v, d)| *v -= part * d);
+        }
+        true
     }
 
     /// The factors with which the members add up to `row`.

@@ -77,13 +77,15 @@ pub(crate) fn check_steps(
         let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&loads.displacement));
         // Gap and slip reference without what has moved or slid since the start: the same in every step, but for the gaps
         // of points that are out.
-        let mut gap = file.gap.clone();
-        if let Some(first) = &first {
-            file.out.iter().for_each(|&j| gap[j] = first[j] - held[j] + loads.motion[j]);
-        }
-        let place = |i: usize| if i < m { gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
-        let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
-        let first = first.get_or_insert_with(|| rest.clone());
+        let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
+        let mut rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
+        let first = first.get_or_insert_with(|| {
+            let mut first = rest.clone();
+            file.out.iter().for_each(|&j| first[j] = f64::NAN);
+            first
+        });
+        file.out.iter().for_each(|&j| rest[j] = first[j]);
+        first.iter_mut().zip(&rest).filter(|(first, _)| first.is_nan()).for_each(|(first, rest)| *first = *rest);
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
         differ("gap", 0.0, apart(0..m), SAME * size.max(max_abs(&first[..m])));
         differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(max_abs(&slid)));

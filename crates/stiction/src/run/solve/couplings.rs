@@ -40,8 +40,8 @@ pub fn coupling_states(prepared: &Prepared, outcome: &Outcome) -> Vec<CouplingSt
         let [x, y, z, a, b, c] = coupling.motion(at);
         // The load has been found finite when the step began.
         let mut load = coupling.load(loading.t).unwrap_or([f64::NAN; 6]);
-        for (load, tie) in load.iter_mut().zip(coupling.prescribed) {
-            *load += tie.map_or(0.0, |tie| of_ties[tie]);
+        for (tie, by) in &coupling.prescribed {
+            load.iter_mut().zip(by).for_each(|(load, by)| *load += of_ties[*tie] * by);
         }
         let [fx, fy, fz, mx, my, mz] = load;
         let (displacement, rotation, force, moment) = ([x, y, z], [a, b, c], [fx, fy, fz], [mx, my, mz]);

@@ -39,7 +39,8 @@ pub struct Ties {
 pub(crate) struct Tie {
     /// Factors by degrees of freedom.
     pub entries: BTreeMap<u32, f64>,
-    pub value: Field,
+    /// The sum of these times their factors.
+    pub value: Vec<(f64, Field)>,
     /// Where the value is read; NaN where it has no place.
     pub at: V3,
     /// How it begins in the middle of the case.
@@ -84,14 +85,19 @@ impl RowOfB {
 
 impl Tie {
     /// A tie that always holds.
-    pub(crate) fn always(entries: BTreeMap<u32, f64>, value: Field, spot: Spot) -> Tie {
+    pub(crate) fn always(entries: BTreeMap<u32, f64>, value: Vec<(f64, Field)>, spot: Spot) -> Tie {
         let (at, start) = ([f64::NAN; 3], Start::AtOnce);
         Tie { entries, value, at, start, period: ALWAYS, spot, idle: false, is_support: false, node: None }
     }
 
     /// Its value at time `t`; `stood` is what its sum was when it began.
     fn value(&self, stood: f64, t: f64) -> Result<f64, Error> {
-        let at = |t| self.value.finite_at(self.at, t).map_err(|error| place::instead(&self.spot, error));
+        let at = |t| {
+            self.value.iter().try_fold(0.0, |sum, (factor, field)| {
+                let value = field.finite_at(self.at, t).map_err(|error| place::instead(&self.spot, error));
+                value.map(|value| sum + factor * value)
+            })
+        };
         let begin = self.period[0];
         let left = match self.start {
             Start::AtOnce => 0.0,
@@ -104,7 +110,10 @@ impl Tie {
 
 /// What a case asks for between displacements.
 pub(crate) fn ties_of_equations(mesh: &Mesh, dofs: &DofMap, specs: &[EquationSpec]) -> Result<Vec<Tie>, Error> {
-    let tie = |spec: &EquationSpec| Ok(Tie::always(entries(mesh, dofs, spec)?, spec.value.clone(), spec.spot.clone()));
+    let tie = |spec: &EquationSpec| {
+        let value = vec![(1.0, spec.value.clone())];
+        Ok(Tie::always(entries(mesh, dofs, spec)?, value, spec.spot.clone()))
+    };
     specs.iter().map(tie).collect()
 }
 
@@ -136,7 +145,7 @@ pub(crate) fn ties_of_supports(mesh: &Mesh, dofs: &DofMap, supports: &[TimedFix]
                     period,
                     idle: true,
                     is_support: true,
-                    ..Tie::always(along_at(dofs, node, along), value, spot)
+                    ..Tie::always(along_at(dofs, node, along), vec![(1.0, value)], spot)
                 };
                 ties.push(Tie { node: Some(node), ..of_support });
             }
