@@ -244,7 +244,7 @@ fn abaqus_files() -> Vec<Vec<u8>> {
 
 /// Complete decks that hold every card that is read.
 fn decks() -> Vec<Vec<u8>> {
-    files!("data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp")
+    files!("data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp" "data/decks/rigid.inp" "data/decks/released.inp")
 }
 
 /// What any `*INCLUDE` names.

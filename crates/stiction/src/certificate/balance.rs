@@ -67,15 +67,24 @@ pub(super) fn balances(
         bodies.map_or(vec!["body".into()], |b| b.list.iter().map(|body| body.name.clone()).collect());
     let mut sums = vec![Sums::default(); names.len()];
     let of = |list: Option<&Vec<u32>>, i: usize| list.map_or(0, |of| of[i] as usize);
-    let contact_free = problem.contact.B.transpose_times(lambda);
+    // What acts at points of no surface, equations and supports that end with a step, comes from outside.
+    let m = problem.points();
+    let split = |inside: bool| -> Vec<f64> {
+        let of = |(i, l): (usize, &f64)| if (problem.labels.unity_sum[i % m] != 0.0) == inside { *l } else { 0.0 };
+        lambda.iter().enumerate().map(of).collect()
+    };
+    let of_surfaces = split(true);
+    let [contact_free, held_free] = [&of_surfaces, &split(false)].map(|l| problem.contact.B.transpose_times(l));
     for (i, motion) in free_rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
         body.add(motion, supports.free_load[i], internal[i]);
         body.add(motion, -contact_free[i], 0.0);
+        body.add(motion, -held_free[i], 0.0);
         along(&mut body.load, motion, supports.free_load[i]);
         along(&mut body.contact, motion, -contact_free[i]);
+        along(&mut body.support, motion, -held_free[i]);
     }
-    let forces = SupportForces::new(supports, u, lambda);
+    let forces = SupportForces::new(supports, u, &of_surfaces);
     for (i, motion) in supports.rigid.iter().enumerate() {
         let body = &mut sums[of(bodies.map(|b| &b.of_support), i)];
         // load - contact + reaction, where the reaction is K u - load + contact

@@ -211,7 +211,7 @@ fn pairs(arrays: &Arrays, m: usize) -> Result<Vec<Pair>, Error> {
 }
 
 /// Number of a law, its value, and its limit or its cohesion.
-fn code(law: Friction) -> (usize, f64, f64) {
+pub(super) fn code(law: Friction) -> (usize, f64, f64) {
     match law {
         Friction::None => (0, 0.0, 0.0),
         Friction::Given { slip_bound } => (1, slip_bound, 0.0),
@@ -228,7 +228,7 @@ fn optional(arrays: &Arrays, name: &str, length: usize) -> Result<Option<Vec<f64
     arrays.contains_key(name).then(read).transpose()
 }
 
-fn law(code: usize, value: f64, limit: f64, tension: f64) -> Result<Friction, Error> {
+pub(super) fn law(code: usize, value: f64, limit: f64, tension: f64) -> Result<Friction, Error> {
     match code {
         0 => Ok(Friction::None),
         1 => Ok(Friction::Given { slip_bound: value }),

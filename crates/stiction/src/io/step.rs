@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
-use super::problem::damaged;
+use super::problem::{code, damaged, law};
 use crate::Error;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
 
 /// Grows where an array is added or changes its meaning.
 const FORMAT: usize = 4;
@@ -29,11 +29,15 @@ pub struct StepFile {
     pub support_free_load: Vec<f64>,
     /// Prescribed displacements, length, `p`.
     pub support_displacement: Vec<f64>,
-    /// The coefficient of friction of each point, `m`, where it changes with time; empty where it does not.
-    pub coefficient: Vec<f64>,
     /// Cohesion and largest pull that each point has left, newton, `2 j` and `2 j + 1`, where they can be lost; empty where
     /// they cannot.
     pub strength: Vec<f64>,
+    /// The law of each point, `m`, where laws change with time; empty where they do not.
+    pub laws: Vec<Friction>,
+    /// The points that take no part in this step; their gaps are wide.
+    pub out: Vec<usize>,
+    /// Sums and gaps that ties and bonded points keep from the moment they begin, length.
+    pub stood: Vec<f64>,
     /// What the rounding of the data leaves open in gaps and slips, length.
     pub rounding: f64,
     /// Part of the load that stands for strain without stress, newton, `n + p`, and the energy of that strain; empty and
@@ -62,9 +66,7 @@ impl StepFile {
         problem.contact.gap.clone_from(&self.gap);
         problem.contact.slip_reference.clone_from(&self.slip_reference);
         problem.contact.rounding = self.rounding;
-        for (law, &value) in problem.contact.friction.iter_mut().zip(&self.coefficient) {
-            law.set_coefficient(value);
-        }
+        problem.contact.friction.iter_mut().zip(&self.laws).for_each(|(law, now)| *law = *now);
         for (law, &strength) in problem.contact.friction.iter_mut().zip(self.strength.as_chunks().0) {
             law.set_strength(strength);
         }
@@ -81,6 +83,7 @@ impl StepFile {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
+    let laws = || step.laws.iter().map(|&law| code(law));
     npz::write(
         path,
         &[
@@ -89,8 +92,13 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
             ("f", Array::f64(&step.f)),
             ("gap", Array::f64(&step.gap)),
             ("slip_reference", Array::f64(&step.slip_reference)),
-            ("coefficient", Array::f64(&step.coefficient)),
             ("strength", Array::f64(&step.strength)),
+            ("law", Array::usize(&laws().map(|law| law.0).collect::<Vec<_>>())),
+            ("law_value", Array::f64(&laws().map(|law| law.1).collect::<Vec<_>>())),
+            ("law_limit", Array::f64(&laws().map(|law| law.2).collect::<Vec<_>>())),
+            ("law_tension", Array::f64(&step.laws.iter().map(Friction::tension).collect::<Vec<_>>())),
+            ("out", Array::usize(&step.out)),
+            ("stood", Array::f64(&step.stood)),
             ("motion", Array::f64(&step.motion)),
             ("support_load", Array::f64(&step.support_load)),
             ("support_free_load", Array::f64(&step.support_free_load)),
@@ -138,14 +146,28 @@ pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, 
             f: list("f", n)?,
             gap: list("gap", m)?,
             slip_reference: list("slip_reference", 2 * m)?,
-            coefficient: match f64s(&arrays, "coefficient", None)? {
+            laws: match usizes(&arrays, "law", None)?.as_slice() {
                 [] => Vec::new(),
-                _ => list("coefficient", m)?,
+                _ => {
+                    let (codes, values) = (usizes(&arrays, "law", Some(m))?, list("law_value", m)?);
+                    let strengths = list("law_limit", m)?.into_iter().zip(list("law_tension", m)?);
+                    let all = codes.iter().zip(values).zip(strengths);
+                    all.map(|((&code, value), (limit, tension))| law(code, value, limit, tension))
+                        .collect::<Result<_, _>>()?
+                }
             },
             strength: match f64s(&arrays, "strength", None)? {
                 [] => Vec::new(),
                 _ => list("strength", 2 * m)?,
             },
+            out: {
+                let out = usizes(&arrays, "out", None)?.to_vec();
+                if out.iter().any(|&point| point >= m) {
+                    return Err(damaged("a point that is out is none of the problem"));
+                }
+                out
+            },
+            stood: f64s(&arrays, "stood", None)?.to_vec(),
             motion: list("motion", 3 * m)?,
             support_load: list("support_load", p)?,
             support_free_load: list("support_free_load", n)?,

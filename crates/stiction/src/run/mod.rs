@@ -13,8 +13,8 @@ mod solve;
 mod whole;
 
 pub use pose::{
-    Bolt, BoltFacts, ContactFacts, Facts, FixFacts, Initial, LoadFacts, Loading, MaterialFacts, MemoryLimit, Prepared,
-    Seconds, Span, SpringFacts, prepare, read_mesh,
+    Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
+    MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
 };
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
@@ -27,10 +27,11 @@ pub use results::{
 pub use results::{write_report, write_report_on};
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
-    CertificateRecord, CountsRecord, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord, MethodDetails, Named,
-    Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings, SlidingRecord, SolutionsRecord,
-    Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound, bolt_states, discretisation_error,
-    error_bound, escape_mode, pair_totals, solve, solve_steps, totals, widened,
+    CertificateRecord, CountsRecord, CouplingState, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord,
+    MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
+    SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound,
+    bolt_states, coupling_states, discretisation_error, error_bound, escape_mode, pair_totals, solve, solve_steps,
+    totals, widened,
 };
 
 pub use solve::quantities::{Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of};

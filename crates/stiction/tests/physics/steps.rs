@@ -490,7 +490,8 @@ fn a_coefficient_of_the_time_holds_at_each_step() {
         }
         assert!(certify(&problem, &step.file.u, lambda, 1e-8).passed);
         let mut wrong = step.file.clone();
-        wrong.coefficient[0] *= 1.0 + 1e-6;
+        let Friction::Coulomb { coefficient } = &mut wrong.laws[0] else { panic!("{:?}", wrong.laws[0]) };
+        *coefficient *= 1.0 + 1e-6;
         wrong.put_into(&mut problem);
         assert!(!certify(&problem, &step.file.u, lambda, 1e-8).passed);
         seen += 1;

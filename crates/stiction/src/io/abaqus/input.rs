@@ -92,6 +92,11 @@ impl Input {
         Element { label: block.labels[i], type_name: &block.type_name, cell }
     }
 
+    /// The nodes of an element.
+    pub(in crate::io) fn nodes_of(&self, element: u32) -> Vec<u32> {
+        self.model.element_nodes(element).to_vec()
+    }
+
     /// Whether each node belongs to a cell.
     pub(in crate::io) fn nodes_of_cells(&self) -> Vec<bool> {
         let mut used = vec![false; self.model.nodes.len()];

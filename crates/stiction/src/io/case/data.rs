@@ -28,6 +28,8 @@ pub struct Case {
     pub loads: Vec<LoadSpec>,
     /// `[[equation]]`.
     pub equations: Vec<EquationSpec>,
+    /// `[[coupling]]`.
+    pub couplings: Vec<CouplingSpec>,
     /// `[[bolt]]`.
     pub bolts: Vec<BoltSpec>,
     /// `[[contact]]`.
@@ -175,8 +177,33 @@ pub struct FixSpec {
     pub axes: Axes,
     /// Whether the faces are a plane of symmetry.
     pub symmetry: bool,
+    /// Whether it holds its nodes where they stand when it begins.
+    pub as_it_stands: bool,
+    /// The steps in which it holds.
+    pub during: During,
     /// Where the file says so.
     pub spot: Spot,
+}
+
+/// The first and the last step in which something holds, by their places in `Case::steps`; `None` is the first and the
+/// last of all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct During {
+    /// The first of them.
+    pub from: Option<usize>,
+    /// The last of them.
+    pub until: Option<usize>,
+}
+
+impl During {
+    /// Time after which it holds and until which, without bounds where it has none.
+    pub fn period(&self, steps: &[StepSpec]) -> [f64; 2] {
+        let end = |step: Option<usize>| step.and_then(|step| steps.get(step)).map(|step| step.until);
+        let begin = end(self.from.and_then(|from| from.checked_sub(1)));
+        let last = steps.len().checked_sub(1);
+        let end = end(self.until.filter(|&until| Some(until) != last));
+        [begin.unwrap_or(f64::NEG_INFINITY), end.unwrap_or(f64::INFINITY)]
+    }
 }
 
 /// An elastic foundation.
@@ -310,6 +337,33 @@ pub struct TermSpec {
     pub spot: Spot,
 }
 
+/// Nodes that move with a reference point.
+#[derive(Debug, Clone)]
+pub struct CouplingSpec {
+    /// No two couplings share one.
+    pub name: String,
+    /// The nodes, or the faces of a distributing coupling.
+    pub on: Region,
+    /// The reference point, length.
+    pub point: [f64; 3],
+    /// Whether the point moves as the faces do in the mean; else the nodes are one rigid body.
+    pub distributing: bool,
+    /// The displacements along x, y, z that follow the point.
+    pub components: [bool; 3],
+    /// Prescribed displacements of the point, length; they depend on time only.
+    pub motion: [Option<Field>; 3],
+    /// Prescribed rotations of the point, radians.
+    pub rotation: [Option<Field>; 3],
+    /// Force at the point.
+    pub force: [Field; 3],
+    /// Moment at the point.
+    pub moment: [Field; 3],
+    /// When motion and rotation are prescribed.
+    pub during: During,
+    /// Where the file says so.
+    pub spot: Spot,
+}
+
 /// A bolt that is tightened.
 #[derive(Debug, Clone)]
 pub struct BoltSpec {
@@ -357,6 +411,8 @@ pub struct ContactSpec {
     pub stiffness: Option<InterfaceStiffness>,
     /// The stress xx, yy, zz, yz, xz, xy in it before anything is loaded, by place; tension is positive.
     pub initial_stress: Option<[Field; 6]>,
+    /// The steps in which it holds.
+    pub during: During,
     /// Archard's coefficient, depth over pressure and path, 1/stress.
     pub wear: Option<f64>,
     /// Where the file says so.

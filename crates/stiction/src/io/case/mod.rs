@@ -12,6 +12,7 @@ mod read_accuracy;
 mod read_body;
 mod read_bolt;
 mod read_contact;
+mod read_coupling;
 mod read_equation;
 mod read_mesh;
 mod read_region;
@@ -106,20 +107,21 @@ fn interpret(
     set::apply(&source, &mut root)?;
     check::check(&source, &root, &spec::CASE)?;
     let case = View { source: &source, rules: &spec::CASE, node: &root };
-    let contacts = read_contact::contacts(&case, folder)?;
-    let solver = read_solver::solver(&case, &contacts)?;
     let mut steps = read_step::steps(&case)?;
+    let contacts = read_contact::contacts(&case, folder, &steps)?;
+    let solver = read_solver::solver(&case, &contacts)?;
     let bolts = read_bolt::bolts(&case, &mut steps)?;
     let case = Case {
         title: title(&case),
         units: case.given("units").map(|_| case.text("units")),
         mesh: read_mesh::mesh(&case, folder)?,
         materials: read_mesh::materials(&case)?,
-        fixes: each(&case, "fix", read_body::fix)?,
+        fixes: each(&case, "fix", |table| read_body::fix(table, &steps))?,
         springs: each(&case, "spring", read_body::spring)?,
         loads: each(&case, "load", read_body::load)?,
         accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,
         equations: each(&case, "equation", read_equation::equation)?,
+        couplings: read_coupling::couplings(&case, &steps)?,
         bolts,
         contacts,
         solver,
@@ -150,6 +152,11 @@ fn no_refined_points(case: &Case) -> Result<(), Error> {
     if let Some(load) = case.loads.iter().find(|load| load.kind.at_nodes()) {
         let what = "a force at a node has no answer that a finer mesh would come nearer to";
         return Err(load.spot.error(what, "give the load as a force on faces, or leave [accuracy] out"));
+    }
+    let rigid = case.couplings.iter().find(|coupling| !coupling.distributing).map(|coupling| &coupling.spot);
+    if let Some(spot) = rigid {
+        let what = "a rigid coupling acts by forces at nodes, whose error is not estimated";
+        return Err(spot.error(what, "give kind = \"distributing\", or leave [accuracy] out"));
     }
     match case.equations.first() {
         Some(equation) => {

@@ -1,6 +1,7 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec};
+use super::data::{CYLINDRICAL, During, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
+use super::read_bolt::during;
 use super::read_contact::direction;
 use super::read_region::{extended_region, region};
 use super::source::At;
@@ -11,10 +12,21 @@ use crate::fem::{Axes, Field, frame};
 use crate::io::expression::{VARIABLES, compile};
 
 /// One `[[fix]]`.
-pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
-    if table.given("condition").is_some() {
-        return symmetry(table);
-    }
+pub(super) fn fix(table: &View, steps: &[StepSpec]) -> Result<FixSpec, Error> {
+    let during = during(table, steps)?;
+    let as_it_stands = match table.given("condition").and_then(|node| node.text()) {
+        None => false,
+        Some("as-it-stands") => {
+            let why = "stands beside condition = \"as-it-stands\", which holds the nodes where they are";
+            table.refuse(&["value"], why, ", or `condition`")?;
+            if during.from.is_none_or(|from| from == 0) {
+                let what = "nothing has moved yet where the first step begins";
+                return Err(table.error("condition", what, "add from = \"STEP\" with a later step"));
+            }
+            true
+        }
+        Some(_) => return symmetry(table, during),
+    };
     let axes = axes(table)?;
     let letters = if matches!(axes, Axes::Cylinder { .. }) { CYLINDRICAL } else { ["x", "y", "z"] };
     let components = components(table, letters)?;
@@ -38,7 +50,7 @@ pub(super) fn fix(table: &View) -> Result<FixSpec, Error> {
         }
     }
     let on = region(table)?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value, axes, symmetry: false, spot: table.spot() })
+    Ok(FixSpec { on, value, axes, symmetry: false, as_it_stands, during, spot: table.spot() })
 }
 
 /// What the components count along.
@@ -56,11 +68,12 @@ fn axes(table: &View) -> Result<Axes, Error> {
 }
 
 /// A plane of symmetry; which component it holds, the faces will say.
-fn symmetry(table: &View) -> Result<FixSpec, Error> {
+fn symmetry(table: &View, during: During) -> Result<FixSpec, Error> {
     let why = "stands beside condition = \"symmetry\", which holds the normal of the faces at zero";
     table.refuse(&["components", "value", "axes"], why, ", or `condition`")?;
     let on = extended_region(table, "symmetry")?.unwrap_or(Region::Groups(Vec::new()));
-    Ok(FixSpec { on, value: [None, None, None], axes: Axes::Global, symmetry: true, spot: table.spot() })
+    let (value, axes, spot) = ([None, None, None], Axes::Global, table.spot());
+    Ok(FixSpec { on, value, axes, symmetry: true, as_it_stands: false, during, spot })
 }
 
 /// One `[[spring]]`.

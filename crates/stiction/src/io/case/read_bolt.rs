@@ -1,6 +1,6 @@
 //! `[[bolt]]`.
 
-use super::data::{BoltSpec, Region, StepSpec, Tightening};
+use super::data::{BoltSpec, During, Region, StepSpec, Tightening};
 use super::nearest::nearest;
 use super::read_body::of_time;
 use super::read_contact::direction;
@@ -40,19 +40,32 @@ fn bolt(table: &View, steps: &[StepSpec]) -> Result<BoltSpec, Error> {
         Some(_) => Tightening::Force(of_time(table, "force")?),
         None => Tightening::Shortening(of_time(table, "shortening")?),
     };
-    Ok(BoltSpec { name, on, axis, point, by, lock: lock(table, steps)?, spot: table.spot() })
+    Ok(BoltSpec { name, on, axis, point, by, lock: step_named(table, "lock", steps)?, spot: table.spot() })
 }
 
-fn lock(table: &View, steps: &[StepSpec]) -> Result<Option<usize>, Error> {
-    let Some(name) = table.given("lock").and_then(|node| node.text()) else { return Ok(None) };
+/// The steps that `from` and `until` name.
+pub(super) fn during(table: &View, steps: &[StepSpec]) -> Result<During, Error> {
+    let (from, until) = (step_named(table, "from", steps)?, step_named(table, "until", steps)?);
+    match (from, until) {
+        (Some(from), Some(until)) if until < from => {
+            let what = format!("{:?} comes before {:?}", steps[until].name, steps[from].name);
+            Err(table.error("until", what, "name the same step in `until` or a later one"))
+        }
+        _ => Ok(During { from, until }),
+    }
+}
+
+/// The place of the step that a key names.
+pub(super) fn step_named(table: &View, key: &str, steps: &[StepSpec]) -> Result<Option<usize>, Error> {
+    let Some(name) = table.given(key).and_then(|node| node.text()) else { return Ok(None) };
     if let Some(step) = steps.iter().position(|step| step.name == name) {
         return Ok(Some(step));
     }
     let what = format!("there is no step called {name:?}");
     if steps.is_empty() {
-        return Err(table.error("lock", what, "add [[step]] with that name, or take `lock` out"));
+        return Err(table.error(key, what, format!("add [[step]] with that name, or take `{key}` out")));
     }
     let names = || steps.iter().map(|step| step.name.as_str());
     let guess = nearest(name, names()).map_or(String::new(), |guess| format!("did you mean {guess:?}? "));
-    Err(table.error("lock", what, format!("{guess}the steps are {}", names().collect::<Vec<_>>().join(", "))))
+    Err(table.error(key, what, format!("{guess}the steps are {}", names().collect::<Vec<_>>().join(", "))))
 }

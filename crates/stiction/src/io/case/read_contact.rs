@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::data::{AgainstSpec, ContactSpec, Region, SurfaceFile};
+use super::data::{AgainstSpec, ContactSpec, Region, StepSpec, SurfaceFile};
 use super::read_body::{field, fields};
+use super::read_bolt::during;
 use super::read_mesh::placing;
 use super::read_region::{extended_region, groups};
 use super::tree::Node;
@@ -16,10 +17,10 @@ use crate::fem::Field;
 use crate::io::expression::{VARIABLES, compile};
 
 /// All contacts; their names differ. Relative paths start at `folder`.
-pub(super) fn contacts(case: &View, folder: &Path) -> Result<Vec<ContactSpec>, Error> {
+pub(super) fn contacts(case: &View, folder: &Path, steps: &[StepSpec]) -> Result<Vec<ContactSpec>, Error> {
     let mut contacts: Vec<ContactSpec> = Vec::new();
     for (i, (_, table)) in case.tables("contact").iter().enumerate() {
-        let contact = contact(table, i, folder)?;
+        let contact = contact(table, i, folder, steps)?;
         if contacts.iter().any(|other| other.name == contact.name) {
             let key = if table.given("name").is_some() { "name" } else { "on" };
             let what = format!("two contacts are called {:?}", contact.name);
@@ -30,7 +31,7 @@ pub(super) fn contacts(case: &View, folder: &Path) -> Result<Vec<ContactSpec>, E
     Ok(contacts)
 }
 
-fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> {
+fn contact(table: &View, i: usize, folder: &Path, steps: &[StepSpec]) -> Result<ContactSpec, Error> {
     let on = extended_region(table, "contact")?.unwrap_or(Region::Groups(Vec::new()));
     let name = match (&on, table.given("name")) {
         (_, Some(_)) => table.text("name"),
@@ -40,8 +41,21 @@ fn contact(table: &View, i: usize, folder: &Path) -> Result<ContactSpec, Error> 
     let (against, motion, friction) = (against(table, folder)?, motion(table)?, friction(table)?);
     let friction_spot = table.given("friction").map_or(table.spot(), |node| table.source.spot(&node.at));
     let wear = table.given("wear").map(|_| table.number("wear"));
-    let (stiffness, initial_stress, spot) = (stiffness(table), initial_stress(table)?, table.spot());
-    Ok(ContactSpec { name, on, against, motion, friction, friction_spot, stiffness, initial_stress, wear, spot })
+    let (stiffness, initial_stress) = (stiffness(table), initial_stress(table)?);
+    let (during, spot) = (during(table, steps)?, table.spot());
+    Ok(ContactSpec {
+        name,
+        on,
+        against,
+        motion,
+        friction,
+        friction_spot,
+        stiffness,
+        initial_stress,
+        during,
+        wear,
+        spot,
+    })
 }
 
 fn stiffness(table: &View) -> Option<InterfaceStiffness> {

@@ -80,6 +80,11 @@ impl Writer<'_, '_> {
                     return Err(card.error(what, "lock the bolt by *BOUNDARY, FIXED in the step after its force"));
                 }
             };
+            let ends = |id: u32| id != NONE && self.reader.histories.spans(id).iter().any(|span| span.last.is_some());
+            if ends(shortening) {
+                let what = format!("OP=NEW releases node {label}, by which this bolt is shortened");
+                return Err(card.error(what, "name the node again in each such step"));
+            }
             let (surface, normal, locked) = (bolt.surface.clone(), bolt.normal, bolt.locked);
             let faces = surface.found.sides.clone();
             let group = self.groups.faces(self.reader.input, &surface.name, &faces, &card.head())?;

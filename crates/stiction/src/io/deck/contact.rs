@@ -35,6 +35,27 @@ pub(super) struct Pair<'a> {
     pub gap: Gap,
     /// How far apart tied surfaces may be.
     pub tolerance: Option<f64>,
+    /// The steps from which on it is out (false) or in again.
+    pub changes: Vec<(usize, bool)>,
+}
+
+impl Pair<'_> {
+    /// The steps in which it is in: the first and the last, none of which goes on to the end.
+    pub(super) fn spans(&self) -> Vec<(usize, Option<usize>)> {
+        let mut spans = vec![(0, None)];
+        for &(step, adds) in &self.changes {
+            let open = spans.last().is_some_and(|span| span.1.is_none());
+            match (adds, open) {
+                (true, false) => spans.push((step, None)),
+                (false, true) => {
+                    let first = spans.pop().map_or(0, |span| span.0);
+                    spans.extend(step.checked_sub(1).filter(|&last| last >= first).map(|last| (first, Some(last))));
+                }
+                _ => {}
+            }
+        }
+        spans
+    }
 }
 
 /// A surface with the name of its first line.
@@ -186,7 +207,8 @@ impl<'a> Reader<'a> {
         for row in card.rows() {
             let surfaces = self.two_surfaces(&row)?;
             let (gap, tolerance) = (self.adjusted(card, adjust, &surfaces[0])?, None);
-            self.pairs.push(Pair { row, name: name.clone(), tie: false, surfaces, gap, tolerance });
+            let (name, changes) = (name.clone(), Vec::new());
+            self.pairs.push(Pair { row, name, tie: false, surfaces, gap, tolerance, changes });
         }
         Ok(())
     }
@@ -224,7 +246,8 @@ impl<'a> Reader<'a> {
         };
         for row in card.rows() {
             let surfaces = self.two_surfaces(&row)?;
-            self.pairs.push(Pair { row, name: name.clone(), tie: true, surfaces, gap: Gap::AsMeshed, tolerance });
+            let (name, gap, changes) = (name.clone(), Gap::AsMeshed, Vec::new());
+            self.pairs.push(Pair { row, name, tie: true, surfaces, gap, tolerance, changes });
         }
         Ok(())
     }
@@ -249,6 +272,39 @@ impl<'a> Reader<'a> {
         };
         let name = self.sets.spelling(scope, Kind::Surface, name).unwrap_or(name).to_string();
         Ok(Named { name, found })
+    }
+
+    /// `*MODEL CHANGE, TYPE=CONTACT PAIR`: pairs are taken out, or put in again, with this step.
+    pub(super) fn model_change(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["TYPE", "ADD", "REMOVE", "MECHANICALSTRAINATREACTIVATION"])?;
+        let kind = card.needed("TYPE")?.to_uppercase().replace(' ', "");
+        if kind != "CONTACTPAIR" {
+            let what = format!("*MODEL CHANGE, TYPE={kind} is not read");
+            return Err(card.error(what, "only contact pairs are taken out and put in: make a deck of each state"));
+        }
+        let adds = match (card.has("ADD"), card.has("REMOVE")) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => return Err(card.error("*MODEL CHANGE says neither ADD nor REMOVE, or both", "write one of them")),
+        };
+        if !self.in_step {
+            return Err(card.error("*MODEL CHANGE stands outside of a step", "move it below *STEP"));
+        }
+        let step = self.step_number();
+        for row in card.rows() {
+            let (slave, master) = (row.needed(0, "a surface")?, row.needed(1, "a surface")?);
+            row.ends(2)?;
+            let meant = |pair: &&mut Pair| {
+                let [s, m] = &pair.surfaces;
+                !pair.tie && s.name.eq_ignore_ascii_case(slave) && m.name.eq_ignore_ascii_case(master)
+            };
+            let Some(pair) = self.pairs.iter_mut().find(meant) else {
+                let what = format!("no *CONTACT PAIR has the slave {slave} and the master {master}");
+                return Err(row.error(what, "name the surfaces as the pair does"));
+            };
+            pair.changes.push((step, adds));
+        }
+        Ok(())
     }
 
     pub(super) fn clearance(&mut self, card: &Card) -> Result<(), Error> {

@@ -14,6 +14,20 @@ pub(super) enum Course {
     Instant,
     /// Times an amplitude, by its number.
     Amplitude(usize),
+    /// It stays where it is.
+    Stays,
+    /// It ends with the step before.
+    Ends,
+}
+
+/// Steps in a row in which a displacement is prescribed, by their numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Span {
+    pub first: usize,
+    /// None goes on to the end.
+    pub last: Option<usize>,
+    /// Whether it is held where it stands when they begin.
+    pub stays: bool,
 }
 
 /// A value that a step gives.
@@ -88,6 +102,32 @@ impl Histories {
         self.list[id as usize].last().map_or(0, |change| change.step)
     }
 
+    /// The steps in which what this history prescribes holds.
+    pub(super) fn spans(&self, id: u32) -> Vec<Span> {
+        let mut spans: Vec<Span> = Vec::new();
+        for change in &self.list[id as usize] {
+            let (first, stays) = (change.step, change.course == Course::Stays);
+            let open = spans.last_mut().filter(|span| span.last.is_none());
+            // What is led away from where it stays is held anew.
+            let goes_on = open.as_ref().is_some_and(|span| change.course != Course::Ends && !stays && !span.stays);
+            if goes_on {
+                continue;
+            }
+            if let Some(open) = open {
+                match first.checked_sub(1).filter(|_| first > open.first) {
+                    Some(last) => open.last = Some(last),
+                    None => {
+                        spans.pop();
+                    }
+                }
+            }
+            if change.course != Course::Ends {
+                spans.push(Span { first, last: None, stays });
+            }
+        }
+        spans
+    }
+
     /// Time and value wherever it turns, from the value `start` on, for steps with these beginnings and ends. Two values
     /// at one time are a jump.
     pub(super) fn knots(&self, id: u32, start: f64, steps: &[[f64; 2]], amplitudes: &[Amplitude]) -> Vec<[f64; 2]> {
@@ -101,6 +141,10 @@ impl Histories {
                     (active, knots) = (None, [knots, vec![[begin, value], [end, value]]].concat());
                 }
                 Some((value, Course::Amplitude(which))) => active = Some((value, which)),
+                Some((_, Course::Stays | Course::Ends)) => {
+                    active = None;
+                    knots.push([end, now]);
+                }
                 None if active.is_none() => knots.push([end, now]),
                 None => {}
             }

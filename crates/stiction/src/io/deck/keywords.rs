@@ -89,14 +89,9 @@ pub(super) const REFUSED: &[(&[&str], &str, &str)] = &[
         "use *TIE between surfaces, or *BOUNDARY on planes of symmetry",
     ),
     (
-        &["RIGIDBODY", "COUPLING", "KINEMATIC", "DISTRIBUTING", "DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING"],
-        "a coupling of nodes to a reference point",
-        "give the displacement or the load at the faces themselves; a case file has force and moment on faces",
-    ),
-    (
-        &["MODELCHANGE"],
-        "a change of the model between steps",
-        "make a deck of each state; contact opens and closes by itself",
+        &["DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING"],
+        "a coupling by elements or lists of nodes",
+        "write *COUPLING with *DISTRIBUTING or *KINEMATIC below it",
     ),
     (&["CHANGEMATERIAL"], "a change of a material between steps", "make a deck of each state"),
     (&["CHANGESURFACEBEHAVIOR"], "a change of the contact between steps", "take it out: contact is solved hard"),

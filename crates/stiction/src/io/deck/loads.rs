@@ -42,6 +42,10 @@ impl<'a> Reader<'a> {
             for history in self.forces.iter_mut().filter(|history| **history != NONE) {
                 *history = self.histories.change(Some(*history), step, 0.0, Course::Ramp, false).unwrap_or(NONE);
             }
+            let Self { points, histories, .. } = self;
+            for history in points.iter_mut().flat_map(|point| &mut point.load).filter(|history| **history != NONE) {
+                *history = histories.change(Some(*history), step, 0.0, Course::Ramp, false).unwrap_or(NONE);
+            }
         }
         let (course, step) = (self.course(card)?, self.step_number());
         for row in card.rows() {
@@ -49,6 +53,11 @@ impl<'a> Reader<'a> {
             let component = direction(&row, 1)?;
             let value = row.value(2, "the force")?;
             row.ends(3)?;
+            let (points, nodes): (Vec<u32>, Vec<u32>) = nodes.into_iter().partition(|&node| self.is_reference(node));
+            self.load_points(&row, &points, component, value, course)?;
+            if nodes.is_empty() {
+                continue;
+            }
             if component > 3 {
                 let what =
                     format!("direction {component} is a moment or another quantity, and solids have no rotations");
@@ -274,6 +283,6 @@ impl<'a> Reader<'a> {
 }
 
 /// Two courses of one value.
-fn courses(row: &Row) -> Error {
+pub(super) fn courses(row: &Row) -> Error {
     row.error("this step loads the same place by another amplitude already", "give loads at one place one amplitude")
 }

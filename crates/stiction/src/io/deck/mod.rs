@@ -13,6 +13,7 @@
 mod bolts;
 mod contact;
 mod equations;
+mod forces;
 mod groups;
 mod history;
 mod keywords;
@@ -20,6 +21,7 @@ mod loads;
 mod materials;
 mod output;
 mod pairs;
+mod points;
 mod reader;
 mod steps;
 mod supports;

@@ -24,18 +24,34 @@ impl Writer<'_, '_> {
                 name = format!("{} - {} ({twice})", on.name, against.name);
                 twice += 1;
             }
-            names.push(name.clone());
-            let input = self.reader.input;
-            let on = self.groups.surface(input, &on.name, &on.found, &pair.row)?;
-            let against = self.groups.surface(input, &against.name, &against.found, &pair.row)?;
-            self.out.table("[[contact]]", of_row(&pair.row));
-            if name != on {
-                self.out.line("name", &quoted(&name));
+            let spans = pair.spans();
+            if spans.is_empty() {
+                self.reader.notes.add(format!("the contact {name} is taken out in all steps"));
             }
-            self.out.line("on", &quoted(&on));
-            self.out.line("against", &quoted(&against));
-            self.law(number)?;
+            for (again, (first, last)) in spans.into_iter().enumerate() {
+                let name = if again == 0 { name.clone() } else { format!("{name} - again {again}") };
+                names.push(name.clone());
+                self.contact(number, &name, first, last)?;
+            }
         }
+        Ok(())
+    }
+
+    /// A pair in the steps in which it is in.
+    fn contact(&mut self, number: usize, name: &str, first: usize, last: Option<usize>) -> Result<(), Error> {
+        let pair = &self.reader.pairs[number];
+        let [on, against] = &pair.surfaces;
+        let input = self.reader.input;
+        let on = self.groups.surface(input, &on.name, &on.found, &pair.row)?;
+        let against = self.groups.surface(input, &against.name, &against.found, &pair.row)?;
+        self.out.table("[[contact]]", of_row(&pair.row));
+        if name != on {
+            self.out.line("name", &quoted(name));
+        }
+        self.out.line("on", &quoted(&on));
+        self.out.line("against", &quoted(&against));
+        self.law(number)?;
+        self.during(first, last);
         Ok(())
     }
 

@@ -10,6 +10,7 @@ use super::history::{Amplitude, Histories};
 use super::keywords::{HARMLESS, REFUSED};
 use super::loads::{OnCells, OnSurface};
 use super::materials::{MaterialCard, Orientation, Section};
+use super::points::ReferencePoint;
 use super::steps::StepCard;
 use super::supports::NONE;
 use super::transform::Transform;
@@ -45,8 +46,10 @@ pub(super) struct Reader<'a> {
     /// What supports and forces count along, and its place for each node.
     pub transforms: Vec<Transform>,
     pub transform_of: Vec<u32>,
-    /// The card of this step that releases what it does not name.
-    pub released: Option<&'a Card>,
+    /// Whether this step releases the supports that it does not name.
+    pub released: bool,
+    /// Reference points of rigid bodies and couplings.
+    pub points: Vec<ReferencePoint<'a>>,
     /// History of each force.
     pub forces: Vec<u32>,
     /// History of the pressure on faces of elements, and these in their order with the line that names them first.
@@ -105,7 +108,8 @@ impl<'a> Reader<'a> {
             supports: vec![NONE; 3 * nodes],
             transforms: Vec::new(),
             transform_of: vec![NONE; nodes],
-            released: None,
+            released: false,
+            points: Vec::new(),
             forces: vec![NONE; 3 * nodes],
             pressures: HashMap::new(),
             pressed: Vec::new(),
@@ -119,6 +123,7 @@ impl<'a> Reader<'a> {
             in_step: false,
             renewed: BTreeSet::new(),
         };
+        reader.reference_points()?;
         for card in &input.cards {
             reader.card(card)?;
         }
@@ -167,6 +172,9 @@ impl<'a> Reader<'a> {
             "TEMPERATURE" => self.temperature(card)?,
             "INITIALCONDITIONS" => self.initial_conditions(card)?,
             "RESTART" if !card.has("READ") => self.is_harmless(card),
+            // Read before all others.
+            "RIGIDBODY" | "COUPLING" | "KINEMATIC" | "DISTRIBUTING" => {}
+            "MODELCHANGE" => self.model_change(card)?,
             "TRANSFORM" => self.transform(card)?,
             "EQUATION" => self.equation(card)?,
             "PRE-TENSIONSECTION" | "PRETENSIONSECTION" => self.pretension(card)?,
@@ -251,11 +259,12 @@ impl<'a> Reader<'a> {
 
     pub(super) fn begin_step(&mut self) {
         self.renewed.clear();
-        (self.released, self.changing) = (None, None);
+        (self.released, self.changing) = (false, None);
     }
 
     pub(super) fn finish_step(&mut self) -> Result<(), Error> {
-        self.keep_supports()
+        self.end_supports();
+        Ok(())
     }
 
     /// Whether this card ends the values of earlier steps that its kind has given: the first in a step with OP=NEW.

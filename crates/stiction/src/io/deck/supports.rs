@@ -1,5 +1,6 @@
 //! `*BOUNDARY`: prescribed displacements.
 
+use super::history::Course;
 use super::reader::Reader;
 use crate::Error;
 use crate::io::abaqus::{Card, Row};
@@ -17,18 +18,17 @@ impl<'a> Reader<'a> {
             return Err(card.error("only displacements are prescribed", "take TYPE= out, or give displacements"));
         }
         if self.renews(card)? {
-            self.released.get_or_insert(card);
+            self.released = true;
         }
         let course = self.course(card)?;
         for row in card.rows() {
             let nodes = self.nodes(&row, 0)?;
-            if card.has("FIXED") {
-                if !self.lock(&nodes) {
-                    let what = "FIXED holds the displacements that the last step has found";
-                    return Err(row.error(what, "give their values; only bolts of *PRE-TENSION SECTION are locked"));
-                }
+            if card.has("FIXED") && self.lock(&nodes) {
                 continue;
             }
+            // In the first step nothing has moved yet.
+            let stays = card.has("FIXED") && self.step_number() > 0;
+            let course = if stays { Course::Stays } else { course };
             let (first, last, value) = match row.word(1) {
                 Some(word) if row.whole(1).is_none() => (named(&row, word)?, None, 0.0),
                 _ => {
@@ -43,13 +43,18 @@ impl<'a> Reader<'a> {
                     row.error(format!("no direction from {:?} to {last:?}", row.word(1)), "give the lower first")
                 );
             }
-            let rotations = first.iter().filter(|c| (4..=6).contains(*c)).count();
-            if rotations > 0 {
-                self.notes.add("*BOUNDARY: solids have no rotations, which are left out");
-            }
             if let Some(other) = first.iter().find(|&&c| c > 6) {
                 let what = format!("the direction {other} is a temperature or another quantity");
                 return Err(row.error(what, "prescribe directions 1, 2 and 3; give temperatures by *TEMPERATURE"));
+            }
+            let (points, nodes): (Vec<u32>, Vec<u32>) = nodes.into_iter().partition(|&node| self.is_reference(node));
+            self.prescribe_points(&row, &points, &first, value, course)?;
+            if nodes.is_empty() {
+                continue;
+            }
+            let rotations = first.iter().filter(|c| (4..=6).contains(*c)).count();
+            if rotations > 0 {
+                self.notes.add("*BOUNDARY: solids have no rotations, which are left out");
             }
             let step = self.step_number();
             for &node in &nodes {
@@ -64,17 +69,17 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// An error if the step has released a support.
-    pub(super) fn keep_supports(&self) -> Result<(), Error> {
-        let Some(card) = self.released else { return Ok(()) };
+    /// Ends the supports that a step with OP=NEW has not named again.
+    pub(super) fn end_supports(&mut self) {
+        if !self.released {
+            return;
+        }
         let step = self.step_number();
-        let stale = |&(_, &id): &(usize, &u32)| id != NONE && self.histories.last_step(id) != step;
-        match self.supports.iter().enumerate().find(stale) {
-            None => Ok(()),
-            Some((dof, _)) => {
-                let node = self.input.node_label(dof as u32 / 3);
-                let what = format!("OP=NEW releases supports, node {node} in direction {} among them", dof % 3 + 1);
-                Err(card.error(what, "supports hold in all steps: make a deck of each state"))
+        let Self { histories, supports, points, .. } = self;
+        let all = supports.iter_mut().chain(points.iter_mut().flat_map(|point| &mut point.motion));
+        for id in all.filter(|id| **id != NONE) {
+            if histories.last_step(*id) != step {
+                *id = histories.change(Some(*id), step, 0.0, Course::Ends, false).unwrap_or(NONE);
             }
         }
     }

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::forces::{same, shape};
 use super::groups::Groups;
-use super::history::{MOST_TURNS, Value, number, written};
+use super::history::{MOST_TURNS, Span, Value, number, written};
 use super::loads::CellLoad;
 use super::materials::{Elastic, Expansion};
 use super::reader::Reader;
@@ -16,12 +17,10 @@ use crate::io::case::CYLINDRICAL;
 use crate::mesh::{MeshArrays, NodeArray};
 
 /// Time and value wherever something turns.
-type Knots = Vec<[f64; 2]>;
+pub(super) type Knots = Vec<[f64; 2]>;
 /// An element and its face.
 type Side = (u32, u8);
 
-/// More values than these at nodes become arrays of the mesh.
-const MOST_TABLES: usize = 24;
 /// Supports of more values are refused: a case has one table for each.
 const MOST_SUPPORTS: usize = 2000;
 
@@ -42,7 +41,7 @@ pub(super) struct Writer<'r, 'a> {
     /// Beginning and end of each step.
     spans: Vec<[f64; 2]>,
     /// Whether the case has no load steps: all acts at once.
-    single: bool,
+    pub single: bool,
 }
 
 /// Writes the case of a deck that is called `name`.
@@ -55,6 +54,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
     writer.materials()?;
     writer.supports()?;
     writer.equations()?;
+    writer.couplings()?;
     writer.forces()?;
     writer.pressures()?;
     writer.on_cells()?;
@@ -238,27 +238,51 @@ impl Writer<'_, '_> {
         }
         for (number, (ids, transform, nodes)) in classes.iter().enumerate() {
             let group = self.named(nodes, &format!("support {}", number + 1));
-            self.out.table("[[fix]]", of_card(card));
-            self.out.line("on", &quoted(&group));
-            let mut names = ["x", "y", "z"];
-            if let Some(transform) = self.reader.transforms.get(*transform as usize) {
-                self.out.line("axes", &transform.text);
-                if matches!(transform.axes, Axes::Cylinder { .. }) {
-                    names = CYLINDRICAL;
+            let spans = ids.map(|id| if id == NONE { Vec::new() } else { self.reader.histories.spans(id) });
+            let mut stretches: Vec<Span> = Vec::new();
+            for &span in spans.iter().flatten() {
+                if !stretches.contains(&span) {
+                    stretches.push(span);
                 }
             }
-            let held: Vec<usize> = (0..3).filter(|&c| ids[c] != NONE).collect();
-            if held.len() < 3 {
-                let names: String = held.iter().map(|&c| names[c]).collect();
-                self.out.line("components", &quoted(&names));
-            }
-            let values = held.iter().map(|&c| self.value(ids[c], 0.0, card)).collect::<Result<Vec<_>, _>>()?;
-            if values.iter().any(|value| *value != Value::Number(0.0)) {
-                let values: Vec<String> = values.iter().map(Value::toml).collect();
-                self.out.line("value", &format!("[{}]", values.join(", ")));
+            for stretch in stretches {
+                let held: Vec<usize> = (0..3).filter(|&c| spans[c].contains(&stretch)).collect();
+                self.out.table("[[fix]]", of_card(card));
+                self.out.line("on", &quoted(&group));
+                let mut names = ["x", "y", "z"];
+                if let Some(transform) = self.reader.transforms.get(*transform as usize) {
+                    self.out.line("axes", &transform.text);
+                    if matches!(transform.axes, Axes::Cylinder { .. }) {
+                        names = CYLINDRICAL;
+                    }
+                }
+                if held.len() < 3 {
+                    let names: String = held.iter().map(|&c| names[c]).collect();
+                    self.out.line("components", &quoted(&names));
+                }
+                self.during(stretch.first, stretch.last);
+                if stretch.stays {
+                    self.out.line("condition", "\"as-it-stands\"");
+                    continue;
+                }
+                let values = held.iter().map(|&c| self.value(ids[c], 0.0, card)).collect::<Result<Vec<_>, _>>()?;
+                if values.iter().any(|value| *value != Value::Number(0.0)) {
+                    let values: Vec<String> = values.iter().map(Value::toml).collect();
+                    self.out.line("value", &format!("[{}]", values.join(", ")));
+                }
             }
         }
         Ok(())
+    }
+
+    /// The steps in which something holds, where these are not all.
+    pub(super) fn during(&mut self, first: usize, last: Option<usize>) {
+        if first > 0 {
+            self.out.line("from", &quoted(&self.reader.steps[first].name));
+        }
+        if let Some(last) = last {
+            self.out.line("until", &quoted(&self.reader.steps[last].name));
+        }
     }
 
     /// The group of some nodes: the set of the deck that has these and no other nodes of the body, or a new one.
@@ -267,86 +291,6 @@ impl Writer<'_, '_> {
         let same = |found: &[u32]| found.iter().filter(|&&node| used[node as usize]).eq(nodes);
         let name = self.reader.named_nodes.iter().find(|named| same(&named.1.nodes)).map(|named| named.0.clone());
         self.groups.nodes(name.as_deref().unwrap_or(otherwise), nodes)
-    }
-
-    fn forces(&mut self) -> Result<(), Error> {
-        let classes = classes(&self.reader.forces, self.reader);
-        let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "CLOAD");
-        let Some(card) = card else { return Ok(()) };
-        let spread = self.reader.input.swept().is_some();
-        if spread || classes.len() > MOST_TABLES || classes.iter().any(|class| class.1 != NONE) {
-            return self.force_arrays(card);
-        }
-        for (number, (ids, _, nodes)) in classes.iter().enumerate() {
-            let values = ids.map(|id| match id {
-                NONE => Ok(Value::Number(0.0)),
-                id => self.value(id, 0.0, card),
-            });
-            let [x, y, z] = values;
-            let values = [x?, y?, z?];
-            if values.iter().all(|value| *value == Value::Number(0.0)) {
-                continue;
-            }
-            let group = self.named(nodes, &format!("force {}", number + 1));
-            self.out.table("[[load]]", of_card(card));
-            self.out.line("on", &quoted(&group));
-            self.out.line("nodal", &format!("[{}]", values.map(|value| value.toml()).join(", ")));
-        }
-        Ok(())
-    }
-
-    /// Forces as arrays of the mesh: one for each component of those that follow the same course in time.
-    fn force_arrays(&mut self, card: &Card) -> Result<(), Error> {
-        let mut courses: Vec<(Knots, [Vec<f64>; 3])> = Vec::new();
-        let nodes = self.reader.used.len();
-        let mut known: HashMap<u32, (usize, f64)> = HashMap::new();
-        for dof in 0..3 * nodes {
-            let id = self.reader.forces[dof];
-            if id == NONE {
-                continue;
-            }
-            let (course, size) = match known.get(&id) {
-                Some(&found) => found,
-                None => {
-                    let (shape, size) = shape(&self.knots(id, 0.0), 0.0);
-                    if size == 0.0 {
-                        continue;
-                    }
-                    let at = courses.iter().position(|course| same(&course.0, &shape)).unwrap_or_else(|| {
-                        courses.push((shape, [0, 1, 2].map(|_| vec![0.0; nodes])));
-                        courses.len() - 1
-                    });
-                    known.insert(id, (at, size));
-                    (at, size)
-                }
-            };
-            for (node, part) in self.reader.spread((dof / 3) as u32) {
-                let unit = self.reader.unit(node as usize, dof % 3, card)?;
-                (0..3).for_each(|k| courses[course].1[k][node as usize] += part * size * unit[k]);
-            }
-        }
-        for (number, (shape, arrays)) in courses.into_iter().enumerate() {
-            let ramp = match written(&shape, self.single) {
-                Value::Number(1.0) => String::new(),
-                value => format!(", ramp = {}", value.toml()),
-            };
-            let mut values = Vec::new();
-            for (axis, array) in ["x", "y", "z"].iter().zip(arrays) {
-                if array.iter().all(|&force| force == 0.0) {
-                    values.push("0".to_string());
-                    continue;
-                }
-                let name = format!("force {} {axis}", number + 1);
-                values.push(format!("{{ array = {}{ramp} }}", quoted(&name)));
-                self.arrays.nodes.push(NodeArray { name, values: array });
-            }
-            if shape.len() > MOST_TURNS && !self.single {
-                return Err(card.error("a force turns too often over the steps", "give fewer points or steps"));
-            }
-            self.out.table("[[load]]", of_card(card));
-            self.out.line("nodal", &format!("[{}]", values.join(", ")));
-        }
-        Ok(())
     }
 
     fn pressures(&mut self) -> Result<(), Error> {
@@ -468,7 +412,7 @@ impl Writer<'_, '_> {
 
 /// Nodes with the same histories of their three components and the same `*TRANSFORM`, in the order of their first node;
 /// nodes of no cell are left out.
-fn classes(histories: &[u32], reader: &Reader) -> Vec<([u32; 3], u32, Vec<u32>)> {
+pub(super) fn classes(histories: &[u32], reader: &Reader) -> Vec<([u32; 3], u32, Vec<u32>)> {
     let mut classes: Vec<([u32; 3], u32, Vec<u32>)> = Vec::new();
     let mut at: HashMap<([u32; 3], u32), usize> = HashMap::new();
     for (node, ids) in histories.as_chunks::<3>().0.iter().enumerate() {
@@ -483,18 +427,6 @@ fn classes(histories: &[u32], reader: &Reader) -> Vec<([u32; 3], u32, Vec<u32>)>
         classes[class].2.push(node as u32);
     }
     classes
-}
-
-/// A course in time whose largest rise is one, and that rise.
-fn shape(knots: &[[f64; 2]], start: f64) -> (Vec<[f64; 2]>, f64) {
-    let size = knots.iter().map(|knot| knot[1] - start).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    let divided = |&[t, v]: &[f64; 2]| [t, if size == 0.0 { 0.0 } else { (v - start) / size }];
-    (knots.iter().map(divided).collect(), size)
-}
-
-/// Whether two courses are one but for rounding.
-fn same(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a[0] == b[0] && (a[1] - b[1]).abs() <= 1e-12)
 }
 
 /// Constants between those of the neighbouring temperatures.

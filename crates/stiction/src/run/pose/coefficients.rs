@@ -55,7 +55,7 @@ pub(crate) fn at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, E
     if !surfaces.iter().any(|surface| of_time(surface).is_some()) {
         return Ok(None);
     }
-    let (mut laws, frames) = (problem.contact.friction.clone(), frames(prepared));
+    let (mut laws, frames) = (loading.laws.clone(), frames(prepared));
     for ((surface, pair), spot) in surfaces.iter().zip(&problem.labels.pairs).zip(&loading.contact_spots) {
         let Some(field) = of_time(surface) else { continue };
         for j in pair.points.clone() {

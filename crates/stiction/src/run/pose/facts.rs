@@ -22,6 +22,8 @@ pub struct Facts {
     pub loads: Vec<LoadFacts>,
     /// Bolts.
     pub bolts: Vec<BoltFacts>,
+    /// Reference points.
+    pub couplings: Vec<CouplingFacts>,
     /// Contact surfaces.
     pub contacts: Vec<ContactFacts>,
     /// Increments of the load steps and the time they end at, for which the loads are given; none without load steps.
@@ -66,6 +68,23 @@ pub struct FixFacts {
     pub components: String,
     /// Where the node is that was nearest to the point asked for.
     pub at: Option<[f64; 3]>,
+}
+
+/// Nodes that move with a reference point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CouplingFacts {
+    /// Its name.
+    pub name: String,
+    /// Where, as the case says it.
+    pub on: String,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// The reference point, length.
+    pub point: [f64; 3],
+    /// Whether it moves as the faces do in the mean; else the nodes are rigid.
+    pub distributing: bool,
+    /// Force at the point at the end, newton.
+    pub force: [f64; 3],
 }
 
 /// An elastic foundation.
@@ -134,7 +153,8 @@ impl Facts {
     /// The force all loads add up to.
     pub fn resultant(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        self.loads.iter().for_each(|load| (0..3).for_each(|c| sum[c] += load.resultant[c]));
+        let all = self.loads.iter().map(|load| load.resultant).chain(self.couplings.iter().map(|it| it.force));
+        all.for_each(|force| (0..3).for_each(|c| sum[c] += force[c]));
         sum
     }
 }

@@ -1,14 +1,18 @@
 //! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
+use super::activity::Activity;
 use super::bolts::{Bolt, thermal_forces};
-use super::equations::Equations;
+use super::couplings::Coupling;
 use super::frames::{PointFrame, frames};
 use super::interface::{InitialStress, initial_forces};
+use super::ties::Ties;
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
 use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
-use crate::fem::{DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, initial_strain};
+use crate::fem::{
+    DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, full_displacement, initial_strain,
+};
 use crate::io::case::{Case, Spot, StepSpec};
 use crate::mesh::v3::{dot, norm, scale, sub};
 
@@ -38,14 +42,29 @@ pub struct Loading {
     pub slid: Vec<f64>,
     /// Thermal strain now, and what tightened bolts do.
     pub initial: Initial,
-    /// Equations between displacements.
-    pub equations: Equations,
     /// The stress that each contact carries before anything is loaded.
     pub initial_stresses: Vec<InitialStress>,
+    /// Equations between displacements, couplings, and supports that begin or end with a step.
+    pub ties: Ties,
+    /// The reference points.
+    pub couplings: Vec<Coupling>,
+    /// The contact points that take part in some steps only.
+    pub activity: Activity,
+    /// Bonded points that are put in with a step, each with the time: they keep the gap they have then.
+    pub put_in: Vec<(usize, f64)>,
+    /// What ties and bonded points that have been put in keep: the sum of each tie and the gap of each point when it began,
+    /// length; empty before the first step.
+    pub stood: Vec<f64>,
+    /// The law of each point while it is in, as at the end of the last step.
+    pub laws: Vec<Friction>,
+    /// The points whose strength has been lost for good; empty before the first.
+    pub lost: Vec<bool>,
     /// The bolts.
     pub bolts: Vec<Bolt>,
     /// The translation that supports and obstacles have in common now, length: what the displacements of the problem leave out.
     pub travel: [f64; 3],
+    /// Now.
+    pub t: f64,
 }
 
 /// Strain without stress, over unknowns and prescribed displacements; its forces are part of the loads as well.
@@ -80,7 +99,6 @@ impl Loading {
                 .iter()
                 .map(|c| c.initial_stress.clone().map(|stress| (stress, c.spot.clone())))
                 .collect(),
-            fix_spots: case.fixes.iter().map(|f| f.spot.clone()).collect(),
             motions: case.contacts.iter().map(|c| c.motion.clone()).collect(),
             contact_spots: case.contacts.iter().map(|c| c.spot.clone()).collect(),
             steps: case.steps.clone(),
@@ -95,6 +113,7 @@ impl Loading {
             self.undeformed.iter_mut().zip(s.B.times(&s.displacement)).for_each(|(offset, held)| *offset += held);
         }
         self.slid = vec![0.0; 2 * problem.points()];
+        self.laws.clone_from(&problem.contact.friction);
         self
     }
 
@@ -117,6 +136,7 @@ impl Loading {
 /// The load state at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LoadState {
+    pub t: f64,
     /// External forces at the unknowns, newton, length `n`.
     pub load: Vec<f64>,
     /// External forces at the prescribed degrees of freedom, newton, length `p`.
@@ -129,6 +149,8 @@ pub(crate) struct LoadState {
     pub initial: Initial,
     /// The laws of friction, `m`; none where they do not change with time.
     pub friction: Option<Vec<Friction>>,
+    /// The points that take no part, with the gap each gets more, length.
+    pub out: Vec<(usize, f64)>,
     /// The translation that supports and obstacles have in common, length.
     pub travel: [f64; 3],
 }
@@ -138,12 +160,14 @@ impl LoadState {
     /// prescribed displacements, `m` contact points.
     pub(crate) fn start(n: usize, p: usize, m: usize) -> Self {
         LoadState {
+            t: 0.0,
             load: vec![0.0; n],
             support_load: vec![0.0; p],
             displacement: vec![0.0; p],
             motion: vec![0.0; 3 * m],
             initial: Initial::default(),
             friction: None,
+            out: Vec::new(),
             travel: [0.0; 3],
         }
     }
@@ -171,6 +195,7 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
         force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
     }
+    loading.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut force))?;
     let dofs = dof_map(mesh, &loading.fixes, t).map_err(|error| {
         let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
         culprit.map_or(error.clone(), |i| place::at(&loading.fix_spots[i], error))
@@ -198,8 +223,11 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         }
     }
     let displacement = without(travel, &dofs);
-    let friction = coefficients::at(prepared, t)?;
-    Ok(LoadState { load, support_load, displacement, motion, initial, friction, travel })
+    let mut friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
+    let lost = friction.iter_mut().flatten().zip(&loading.lost).filter(|(_, lost)| **lost);
+    lost.for_each(|(law, _)| law.set_strength([0.0; 2]));
+    let out = loading.activity.out(t).collect();
+    Ok(LoadState { t, load, support_load, displacement, motion, initial, friction, out, travel })
 }
 
 /// Strains of different cells.
@@ -228,7 +256,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
         let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
-            refuse_dragging(prepared, dofs, frame, translation, problem.contact.friction[j])
+            refuse_dragging(prepared, dofs, frame, translation, loading.laws[j])
                 .map_err(|error| place::at(spot, error))?;
             // Two surfaces travel together; an obstacle stays behind.
             let relative = match surface.against {
@@ -241,7 +269,12 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
-    loading.equations.put_into(&mut motion, travel, t)?;
+    loading.ties.put_into(&mut motion, dofs, &loading.stood, travel, t)?;
+    for (&(j, begin), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
+        if begin < t {
+            motion[j] += kept;
+        }
+    }
     Ok(motion)
 }
 
@@ -325,6 +358,7 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     let place =
         |j: usize| (if j < m { loading.undeformed[j].max(0.0) } else { loading.undeformed[j] }) + loads.motion[j];
     let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
+    loads.out.iter().for_each(|&(j, wide)| offset[j] += wide);
     offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(o, held)| *o -= held);
@@ -340,7 +374,7 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
-    loading.travel = loads.travel;
+    (loading.travel, loading.t) = (loads.travel, loads.t);
     problem.contact.rounding = travel_rounding(loads.travel);
     let demanded = model.support_stiffness.transpose_times(&loads.displacement);
     problem.elastic.f = loads.load.iter().zip(demanded).map(|(f, k)| f - k).collect();
@@ -351,11 +385,45 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
 
 /// How far each point has slid over its obstacle since the start, length, `2m`.
 pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64> {
-    let problem = &prepared.problem;
+    slid_over(&prepared.problem, loads, &prepared.loading.undeformed, u)
+}
+
+/// The same; `undeformed` is gap and tangential offset before anything has moved, length, `3m`.
+pub(crate) fn slid_over(problem: &ContactProblem, loads: &LoadState, undeformed: &[f64], u: &[f64]) -> Vec<f64> {
     let m = problem.points();
+    let jump = jump(problem, loads, u);
+    // Points of no surface slide over nothing: their values are what they are.
+    let of =
+        |i: usize| if problem.labels.unity_sum[i % m] == 0.0 { 0.0 } else { jump[i] - loads.motion[i] - undeformed[i] };
+    (m..3 * m).map(of).collect()
+}
+
+/// The jump of all degrees of freedom, prescribed ones included, length, `3m`.
+pub(crate) fn jump(problem: &ContactProblem, loads: &LoadState, u: &[f64]) -> Vec<f64> {
     let mut jump = problem.contact.B.times(u);
     if let Some(supports) = &problem.labels.supports {
         jump.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(j, held)| *j += held);
     }
-    (m..3 * m).map(|i| jump[i] - loads.motion[i] - prepared.loading.undeformed[i]).collect()
+    jump
+}
+
+/// Notes where everything stands that begins at the end `t` of the step that was solved with `loads`, or later.
+pub(crate) fn note_where_it_stands(prepared: &mut Prepared, loads: &LoadState, u: &[f64], t: f64) {
+    let Prepared { problem, model, loading, .. } = prepared;
+    let mut full = full_displacement(model, u);
+    model.dofs.to_components(&mut full);
+    let mut stood = std::mem::take(&mut loading.stood);
+    let ties = loading.ties.len();
+    stood.resize(ties + loading.put_in.len(), 0.0);
+    let dofs = &model.dofs;
+    loading.ties.note(&mut stood[..ties], dofs, &full, loads.travel, t);
+    if !loading.put_in.is_empty() {
+        let jump = jump(problem, loads, u);
+        for (&(j, begin), kept) in loading.put_in.iter().zip(&mut stood[ties..]) {
+            if t <= begin {
+                *kept = jump[j] - loads.motion[j] - loading.undeformed[j].max(0.0);
+            }
+        }
+    }
+    loading.stood = stood;
 }

@@ -1,7 +1,9 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
+use super::activity::ALWAYS;
 use super::arrays::{Found, find};
 use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::ties::{Start, TimedFix};
 use super::{place, regions};
 use crate::Error;
 use crate::contact::ContactProblem;
@@ -23,10 +25,22 @@ pub(crate) fn end(case: &Case) -> f64 {
     case.steps.last().map_or(TIME, |step| step.until)
 }
 
+/// Supports on the mesh.
+#[derive(Default)]
+pub(crate) struct Fixes {
+    /// Those of all steps, and where the case asks for them.
+    pub held: Vec<Fix>,
+    pub spots: Vec<Spot>,
+    /// Those that begin or end with a step.
+    pub timed: Vec<TimedFix>,
+    /// What was understood of all.
+    pub facts: Vec<FixFacts>,
+}
+
 /// Prescribed displacements; refused where two of them contradict each other.
-pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>), Error> {
+pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
     let t = end(case);
-    let (mut fixes, mut facts) = (Vec::new(), Vec::new());
+    let Fixes { mut held, mut timed, mut facts, mut spots } = Fixes::default();
     for spec in &case.fixes {
         let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?;
         let fix = match spec.symmetry {
@@ -35,18 +49,29 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<(Vec<Fix>, Vec<FixFacts>
         };
         let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
-        fixes.push(fix);
+        let (period, spot) = (spec.during.period(&case.steps), spec.spot.clone());
+        if period == ALWAYS {
+            held.push(fix);
+            spots.push(spot);
+            continue;
+        }
+        let start = match spec.during.from.filter(|_| period[0].is_finite()) {
+            None => Start::AtOnce,
+            Some(_) if spec.as_it_stands => Start::Stays,
+            Some(step) => Start::Until(case.steps[step].until),
+        };
+        timed.push(TimedFix { fix, period, start, spot });
     }
-    let dofs = dof_map(mesh, &fixes, t).map_err(|error| {
+    let dofs = dof_map(mesh, &held, t).map_err(|error| {
         // A contradiction is shown at the entry that makes it.
-        let culprit = (0..fixes.len()).find(|&i| dof_map(mesh, &fixes[..=i], t).is_err());
-        culprit.map_or(error.clone(), |i| place::at(&case.fixes[i].spot, error))
+        let culprit = (0..held.len()).find(|&i| dof_map(mesh, &held[..=i], t).is_err());
+        culprit.map_or(error.clone(), |i| place::at(&spots[i], error))
     })?;
     if dofs.free.is_empty() {
         let what = "every displacement is prescribed: there is nothing to solve";
         return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
-    Ok((fixes, facts))
+    Ok(Fixes { held, timed, facts, spots })
 }
 
 /// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.

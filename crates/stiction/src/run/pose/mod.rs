@@ -1,12 +1,13 @@
 //! From a case to a posed problem.
 
+mod activity;
 mod arrays;
 pub(super) mod axis;
 pub(super) mod bolts;
 mod coarser;
 mod coefficients;
 mod counts;
-pub(super) mod equations;
+pub(super) mod couplings;
 mod facts;
 pub(super) mod frames;
 mod interface;
@@ -22,11 +23,13 @@ mod prepare;
 mod regions;
 mod seconds;
 mod surfaces;
+pub(super) mod ties;
 mod travel;
 
 pub use bolts::Bolt;
 pub(super) use coarser::Coarser;
-pub use facts::{BoltFacts, ContactFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
+pub use couplings::Coupling;
+pub use facts::{BoltFacts, ContactFacts, CouplingFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
 pub use load_state::{Initial, Loading};
 pub use memory::MemoryLimit;
 pub(super) use mesh::mesh as made_mesh;

@@ -1,24 +1,28 @@
 //! From a case to a posed problem.
 
+use std::collections::HashSet;
+
+use super::activity::Activity;
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
-use super::equations::equations;
-use super::facts::{ContactFacts, Facts, MaterialFacts};
+use super::couplings::{Coupling, couplings};
+use super::facts::{ContactFacts, CouplingFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
-use super::loads::{end, fixes, held_by_contact, loads, one_temperature, springs};
+use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
+use super::ties::{Ties, ties_of_equations, ties_of_supports};
 use super::travel::{travel, travel_rounding};
-use super::{coefficients, counts, materials, mesh, place, surfaces};
+use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, ContactSurface, pose};
+use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, ContactSpec, Spot};
+use crate::io::case::{Case, ContactSpec, CouplingSpec, Spot};
 use crate::io::text::{number, triple};
-use crate::mesh::{CellShape, Mesh, MeshNotes, info_with};
+use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
 /// A case on its mesh, ready to be solved.
 #[derive(Debug, Clone)]
@@ -71,7 +75,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
-    let (fixes, fix_facts) = fixes(&mesh, case)?;
+    let Fixes { held: fixes, spots: fix_spots, timed, facts: fix_facts } = fixes(&mesh, case)?;
     counts::before_assembly(&mesh, &fixes, case, &limit)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
@@ -96,11 +100,25 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     coefficients::read(&mesh, &case.contacts, &mut surfaces, end(case))?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
-    let (equations, held) = equations(&mesh, &model.dofs, &case.equations, &mut problem)?;
+    let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
+    let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
+    let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
+    ties.extend(of_couplings);
+    ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
+    let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
+    let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
-    let loading = Loading { bolts, equations, ..Loading::new(case, loads, fixes).on(&problem) };
+    let loading = Loading {
+        bolts,
+        ties,
+        couplings,
+        activity,
+        put_in,
+        fix_spots,
+        ..Loading::new(case, loads, fixes).on(&problem)
+    };
 
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
         let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
@@ -134,11 +152,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         springs: spring_facts,
         loads: load_facts,
         bolts: bolt_facts,
+        couplings: coupling_facts(&mesh, case, &loading)?,
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
         unknowns: problem.unknowns(),
         equations: (!case.equations.is_empty()).then_some([case.equations.len(), held]),
-        points: loading.equations.points_before(&problem),
+        points: loading.ties.points().start,
         notes,
     };
     let seconds = [meshed, assembled, lap()];
@@ -167,12 +186,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     for t in planned(case) {
         load_state(&prepared, t)?;
     }
-    if prepared.loading.moves()
-        || !prepared.loading.equations.is_empty()
-        || prepared.loading.strains()
-        || prepared.loading.is_stressed()
-        || travel != [0.0; 3]
-    {
+    let loading = &prepared.loading;
+    let changes =
+        loading.moves() || !loading.couplings.is_empty() || !loading.ties.is_empty() || !loading.activity.is_constant();
+    if changes || loading.strains() || loading.is_stressed() || travel != [0.0; 3] {
         let unslid = vec![0.0; 2 * prepared.problem.points()];
         let last = load_state(&prepared, end(case))?;
         let last = tightened(&prepared, last, &prepared.loading.given_shortening(end(case))?);
@@ -191,6 +208,31 @@ impl Prepared {
         dofs.to_components(&mut all);
         self.start = Some(dofs.free.iter().map(|&dof| all[dofs.mesh_dof(dof) as usize]).collect());
     }
+}
+
+fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<CouplingFacts>, Error> {
+    let facts = |(spec, coupling): (&CouplingSpec, &Coupling)| {
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?.len();
+        let (name, on, point) = (spec.name.clone(), regions::name(&spec.on), spec.point);
+        let [x, y, z, ..] = coupling.load(end(case))?;
+        Ok(CouplingFacts { name, on, nodes, point, distributing: spec.distributing, force: [x, y, z] })
+    };
+    case.couplings.iter().zip(&loading.couplings).map(facts).collect()
+}
+
+/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with its time. The
+/// contacts of `case` are those of the pairs.
+fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, f64)>) {
+    let mut activity = Activity::new(Bounds::around(mesh.nodes.iter().copied()).diagonal());
+    let mut put_in = Vec::new();
+    for (contact, pair) in case.contacts.iter().zip(&problem.labels.pairs) {
+        let period = contact.during.period(&case.steps);
+        pair.points.clone().for_each(|j| activity.add(j, vec![period]));
+        if contact.friction == SurfaceFriction::Bonded && period[0].is_finite() {
+            put_in.extend(pair.points.clone().map(|j| (j, period[0])));
+        }
+    }
+    (activity, put_in)
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.

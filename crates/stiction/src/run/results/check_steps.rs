@@ -9,7 +9,7 @@ use crate::certificate::{Certificate, certify};
 use crate::contact::ContactProblem;
 use crate::io::step::{StepFile, read_step};
 use crate::linalg::max_abs;
-use crate::run::pose::load_state::{Initial, LoadState};
+use crate::run::pose::load_state::{Initial, LoadState, slid_over};
 use crate::run::solve::StepRecord;
 use crate::run::solve::balance::{Balance, BodyState, balance};
 
@@ -77,10 +77,17 @@ pub(crate) fn check_steps(
         let loads = loads_of(&file);
         let size = max_abs(&file.u).max(max_abs(&loads.displacement)).max(max_abs(&loads.motion));
         let held = problem.labels.supports.as_ref().map_or(vec![0.0; 3 * m], |s| s.B.times(&loads.displacement));
-        // Gap and slip reference without what has moved or slid since the start: the same in every step.
+        // Gap and slip reference without what has moved or slid since the start: the same in every step, but for the gaps
+        // of points that are out.
         let place = |i: usize| if i < m { file.gap[i] } else { file.slip_reference[i - m] - slid[i - m] };
-        let rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
-        let first = first.get_or_insert_with(|| rest.clone());
+        let mut rest: Vec<f64> = (0..3 * m).map(|i| place(i) + held[i] - loads.motion[i]).collect();
+        let first = first.get_or_insert_with(|| {
+            let mut first = rest.clone();
+            file.out.iter().for_each(|&j| first[j] = f64::NAN);
+            first
+        });
+        file.out.iter().for_each(|&j| rest[j] = first[j]);
+        first.iter_mut().zip(&rest).filter(|(first, _)| first.is_nan()).for_each(|(first, rest)| *first = *rest);
         let apart = |range: std::ops::Range<usize>| range.map(|i| (rest[i] - first[i]).abs()).fold(0.0, f64::max);
         differ("gap", 0.0, apart(0..m), SAME * size.max(max_abs(&first[..m])));
         differ("slip_reference", 0.0, apart(m..3 * m), SAME * size.max(max_abs(&slid)));
@@ -106,8 +113,7 @@ pub(crate) fn check_steps(
             let same = vectors(problem) == as_it_was;
             differ("problem.npz is that of the last step", 1.0, f64::from(u8::from(same)), 0.0);
         }
-        let jump = problem.contact.B.times(&file.u);
-        slid = (m..3 * m).map(|i| jump[i] + held[i] - loads.motion[i] - first[i]).collect();
+        slid = slid_over(problem, &loads, first, &file.u);
         body = BodyState { loads, u: file.u.clone(), lambda: file.lambda.clone(), balance: new };
         checked.push(CheckedStep { number, t: file.t, certificate, differences });
     }
@@ -116,6 +122,7 @@ pub(crate) fn check_steps(
 
 fn loads_of(file: &StepFile) -> LoadState {
     LoadState {
+        t: file.t,
         load: file.support_free_load.clone(),
         support_load: file.support_load.clone(),
         displacement: file.support_displacement.clone(),
@@ -129,6 +136,7 @@ fn loads_of(file: &StepFile) -> LoadState {
         },
         // `put_into` has set them.
         friction: None,
+        out: file.out.iter().map(|&point| (point, 0.0)).collect(),
         // The files hold what is left without it.
         travel: [0.0; 3],
     }

@@ -54,6 +54,10 @@ pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
         let (axis, value) = (triple(b.axis), number(b.value));
         rows.add("bolt", format!("{}: {} {value} along {axis}, cut through {} nodes", b.name, b.by, b.nodes));
     }
+    for c in &facts.couplings {
+        let how = if c.distributing { "in the mean" } else { "as one rigid body" };
+        rows.add("coupling", format!("{}: {} nodes move {how} with the point {}", c.on, c.nodes, triple(c.point)));
+    }
     if facts.loads.len() > 1 {
         rows.add("loads", format!("resultant of all {}", triple(facts.resultant())));
     }

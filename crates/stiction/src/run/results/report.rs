@@ -17,8 +17,8 @@ use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
-    BalanceRecord, BoltState, BoundRecord, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states, escape_mode,
-    pair_totals, totals, word,
+    BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
+    coupling_states, escape_mode, pair_totals, totals, word,
 };
 use crate::solve::Solutions;
 
@@ -87,6 +87,11 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     }
     for BoltState { name, force, shortening } in bolt_states(prepared, outcome) {
         rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
+    }
+    for CouplingState { name, displacement, rotation, force, moment } in coupling_states(prepared, outcome) {
+        let [displacement, rotation] = [displacement, rotation].map(triple);
+        rows.add("reference", format!("\"{name}\": displacement {displacement}, rotation {rotation}"));
+        rows.more(format!("force {}, moment {}", triple(force), triple(moment)));
     }
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);

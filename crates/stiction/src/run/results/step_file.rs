@@ -313,11 +313,12 @@ pub(crate) fn fingerprint(prepared: &Prepared) -> u64 {
     }
     loading.undeformed.iter().for_each(|v| word(v.to_bits()));
     let steps: Vec<_> = loading.steps.iter().map(|s| (&s.name, s.until, s.increments)).collect();
-    let law = (&problem.contact.friction, &problem.contact.orthotropy);
+    let law = (&loading.laws, &problem.contact.orthotropy);
     let text = format!("{law:?} {:?} {:?} {:?} {steps:?}", loading.loads, loading.fixes, loading.motions);
     // Laws that change with time stand in `law` as they are at the end.
     let frictions: Vec<_> = prepared.surfaces.iter().map(|surface| &surface.friction).collect();
-    let text = format!("{text} {:?} {frictions:?} {:?}", loading.bolts, loading.equations);
+    let text = format!("{text} {:?} {frictions:?} {:?}", loading.bolts, loading.ties);
+    let text = format!("{text} {:?} {:?} {:?}", loading.couplings, loading.activity, loading.put_in);
     text.bytes().for_each(|byte| word(byte.into()));
     hash
 }

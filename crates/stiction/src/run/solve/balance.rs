@@ -1,8 +1,8 @@
 //! The balance of energy from the start of the first load step.
 
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
 use crate::linalg::dot;
-use crate::run::pose::load_state::{Initial, LoadState};
+use crate::run::pose::load_state::{Initial, LoadState, jump};
 
 /// Energies since the start, force times length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -51,6 +51,7 @@ pub(crate) fn balance(
     let mut work = before.balance.work;
     work += mean_dot(&old.load, &loads.load, &before.u, u);
     work -= mean_dot(&before.lambda, lambda, &old.motion, &loads.motion);
+    work -= work_of_switched(problem, before, loads, u, lambda);
     if problem.labels.supports.is_some() {
         let (first, last) =
             (support_forces(problem, &before.u, &before.lambda, old), support_forces(problem, u, lambda, loads));
@@ -65,6 +66,24 @@ pub(crate) fn balance(
         elastic: elastic(problem, u, &loads.displacement) + initial_energy(&loads.initial, u, &loads.displacement),
         dissipation: before.balance.dissipation + taken,
     }
+}
+
+/// What the work of moving obstacles misses where points are taken out, or tied points put in: their forces vanish or arise
+/// along the way of the body.
+fn work_of_switched(problem: &ContactProblem, before: &BodyState, loads: &LoadState, u: &[f64], lambda: &[f64]) -> f64 {
+    let old = &before.loads;
+    if old.out.is_empty() && loads.out.is_empty() {
+        return 0.0;
+    }
+    let is_out = |list: &[(usize, f64)], j: usize| list.binary_search_by_key(&j, |out| out.0).is_ok();
+    let tied = |j: usize| problem.contact.friction[j] == Friction::Bonded;
+    let switched = |&j: &usize| is_out(&loads.out, j) || is_out(&old.out, j) && tied(j);
+    let [from, to] = [jump(problem, old, &before.u), jump(problem, loads, u)];
+    let of_row = |i: usize| {
+        let way = (to[i] - from[i]) - (loads.motion[i] - old.motion[i]);
+        0.5 * (before.lambda[i] + lambda[i]) * way
+    };
+    (0..problem.points()).filter(switched).flat_map(|j| problem.rows(j)).map(of_row).sum()
 }
 
 /// All forces on the prescribed degrees of freedom but those of contact, newton: loads and reactions.

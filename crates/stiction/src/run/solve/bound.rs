@@ -160,8 +160,8 @@ struct Loads {
 /// All loads as tractions that are linear on faces and forces that are constant in cells.
 fn loads(prepared: &Prepared, solid: &Solid, t: f64) -> Result<Loads, NoBound> {
     let mut all = Loads { tractions: Vec::new(), body_force: Vec::new() };
-    if !prepared.loading.equations.is_empty() {
-        let what = "an equation between displacements of nodes".into();
+    if !prepared.loading.ties.is_empty() {
+        let what = "an equation between displacements of nodes or a support that is released".into();
         return Err(NoBound::Load { what });
     }
     for load in &prepared.loading.loads {

@@ -62,6 +62,9 @@ pub(crate) fn reaction(prepared: &Prepared, outcome: &Outcome) -> Vec<[f64; 3]> 
     for (&dof, force) in model.dofs.prescribed.iter().zip(force) {
         put(&mut reaction, dof, force);
     }
+    for (dof, force) in prepared.loading.ties.reactions(&outcome.solution.lambda, prepared.loading.t) {
+        put(&mut reaction, dof, force);
+    }
     let springs = problem.labels.supports.as_ref().map_or(Vec::new(), |s| s.spring_forces(&outcome.solution.u));
     for (&dof, force) in model.dofs.free.iter().chain(&model.dofs.prescribed).zip(springs) {
         put(&mut reaction, dof, force);

@@ -10,7 +10,7 @@ use super::quantities::{
 };
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
-use super::{Balance, BoltState, Outcome, Totals, bolt_states};
+use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, coupling_states};
 use crate::accuracy::Estimate;
 use crate::certificate::{BodyBalance, Certificate, PartMeasure};
 use crate::contact::equilibrium::in_words;
@@ -43,6 +43,9 @@ pub struct AnswerRecord {
     pub bodies: Vec<BodyRecord>,
     /// Force and shortening of each bolt.
     pub bolts: Vec<BoltState>,
+    /// Motion of each reference point, and what acts there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<CouplingState>,
     /// The largest displacement of a node.
     #[serde(deserialize_with = "or_nan")]
     pub displacement_max: f64,
@@ -371,6 +374,7 @@ impl AnswerRecord {
             pairs: pairs.into_iter().zip(micromotions(prepared, outcome)).map(pair).collect(),
             bodies: solution.certificate.bodies.iter().map(BodyRecord::of).collect(),
             bolts: bolt_states(prepared, outcome),
+            couplings: coupling_states(prepared, outcome),
             displacement_max: largest_displacement(prepared, outcome).0,
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),

@@ -25,7 +25,7 @@ use crate::io::step::StepFile;
 use crate::linalg::Watch;
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::tightened;
-use crate::run::pose::load_state::{LoadState, apply, load_state, slid};
+use crate::run::pose::load_state::{LoadState, apply, load_state, note_where_it_stands, slid};
 use crate::run::pose::memory::output_room;
 use crate::run::pose::{Prepared, Seconds, place};
 use crate::solve::Kept;
@@ -78,6 +78,8 @@ struct March {
     moved: Moved,
     /// The laws with the strengths left by then.
     laws: Vec<Friction>,
+    /// The points whose strength is lost by then.
+    lost: Vec<bool>,
 }
 
 /// What acts at a time, and the answer.
@@ -130,7 +132,7 @@ pub fn solve_steps(
             tightened => tightened?,
         };
         let now = passing::moved(prepared, &outcome.solution.u, t)?;
-        passing::look(prepared, &march.moved, &now, &mut outcome);
+        passing::look(prepared, &march.moved, &now, t, &mut outcome);
         add_estimate(prepared, &mut outcome);
         seconds.add(&outcome.seconds);
         let finished = match outcome.solution.status {
@@ -153,6 +155,9 @@ pub fn solve_steps(
             }
         };
         let line = finish(prepared, &mut march, loads, &outcome, [begin, t], finished);
+        if finished {
+            note_where_it_stands(prepared, &march.body.loads, &outcome.solution.u, t);
+        }
         let file = file(prepared, &march, &outcome, t);
         keep(prepared, &Step { number, finished, outcome: &outcome, file, records: &march.records })?;
         march.moved = now;
@@ -196,6 +201,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         attempts: 0,
         moved: passing::at_rest(prepared),
         laws: prepared.problem.contact.friction.clone(),
+        lost: Vec::new(),
     };
     let Some(Restart { records, last, before, history }) = restart else { return Ok(begin) };
     let at = Position::read(last.position, &prepared.loading.steps).ok_or_else(|| {
@@ -205,12 +211,14 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
         let what = "the last finished step has other bolts than the case";
         return Err(Error::new("", what, "solve the case from its beginning"));
     }
+    // What begins later than a step plays no part in it: the last list serves both.
+    prepared.loading.stood.clone_from(&last.stood);
     let loads = tightened(prepared, load_state(prepared, last.t)?, &last.shortening);
     let unslid = vec![0.0; 2 * m];
     apply(prepared, &loads, &unslid);
     prepared.problem.contact.slip_reference.clone_from(&last.slip_reference);
-    strength::restore(&mut prepared.problem.contact.friction, &last.strength);
-    let laws = prepared.problem.contact.friction.clone();
+    strength::restore(prepared, &last.strength);
+    let (laws, lost) = (prepared.problem.contact.friction.clone(), prepared.loading.lost.clone());
     // As when the step was solved: what had been slid before it.
     if let Some(step) = &before {
         let loads = tightened(prepared, load_state(prepared, step.t)?, &step.shortening);
@@ -227,7 +235,7 @@ fn start(prepared: &mut Prepared, settings: &Settings, restart: Option<Restart>)
     let answers = before.iter().chain([&last]).map(answer).collect();
     let body = BodyState { loads, u: last.u, lambda: last.lambda, balance };
     let last = Some((outcome, last.slip_reference));
-    Ok(March { at, body, slid, answers, last, records, moved, laws, ..begin })
+    Ok(March { at, body, slid, answers, last, records, moved, laws, lost, ..begin })
 }
 
 /// The answer of a step that an earlier run has found, judged anew.
@@ -268,6 +276,7 @@ fn tighten(
 ) -> Result<(LoadState, Outcome), Error> {
     // An attempt that has failed leaves no trace.
     prepared.problem.contact.friction.clone_from(&march.laws);
+    prepared.loading.lost.clone_from(&march.lost);
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
     let before = &march.body.loads.initial.shortening;
@@ -411,6 +420,7 @@ fn finish(
     };
     march.records.push(record);
     march.laws.clone_from(&problem.contact.friction);
+    march.lost.clone_from(&prepared.loading.lost);
     march.slid = slid(prepared, &loads, u);
     if march.answers.len() == 2 {
         march.answers.remove(0);
@@ -432,12 +442,10 @@ fn file(prepared: &Prepared, march: &March, outcome: &Outcome, t: f64) -> StepFi
         f: problem.elastic.f.clone(),
         gap: problem.contact.gap.clone(),
         slip_reference: problem.contact.slip_reference.clone(),
-        coefficient: body
-            .loads
-            .friction
-            .as_ref()
-            .map_or(Vec::new(), |laws| laws.iter().map(|law| law.coefficient().unwrap_or(0.0)).collect()),
         strength: strength::kept(prepared),
+        laws: body.loads.friction.clone().unwrap_or_default(),
+        out: body.loads.out.iter().map(|(point, _)| *point).collect(),
+        stood: prepared.loading.stood.clone(),
         motion: body.loads.motion.clone(),
         rounding: problem.contact.rounding,
         support_load: body.loads.support_load.clone(),
@@ -463,7 +471,7 @@ fn end(
     interrupted: bool,
     observer: &mut Watch<Event>,
 ) -> Result<Outcome, Error> {
-    let March { body, last, records, laws, .. } = march;
+    let March { body, last, records, laws, lost, .. } = march;
     let Some((mut outcome, reference)) = last else {
         return Err(Error::interrupted());
     };
@@ -471,6 +479,7 @@ fn end(
         // What acts in the step that was left is taken back.
         apply(prepared, &body.loads, &vec![0.0; 2 * prepared.problem.points()]);
         prepared.problem.contact.friction = laws;
+        prepared.loading.lost = lost;
         prepared.problem.contact.slip_reference = reference;
     }
     if !interrupted {

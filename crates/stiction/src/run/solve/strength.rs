@@ -1,6 +1,5 @@
 //! Strength that is lost for good: points that slip or open at the end of a solve keep friction alone.
 
-use crate::contact::Friction;
 use crate::friction::PointState;
 use crate::run::pose::Prepared;
 
@@ -14,23 +13,30 @@ pub(super) fn lose(prepared: &mut Prepared, states: &[PointState]) -> bool {
         let law = &mut prepared.problem.contact.friction[j];
         if law.strength() != [0.0; 2] && states[j] != PointState::Stick {
             law.set_strength([0.0; 2]);
+            prepared.loading.lost.resize(states.len(), false);
+            prepared.loading.lost[j] = true;
             lost = true;
         }
     }
     lost
 }
 
-/// The strength of all points, two numbers each, as a step's file has it; empty where none can be lost.
+/// The strength of all points, two numbers each, as a step's file has it; empty where none can be lost. A point that takes no
+/// part in a step keeps its own.
 pub(super) fn kept(prepared: &Prepared) -> Vec<f64> {
     if brittle(prepared).is_empty() {
         return Vec::new();
     }
-    prepared.problem.contact.friction.iter().flat_map(Friction::strength).collect()
+    let is_lost = |j: usize| prepared.loading.lost.get(j) == Some(&true);
+    let laws = prepared.loading.laws.iter().enumerate();
+    laws.flat_map(|(j, law)| if is_lost(j) { [0.0; 2] } else { law.strength() }).collect()
 }
 
 /// Puts back what [`kept`] has given.
-pub(super) fn restore(laws: &mut [Friction], kept: &[f64]) {
-    laws.iter_mut().zip(kept.as_chunks().0).for_each(|(law, &strength)| law.set_strength(strength));
+pub(super) fn restore(prepared: &mut Prepared, kept: &[f64]) {
+    let (all, laws) = (kept.as_chunks().0, &prepared.loading.laws);
+    prepared.loading.lost = all.iter().zip(laws).map(|(now, law)| *now != law.strength()).collect();
+    prepared.problem.contact.friction.iter_mut().zip(all).for_each(|(law, &strength)| law.set_strength(strength));
 }
 
 /// The points whose strength can be lost.

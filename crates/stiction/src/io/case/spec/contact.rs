@@ -23,6 +23,8 @@ pub(super) static CONTACT: Rules = Rules {
         key("stiffness", Kind::Table(&STIFFNESS), "stiffness = { normal = 1e12, tangential = 5e11 }", "How the interface yields, as gaskets and rock joints do: overlap is the pressure over `normal`. Hard contact if absent."),
         key("initial_stress", Kind::List { of: &Kind::Field, from: 6, to: 6 }, "initial_stress = [-2e6, -2e6, -5e6, 0, 0, 0]", "The stress xx, yy, zz, yz, xz, xy before anything is loaded, tension positive: numbers or expressions in x, y, z. What it presses and shears along the interface are contact forces the bodies are in equilibrium with; loads, displacements and stresses count from there, contact forces are the whole.")
             .unit("stress"),
+        key("from", Kind::Text, "from = \"draw\"", "Name of the step with which the contact begins: gaps are those of the surfaces as they stand then, bonded ones stay as they are; the first if absent."),
+        key("until", Kind::Text, "until = \"press\"", "Name of the step after which the contact is taken out; the last if absent."),
         key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
             .unit("1/stress"),
     ],

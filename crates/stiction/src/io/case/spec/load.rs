@@ -12,6 +12,8 @@ pub(super) static FIX: Rules = Rules {
         key("axes", Kind::Either(&[AXES, Kind::Table(&CYLINDER)]), "axes = [[1, 1, 0], [0, 0, 1]]", "What the components count along, if not x, y, z of the mesh: directions of x and, in the plane of both, of y, of any length; or { point = [0, 0, 0], axis = [0, 0, 1] }, about which r is radial, t tangential and z axial. Expressions see x, y, z of the mesh all the same."),
         key("value", Kind::Either(&[Kind::List { of: &Kind::Field, from: 1, to: 3 }, Kind::Field]), "value = [0, 0, \"-1e-3*t\"]", "Their values, one for each of `components` in its order: numbers or expressions in x, y, z, t; 0 if absent. A single component needs no list.")
             .unit("length"),
+        key("from", Kind::Text, "from = \"draw\"", "Name of the step with which the support begins: during that step it leads its nodes from where they stand to `value`; the first if absent."),
+        key("until", Kind::Text, "until = \"press\"", "Name of the step at whose end the support is released; the last if absent."),
         key("condition", CONDITION, "condition = \"symmetry\"", "Instead of components and value: what the faces are."),
     ],
 };
@@ -27,10 +29,13 @@ static CYLINDER: Rules = Rules {
     ],
 };
 
-const CONDITION: Kind = choice(&[(
-    "symmetry",
-    "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
-)]);
+const CONDITION: Kind = choice(&[
+    (
+        "symmetry",
+        "a plane of symmetry: no displacement along the normal of the faces, which are flat and may look anywhere",
+    ),
+    ("as-it-stands", "held where it stands when the step of `from` begins"),
+]);
 
 pub(super) static SPRING: Rules = Rules {
     doc: "An elastic foundation: springs from boundary faces to the ground, in pressure and tension alike.",

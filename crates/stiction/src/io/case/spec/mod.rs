@@ -3,6 +3,7 @@
 mod accuracy;
 mod bolt;
 mod contact;
+mod coupling;
 mod equation;
 mod load;
 mod material;
@@ -16,6 +17,7 @@ use accuracy::ACCURACY;
 pub(super) use accuracy::PART;
 use bolt::BOLT;
 use contact::CONTACT;
+use coupling::COUPLING;
 use equation::EQUATION;
 use load::{FIX, LOAD, SPRING};
 use material::MATERIAL;
@@ -48,6 +50,7 @@ pub(super) static CASE: Rules = Rules {
         key("spring", Kind::Tables(&SPRING), "[[spring]]", "Elastic foundations: springs to the ground."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
         key("equation", Kind::Tables(&EQUATION), "[[equation]]", "Linear equations between displacements."),
+        key("coupling", Kind::Tables(&COUPLING), "[[coupling]]", "Faces that move with a reference point."),
         key("bolt", Kind::Tables(&BOLT), "[[bolt]]", "Bolts that are tightened."),
         key(
             "contact",

@@ -1,0 +1,198 @@
+//! Nodes that move with a reference point, as a rigid body or in the mean.
+
+use stiction::certificate::certify;
+use stiction::io::case;
+use stiction::run::{CouplingState, Outcome, Prepared, body_fields, coupling_states};
+use stiction_fixtures::case_run::{at, block, is, refused, solved, stress};
+
+const PATHS: [&str; 3] = ["dense", "solves", "multigrid"];
+
+/// A bar of 4 x 1 x 2 along x of quadratic hexahedra without lateral contraction, held at x-min along x, and there against
+/// rigid motions alone. E = 1000.
+fn bar(rest: &str, path: &str) -> String {
+    block([4.0, 1.0, 2.0], [2, 1, 2], "element = \"hex20\"")
+        + "[materials.soft]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"x-min\"\n"
+        + rest
+        + &format!("[solver]\ntolerance = 1e-11\npath = \"{path}\"\n")
+}
+
+fn state(run: &(Outcome, Prepared)) -> CouplingState {
+    coupling_states(&run.1, &run.0)[0].clone()
+}
+
+fn reactions(run: &(Outcome, Prepared)) -> [f64; 3] {
+    body_fields(&run.1, &run.0).reaction.iter().fold([0.0; 3], |sum, r| [0, 1, 2].map(|c| sum[c] + r[c]))
+}
+
+fn are(values: [f64; 3], wanted: [f64; 3], scale: f64) {
+    values.iter().zip(wanted).for_each(|(value, wanted)| is(*value, wanted, scale));
+}
+
+/// Pulled and bent at a point off its axis a slender body without shear follows the theory of beams exactly: quadratic
+/// hexahedra hold a constant moment. The force acts along x at (4, 0.3, 1.5), the axis is at (y, z) = (0.5, 1).
+#[test]
+fn a_rigid_end_is_pulled_and_bent_as_beam_theory_says() {
+    let (force, along_y) = (6.0, 2.0);
+    let coupling = format!(
+        "[[coupling]]\non = \"x-max\"\npoint = [4, 0.3, 1.5]\nforce = [{force}, 0, 0]\nmoment = [0, {along_y}, 0]\n"
+    );
+    let (e, a, iy, iz, l) = (1000.0, 2.0, 8.0 / 12.0, 2.0 / 12.0, 4.0);
+    // Moments about the axis: r x F with r = (0, -0.2, 0.5).
+    let (my, mz) = (along_y + 0.5 * force, 0.2 * force);
+    let (wy, wz) = (my * l / (e * iy), mz * l / (e * iz));
+    for kind in ["rigid", "distributing"] {
+        for path in PATHS {
+            let run = solved(&bar(&(coupling.clone() + &format!("kind = \"{kind}\"\n")), path));
+            let it = state(&run);
+            are(it.rotation, [0.0, wy, wz], wz);
+            // Of the axis: stretched, and deflected along z by -wy l/2, along y by wz l/2; then to the point by w x r.
+            let axis = [force * l / (e * a), wz * l / 2.0, -wy * l / 2.0];
+            let turned = [wy * 0.5 - wz * -0.2, 0.0, 0.0];
+            are(it.displacement, [0, 1, 2].map(|c| axis[c] + turned[c]), wz);
+            are(it.force, [force, 0.0, 0.0], force);
+            are(it.moment, [0.0, along_y, 0.0], force);
+            // Of the corner of the end, which is flat: u_x = u + wy z - wz y.
+            is(at(&run, [4.0, 1.0, 2.0])[0], axis[0] + wy * 1.0 - wz * 0.5, wz);
+            are(reactions(&run), [-force, 0.0, 0.0], force);
+        }
+    }
+}
+
+/// The same end with its motion prescribed asks for the same force and moment, which then are reactions.
+#[test]
+fn a_prescribed_motion_asks_for_the_force_that_would_cause_it() {
+    let (force, my, mz) = (6.0, 5.0, 1.2);
+    let (wy, wz) = (my * 4.0 / (1000.0 * 8.0 / 12.0), mz * 4.0 / (1000.0 * 2.0 / 12.0));
+    let (x, y, z) = (force * 4.0 / 2000.0, wz * 2.0, -wy * 2.0);
+    let prescribed = format!(
+        "[[coupling]]\non = \"x-max\"\npoint = [4, 0.5, 1]\nmotion = {{ x = {x:?}, y = {y:?}, z = {z:?} }}\n\
+         rotation = {{ x = 0, y = \"{wy:?}*t\", z = {wz:?} }}\n"
+    );
+    for kind in ["rigid", "distributing"] {
+        for path in PATHS {
+            let run = solved(&bar(&(prescribed.clone() + &format!("kind = \"{kind}\"\n")), path));
+            let it = state(&run);
+            are(it.displacement, [x, y, z], z);
+            are(it.rotation, [0.0, wy, wz], wz);
+            are(it.force, [force, 0.0, 0.0], force);
+            are(it.moment, [0.0, my, mz], force);
+            // Both ends are supports, whose forces add up to nothing.
+            are(reactions(&run), [0.0; 3], force);
+            for s in stress(&run) {
+                is(s[1], 0.0, 10.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_coupling_of_one_component_leaves_the_others_free() {
+    let coupling = "[[coupling]]\non = \"x-max\"\npoint = [4, 0.5, 1]\nforce = [6, 0, 0]\nmoment = [0, 5, 0]\ncomponents = \"x\"\n";
+    for path in PATHS {
+        let it = state(&solved(&bar(coupling, path)));
+        is(it.displacement[0], 6.0 * 4.0 / 2000.0, 0.01);
+        is(it.rotation[1], 5.0 * 4.0 / (1000.0 * 8.0 / 12.0), 0.01);
+        is(it.rotation[2], 0.0, 0.01);
+        assert!(it.displacement[1].is_nan() && it.displacement[2].is_nan() && it.rotation[0].is_nan(), "{it:?}");
+    }
+    for (more, word) in [("motion = { y = 0 }\n", "along y"), ("rotation = { x = 0.1 }\n", "about x")] {
+        let error = refused(&bar(&(coupling.to_string() + more), "auto"));
+        assert!(error.contains(word) && error.contains("do not tell"), "{error}");
+    }
+    let error = refused(&bar(&coupling.replace("moment = [0, 5, 0]", "moment = [1, 0, 0]"), "auto"));
+    assert!(error.contains("about x"), "{error}");
+    // A line of nodes does not tell how it turns about itself.
+    let line = coupling.replace("\"x-max\"", "{ box = [[4, 0, 2], [4, 1, 2]] }").replace("components = \"x\"\n", "");
+    let error = refused(&bar(
+        &(line.replace("[0, 5, 0]", "[0, 0, 0]").replace("[6, 0, 0]", "[0, 6, 0]") + "rotation = { y = 0 }\n"),
+        "auto",
+    ));
+    assert!(error.contains("about y"), "{error}");
+}
+
+/// Two columns, one three times as stiff: as one rigid body their tops share the force by stiffness, and a moment keeps
+/// them level; in the mean each takes half of it.
+#[test]
+fn a_rigid_body_shares_by_stiffness_and_a_mean_by_area() {
+    let part = |name: &str, x: f64| {
+        let mesh = block([1.0, 1.0, 1.0], [2, 2, 1], "element = \"hex8\"");
+        mesh.replacen("[mesh]", &format!("[mesh.parts.{name}]"), 1) + &format!("move = [{x}, 0, 0]\n")
+    };
+    let text = |kind: &str, path: &str| {
+        part("a", 0.0)
+            + &part("b", 2.0)
+            + "[materials.soft]\nyoung = 1000\npoisson = 0\non = [\"a.body\"]\n\
+               [materials.hard]\nyoung = 3000\npoisson = 0\non = [\"b.body\"]\n\
+               [[fix]]\non = [\"a.z-min\", \"b.z-min\"]\n\
+               [[coupling]]\nname = \"tops\"\non = [\"a.z-max\", \"b.z-max\"]\npoint = [1.5, 0.5, 1]\nforce = [0, 0, 8]\n"
+            + kind
+            + &format!("[solver]\ntolerance = 1e-11\npath = \"{path}\"\n")
+    };
+    for path in PATHS {
+        let rigid = solved(&text("rotation = { x = 0, y = 0, z = 0 }\n", path));
+        are(state(&rigid).displacement, [0.0, 0.0, 8.0 / 4000.0], 0.002);
+        are(state(&rigid).force, [0.0, 0.0, 8.0], 8.0);
+        // 2 at x = -1 and 6 at x = 1 from the point.
+        are(state(&rigid).moment, [0.0, 2.0 - 6.0, 0.0], 8.0);
+        let mean = solved(&text("kind = \"distributing\"\n", path));
+        is(at(&mean, [0.0, 0.0, 1.0])[2], 4.0 / 1000.0, 0.004);
+        is(at(&mean, [3.0, 1.0, 1.0])[2], 4.0 / 3000.0, 0.004);
+        are(state(&mean).displacement, [0.0, 0.0, (4.0 / 1000.0 + 4.0 / 3000.0) / 2.0], 0.004);
+        assert_eq!(state(&mean).moment, [0.0; 3]);
+    }
+}
+
+/// A rigid punch on a floor, pressed off its middle and drawn: both paths agree, and the floor carries what acts at the point.
+#[test]
+fn a_punch_that_is_led_at_a_point_rubs_on_a_floor() {
+    let text = |path: &str| {
+        block([2.0, 1.0, 1.0], [4, 3, 3], "element = \"hex8\"")
+            + "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n\
+               [[coupling]]\non = \"z-max\"\npoint = [1.2, 0.5, 3]\nforce = [\"20*max(t - 1, 0)\", 0, \"-200*min(t, 1)\"]\n\
+               rotation = { z = 0 }\nmotion = { y = 0 }\n\
+               [[contact]]\non = \"z-min\"\nfriction = { coulomb = 0.2 }\n\
+               against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n\
+               [[step]]\nuntil = 1\n[[step]]\nuntil = 2\n"
+            + &format!("[solver]\ntolerance = 1e-11\npath = \"{path}\"\n")
+    };
+    let [direct, multigrid] = ["dense", "multigrid"].map(|path| solved(&text(path)));
+    for run in [&direct, &multigrid] {
+        let last = &run.0.steps[1].answer;
+        is(last.contact.normal_force, 200.0, 1e2 * 200.0);
+        is(last.contact.tangential_force[0], -20.0, 1e2 * 20.0);
+        let it = &last.couplings[0];
+        assert!((it.force[0] - 20.0).abs() < 1e-6 && it.force[1].abs() < 1e-5, "{it:?}");
+        // A rigid top: its corners move as the point says.
+        for x in [[0.0, 0.0, 1.0], [2.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
+            let r = [x[0] - 1.2, x[1] - 0.5, x[2] - 3.0];
+            let w = it.rotation;
+            let turned = [w[1] * r[2] - w[2] * r[1], w[2] * r[0] - w[0] * r[2], w[0] * r[1] - w[1] * r[0]];
+            let u = at(run, x);
+            (0..3).for_each(|c| assert!((u[c] - it.displacement[c] - turned[c]).abs() < 1e-10, "{x:?} {c}"));
+        }
+    }
+    for (a, b) in direct.0.solution.u.iter().zip(&multigrid.0.solution.u) {
+        assert!((a - b).abs() < 1e-8, "{a} {b}");
+    }
+    let lambda: Vec<f64> = direct.0.solution.lambda.iter().map(|force| force * (1.0 + 1e-6)).collect();
+    assert!(!certify(&direct.1.problem, &direct.0.solution.u, &lambda, 1e-8).passed);
+}
+
+#[test]
+fn couplings_that_say_too_little_or_too_much_are_refused() {
+    let parse = |rest: &str| {
+        let text = bar(&format!("[[coupling]]\non = \"x-max\"\npoint = [4, 0, 0]\n{rest}"), "auto");
+        case::parse(&text, "case.toml", &[]).map(|_| ()).unwrap_err().to_string()
+    };
+    for (rest, word) in [
+        ("components = \"xw\"\n", "no component"),
+        ("kind = \"distributing\"\ncomponents = \"x\"\n", "all components"),
+        ("from = \"a\"\n", "of which there is none"),
+        ("motion = { x = \"x\" }\n", "x"),
+        ("[[coupling]]\non = \"x-max\"\npoint = [4, 0, 0]\n", "two couplings"),
+        ("[accuracy]\nenergy = 0.1\n", "error is not estimated"),
+    ] {
+        let error = parse(rest);
+        assert!(error.contains(word) && error.contains("case.toml"), "{error}");
+    }
+}
