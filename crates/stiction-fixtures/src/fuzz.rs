@@ -232,19 +232,24 @@ macro_rules! files {
 
 fn gmsh_files() -> Vec<Vec<u8>> {
     files!("meshes/bar-22-ascii.msh" "meshes/bar-22-binary.msh" "meshes/bar-41-ascii.msh" "meshes/bar-41-binary.msh"
-        "data/fields-22-ascii.msh" "data/fields-22-binary.msh" "data/fields-41-ascii.msh" "data/fields-41-binary.msh")
+        "data/fields-22-ascii.msh" "data/fields-22-binary.msh" "data/fields-41-ascii.msh" "data/fields-41-binary.msh"
+        "data/curved-wedge15-41.msh" "data/curved-wedge18-22.msh")
 }
 
 fn abaqus_files() -> Vec<Vec<u8>> {
     let deck = "*HEADING\na bar\n*PART, NAME=p\n*NODE, NSET=all\n1, 0., 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=more.inp\n\
                 *ELEMENT, TYPE=C3D4, ELSET=e\n1, 1, 2, 3, 4\n*NSET, NSET=n, GENERATE\n1, 3, 1\n*SURFACE, NAME=s\ne, S1\n*END PART\n";
     let own = vec![deck.as_bytes().to_vec()];
-    [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp")].concat()
+    [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp" "data/curved-wedge15-gmsh.inp")]
+        .concat()
 }
 
 /// Complete decks that hold every card that is read.
 fn decks() -> Vec<Vec<u8>> {
-    files!("data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp" "data/decks/rigid.inp" "data/decks/released.inp")
+    files!(
+        "data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp" "data/decks/rigid.inp"
+        "data/decks/released.inp" "data/decks/revolved.inp"
+    )
 }
 
 /// What any `*INCLUDE` names.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use stiction::Error;
 use stiction::friction::PointState;
-use stiction::io::deck::{Deck, DeckLabels, Requests};
+use stiction::io::deck::{Deck, DeckLabels, DeckLayer, Requests};
 use stiction::io::frd::{self, Form, FrdMesh, FrdTime, Quantity, scientific};
 use stiction::run::{self, BodyFields, Outcome, Prepared, Side, StepRecord, SurfaceFields};
 
@@ -16,6 +16,7 @@ use super::tables;
 pub(super) struct Files {
     job: PathBuf,
     labels: DeckLabels,
+    layer: Option<DeckLayer>,
     requests: Requests,
     title: String,
     frd: BufWriter<File>,
@@ -57,6 +58,7 @@ impl Files {
         let files = Files {
             job: job.to_path_buf(),
             labels: deck.labels.clone(),
+            layer: deck.layer.clone(),
             requests: deck.requests.clone(),
             title: job.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned()),
             frd: BufWriter::new(frd),
@@ -105,6 +107,7 @@ impl Files {
         self.results(prepared, outcome, &body, &surfaces).map_err(|error| refused(&path, &error))?;
         let of = tables::Answer {
             labels: &self.labels,
+            layer: self.layer.as_ref(),
             body: &body,
             surfaces: &surfaces,
             time: self.at.time,

@@ -1,6 +1,6 @@
 //! The tables of `JOB.dat`: what `*NODE PRINT` and `*CONTACT PRINT` ask for.
 
-use stiction::io::deck::{DeckLabels, Print, Printed, Requests};
+use stiction::io::deck::{DeckLabels, DeckLayer, Print, Printed, Requests};
 use stiction::io::frd::scientific;
 use stiction::run::{BodyFields, Side, SurfaceFields};
 
@@ -9,6 +9,7 @@ use super::files::fortran;
 /// An answer with the numbers of its deck.
 pub(super) struct Answer<'a> {
     pub labels: &'a DeckLabels,
+    pub layer: Option<&'a DeckLayer>,
     pub body: &'a BodyFields,
     pub surfaces: &'a [SurfaceFields],
     pub time: f64,
@@ -50,7 +51,9 @@ pub(super) fn text(requests: &Requests, of: &Answer) -> String {
                     nodes(&mut out, print, of, ["displacements (vx,vy,vz)", ""], &of.body.displacement)
                 }
                 (Printed::Nodes, "RF") => {
-                    nodes(&mut out, print, of, ["forces (fx,fy,fz)", "total force (fx,fy,fz)"], &of.body.reaction);
+                    let whole = of.layer.map(|layer| layer.whole(&of.body.reaction));
+                    let forces = whole.as_deref().unwrap_or(&of.body.reaction);
+                    nodes(&mut out, print, of, ["forces (fx,fy,fz)", "total force (fx,fy,fz)"], forces);
                 }
                 (Printed::Contact, "CF") => contact(&mut out, requests, print, of),
                 _ => {}
@@ -100,7 +103,8 @@ fn contact(out: &mut String, requests: &Requests, print: &Print, of: &Answer) {
         let (mut pull, mut shear) = (0.0, [0.0; 3]);
         for at in (0..s.nodes.len()).filter(|&at| s.status[at] > 0) {
             let x = std::array::from_fn(|c| s.points[at][c] + of.body.displacement[s.nodes[at] as usize][c]);
-            let on_slave = s.lambda[at].map(|f| -f);
+            let factor = of.layer.map_or(1.0, |layer| layer.factor);
+            let on_slave = s.lambda[at].map(|f| -factor * f);
             let turn = cross(x, on_slave);
             let along = (0..3).map(|c| on_slave[c] * s.normal[at][c]).sum::<f64>();
             for c in 0..3 {

@@ -251,6 +251,29 @@ fn forces_at_axisymmetric_nodes_are_those_of_the_whole_circle() {
     }
 }
 
+/// A tube held at both ends and tightened at a cut, and one whose top moves as one under a force at one ring of nodes: the
+/// mean stress is the force of the whole circle over the area.
+#[test]
+fn bolts_and_equations_of_axisymmetric_decks_are_those_of_the_whole_circle() {
+    let (force, area) = (30.0, std::f64::consts::PI * (2.0 * 2.0 - 1.0));
+    let sheet = Sheet::new("CAX4", [1.0, 0.0], [1.0, 2.0], [2, 4]);
+    let stretch = force / area / YOUNG;
+    let top: String = [0, 2, 4].iter().map(|&i| format!("{}, 2\n", sheet.label([i, 8]))).collect();
+    let cut = "*NODE\n9999, 0., 0., 0.\n*SURFACE, NAME=CUT\n3, S3\n4, S3\n\
+               *PRE-TENSION SECTION, NODE=9999, SURFACE=CUT\n0., 1., 0.\n*BOUNDARY\n";
+    let deck = deck_of(&sheet, "", &format!("BOTTOMBODY, 2\n{top}"), &format!("*CLOAD\n9999, 1, {force}\n"));
+    let run = solved(&deck.replacen("*BOUNDARY\n", cut, 1));
+    let found = at(&run, [1.0, 0.5, 0.0])[1];
+    assert!((found / (0.5 * stretch) - 1.0).abs() < 3e-4, "{found} {}", 0.5 * stretch);
+
+    let [a, b, c] = [0, 2, 4].map(|i| sheet.label([i, 8]));
+    let tied = format!("*EQUATION\n2\n{a}, 2, 1., {b}, 2, -1.\n2\n{b}, 2, 1., {c}, 2, -1.\n*BOUNDARY\n");
+    let deck = deck_of(&sheet, "", "BOTTOMBODY, 2\n", &format!("*CLOAD\n{a}, 2, {force}\n"));
+    let run = solved(&deck.replacen("*BOUNDARY\n", &tied, 1));
+    let found = at(&run, [2.0, 2.0, 0.0])[1];
+    assert!((found / (2.0 * stretch) - 1.0).abs() < 3e-4, "{found} {}", 2.0 * stretch);
+}
+
 /// Two cylinders on one another, or two sheets, of other elements: the pressure passes the contact, on triangles of wedges
 /// too, and its force is that of the layer.
 #[test]
@@ -294,12 +317,12 @@ fn what_no_plane_state_answers_is_refused_with_its_place_and_remedy() {
     parse(&good).unwrap_or_else(|e| panic!("{e}"));
     let strain = deck_of(&Sheet::new("CPE4", [0.0; 2], [1.0; 2], [2, 2]), "1.\n", SIDES, "*DSLOAD\nTOPBODY, P, 1.\n");
     let load = "*DSLOAD\nINNERBODY, P, 1.\n";
-    let tie = "*EQUATION\n2\n1, 1, 1., 3, 1, -1.\n*BOUNDARY\n";
+    let turn = "*TRANSFORM, NSET=LEFTBODY\n0., 1., 0., -1., 0., 0.\n*BOUNDARY\n";
     for (text, words) in [
         (good.replacen("1, 1, 0, 0.", "1, -1, 0, 0.", 1), ["node 1", "radius x = -1", "y is the axis"]),
         (good.replacen("1, 1, 0, 0.", "1, 1, 0, 0.5", 1), ["node 1", "z = 0.5", "plane z = 0"]),
         (good.replace(load, "*DLOAD\nBODY, GRAV, 9., 1., 0., 0.\n"), ["line", "alike all around", "GRAV along y"]),
-        (good.replacen("*BOUNDARY\n", tie, 1), ["line", "*EQUATION is not read", "mesh with solids"]),
+        (good.replacen("*BOUNDARY\n", turn, 1), ["line", "*TRANSFORM is not read", "along the radius"]),
         (strain.replacen("MATERIAL=M\n1.", "MATERIAL=M\n-1.", 1), ["line", "no thickness", "positive"]),
         (
             strain.replacen("*BOUNDARY\n", "*SOLID SECTION, ELSET=BODY, MATERIAL=M\n3.\n*BOUNDARY\n", 1),

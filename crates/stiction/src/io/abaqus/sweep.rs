@@ -1,7 +1,8 @@
 //! Plane and axisymmetric elements as one layer of solids.
 //!
-//! Plane strain and plane stress elements are swept along z, by their thickness and by half of it, as z = 0 is the middle
-//! of a plate; axisymmetric elements about the y axis by [`SECTOR`], the angle that CalculiX gives them (CalculiX
+//! Plane strain elements are swept along z by their thickness. Those of plane stress become the layer next to the middle of a
+//! plate that is thin beside its elements ([`THIN`]): in a thick one the strain along z would vary with shear, which plane
+//! stress has none of. Axisymmetric elements about the y axis by [`SECTOR`], the angle that CalculiX gives them (CalculiX
 //! CrunchiX User's Manual, section "Axisymmetric elements"). A corner of a quadratic element gets a node between the
 //! layers as well. Nodes on the axis are their own copies, so that a quadrilateral with an edge there becomes a wedge and
 //! a triangle a tetrahedron.
@@ -12,10 +13,14 @@ use super::cards::Card;
 use super::elements::Role;
 use super::place::{Model, Placed};
 use crate::Error;
+use crate::mesh::v3::{norm, sub};
 use crate::mesh::{Bounds, CellKind};
 
 /// Angle of the sector of a body of revolution, degrees.
 const SECTOR: f64 = 2.0;
+/// Height of a layer of plane stress as a part of the mean edge: what is left of shear falls with its square and stays below
+/// 1e-4 of the strain, while cells are no thinner than multigrid and factor take without loss.
+const THIN: f64 = 0.05;
 /// A node within this part of the extent of all nodes lies on the axis or in the plane.
 const ON: f64 = 1e-9;
 /// No node.
@@ -26,7 +31,7 @@ pub(in crate::io) const NONE: u32 = u32::MAX;
 pub(in crate::io) enum Family {
     /// `CPE`: nothing moves along z.
     Strain,
-    /// `CPS`: half of a plate whose faces are free.
+    /// `CPS`: the upper half of a thin plate whose faces are free.
     Stress,
     /// `CAX`: a sector about the y axis.
     Axisymmetric,
@@ -123,13 +128,18 @@ pub(super) fn sweep(model: &mut Model, cards: &[Card]) -> Result<Option<Swept>, 
         ));
     }
     let thickness = thickness(cards)?;
+    let height = match family {
+        Family::Strain => thickness,
+        Family::Stress => (0.5 * thickness).min(THIN * mean_edge(model)),
+        Family::Axisymmetric => 0.0,
+    };
     let extent = Bounds::around(model.nodes.iter().copied()).diagonal();
     let mut roles = vec![Part::Other; model.nodes.len()];
     let mut swept = Swept {
         family,
         part: match family {
             Family::Strain => 1.0,
-            Family::Stress => 0.5,
+            Family::Stress => height / thickness,
             Family::Axisymmetric => SECTOR / 360.0,
         },
         top: Vec::new(),
@@ -160,7 +170,7 @@ pub(super) fn sweep(model: &mut Model, cards: &[Card]) -> Result<Option<Swept>, 
             }
         }
     }
-    copy_nodes(model, &mut swept, &roles, extent, thickness)?;
+    copy_nodes(model, &mut swept, &roles, extent, height)?;
     let blocks = std::mem::take(&mut model.blocks);
     for block in blocks {
         match plane(&block) {
@@ -182,7 +192,7 @@ enum Part {
 }
 
 /// Adds the copies of all nodes of plane elements.
-fn copy_nodes(model: &mut Model, swept: &mut Swept, roles: &[Part], extent: f64, thickness: f64) -> Result<(), Error> {
+fn copy_nodes(model: &mut Model, swept: &mut Swept, roles: &[Part], extent: f64, height: f64) -> Result<(), Error> {
     let old = model.nodes.len();
     (swept.top, swept.middle) = (vec![NONE; old], vec![NONE; old]);
     let mut label = model.node_labels.iter().copied().max().unwrap_or(0);
@@ -206,8 +216,7 @@ fn copy_nodes(model: &mut Model, swept: &mut Swept, roles: &[Part], extent: f64,
         model.nodes[node] = [x, y, 0.0];
         let family = swept.family;
         let at = |layer: f64| match family {
-            Family::Strain => [x, y, layer * thickness],
-            Family::Stress => [x, y, layer * 0.5 * thickness],
+            Family::Strain | Family::Stress => [x, y, layer * height],
             Family::Axisymmetric => {
                 let (sin, cos) = (layer * SECTOR.to_radians()).sin_cos();
                 [x * cos, y, x * sin]
@@ -314,6 +323,20 @@ fn solid(model: &Model, swept: &Swept, nodes: &[u32], n: usize) -> Option<(CellK
         }
         _ => None,
     }
+}
+
+/// Mean length of the edges of plane elements between corners.
+fn mean_edge(model: &Model) -> f64 {
+    let (mut sum, mut edges) = (0.0, 0.0);
+    for (block, (_, count)) in model.blocks.iter().filter_map(|block| Some((block, plane(block)?))) {
+        let n = if count.is_multiple_of(3) { 3 } else { 4 };
+        for nodes in block.nodes.chunks_exact(count) {
+            let x = |i: usize| model.nodes[nodes[i % n] as usize];
+            sum += (0..n).map(|i| norm(sub(x(i), x(i + 1)))).sum::<f64>();
+            edges += n as f64;
+        }
+    }
+    sum / edges
 }
 
 /// The thickness that the sections give; 1 without one.

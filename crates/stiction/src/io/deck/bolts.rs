@@ -88,7 +88,10 @@ impl Writer<'_, '_> {
             let (surface, normal, locked) = (bolt.surface.clone(), bolt.normal, bolt.locked);
             let faces = surface.found.sides.clone();
             let group = self.groups.faces(self.reader.input, &surface.name, &faces, &card.head())?;
-            let value = self.value(tightened.1, 0.0, card)?;
+            let mut value = self.value(tightened.1, 0.0, card)?;
+            if let Some(swept) = self.reader.input.swept().filter(|_| tightened.0 == "force") {
+                value = value.times(swept.part);
+            }
             self.out.table("[[bolt]]", of_card(card));
             self.out.line("on", &quoted(&group));
             if let Some(normal) = normal {

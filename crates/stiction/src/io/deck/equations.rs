@@ -70,6 +70,15 @@ impl<'a> Reader<'a> {
     }
 }
 
+impl EquationCard<'_> {
+    /// The same equation between the copies of its nodes, if all have one and not all are their own.
+    pub(super) fn copied(&self, copy: impl Fn(u32) -> Option<u32>) -> Option<Self> {
+        let terms = self.terms.iter().map(|&(node, c, factor)| Some((copy(node)?, c, factor)));
+        let terms: Vec<Term> = terms.collect::<Option<_>>()?;
+        (terms != self.terms).then(|| EquationCard { row: self.row.clone(), terms })
+    }
+}
+
 impl Writer<'_, '_> {
     pub(super) fn equations(&mut self) -> Result<(), Error> {
         let equations = std::mem::take(&mut self.reader.equations);

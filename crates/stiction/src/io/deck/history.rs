@@ -232,6 +232,14 @@ pub(super) enum Value {
 }
 
 impl Value {
+    /// The value times a factor.
+    pub(super) fn times(self, factor: f64) -> Value {
+        match self {
+            Value::Number(x) => Value::Number(x * factor),
+            Value::Expression(text) => Value::Expression(format!("({text})*{factor}")),
+        }
+    }
+
     /// As TOML.
     pub(super) fn toml(&self) -> String {
         match self {

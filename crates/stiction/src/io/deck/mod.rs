@@ -31,6 +31,7 @@ mod transform;
 mod write;
 
 pub use output::{DeckLabels, Print, Printed, Requests};
+pub use sweep::DeckLayer;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,6 +54,8 @@ pub struct Deck {
     pub labels: DeckLabels,
     /// What it asks to be written.
     pub requests: Requests,
+    /// The solids that its plane or axisymmetric elements became; `None` for a deck of solids.
+    pub layer: Option<DeckLayer>,
     /// Where tables begin in the text, and their places in the deck.
     marks: Vec<(usize, Spot)>,
 }
@@ -80,11 +83,12 @@ fn deck(input: Input, name: &str) -> Result<Deck, Error> {
     let mut reader = reader::Reader::read(&input)?;
     let write::Written { text, groups, arrays, notes } = write::write(&mut reader, name)?;
     let (requests, labels) = (output::requests(&mut reader), output::labels(&input));
+    let layer = sweep::layer(&input);
     drop(reader);
     let mesh = Arc::new(input.build(groups.list, arrays)?);
     let placed = |(at, spot): (usize, Spot)| (at, Spot { place: format!("{name}, {}", spot.place), ..spot });
     let marks = text.marks.into_iter().map(placed).collect();
-    Ok(Deck { text: text.text, mesh, notes, labels, requests, marks })
+    Ok(Deck { text: text.text, mesh, notes, labels, requests, layer, marks })
 }
 
 impl Deck {

@@ -12,6 +12,51 @@ use crate::Error;
 use crate::fem::{Axes, frame};
 use crate::io::abaqus::{Family, Input, NO_NODE};
 
+/// The layer of solids that plane or axisymmetric elements became.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeckLayer {
+    /// What forces of the layer are multiplied with in tables of text: one over the part of a plate that it is; 1 in plane
+    /// strain, and in bodies of revolution, where CalculiX too gives those of its sector.
+    pub factor: f64,
+    /// A node of the deck, its copy in another layer, and the angle between these layers about the y axis, radians.
+    pub copies: Vec<(u32, u32, f64)>,
+}
+
+impl DeckLayer {
+    /// Forces at nodes of the deck from those at all nodes of the mesh: in their plane, with those of their copies.
+    pub fn whole(&self, forces: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut whole: Vec<[f64; 3]> = forces.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect();
+        for &(node, copy, angle) in &self.copies {
+            let [x, y, z] = forces[copy as usize];
+            whole[node as usize][0] += x * angle.cos() + z * angle.sin();
+            whole[node as usize][1] += y;
+        }
+        whole.iter().map(|force| force.map(|f| self.factor * f)).collect()
+    }
+}
+
+/// The layer of an input, by the numbers of the nodes in its mesh.
+pub(super) fn layer(input: &Input) -> Option<DeckLayer> {
+    let swept = input.swept()?;
+    // The mesh has the nodes of cells only.
+    let mut next = 0;
+    let number = |used: bool| {
+        next += u32::from(used);
+        next.wrapping_sub(1)
+    };
+    let place: Vec<u32> = input.nodes_of_cells().into_iter().map(number).collect();
+    let mut copies = Vec::new();
+    for node in (0..swept.top.len()).filter(|&node| swept.top[node] != NO_NODE && swept.top[node] as usize != node) {
+        for (copy, layer) in [(swept.middle[node], 0.5), (swept.top[node], 1.0)] {
+            if copy != NO_NODE {
+                copies.push((place[node], place[copy as usize], swept.angle(layer)));
+            }
+        }
+    }
+    let factor = if swept.family == Family::Stress { 1.0 / swept.part } else { 1.0 };
+    Some(DeckLayer { factor, copies })
+}
+
 /// Nodes with their copies in the other layers, ascending.
 pub(super) fn with_copies(input: &Input, nodes: &[u32]) -> Vec<u32> {
     let mut all = nodes.to_vec();
@@ -35,12 +80,16 @@ impl Reader<'_> {
     pub(super) fn complete_sweep(&mut self) -> Result<(), Error> {
         let input = self.input;
         let Some(swept) = input.swept() else { return Ok(()) };
-        if let Some(card) = input.cards.iter().find(|card| {
-            ["EQUATION", "PRE-TENSIONSECTION", "PRETENSIONSECTION"].contains(&card.keyword.name.as_str())
-                || card.keyword.name == "TRANSFORM" && swept.family == Family::Axisymmetric
-        }) {
-            let what = format!("*{} is not read at plane and axisymmetric elements", card.keyword.title);
-            return Err(card.error(what, "mesh with solids, or take it out"));
+        let axisymmetric = swept.family == Family::Axisymmetric;
+        let turning = input.cards.iter().find(|card| card.keyword.name == "TRANSFORM");
+        if let Some(card) = turning.filter(|_| axisymmetric) {
+            let what = "*TRANSFORM is not read at axisymmetric elements";
+            return Err(card.error(what, "give supports and forces along the radius and the axis"));
+        }
+        for of in [&swept.middle, &swept.top] {
+            let copy = |node: u32| of.get(node as usize).copied().filter(|&copy| copy != NO_NODE);
+            let copies: Vec<_> = self.equations.iter().filter_map(|equation| equation.copied(copy)).collect();
+            self.equations.extend(copies);
         }
         for (transform, card) in
             self.transforms.iter().zip(input.cards.iter().filter(|card| card.keyword.name == "TRANSFORM"))
@@ -52,6 +101,17 @@ impl Reader<'_> {
                 );
             }
         }
+        self.notes.add(match swept.family {
+            Family::Strain => "plane strain: one layer of solids of the whole thickness".to_string(),
+            Family::Stress => format!(
+                "plane stress: one layer of solids of {:.4e} of the thickness; forces of the summary and of files are those of \
+                 the layer",
+                swept.part
+            ),
+            Family::Axisymmetric => "axisymmetric elements: a sector of 2 degrees, 1/180 of the body; forces of the summary \
+                                     and of files are those of the sector, *CLOAD those of the whole circle"
+                .to_string(),
+        });
         let turned = [0.5, 1.0].map(|layer| {
             let (sin, cos) = swept.angle(layer).sin_cos();
             let axes = [[cos, 0.0, sin], [0.0, 1.0, 0.0]];
