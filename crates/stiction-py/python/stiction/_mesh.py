@@ -101,7 +101,7 @@ def of_arrays(points: Any, cells: Any, groups: Any) -> Given:
         for key, part in parts.items():
             array = np.asarray(part)
             array = np.flatnonzero(array) if array.dtype == np.bool_ else array
-            fits = array.ndim == 2 and array.shape[1] in (3, 4) if key == "faces" else array.ndim == 1
+            fits = array.ndim == 2 and array.shape[-1] in (3, 4) if key == "faces" else array.ndim == 1
             if key not in ("cells", "faces", "nodes") or not fits or array.dtype.kind not in "iu":
                 what = f"{key!r} has type {array.dtype} and shape {array.shape}"
                 remedy = "give numbers of nodes, corners of faces (k, 3 or 4), or a dict of cells, faces and nodes"
