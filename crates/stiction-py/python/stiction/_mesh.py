@@ -19,7 +19,7 @@ FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, 5: 3,
 #: Points and lines: their groups are groups of nodes.
 NODES = {"vertex", "line", "line3", 1, 3, 21}
 
-Whole = npt.NDArray[np.int64]
+Whole = np.ndarray[tuple[Any, ...], np.dtype[np.int64]]
 #: Coordinates; name and nodes of each block of cells; name, cells, corners of faces, nodes of each group.
 Given = tuple[npt.NDArray[np.float64], list[tuple[str, Whole]], list[tuple[str, Whole, Whole, Whole]]]
 
