@@ -31,7 +31,8 @@ html_static_path = [str(Path(__file__).parent / "static")]
 html_css_files = ["book.css"]
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
+# Docstrings say shapes and units; the hints of arrays are long.
+autodoc_typehints = "none"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 # What lies outside of the package has its own documentation; this one is built without a network.

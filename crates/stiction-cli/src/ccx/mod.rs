@@ -35,18 +35,32 @@ const FAILED: u8 = 201;
 /// The version of CalculiX whose decks and files these are.
 const VERSION: &str = "2.20";
 
+const USAGE: &str = "Usage: ccx -i JOB, for a deck JOB.inp of CalculiX (solved by stiction)\n";
+const HELP: &str = "
+Writes JOB.frd, JOB.dat, JOB.sta and JOB.cvg beside the deck. `stiction ccx -i JOB` does the same as the program called
+through a link named ccx.
+
+  -i JOB, JOB      the deck without its ending
+  -v, --version    the version of CalculiX whose decks and files these are
+  -h, --help       this text
+
+OMP_NUM_THREADS sets the threads. The exit code is 0 where the answer is certified, 201 otherwise.
+";
+
 /// What the words ask for.
 enum Asked {
     Job(PathBuf),
     Version,
     Usage,
+    Help,
 }
 
 fn asked(words: &[String]) -> Result<Asked, Error> {
     // FreeCAD gives "-i " with a blank.
     let words: Vec<&str> = words.iter().map(|word| word.trim()).collect();
     match words[..] {
-        [] | ["-h" | "--help"] => Ok(Asked::Usage),
+        [] => Ok(Asked::Usage),
+        ["-h" | "--help"] => Ok(Asked::Help),
         ["-v" | "--version"] => Ok(Asked::Version),
         ["-i", job] => Ok(Asked::Job(job.into())),
         [job] if !job.starts_with('-') => Ok(Asked::Job(job.into())),
@@ -69,8 +83,12 @@ pub fn called(words: Vec<String>) -> u8 {
 pub fn run(arguments: &Arguments) -> u8 {
     match asked(&arguments.words) {
         Ok(Asked::Usage) => {
-            output::out("Usage: ccx -i JOB, for a deck JOB.inp of CalculiX (solved by stiction)\n");
+            output::out(USAGE);
             FAILED
+        }
+        Ok(Asked::Help) => {
+            output::out(&format!("{USAGE}{HELP}"));
+            0
         }
         Ok(Asked::Version) => {
             let version = env!("CARGO_PKG_VERSION");

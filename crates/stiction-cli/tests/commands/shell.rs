@@ -28,7 +28,7 @@ fn a_shell_completes_subcommands_and_options() {
 }
 
 #[test]
-fn the_manual_page_has_every_subcommand_and_each_of_them_a_page() {
+fn the_manual_page_has_every_subcommand_and_each_of_them_a_page_and_a_help() {
     let folder = Folder::new("man", CASE);
     let page = folder.run(&["man"]);
     page.ends(0, &[]);
@@ -44,6 +44,9 @@ fn the_manual_page_has_every_subcommand_and_each_of_them_a_page() {
             let own = folder.run(&["man", name]);
             own.ends(0, &[]);
             assert!(own.out.contains(&format!(".TH stiction-{name} 1")), "{}", own.out);
+            let help = folder.run(&[name, "--help"]);
+            help.ends(0, &[]);
+            assert!(help.out.contains("Usage: "), "{}", help.out);
         }
     }
     folder.run(&["man", "sovle"]).ends(2, &["no subcommand", "solve"]);

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from ._errors import InputError
 
-Reals = npt.NDArray[np.float64]
-Whole = npt.NDArray[np.int64]
+Reals = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
+Whole = np.ndarray[tuple[Any, ...], np.dtype[np.int64]]
 #: Rows, columns, indptr, indices, data.
 Rows = tuple[int, int, npt.NDArray[Any], npt.NDArray[Any], Reals]
 

@@ -26,7 +26,7 @@ FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, 5: 3,
 #: Points and lines: their groups are groups of nodes.
 NODES = {"vertex", "line", "line3", 1, 3, 21}
 
-Whole = npt.NDArray[np.int64]
+Whole = np.ndarray[tuple[Any, ...], np.dtype[np.int64]]
 #: Coordinates; name and nodes of each block of cells; name, cells, corners of faces, nodes of each group.
 Given = tuple[npt.NDArray[np.float64], list[tuple[str, Whole]], list[tuple[str, Whole, Whole, Whole]]]
 
@@ -108,7 +108,7 @@ def of_arrays(points: Any, cells: Any, groups: Any) -> Given:
         for key, part in parts.items():
             array = np.asarray(part)
             array = np.flatnonzero(array) if array.dtype == np.bool_ else array
-            fits = array.ndim == 2 and array.shape[1] in (3, 4) if key == "faces" else array.ndim == 1
+            fits = array.ndim == 2 and array.shape[-1] in (3, 4) if key == "faces" else array.ndim == 1
             if key not in ("cells", "faces", "nodes") or not fits or array.dtype.kind not in "iu":
                 what = f"{key!r} has type {array.dtype} and shape {array.shape}"
                 remedy = "give numbers of nodes, corners of faces (k, 3 or 4), or a dict of cells, faces and nodes"
