@@ -18,6 +18,9 @@ impl Writer<'_, '_> {
         let classes = classes(&self.reader.forces, self.reader);
         let card = self.reader.input.cards.iter().find(|card| card.keyword.name == "CLOAD");
         let Some(card) = card else { return Ok(()) };
+        if classes.is_empty() {
+            return Ok(());
+        }
         let spread = self.reader.input.swept().is_some();
         if spread || classes.len() > MOST_TABLES || classes.iter().any(|class| class.1 != NONE) {
             return self.force_arrays(card);
