@@ -240,7 +240,8 @@ fn abaqus_files() -> Vec<Vec<u8>> {
     let deck = "*HEADING\na bar\n*PART, NAME=p\n*NODE, NSET=all\n1, 0., 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=more.inp\n\
                 *ELEMENT, TYPE=C3D4, ELSET=e\n1, 1, 2, 3, 4\n*NSET, NSET=n, GENERATE\n1, 3, 1\n*SURFACE, NAME=s\ne, S1\n*END PART\n";
     let own = vec![deck.as_bytes().to_vec()];
-    [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp" "data/curved-wedge15-gmsh.inp")].concat()
+    [own, files!("data/brick-gmsh.inp" "data/tets-meshio.inp" "data/tets-gmsh.inp" "data/curved-wedge15-gmsh.inp")]
+        .concat()
 }
 
 /// Complete decks that hold every card that is read.

@@ -27,3 +27,4 @@ mod smallness;
 mod steps;
 mod supports;
 mod surfaces;
+mod wedges;
