@@ -209,10 +209,11 @@ fn a_tube_under_pressure_widens_as_lame_says() {
         let run = solved(&deck_of(&sheet, "", "BOTTOMBODY, 2\n", &format!("*DSLOAD\nINNERBODY, P, {p}\n")));
         (at(&run, [a, 0.0, 0.0])[0] / exact - 1.0).abs()
     };
-    for element in ["CAX3", "CAX4"] {
+    // At the corner lies one triangle, which sees less of the pressure than a quadrilateral.
+    for (element, rate) in [("CAX3", 1.4), ("CAX4", 1.8)] {
         let [coarse, fine] = [4, 8].map(|cells| error(element, cells));
         // The flat sides of the sector leave some 1e-4.
-        assert!(fine < 0.01 && (coarse / fine).log2() > 1.6, "{element} {coarse:e} {fine:e}");
+        assert!(fine < 0.01 && (coarse / fine).log2() > rate, "{element} {coarse:e} {fine:e}");
     }
     for element in ["CAX6", "CAX8"] {
         let fine = error(element, 6);
