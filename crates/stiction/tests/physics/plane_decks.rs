@@ -66,8 +66,8 @@ impl Sheet {
             let labels: Vec<String> = of.iter().map(|&at| self.label(at).to_string()).collect();
             nodes.extend(of.iter().map(|&at| (self.label(at), at)));
             writeln!(elements, "{number}, {}", labels.join(", ")).unwrap();
-            for k in 0..corners.len() {
-                let on = |c: usize, value: usize| corners[k][c] == value && next(k)[c] == value;
+            for (k, corner) in corners.iter().enumerate() {
+                let on = |c: usize, value: usize| corner[c] == value && next(k)[c] == value;
                 for (surface, yes) in [on(1, 2 * self.cells[1]), on(0, 0), on(1, 0)].into_iter().enumerate() {
                     if yes {
                         writeln!(surfaces[surface], "{number}, S{}", k + 1).unwrap();

@@ -25,7 +25,7 @@ fn tetrahedra_wedges_and_hexahedra_of_one_body_share_a_uniform_state() {
     // Corners of a box by bits: 1 for x, 2 for y, 4 for z.
     let corner = |[i, k]: [usize; 2], bits: usize| label([i + (bits & 1), bits >> 1 & 1, k + (bits >> 2)]);
     let tets = [[0, 1, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 6, 4, 7]];
-    let cells: [(&str, [usize; 2], Vec<Vec<usize>>); 3] = [
+    let cells = [
         ("C3D6", [0, 0], vec![vec![0, 1, 3, 4, 5, 7], vec![0, 3, 2, 4, 7, 6]]),
         ("C3D8", [1, 0], vec![vec![0, 1, 3, 2, 4, 5, 7, 6]]),
         ("C3D4", [0, 1], tets.map(|tet| tet.to_vec()).to_vec()),
