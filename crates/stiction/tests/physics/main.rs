@@ -33,3 +33,4 @@ mod smallness;
 mod steps;
 mod supports;
 mod surfaces;
+mod wedges;
