@@ -75,7 +75,7 @@ impl Point {
             bound,
             across: problem.contact.orthotropy.as_ref().map_or(1.0, |across| across[j]),
             stiffness: stiffness.of_point[j],
-            rounding: ROUNDING * (stiffness.of_point[j] * jump_size(problem, u, j) + strength),
+            rounding: ROUNDING * stiffness.of_point[j] * jump_size(problem, u, j) + ROUNDING * strength,
             idle: idle.map(|i| lambda[i].abs()).fold(0.0, f64::max),
         }
     }

@@ -31,7 +31,7 @@ pub struct CoulombLaw {
     /// the largest: the ellipse keeps its shape.
     pub limit: Option<f64>,
     /// Strength beside friction; with one coefficient and no limit.
-    pub cohesion: Option<Cohesion>,
+    pub cohesion: Option<Box<Cohesion>>,
 }
 
 /// Strength of an interface beside friction: `shear <= cohesion + coefficient * pressure` where the surfaces touch, and

@@ -61,7 +61,8 @@ fn problem(m: usize, extra: usize, seed: u64, law: impl Fn(f64) -> Friction) -> 
             Friction::Coulomb { coefficient } => coefficient * normal,
             Friction::Given { slip_bound } => slip_bound,
             Friction::Limited { coefficient, limit } => (coefficient * normal).min(limit),
-            Friction::None | Friction::Bonded => 0.0,
+            Friction::Cohesive { coefficient, cohesion, .. } if normal > 0.0 => cohesion + coefficient * normal,
+            Friction::None | Friction::Cohesive { .. } | Friction::Bonded => 0.0,
         };
         let angle = 4.0 * noise.next();
         let slips = slip || open;

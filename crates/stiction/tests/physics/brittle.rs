@@ -9,7 +9,6 @@ use stiction::run::{Outcome, Prepared, Restart, Settings, Step, prepare, solve_s
 use stiction_fixtures::case_run::{block, is, refused};
 
 const YOUNG: f64 = 2000.0;
-const PATHS: [&str; 2] = ["dense", "multigrid"];
 
 struct Run {
     outcome: Outcome,
@@ -44,7 +43,7 @@ fn glued(size: [f64; 3], cells: [usize; 3], top: &str, path: &str) -> String {
 /// on the floor again in between.
 #[test]
 fn a_glue_that_has_torn_pulls_no_more() {
-    for path in PATHS {
+    for path in ["dense", "multigrid"] {
         // Tears between t = 1/8, where the pull is 0.38, and t = 1/4; pressed from t = 1 to 2; then pulled again.
         let at = |t: f64| 5e-4 * (std::f64::consts::PI * t).sin();
         let top = "[0, 0, \"5e-4*sin(pi*t)\"]";
@@ -69,7 +68,7 @@ fn a_glued_block_that_is_dragged_off_is_left_with_friction() {
         glued([2.0, 1.0, 0.5], [8, 3, 3], "[\"4e-3*t\", 0, -5e-4]", path)
             + "[[fix]]\non = { box = [[-1, -1, -1], [3, 3, 3]] }\ncomponents = \"y\"\n[[step]]\nuntil = 1\nincrements = 8\n"
     };
-    for path in PATHS {
+    for path in ["dense", "solves"] {
         let whole = run(&text(path), || None);
         let forces = |run: &Run| -> Vec<[f64; 2]> {
             let of = |step: &stiction::run::StepRecord| {
@@ -108,4 +107,33 @@ fn a_glued_block_that_is_dragged_off_is_left_with_friction() {
 fn a_loss_on_slip_without_load_steps_is_refused() {
     let told = refused(&glued([1.0; 3], [1, 1, 1], "[0, 0, 1e-4]", "dense"));
     assert!(told.contains("depends on the load path") && told.contains("[[step]]"), "{told}");
+}
+
+/// Load steps with a layer, an initial stress and a glue that tears: the folder holds all that a judge needs.
+#[test]
+fn steps_of_an_interface_with_everything_are_judged_anew_from_their_files() {
+    let text = glued([1.0; 3], [2, 2, 2], "[0, 0, \"2e-4*t\"]", "dense").replacen(
+        "[solver]",
+        "stiffness = { normal = 4000, tangential = 1000 }\ninitial_stress = [0, 0, -0.05, 0, 0.02, 0]\n[solver]",
+        1,
+    ) + "[[step]]\nuntil = 3\nincrements = 3\n";
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("torn-layer");
+    let _ = std::fs::remove_dir_all(&folder);
+    let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+    let (mut files, _) = stiction::run::begin_steps(&prepared, &folder, false).unwrap();
+    let mut keep = |prepared: &Prepared, step: &Step| stiction::run::keep_step(&mut files, prepared, step);
+    let settings = Settings::of(&case.solver);
+    let go_on = &mut |_: &stiction::run::Event| ControlFlow::Continue(());
+    let mut outcome = solve_steps(&mut prepared, &settings, None, &mut keep, go_on).unwrap();
+    stiction::run::write(&prepared, &mut outcome, &stiction::run::Origin::default(), &folder).unwrap();
+    let checked = stiction::run::check(&folder).unwrap_or_else(|e| panic!("{e}"));
+    assert!(checked.passed() && checked.steps.len() == outcome.steps.len(), "{checked:?}");
+    // Pulled by d, column and layer in series lose d / (H/E + 1/k) of the initial pressure, down to -T.
+    let forces: Vec<f64> = outcome.steps.iter().map(|step| step.answer.contact.normal_force).collect();
+    is(forces[0], 0.05 - 2e-4 / (1.0 / YOUNG + 1.0 / 4000.0), 1.0);
+    assert!(forces[forces.len() - 1] == 0.0, "{forces:?}");
+    let last = folder.join(format!("contact-{:04}.vtu", outcome.steps.len()));
+    let contact = std::fs::read(last).unwrap();
+    assert!(contact.windows(8).any(|bytes| bytes == b"cohesion"));
 }

@@ -219,7 +219,7 @@ fn coulomb(law: &View, node: &Node) -> Result<SurfaceFriction, Error> {
 }
 
 /// The strength beside friction, if any; `others` are keys that do not go with it, and whether they are there.
-fn cohesion(law: &View, others: &[(&str, bool)]) -> Result<Option<Cohesion>, Error> {
+fn cohesion(law: &View, others: &[(&str, bool)]) -> Result<Option<Box<Cohesion>>, Error> {
     let Some(node) = law.given("cohesion") else {
         let why = "belongs to `cohesion`, which is missing";
         law.refuse(&["tension", "cohesion_lost"], why, ", or add cohesion = ...")?;
@@ -240,11 +240,11 @@ fn cohesion(law: &View, others: &[(&str, bool)]) -> Result<Option<Cohesion>, Err
         found => Ok(found),
     };
     let tension = law.given("tension").map(|node| strength("tension", node)).transpose()?;
-    Ok(Some(Cohesion {
+    Ok(Some(Box::new(Cohesion {
         shear: strength("cohesion", node)?,
         tension: tension.unwrap_or(Coefficient::Field(Field::Constant(0.0))),
         brittle: law.text("cohesion_lost") == "on slip",
-    }))
+    })))
 }
 
 fn coefficient(law: &View, node: &Node) -> Result<Coefficient, Error> {

@@ -152,7 +152,7 @@ fn friction(friction: &SurfaceFriction) -> String {
             if let Some(across) = across {
                 text += &format!(" along {} and {:?} across", triple(across.direction), across.coefficient);
             }
-            if let Some(Cohesion { shear, tension, brittle }) = cohesion {
+            if let Some(Cohesion { shear, tension, brittle }) = cohesion.as_deref() {
                 let lost = if *brittle { "lost where it slips or opens" } else { "never lost" };
                 text += &format!(", cohesion {shear:?} and tensile strength {tension:?}, {lost}");
             }
