@@ -7,8 +7,7 @@
 Run by an interpreter that has the package, NumPy and SciPy.
 
 `times` solves the same case files by the command and by `stiction.Case`, in turn, each in a process of its own on one thread,
-and prints medians of user CPU seconds and of their ratio pair by pair: of the phases that solve (the processor's clock of the
-thread that solves, by the summary), and of everything from the case file to the files of the results (of the command the
+and prints medians of user CPU seconds and of their ratio pair by pair: of the phases that solve (by `cpu_seconds` of the summary), and of everything from the case file to the files of the results (of the command the
 whole process, of Python what `Case(..)` and `solve(..)` take: the start of the interpreter is not in it).
 
 `memory` makes the stiffness of a block of linear hexahedra from Kronecker products of matrices of one direction, as CSR with
@@ -49,14 +48,14 @@ against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}
 friction = {{ coulomb = 0.3 }}
 
 [solver]
-method = "{method}"
+path = "{path}"
 """
-METHODS = {"multigrid": "[40, 40, 20]", "newton": "[24, 24, 12]"}
+PATHS = {"multigrid": "[40, 40, 20]", "dense": "[24, 24, 12]"}
 
 
 def solved(folder):
-    """Seconds of the phases that solve."""
-    seconds = json.loads((folder / "summary.json").read_text())["seconds"]
+    """Processor seconds of the phases."""
+    seconds = json.loads((folder / "summary.json").read_text())["cpu_seconds"]
     return {name: value for name, value in seconds.items() if isinstance(value, (int, float))}
 
 
@@ -86,12 +85,12 @@ def python(case, folder):
 
 
 def times(given):
-    for method, cells in METHODS.items():
+    for path, cells in PATHS.items():
         rows = []
         with tempfile.TemporaryDirectory() as name:
             work = pathlib.Path(name)
             case = work / "case.toml"
-            case.write_text(CASE.format(cells=cells, method=method))
+            case.write_text(CASE.format(cells=cells, path=path))
             for pair in range(given.pairs + 1):
                 calls = [("command", lambda f: command(given.program, case, f)), ("python", lambda f: python(case, f))]
                 row = {}
@@ -102,7 +101,7 @@ def times(given):
                     row[who] = {"user": user, "system": system, **solved(folder)}
                 if pair > 0:  # the first is a warm-up
                     rows.append(row)
-        print(f"{method}, {cells} cells, {len(rows)} pairs: median of command, of Python, of the ratio; least and largest ratio")
+        print(f"{path}, {cells} cells, {len(rows)} pairs: median of command, of Python, of the ratio; least and largest ratio")
         for key in rows[0]["command"]:
             values = [[row[who][key] for row in rows] for who in ("command", "python")]
             if min(values[0] + values[1]) > 0.01:
@@ -169,6 +168,8 @@ def memory(given):
     import stiction
 
     K, nodes = block(given.cells)
+    # SciPy's products have indices of 64 bits.
+    K = sp.csr_array((K.data, K.indices.astype(np.int32), K.indptr.astype(np.int32)), shape=K.shape)
     n = K.shape[0]
     # A body that is moved and strained without stress shows a wrong matrix.
     rotation = np.cross([0.3, -0.2, 0.5], nodes).ravel()
