@@ -79,10 +79,32 @@ def asking(text, deck):
     """The deck that asks CalculiX for displacements and contact forces."""
     pairs = [line.split(",")[:2] for name, p, data in deck if name == "CONTACTPAIR" and "SURFACE TO" in p.get("TYPE", "").upper()
              for line in data]
-    more = "*NODE FILE\nU\n"
-    for slave, master in pairs:
-        more += f"*CONTACT PRINT,SLAVE={slave.strip()},MASTER={master.strip()}\nCF\n"
-    return re.sub(r"(?im)^\s*\*\s*end\s*step", lambda m: more + m.group(0), text)
+    # CalculiX ends where it is asked for the forces of a pair that is taken out.
+    out, asked = set(), []
+    for name, parameters, data in deck:
+        if name == "MODELCHANGE":
+            changed = {tuple(word.strip().upper() for word in line.split(",")[:2]) for line in data}
+            out = out - changed if "ADD" in parameters else out | changed
+        if name == "ENDSTEP":
+            asked.append("*NODE FILE\nU\n")
+            for slave, master in pairs:
+                if (slave.strip().upper(), master.strip().upper()) not in out:
+                    asked[-1] += f"*CONTACT PRINT,SLAVE={slave.strip()},MASTER={master.strip()}\nCF\n"
+    more = iter(asked)
+    return re.sub(r"(?im)^\s*\*\s*end\s*step", lambda m: next(more) + m.group(0), text)
+
+
+def harder(text, factor):
+    """The deck with the stiffness of its linear laws and its stick slopes times a factor."""
+    def scaled(place):
+        def one(match):
+            fields = match.group(2).split(",")
+            if len(fields) > place and fields[place].strip():
+                fields[place] = repr(float(fields[place]) * factor)
+            return match.group(1) + ",".join(fields)
+        return one
+    text = re.sub(r"(?im)(^\s*\*\s*surface\s*behavior[^\n]*linear[^\n]*\n)([^\n]*)", scaled(0), text)
+    return re.sub(r"(?im)(^\s*\*\s*friction[^\n]*\n)([^\n]*)", scaled(1), text)
 
 
 def displacements_of_ccx(path):
@@ -181,11 +203,15 @@ def compare(name, text, arguments, folder):
         return "unsolved", warned[:120] or f"exit code {run.returncode}"
     ours = dict(zip(solid_nodes(deck), array(last_result(results), "displacement")))
     asked, size, said, agreement = asking(text, deck), None, [], None
-    for what, linear in [("u", False), ("small", True)]:
-        if linear and not re.search(r"(?im)^\s*\*\s*step.*nlgeom", asked):
-            continue
-        job = f"{name}_ccx" + ("_small" if linear else "")
-        theirs = ccx(job, re.sub(r"(?i),\s*nlgeom(\s*=\s*yes)?", "", asked) if linear else asked, folder, arguments.seconds)
+    straight = re.sub(r"(?i),\s*nlgeom(\s*=\s*yes)?", "", asked)
+    variants = [("u", asked)]
+    if straight != asked:
+        variants.append(("small", straight))
+    if arguments.harder and stiffness(deck):
+        variants.append((f"K x {arguments.harder:g}", harder(straight, arguments.harder)))
+    for number, (what, text) in enumerate(variants):
+        job = f"{name}_ccx" + (f"_{number}" if number else "")
+        theirs = ccx(job, text, folder, arguments.seconds)
         if not theirs:
             said.append(f"{what}: ccx has no answer")
             continue
@@ -208,8 +234,8 @@ def compare(name, text, arguments, folder):
     said.append(f"mesh {100 * mesh:.2f} %")
     if K:
         said.append(f"p/K {100 * law:.2f} %")
-    # Those of plane stress are forces of a thin layer.
-    if theirs_force and not re.search(r"(?i)type\s*=\s*CPS", text):
+    # Those of plane stress are forces of a thin layer; a force that is not a number is none.
+    if theirs_force and theirs_force == theirs_force and not re.search(r"(?i)type\s*=\s*CPS", text):
         said.append(f"force {force:.5g} ({100 * (force / theirs_force - 1):+.2f} %)")
     return ("solved" if agreement <= AGREES + law + mesh else "differs"), "; ".join(said)
 
@@ -220,6 +246,7 @@ def main():
     parser.add_argument("--stiction", default="target/release/stiction")
     parser.add_argument("--only", nargs="*")
     parser.add_argument("--seconds", type=float, default=300)
+    parser.add_argument("--harder", type=float, help="a column for CalculiX with linear laws so many times as stiff")
     parser.add_argument("--keep", help="folder for decks and results; a temporary one if absent")
     arguments = parser.parse_args()
     arguments.stiction = os.path.abspath(arguments.stiction)

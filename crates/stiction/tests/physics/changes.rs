@@ -175,6 +175,20 @@ fn a_contact_that_is_taken_out_lets_go_and_put_in_again_presses() {
         is(put_in.0.steps[0].answer.contact.normal_force, 0.0, 10.0);
         is(top(&put_in), -10.0 / 1500.0, 0.01);
     }
+    let text = stacked(
+        "friction = \"none\"\nwithout = [\"in\", \"out\"]\n",
+        &(hung.to_string() + &steps(&["in", "out"], 1)),
+        "auto",
+    );
+    assert!(case::parse(&text, "case.toml", &[]).map(|_| ()).unwrap_err().to_string().contains("out in all steps"));
+    let between = hung.to_string() + &steps(&["in", "out", "again"], 1);
+    for law in ["{ coulomb = 0.3 }", "\"bonded\""] {
+        let run = solved(&stacked(&format!("friction = {law}\nwithout = [\"out\"]\n"), &between, "auto"));
+        let reached: Vec<f64> = run.0.steps.iter().map(|step| step.answer.displacement_max).collect();
+        // A contact that presses finds the surfaces in each other, a tie keeps them so.
+        let last = if law.contains("bonded") { 0.01 } else { 10.0 / 1500.0 };
+        reached.iter().zip([10.0 / 1500.0, 0.01, last]).for_each(|(&u, wanted)| is(u, wanted, 0.01));
+    }
 }
 
 /// What has moved before is superposed: the tie changes nothing until the load does, and from then on it is one body.

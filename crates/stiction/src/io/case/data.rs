@@ -413,10 +413,34 @@ pub struct ContactSpec {
     pub initial_stress: Option<[Field; 6]>,
     /// The steps in which it holds.
     pub during: During,
+    /// Steps among these in which it does not.
+    pub without: Vec<usize>,
     /// Archard's coefficient, depth over pressure and path, 1/stress.
     pub wear: Option<f64>,
     /// Where the file says so.
     pub spot: Spot,
+}
+
+impl ContactSpec {
+    /// The stretches of time in which it holds: after the first time of each, until the second, without bounds at both ends.
+    pub fn periods(&self, steps: &[StepSpec]) -> Vec<[f64; 2]> {
+        if self.without.is_empty() {
+            return vec![self.during.period(steps)];
+        }
+        let mut periods: Vec<[f64; 2]> = Vec::new();
+        for step in (0..steps.len()).filter(|step| !self.without.contains(step)) {
+            let During { from: first, until: last } = self.during;
+            if first.is_some_and(|first| step < first) || last.is_some_and(|last| step > last) {
+                continue;
+            }
+            let [begin, end] = During { from: Some(step), until: Some(step) }.period(steps);
+            match periods.last_mut().filter(|period| period[1] == begin) {
+                Some(period) => period[1] = end,
+                None => periods.push([begin, end]),
+            }
+        }
+        periods
+    }
 }
 
 /// What a surface may touch.

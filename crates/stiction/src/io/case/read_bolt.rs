@@ -57,9 +57,13 @@ pub(super) fn during(table: &View, steps: &[StepSpec]) -> Result<During, Error> 
 
 /// The place of the step that a key names.
 pub(super) fn step_named(table: &View, key: &str, steps: &[StepSpec]) -> Result<Option<usize>, Error> {
-    let Some(name) = table.given(key).and_then(|node| node.text()) else { return Ok(None) };
+    table.given(key).and_then(|node| node.text()).map(|name| step_called(table, key, name, steps)).transpose()
+}
+
+/// The place of the step of this name, which `key` gives.
+pub(super) fn step_called(table: &View, key: &str, name: &str, steps: &[StepSpec]) -> Result<usize, Error> {
     if let Some(step) = steps.iter().position(|step| step.name == name) {
-        return Ok(Some(step));
+        return Ok(step);
     }
     let what = format!("there is no step called {name:?}");
     if steps.is_empty() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::data::{AgainstSpec, ContactSpec, Region, StepSpec, SurfaceFile};
 use super::read_body::{field, fields};
-use super::read_bolt::during;
+use super::read_bolt::{during, step_called};
 use super::read_mesh::placing;
 use super::read_region::{extended_region, groups};
 use super::tree::Node;
@@ -43,6 +43,13 @@ fn contact(table: &View, i: usize, folder: &Path, steps: &[StepSpec]) -> Result<
     let wear = table.given("wear").map(|_| table.number("wear"));
     let (stiffness, initial_stress) = (stiffness(table), initial_stress(table)?);
     let (during, spot) = (during(table, steps)?, table.spot());
+    let names = table.given("without").map_or(&[][..], Node::items).iter().filter_map(Node::text);
+    let without = names.map(|name| step_called(table, "without", name, steps)).collect::<Result<Vec<_>, _>>()?;
+    let (first, last) = (during.from.unwrap_or(0), during.until.unwrap_or(steps.len().saturating_sub(1)));
+    if !without.is_empty() && (first..=last).all(|step| without.contains(&step)) {
+        let what = "this contact is out in all steps";
+        return Err(table.error("without", what, "leave a step out of `without`, or take the contact out"));
+    }
     Ok(ContactSpec {
         name,
         on,
@@ -53,6 +60,7 @@ fn contact(table: &View, i: usize, folder: &Path, steps: &[StepSpec]) -> Result<
         stiffness,
         initial_stress,
         during,
+        without,
         wear,
         spot,
     })

@@ -40,21 +40,10 @@ pub(super) struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The steps in which it is in: the first and the last, none of which goes on to the end.
-    pub(super) fn spans(&self) -> Vec<(usize, Option<usize>)> {
-        let mut spans = vec![(0, None)];
-        for &(step, adds) in &self.changes {
-            let open = spans.last().is_some_and(|span| span.1.is_none());
-            match (adds, open) {
-                (true, false) => spans.push((step, None)),
-                (false, true) => {
-                    let first = spans.pop().map_or(0, |span| span.0);
-                    spans.extend(step.checked_sub(1).filter(|&last| last >= first).map(|last| (first, Some(last))));
-                }
-                _ => {}
-            }
-        }
-        spans
+    /// Whether it is in, for each of so many steps.
+    pub(super) fn steps(&self, count: usize) -> Vec<bool> {
+        let of = |step: usize| self.changes.iter().rev().find(|change| change.0 <= step).is_none_or(|change| change.1);
+        (0..count).map(of).collect()
     }
 }
 

@@ -24,21 +24,18 @@ impl Writer<'_, '_> {
                 name = format!("{} - {} ({twice})", on.name, against.name);
                 twice += 1;
             }
-            let spans = pair.spans();
-            if spans.is_empty() {
+            names.push(name.clone());
+            if pair.steps(self.reader.steps.len()).contains(&true) {
+                self.contact(number, &name)?;
+            } else {
                 self.reader.notes.add(format!("the contact {name} is taken out in all steps"));
-            }
-            for (again, (first, last)) in spans.into_iter().enumerate() {
-                let name = if again == 0 { name.clone() } else { format!("{name} - again {again}") };
-                names.push(name.clone());
-                self.contact(number, &name, first, last)?;
             }
         }
         Ok(())
     }
 
     /// A pair in the steps in which it is in.
-    fn contact(&mut self, number: usize, name: &str, first: usize, last: Option<usize>) -> Result<(), Error> {
+    fn contact(&mut self, number: usize, name: &str) -> Result<(), Error> {
         let pair = &self.reader.pairs[number];
         let [on, against] = &pair.surfaces;
         let input = self.reader.input;
@@ -51,7 +48,12 @@ impl Writer<'_, '_> {
         self.out.line("on", &quoted(&on));
         self.out.line("against", &quoted(&against));
         self.law(number)?;
-        self.during(first, last);
+        let is_in = self.reader.pairs[number].steps(self.reader.steps.len());
+        let out: Vec<String> =
+            self.reader.steps.iter().zip(&is_in).filter(|it| !it.1).map(|it| quoted(&it.0.name)).collect();
+        if !out.is_empty() {
+            self.out.line("without", &format!("[{}]", out.join(", ")));
+        }
         Ok(())
     }
 

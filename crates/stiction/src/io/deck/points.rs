@@ -244,51 +244,66 @@ impl Writer<'_, '_> {
                 }
             };
             let place = input.node(point.node);
-            let spans = self.spans_of_point(&motion, card, label)?;
-            self.out.table("[[coupling]]", of_card(card));
-            self.out.line("name", &quoted(&format!("node {label}")));
-            self.out.line("on", &quoted(&group));
-            self.out.line("point", &triple(place));
-            match kind.as_str() {
-                "" => {}
-                "mean" => self.out.line("kind", "\"distributing\""),
-                held => self.out.line("components", held),
-            }
-            for (key, ids) in [("motion", &motion[..3]), ("rotation", &motion[3..])] {
-                let mut parts = Vec::new();
-                for (axis, &id) in ["x", "y", "z"].iter().zip(ids).filter(|it| *it.1 != NONE) {
-                    parts.push(format!("{axis} = {}", self.value(id, 0.0, card)?.toml()));
+            // A table for each stretch of steps; loads stand in the first.
+            for (count, stretch) in self.stretches(&motion).into_iter().enumerate() {
+                let again = if count == 0 { String::new() } else { format!(" - {}", count + 1) };
+                self.out.table("[[coupling]]", of_card(card));
+                self.out.line("name", &quoted(&format!("node {label}{again}")));
+                self.out.line("on", &quoted(&group));
+                self.out.line("point", &triple(place));
+                match kind.as_str() {
+                    "" => {}
+                    "mean" => self.out.line("kind", "\"distributing\""),
+                    held => self.out.line("components", held),
                 }
-                if !parts.is_empty() {
-                    self.out.line(key, &format!("{{ {} }}", parts.join(", ")));
+                if let Some(span) = stretch {
+                    self.prescribed(&motion, span, card)?;
+                    self.during(span.first, span.last);
                 }
-            }
-            for (key, ids) in [("force", &load[..3]), ("moment", &load[3..])] {
-                let value = |&id: &u32| if id == NONE { Ok(Value::Number(0.0)) } else { self.value(id, 0.0, card) };
-                let values = ids.iter().map(value).collect::<Result<Vec<_>, _>>()?;
-                if values.iter().any(|value| *value != Value::Number(0.0)) {
-                    let values: Vec<String> = values.iter().map(Value::toml).collect();
-                    self.out.line(key, &format!("[{}]", values.join(", ")));
+                if count == 0 {
+                    self.loads_of_point(&load, card)?;
                 }
-            }
-            if let Some(span) = spans {
-                self.during(span.first, span.last);
             }
         }
         Ok(())
     }
 
-    /// The steps in which the motions of a point are prescribed: one stretch for all of them.
-    fn spans_of_point(&self, motion: &[u32; 6], card: &Card, label: u32) -> Result<Option<Span>, Error> {
-        let prescribed = motion.iter().filter(|&&id| id != NONE);
-        let all: Vec<Vec<Span>> = prescribed.map(|&id| self.reader.histories.spans(id)).collect();
-        let Some(first) = all.first() else { return Ok(None) };
-        match &first[..] {
-            [only] if all.iter().all(|spans| spans == first) => Ok(Some(*only)),
-            _ => {
-                let what = format!("the motions of node {label} are not prescribed in the same steps, in one stretch");
-                Err(card.error(what, "prescribe all of them from the same step on, and release them together"))
+    /// The motions that are prescribed in a stretch of steps.
+    fn prescribed(&mut self, motion: &[u32; 6], span: Span, card: &Card) -> Result<(), Error> {
+        for (key, ids) in [("motion", &motion[..3]), ("rotation", &motion[3..])] {
+            let mut parts = Vec::new();
+            for (axis, &id) in ["x", "y", "z"].iter().zip(ids).filter(|it| *it.1 != NONE) {
+                if self.reader.histories.spans(id).contains(&span) {
+                    parts.push(format!("{axis} = {}", self.value(id, 0.0, card)?.toml()));
+                }
+            }
+            if !parts.is_empty() {
+                self.out.line(key, &format!("{{ {} }}", parts.join(", ")));
             }
         }
+        Ok(())
+    }
+
+    fn loads_of_point(&mut self, load: &[u32; 6], card: &Card) -> Result<(), Error> {
+        for (key, ids) in [("force", &load[..3]), ("moment", &load[3..])] {
+            let value = |&id: &u32| if id == NONE { Ok(Value::Number(0.0)) } else { self.value(id, 0.0, card) };
+            let values = ids.iter().map(value).collect::<Result<Vec<_>, _>>()?;
+            if values.iter().any(|value| *value != Value::Number(0.0)) {
+                let values: Vec<String> = values.iter().map(Value::toml).collect();
+                self.out.line(key, &format!("[{}]", values.join(", ")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The stretches of steps in which motions of a point are prescribed; one without, if there are none.
+    fn stretches(&self, motion: &[u32; 6]) -> Vec<Option<Span>> {
+        let mut all: Vec<Option<Span>> = Vec::new();
+        for span in motion.iter().filter(|&&id| id != NONE).flat_map(|&id| self.reader.histories.spans(id)) {
+            if !all.contains(&Some(span)) {
+                all.push(Some(span));
+            }
+        }
+        if all.is_empty() { vec![None] } else { all }
     }
 }

@@ -1,6 +1,6 @@
 //! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
-use super::activity::Activity;
+use super::activity::{Activity, within};
 use super::bolts::{Bolt, thermal_forces};
 use super::couplings::Coupling;
 use super::frames::{PointFrame, frames};
@@ -50,8 +50,8 @@ pub struct Loading {
     pub couplings: Vec<Coupling>,
     /// The contact points that take part in some steps only.
     pub activity: Activity,
-    /// Bonded points that are put in with a step, each with the time: they keep the gap they have then.
-    pub put_in: Vec<(usize, f64)>,
+    /// Bonded points that are put in with a step, each with the period: they keep the gap they have when it begins.
+    pub put_in: Vec<(usize, [f64; 2])>,
     /// What ties and bonded points that have been put in keep: the sum of each tie and the gap of each point when it began,
     /// length; empty before the first step.
     pub stood: Vec<f64>,
@@ -270,8 +270,8 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
         }
     }
     loading.ties.put_into(&mut motion, dofs, &loading.stood, travel, t)?;
-    for (&(j, begin), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
-        if begin < t {
+    for (&(j, period), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
+        if within(period, t) {
             motion[j] += kept;
         }
     }
@@ -419,7 +419,7 @@ pub(crate) fn note_where_it_stands(prepared: &mut Prepared, loads: &LoadState, u
     loading.ties.note(&mut stood[..ties], dofs, &full, loads.travel, t);
     if !loading.put_in.is_empty() {
         let jump = jump(problem, loads, u);
-        for (&(j, begin), kept) in loading.put_in.iter().zip(&mut stood[ties..]) {
+        for (&(j, [begin, _]), kept) in loading.put_in.iter().zip(&mut stood[ties..]) {
             if t <= begin {
                 *kept = jump[j] - loads.motion[j] - loading.undeformed[j].max(0.0);
             }

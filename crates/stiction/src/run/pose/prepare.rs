@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::activity::Activity;
+use super::activity::{Activity, Period};
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
@@ -220,17 +220,18 @@ fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<Cou
     case.couplings.iter().zip(&loading.couplings).map(facts).collect()
 }
 
-/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with its time. The
+/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with each period. The
 /// contacts of `case` are those of the pairs.
-fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, f64)>) {
+fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, Period)>) {
     let mut activity = Activity::new(Bounds::around(mesh.nodes.iter().copied()).diagonal());
     let mut put_in = Vec::new();
     for (contact, pair) in case.contacts.iter().zip(&problem.labels.pairs) {
-        let period = contact.during.period(&case.steps);
-        pair.points.clone().for_each(|j| activity.add(j, vec![period]));
-        if contact.friction == SurfaceFriction::Bonded && period[0].is_finite() {
-            put_in.extend(pair.points.clone().map(|j| (j, period[0])));
+        let periods = contact.periods(&case.steps);
+        if contact.friction == SurfaceFriction::Bonded {
+            let later = periods.iter().filter(|period| period[0].is_finite());
+            put_in.extend(later.flat_map(|&period| pair.points.clone().map(move |j| (j, period))));
         }
+        pair.points.clone().for_each(|j| activity.add(j, periods.clone()));
     }
     (activity, put_in)
 }
