@@ -6,6 +6,7 @@
 
 mod check;
 mod data;
+mod during;
 mod kind;
 mod nearest;
 mod read_accuracy;
@@ -33,6 +34,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use data::*;
+pub use during::During;
 pub use nearest::nearest;
 pub use schema::schema;
 pub use source::Spot;

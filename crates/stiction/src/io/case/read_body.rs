@@ -1,6 +1,7 @@
 //! `[[fix]]`, `[[spring]]` and `[[load]]`: what acts on the body.
 
-use super::data::{CYLINDRICAL, During, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
+use super::data::{CYLINDRICAL, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, SpringSpec, StepSpec};
+use super::during::During;
 use super::read_bolt::during;
 use super::read_contact::direction;
 use super::read_region::{extended_region, region};

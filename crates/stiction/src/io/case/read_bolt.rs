@@ -1,6 +1,7 @@
 //! `[[bolt]]`.
 
-use super::data::{BoltSpec, During, Region, StepSpec, Tightening};
+use super::data::{BoltSpec, Region, StepSpec, Tightening};
+use super::during::During;
 use super::nearest::nearest;
 use super::read_body::of_time;
 use super::read_contact::direction;

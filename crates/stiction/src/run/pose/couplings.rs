@@ -29,6 +29,9 @@ const NONE: f64 = 1e-14;
 /// Motions of the point: along x, y, z, about x, y, z.
 pub(crate) const MOTIONS: [&str; 6] = ["along x", "along y", "along z", "about x", "about y", "about z"];
 
+/// Vectors at nodes.
+pub(crate) type Column = Vec<(u32, V3)>;
+
 /// A reference point.
 #[derive(Debug, Clone)]
 pub struct Coupling {
@@ -38,7 +41,7 @@ pub struct Coupling {
     pub point: V3,
     /// For each of its [`MOTIONS`] vectors at nodes: the forces there that a unit force or moment at the point is, and the
     /// factors with which displacements add up to the motion. None where the nodes do not tell it.
-    pub columns: [Option<Vec<(u32, V3)>>; 6],
+    pub columns: [Option<Column>; 6],
     /// Force and moment at the point.
     load: [Field; 6],
     /// The ties, by their numbers among all, that prescribe its motions: what the value of each gains by a unit of each motion.
@@ -225,7 +228,7 @@ fn entries(dofs: &DofMap, column: &[(u32, V3)]) -> BTreeMap<u32, f64> {
 }
 
 /// The mean motion of faces.
-fn mean_motion(solid: &Solid, spec: &CouplingSpec) -> Result<[Option<Vec<(u32, V3)>>; 6], Error> {
+fn mean_motion(solid: &Solid, spec: &CouplingSpec) -> Result<[Option<Column>; 6], Error> {
     let faces = regions::faces(solid.mesh, &spec.on, &spec.spot, "the coupling")?;
     let mut columns = [const { None }; 6];
     for (k, column) in columns.iter_mut().enumerate() {
@@ -264,7 +267,7 @@ impl Rigid {
         Ok(Rigid { all, triangle: triangle(mesh, &nodes), size })
     }
 
-    fn columns(&self) -> [Option<Vec<(u32, V3)>>; 6] {
+    fn columns(&self) -> [Option<Column>; 6] {
         let base = Base::new(&self.all, &self.triangle);
         std::array::from_fn(|k| {
             let motion = unit(k).map(|v| if k < 3 { v } else { v / self.size });
@@ -276,7 +279,7 @@ impl Rigid {
 
     /// The displacements that follow from others where the motions `held` are prescribed, each with the column that is then
     /// prescribed and what its value gains by a unit of each motion.
-    fn following(&self, held: &[bool; 6]) -> Vec<(Followed, Vec<(u32, V3)>, [f64; 6])> {
+    fn following(&self, held: &[bool; 6]) -> Vec<(Followed, Column, [f64; 6])> {
         let free = |row: &[f64; 6]| std::array::from_fn(|k| if held[k] { 0.0 } else { row[k] });
         let masked: Vec<Followed> = self.all.iter().map(|it| Followed { row: free(&it.row), ..*it }).collect();
         let base = Base::new(&masked, &self.triangle);
