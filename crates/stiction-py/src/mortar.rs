@@ -124,6 +124,7 @@ fn dofs(kept: &[u32], held: &[u32]) -> DofMap {
         prescribed: Vec::new(),
         value: Vec::new(),
         rotated: Vec::new(),
+        layer: Vec::new(),
     };
     for (dof, outside) in kept.iter().flat_map(|&node| (3 * node)..(3 * node + 3)).enumerate() {
         if held.binary_search(&outside).is_ok() {
