@@ -43,18 +43,18 @@ fn cycles_to_eight_digits(problem: &ContactProblem, what: &str) -> usize {
 }
 
 /// Quadratic elements begin with the linear space on their corners: at most 1.4 times the cycles of the linear mesh with the
-/// same corners. With contact, and no coarser block to start from, they take up to twice the cycles of a linear solve.
+/// same corners, and 1.5 times with wedges, of which the linear ones take the fewest cycles of all. With contact, and no coarser block to start from, they take up to twice the cycles of a linear solve.
 #[test]
 fn quadratic_elements_take_the_cycles_of_linear_ones() {
-    for (element, linear) in [
-        (BlockElement::Tet10Six, BlockElement::Tet4Six),
-        (BlockElement::Hex20, BlockElement::Hex8),
-        (BlockElement::Wedge15, BlockElement::Wedge6),
+    for (element, linear, ratio) in [
+        (BlockElement::Tet10Six, BlockElement::Tet4Six, 1.4),
+        (BlockElement::Hex20, BlockElement::Hex8, 1.4),
+        (BlockElement::Wedge15, BlockElement::Wedge6, 1.5),
     ] {
         for n in [5, 8] {
             let what = format!("{element:?} n = {n}");
             let least = cycles_to_eight_digits(&elastic(n, linear, 0.3), "linear").max(14);
-            let most = (1.4 * least as f64) as usize;
+            let most = (ratio * least as f64) as usize;
             assert!(cycles_to_eight_digits(&elastic(n, element, 0.3), &what) <= most, "{what} {most}");
             for (law, load) in [
                 (SurfaceFriction::None, BrickLoad::Lift),

@@ -223,3 +223,23 @@ fn small_contact_zones_at_planes_of_symmetry_take_few_cycles() {
         assert!(found.counts.cycles <= most, "{:?}\n{text}", found.counts);
     }
 }
+
+/// A plate fifty times as wide as thick that bends onto a plane below it: it lies there with a few rows of nodes, while the free
+/// plate would reach far below it.
+fn plate(element: &str, layers: usize, gap: f64) -> String {
+    format!(
+        "[mesh]\nblock = {{ size = [50, 50, 1], cells = [40, 40, {layers}], element = \"{element}\" }}\n\
+         [materials.steel]\nyoung = 210e3\npoisson = 0.3\n\
+         [[fix]]\non = \"x-min\"\n\
+         [[load]]\non = \"z-max\"\ntraction = [0.002, 0, -0.02]\n\
+         [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, -{gap}], normal = [0, 0, 1] }} }}\n\
+         friction = {{ coulomb = 0.3 }}\n"
+    )
+}
+
+#[test]
+fn plates_that_bend_onto_a_plane_take_few_cycles() {
+    for (element, layers, gap) in [("tet4", 1, 0.1), ("tet4", 2, 0.1), ("hex8", 1, 0.3), ("hex8", 2, 0.3)] {
+        assert_same_forces(&plate(element, layers, gap), 75);
+    }
+}

@@ -125,8 +125,21 @@ fn completed(block: &str) -> String {
     if block.contains("[accuracy]") && missing("[[contact]]") {
         text += "[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = \"none\"\n";
     }
-    if block.contains("lock = \"tighten\"") {
-        text += "[[step]]\nname = \"tighten\"\nuntil = 1\n[[step]]\nuntil = 2\n";
+    let mut steps: Vec<&str> = Vec::new();
+    for line in block.lines() {
+        let Some((key, value)) = line.split_once(" = \"") else { continue };
+        if let Some((name, _)) = value.split_once('"')
+            && ["lock", "from", "until"].contains(&key)
+            && !steps.contains(&name)
+        {
+            steps.push(name);
+        }
+    }
+    if missing("[[step]]") && !steps.is_empty() {
+        for (number, name) in steps.iter().enumerate() {
+            text += &format!("[[step]]\nname = \"{name}\"\nuntil = {}\n", number + 1);
+        }
+        text += &format!("[[step]]\nuntil = {}\n", steps.len() + 1);
     }
     text
 }

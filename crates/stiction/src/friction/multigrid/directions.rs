@@ -62,6 +62,7 @@ pub(super) fn minimise(
         for (i, x) in directions.iter().map(|d| d.p[p.node]).enumerate() {
             for (j, d) in directions.iter().enumerate() {
                 let y = d.p[p.node];
+                a[i][j] += x[0] * spring[0][0] * y[0];
                 a[i][j] += (1..3).map(|r| x[r] * (spring[r][1] * y[1] + spring[r][2] * y[2])).sum::<f64>();
                 // The normal contact force changes by minus the elastic force of the direction.
                 coupling[i][j] -= (x[1] * coulomb[0] + x[2] * coulomb[1]) * d.kp[p.node][0];

@@ -255,7 +255,7 @@ impl State {
     }
 
     /// Constrained components take their target values, and those of the directions become zero.
-    fn apply_targets(&mut self, problem: &Subproblem<'_>) {
+    pub(super) fn apply_targets(&mut self, problem: &Subproblem<'_>) {
         let k = &problem.transformed.k;
         let Iterate { u, ku, conditions, .. } = &mut self.iterate;
         for (condition, (p, law)) in conditions.iter().zip(problem.points()) {
@@ -298,6 +298,7 @@ pub(super) fn residual(problem: &Subproblem<'_>, at: &Iterate) -> Vector {
     let mut r = balance(problem.transformed, &at.ku);
     for ((p, law), condition) in problem.points().zip(&at.conditions) {
         let (r, u, constraint) = (&mut r[p.node], at.u[p.node], &condition.constraint);
+        r[0] -= constraint.spring[0][0] * (u[0] - law.target[0]);
         for c in 1..3 {
             let spring = &constraint.spring[c];
             r[c] -= condition.friction[c - 1] + spring[1] * (u[1] - law.target[1]) + spring[2] * (u[2] - law.target[2]);
@@ -335,7 +336,7 @@ fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
 }
 
 /// The larger of the load and the contact forces, newton.
-fn load(transformed: &Transformed, ku: &Vector) -> f64 {
+pub(super) fn load(transformed: &Transformed, ku: &Vector) -> f64 {
     let at = |v: usize| (0..3).map(|c| (transformed.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
     let contact: f64 = transformed.points.iter().map(|p| at(p.node)).sum();
     norm(&transformed.f).max(contact.sqrt())

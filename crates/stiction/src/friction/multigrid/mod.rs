@@ -20,6 +20,7 @@ mod memory;
 mod monitor;
 mod points;
 mod solve;
+mod springs;
 mod strategy;
 #[cfg(test)]
 mod tests;

@@ -223,9 +223,7 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         }
     }
     let displacement = without(travel, &dofs);
-    let mut friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
-    let lost = friction.iter_mut().flatten().zip(&loading.lost).filter(|(_, lost)| **lost);
-    lost.for_each(|(law, _)| law.set_strength([0.0; 2]));
+    let friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
     let out = loading.activity.out(t).collect();
     Ok(LoadState { t, load, support_load, displacement, motion, initial, friction, out, travel })
 }
@@ -368,9 +366,11 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
-    for (law, now) in problem.contact.friction.iter_mut().zip(loads.friction.iter().flatten()) {
+    if let Some(laws) = &loads.friction {
+        problem.contact.friction.clone_from(laws);
         // The strength is a state of the interface, no load.
-        now.coefficient().into_iter().for_each(|coefficient| law.set_coefficient(coefficient));
+        let lost = problem.contact.friction.iter_mut().zip(&loading.lost).filter(|(_, lost)| **lost);
+        lost.for_each(|(law, _)| law.set_strength([0.0; 2]));
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
