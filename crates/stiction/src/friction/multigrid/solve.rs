@@ -69,7 +69,8 @@ const LEAST_TARGET: f64 = 1e-6;
 /// the solution in the space of the second coarse level.
 ///
 /// If the active sets cycle, further stages follow ([`Status::Stalled`](crate::friction::Status::Stalled) if all fail):
-/// floating bodies are balanced as rigid bodies before each cycle, then Coulomb friction is solved by the fixed point on the
+/// springs in place of contact find the sets of bodies that are held, floating bodies are balanced as rigid ones before each
+/// cycle, then Coulomb friction is solved by the fixed point on the
 /// slip bounds, where a monotone descent minimises the energy of each problem with given friction.
 ///
 /// `Solved` is only reported if the certificate passes; a residual that was small enough but did not certify is reduced

@@ -39,7 +39,7 @@ pub struct Coupling {
     pub name: String,
     /// Length.
     pub point: V3,
-    /// For each of its [`MOTIONS`] vectors at nodes: the forces there that a unit force or moment at the point is, and the
+    /// For each of its six vectors at nodes: the forces there that a unit force or moment at the point is, and the
     /// factors with which displacements add up to the motion. None where the nodes do not tell it.
     pub columns: [Option<Column>; 6],
     /// Force and moment at the point.
