@@ -323,6 +323,10 @@ fn what_no_plane_state_answers_is_refused_with_its_place_and_remedy() {
         (good.replacen("1, 1, 0, 0.", "1, 1, 0, 0.5", 1), ["node 1", "z = 0.5", "plane z = 0"]),
         (good.replace(load, "*DLOAD\nBODY, GRAV, 9., 1., 0., 0.\n"), ["line", "alike all around", "GRAV along y"]),
         (good.replacen("*BOUNDARY\n", turn, 1), ["line", "*TRANSFORM is not read", "along the radius"]),
+        (
+            strain.replacen("*MATERIAL", "*NODE\n99, 0.5, 2.\n*RIGID BODY, NSET=LEFTBODY, REF NODE=99\n*MATERIAL", 1),
+            ["line", "reference point", "*BOUNDARY"],
+        ),
         (strain.replacen("MATERIAL=M\n1.", "MATERIAL=M\n-1.", 1), ["line", "no thickness", "positive"]),
         (
             strain.replacen("*BOUNDARY\n", "*SOLID SECTION, ELSET=BODY, MATERIAL=M\n3.\n*BOUNDARY\n", 1),

@@ -12,7 +12,7 @@ use crate::io::abaqus::{Card, Found, Kind, Row};
 
 /// A reference point with what moves with it.
 pub(super) struct ReferencePoint<'a> {
-    card: &'a Card,
+    pub card: &'a Card,
     /// The node whose directions are displacements 1 to 3 and rotations 4 to 6.
     node: u32,
     /// The node whose directions 1 to 3 are the rotations.

@@ -81,6 +81,12 @@ impl Reader<'_> {
         let input = self.input;
         let Some(swept) = input.swept() else { return Ok(()) };
         let axisymmetric = swept.family == Family::Axisymmetric;
+        if let Some(point) = self.points.first() {
+            let what = "a reference point is not read at plane and axisymmetric elements";
+            return Err(point
+                .card
+                .error(what, "prescribe the nodes by *BOUNDARY, tie them by *EQUATION, or mesh with solids"));
+        }
         let turning = input.cards.iter().find(|card| card.keyword.name == "TRANSFORM");
         if let Some(card) = turning.filter(|_| axisymmetric) {
             let what = "*TRANSFORM is not read at axisymmetric elements";
