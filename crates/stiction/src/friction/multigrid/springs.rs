@@ -8,7 +8,7 @@ use crate::contact::Friction;
 use crate::friction::{End, PointState};
 use crate::linalg::multigrid::{Hierarchy, NodeConstraint};
 
-/// Thresholds of [`by_springs`].
+/// Thresholds of [`by_springs`]; only the stiffness was varied.
 struct Threshold;
 
 impl Threshold {
@@ -116,9 +116,8 @@ fn spring_condition(law: &PointLaw, point: &Point, u: [f64; 3]) -> ContactCondit
         return ContactCondition { state: PointState::Stick, constraint, friction: [0.0; 2] };
     }
     let spring = Threshold::STIFFNESS * law.parameter;
-    let overlap = if point.has_row[0] { (u[0] - law.target[0]).max(0.0) } else { 0.0 };
+    let (overlap, slip) = moved(law, point, u);
     let bound = law.friction.bound(spring * overlap);
-    let slip = slip(law, point, u);
     let length = slip[0].hypot(slip[1]);
     let slips = spring * length > bound;
     let mut condition = ContactCondition {
@@ -146,15 +145,16 @@ fn spring_condition(law: &PointLaw, point: &Point, u: [f64; 3]) -> ContactCondit
     condition
 }
 
-fn slip(law: &PointLaw, point: &Point, u: [f64; 3]) -> [f64; 2] {
-    [1, 2].map(|c| if point.has_row[c] { u[c] - law.target[c] } else { 0.0 })
+/// How far a point has gone beyond its gap, and its slip; length.
+fn moved(law: &PointLaw, point: &Point, u: [f64; 3]) -> (f64, [f64; 2]) {
+    let [normal, slip @ ..] = [0, 1, 2].map(|c| if point.has_row[c] { u[c] - law.target[c] } else { 0.0 });
+    (normal.max(0.0), slip)
 }
 
 /// The force of the spring on the counterpart, friction up to `bound`; newton.
 fn spring_force(law: &PointLaw, point: &Point, u: [f64; 3], bound: f64) -> [f64; 3] {
     let spring = Threshold::STIFFNESS * law.parameter;
-    let overlap = if point.has_row[0] { (u[0] - law.target[0]).max(0.0) } else { 0.0 };
-    let slip = slip(law, point, u);
+    let (overlap, slip) = moved(law, point, u);
     let length = slip[0].hypot(slip[1]);
     let tangential = if spring * length > bound { bound / length } else { spring };
     [spring * overlap, tangential * slip[0], tangential * slip[1]]
