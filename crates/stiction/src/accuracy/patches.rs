@@ -103,6 +103,9 @@ impl Corners {
     #[inline]
     fn patch(&self, node: u32, region: u32) -> usize {
         let range = self.start[node as usize] as usize..self.start[node as usize + 1] as usize;
+        if range.len() == 1 {
+            return range.start;
+        }
         let place = self.patch[range.clone()].iter().position(|patch| patch[0] == region).unwrap_or(0);
         range.start + place
     }
@@ -279,24 +282,32 @@ impl Finder<'_> {
         if cells.len() < LEAST_CELLS {
             return None;
         }
-        // Uniform stress is kept to the last digit.
-        let mean = self.mean_stress(cells);
-        let (mut d, mut m, mut g) = ([0.0; 3], [[0.0; 3]; 3], [[0.0; 6]; 3]);
-        for Sample { place, stress } in self.samples(cells) {
+        let sample = |&cell: &u32| &self.samples.at(self.cells.place(cell as usize))[0];
+        // Stress is counted from that of the first cell: so uniform stress is kept to the last digit.
+        let first = sample(&cells[0]).stress;
+        let (mut d, mut m, mut s, mut g) = ([0.0; 3], [0.0; 6], [0.0; 6], [[0.0; 6]; 3]);
+        for Sample { place, stress } in cells.iter().map(sample) {
             let away = sub(*place, corner);
-            let rest: Voigt = from_fn(|k| stress[k] - mean[k]);
-            for a in 0..3 {
-                d[a] += away[a];
-                (0..3).for_each(|b| m[a][b] += away[a] * away[b]);
-                (0..6).for_each(|k| g[a][k] += away[a] * rest[k]);
+            let [x, y, z] = away;
+            let products = [x * x, y * y, z * z, x * y, y * z, z * x];
+            (0..3).for_each(|a| d[a] += away[a]);
+            for k in 0..6 {
+                let rest = stress[k] - first[k];
+                m[k] += products[k];
+                s[k] += rest;
+                (0..3).for_each(|a| g[a][k] += away[a] * rest);
             }
         }
         let count = cells.len() as f64;
+        let [xx, yy, zz, xy, yz, zx] = m;
+        let m = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
         let normals = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
         let w = scale(1.0 / dot(m[0], normals[0]), normals.map(|normal| dot(normal, d)));
         let left = 1.0 - dot(w, d) / count;
-        (left > LEAST_PART[1])
-            .then(|| from_fn(|k| mean[k] - (w[0] * g[0][k] + w[1] * g[1][k] + w[2] * g[2][k]) / (count * left)))
+        // What is left of the sums of products once the mean stress is taken off.
+        let rest = |a: usize, k: usize| g[a][k] - d[a] * s[k] / count;
+        let slope = |k: usize| (0..3).map(|a| w[a] * rest(a, k)).sum::<f64>();
+        (left > LEAST_PART[1]).then(|| from_fn(|k| first[k] + s[k] / count - slope(k) / (count * left)))
     }
 
     /// From the displacements of the nodes of the cells around a corner, differentiated (Zhang and Naga 2005); of these and all

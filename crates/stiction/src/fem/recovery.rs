@@ -8,7 +8,7 @@ use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, i
 use super::{FeModel, Solid};
 use crate::mesh::geometry::{HEX_CORNERS, corners};
 use crate::mesh::shape::{HEX20, WEDGE6, WEDGE15};
-use crate::mesh::v3::{V3, add, scale};
+use crate::mesh::v3::{V3, add, scale, sub};
 use crate::mesh::{CellKind, Mesh};
 
 /// Displacements of all nodes along x, y, z, `3 i + c`, from those of the unknowns (length `n`).
@@ -126,11 +126,20 @@ pub(crate) fn middle_gradient(
     displacement: impl Fn(u32) -> V3,
 ) -> Option<[V3; 3]> {
     let (mut along, mut moved) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
-    for (&node, derivative) in nodes.iter().zip(middle(kind)) {
-        let (x, u) = (mesh.nodes[node as usize], displacement(node));
-        for (k, &d) in derivative.iter().enumerate() {
-            along[k] = add(along[k], scale(d, x));
-            moved[k] = add(moved[k], scale(d, u));
+    if let (CellKind::Tet4, &[origin, ref others @ ..]) = (kind, nodes) {
+        // The derivatives are the edges: most of the sums below are of zeros.
+        let (x, u) = (mesh.nodes[origin as usize], displacement(origin));
+        for (k, &node) in others.iter().enumerate() {
+            along[k] = sub(mesh.nodes[node as usize], x);
+            moved[k] = sub(displacement(node), u);
+        }
+    } else {
+        for (&node, derivative) in nodes.iter().zip(middle(kind)) {
+            let (x, u) = (mesh.nodes[node as usize], displacement(node));
+            for (k, &d) in derivative.iter().enumerate() {
+                along[k] = add(along[k], scale(d, x));
+                moved[k] = add(moved[k], scale(d, u));
+            }
         }
     }
     let (_, own) = inverse(along)?;

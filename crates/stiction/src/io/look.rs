@@ -34,8 +34,8 @@ pub(crate) const STATUS: [(&str, Rgb); 3] =
 pub(crate) const OUTSIDE: (&str, Rgb) = ("held", [140, 120, 140]);
 
 /// `a` at `t = 0`, `b` at `t = 1`.
-pub(crate) fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
-    // Rounded by hand: this runs for every sub-pixel, and the conversion cuts off.
+fn mix(a: Rgb, b: Rgb, t: f64) -> Rgb {
+    // Rounded by hand, as the conversion cuts off.
     std::array::from_fn(|c| (f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])) + 0.5) as u8)
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-pub(super) use crate::io::look::{MISSING, OUTSIDE, Rgb, STATUS, mix, viridis};
+pub(super) use crate::io::look::{MISSING, OUTSIDE, Rgb, STATUS, viridis};
 
 pub(super) const INK: Rgb = [34, 34, 34];
 pub(super) const GRID: Rgb = [225, 225, 225];

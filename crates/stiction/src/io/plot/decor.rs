@@ -49,9 +49,9 @@ fn color_bar(drawing: &mut Drawing, area: Area, [low, high]: [f64; 2], label: &s
     for i in 0..STRIPES {
         let [from, to] = [i, i + 1].map(|i| i as f64 / STRIPES as f64);
         let color = viridis(1.0 - 0.5 * (from + to));
-        // Each reaches to the end and the next lies on it: no seam shows between them.
-        let y = first + from * (last - first);
-        drawing.polygon(vec![[left, y], [left + WIDTH, y], [left + WIDTH, last], [left, last]], color, None);
+        // Each reaches below the next, which lies on it: no seam shows between them.
+        let [y, end] = [from, (to + 1.0 / STRIPES as f64).min(1.0)].map(|t| first + t * (last - first));
+        drawing.polygon(vec![[left, y], [left + WIDTH, y], [left + WIDTH, end], [left, end]], color, None);
     }
     drawing.frame([left, first], [left + WIDTH, last], 1.0, INK);
     for (value, text) in ticks.marks {

@@ -5,7 +5,7 @@ use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, 
 use super::color::Rgb;
 use super::drawing::{Align, Drawing, Shape, Stroke};
 use super::font;
-use super::raster::Image;
+use super::raster::{self, Image};
 
 /// The picture, opaque; `None` if it has no pixels or more than memory.
 pub(super) fn pixels(drawing: &Drawing) -> Option<Pixmap> {
@@ -17,7 +17,7 @@ pub(super) fn pixels(drawing: &Drawing) -> Option<Pixmap> {
 
 /// Red, green and blue of each pixel, in rows.
 pub(super) fn rgb(picture: &Pixmap) -> Vec<u8> {
-    picture.data().as_chunks::<4>().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
+    raster::rgb(picture.data().as_chunks().0)
 }
 
 fn draw(picture: &mut Pixmap, shape: &Shape) {
@@ -90,18 +90,29 @@ fn stroke(picture: &mut Pixmap, points: &[[f64; 2]], stroke: Stroke) {
 
 /// Each pixel the mean of four of the image.
 fn copy(picture: &mut Pixmap, image: &Image) {
-    let (row, [left, top]) = (3 * image.width, image.at);
+    let [left, top] = image.at;
     let rows = picture.width() as usize * 4;
     let below = picture.data_mut().chunks_exact_mut(rows).skip(top);
-    for (to, from) in below.zip(image.rgb.chunks_exact(2 * row)) {
-        let (upper, lower) = from.split_at(row);
-        let pairs = upper.as_chunks::<6>().0.iter().zip(lower.as_chunks::<6>().0);
-        for (pixel, (a, b)) in to.as_chunks_mut::<4>().0[left..].iter_mut().zip(pairs) {
-            let sum = |c: usize| u16::from(a[c]) + u16::from(a[c + 3]) + u16::from(b[c]) + u16::from(b[c + 3]);
-            let [r, g, b] = [0, 1, 2].map(|c| ((sum(c) + 2) / 4) as u8);
-            *pixel = [r, g, b, 255];
+    for (to, from) in below.zip(image.pixels.chunks_exact(2 * image.width)) {
+        let (upper, lower) = from.split_at(image.width);
+        let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+        for (pixel, (above, below)) in to.as_chunks_mut::<4>().0[left..].iter_mut().zip(pairs) {
+            *pixel = mean([above, below]);
         }
     }
+}
+
+/// The mean of four pixels.
+fn mean(of: [&[[u8; 4]; 2]; 2]) -> [u8; 4] {
+    /// Every other byte: with the others apart four of each are added at once.
+    const APART: u64 = 0x00ff_00ff_00ff_00ff;
+    const HALF: u64 = 0x0002_0002;
+    let words = of.map(|&[[a, b, c, d], [e, f, g, h]]| u64::from_le_bytes([a, b, c, d, e, f, g, h]));
+    let [even, odd] = [0, 8].map(|shift| {
+        let pairs = ((words[0] >> shift) & APART) + ((words[1] >> shift) & APART);
+        ((pairs + (pairs >> 32) + HALF) >> 2) & APART
+    });
+    ((even | odd << 8) as u32).to_le_bytes()
 }
 
 #[cfg(test)]

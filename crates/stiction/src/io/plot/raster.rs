@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::camera::Area;
-use super::color::{Rgb, mix};
+use super::color::Rgb;
 use super::drawing::Drawing;
 
 /// Sub-pixels a pixel, in each direction.
@@ -19,23 +19,35 @@ pub(super) struct Image {
     pub at: [usize; 2],
     /// Sub-pixels of a row.
     pub width: usize,
-    /// Rows of red, green and blue.
-    pub rgb: Vec<u8>,
+    /// Rows of red, green, blue and an opacity that is always full.
+    pub pixels: Vec<[u8; 4]>,
 }
 
 impl Image {
     /// Columns and rows of sub-pixels.
     pub(super) fn size(&self) -> [usize; 2] {
-        [self.width, self.rgb.len() / (3 * self.width).max(1)]
+        [self.width, self.pixels.len() / self.width.max(1)]
     }
 
     /// The sub-pixels as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
         let (mut bytes, [width, height]) = (Vec::new(), self.size());
-        let written = super::encode(&mut bytes, [width as u32, height as u32], &self.rgb);
+        let written = super::encode(&mut bytes, [width as u32, height as u32], &rgb(&self.pixels));
         debug_assert!(written.is_ok(), "memory takes every byte");
         bytes
     }
+}
+
+/// Red, green and blue of each pixel.
+pub(super) fn rgb(pixels: &[[u8; 4]]) -> Vec<u8> {
+    let mut colors = vec![[0; 3]; pixels.len()];
+    colors.iter_mut().zip(pixels).for_each(|(color, &[r, g, b, _])| *color = [r, g, b]);
+    colors.into_flattened()
+}
+
+/// A pixel of this colour.
+pub(super) fn opaque([r, g, b]: Rgb) -> [u8; 4] {
+    [r, g, b, 255]
 }
 
 /// A picture with the depth of what it shows. Points are `[x, y, depth]` in pixels, larger depth nearer.
@@ -58,7 +70,7 @@ impl Raster {
         };
         let (left, width, columns) = span(area.left, area.right, drawing.width);
         let (top, height, rows) = span(area.top, area.bottom, drawing.height);
-        let image = Image { at: [left, top], width, rgb: vec![255; 3 * width * height] };
+        let image = Image { at: [left, top], width, pixels: vec![[255; 4]; width * height] };
         Raster { image, depth: vec![f32::NEG_INFINITY; width * height], clip: [columns, rows] }
     }
 
@@ -73,9 +85,9 @@ impl Raster {
         [(x - left) * FINE as f64 - offset, (y - top) * FINE as f64 - offset, depth]
     }
 
-    /// Draws a triangle; `color` is asked with the weights of the three corners. A corner that is not finite draws
-    /// nothing.
-    pub(super) fn triangle(&mut self, corners: [[f64; 3]; 3], color: impl Fn([f64; 3]) -> Rgb) {
+    /// Draws a triangle; `color` is asked with what its corners' `values` come to in between. A corner that is not finite
+    /// draws nothing.
+    pub(super) fn triangle(&mut self, corners: [[f64; 3]; 3], values: [f64; 3], color: impl Fn(f64) -> [u8; 4]) {
         if corners.as_flattened().iter().any(|x| !x.is_finite()) {
             return;
         }
@@ -94,93 +106,103 @@ impl Raster {
             if low <= high { low as usize..high as usize + 1 } else { 0..0 }
         };
         let columns = span(0);
-        // The weights of b and c are linear: their slopes along a row are the same for all rows.
-        let slopes = [(c[1] - a[1]) / area, (a[1] - b[1]) / area];
-        let depths = [b[2] - a[2], c[2] - a[2]];
-        let deeper = slopes[0] * depths[0] + slopes[1] * depths[1];
-        let roots = Roots::new(slopes);
+        // The weights of b and c are linear: their slopes along a row and down a column are the same everywhere.
+        let inverse = 1.0 / area;
+        let along = [(c[1] - a[1]) * inverse, (a[1] - b[1]) * inverse];
+        let downward = [(a[0] - c[0]) * inverse, (b[0] - a[0]) * inverse];
+        let edges = Edges::new(along);
+        // What the corners say where a row starts, and its slope along it.
+        let between = |at: [f64; 3], starts: [f64; 2]| {
+            let [b, c] = [at[1] - at[0], at[2] - at[0]];
+            [at[0] + starts[0] * b + starts[1] * c, along[0] * b + along[1] * c]
+        };
         for y in span(1) {
             let down = y as f64 - a[1];
-            let starts = [
-                (-a[0] * (c[1] - a[1]) - down * (c[0] - a[0])) / area,
-                (a[0] * (b[1] - a[1]) + down * (b[0] - a[0])) / area,
-            ];
-            let depth = a[2] + starts[0] * depths[0] + starts[1] * depths[1];
-            let row = roots.within(columns.clone(), starts);
+            let starts = [0, 1].map(|k| down * downward[k] - a[0] * along[k]);
+            let row = edges.within(columns.clone(), starts);
+            let [depth, deeper] = between([a[2], b[2], c[2]], starts);
+            let [value, change] = between(values, starts);
+            // Counted as a number beside the places: the conversion of each would take longer than all else.
+            let mut x = row.start as f64;
             let places = y * width + row.start..y * width + row.end;
-            let pixels = self.depth[places.clone()].iter_mut().zip(self.image.rgb.as_chunks_mut().0[places].iter_mut());
-            for (x, (nearest, pixel)) in row.zip(pixels) {
-                // Most of what lies behind is left here.
-                let depth = (depth + deeper * x as f64) as f32;
-                if depth <= *nearest {
-                    continue;
-                }
-                let [wb, wc] = [0, 1].map(|k| starts[k] + slopes[k] * x as f64);
-                let wa = 1.0 - wb - wc;
-                if wa.min(wb).min(wc) >= -SLACK {
+            for (nearest, pixel) in self.depth[places.clone()].iter_mut().zip(&mut self.image.pixels[places]) {
+                let depth = (depth + deeper * x) as f32;
+                if depth > *nearest {
                     *nearest = depth;
-                    *pixel = color([wa, wb, wc]);
+                    *pixel = color(value + change * x);
                 }
+                x += 1.0;
             }
         }
     }
 
     /// Draws a line `width` sub-pixels wide over what it is not hidden by; `opacity` in 0..1.
-    pub(super) fn line(&mut self, a: [f64; 3], b: [f64; 3], width: usize, color: Rgb, opacity: f64) {
+    pub(super) fn line(&mut self, a: [f64; 3], b: [f64; 3], width: i32, color: Rgb, opacity: f64) {
         /// Pixels by which a line lies nearer than its surface, which it would otherwise sink into by rounding.
         const LIFT: f32 = 2.0;
-        if a.iter().chain(&b).any(|x| x.abs() > 1e5 || x.is_nan()) {
+        /// Pixels.
+        const FAR: f64 = 1e6;
+        if a.iter().chain(&b).any(|x| x.abs() > 0.1 * FAR || x.is_nan()) {
             return;
         }
         let width_of_row = self.image.width;
-        let [columns, rows] = self.clip.clone().map(|r| r.start as f64..r.end as f64);
-        let offset = 0.5 * (width as f64 - 1.0) + 0.5;
+        let [columns, rows] = self.clip.clone().map(|clip| clip.start as i32..clip.end as i32);
+        let offset = 0.5 * f64::from(width);
+        let cover = (256.0 * opacity).round() as i32;
         let [a, b] = [a, b].map(|p| self.place(p, offset));
         let steps = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().max(1.0);
-        for i in 0..=steps as usize {
-            let t = i as f64 / steps;
-            let [x, y, depth] = [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
-            let (x, y) = (x + 0.5, y + 0.5);
-            for (dx, dy) in (0..width).flat_map(|dx| (0..width).map(move |dy| (dx, dy))) {
-                let (x, y) = (x + dx as f64, y + dy as f64);
-                if !columns.contains(&x) || !rows.contains(&y) {
-                    continue;
-                }
-                let place = y as usize * width_of_row + x as usize;
-                if depth as f32 + LIFT >= self.depth[place] {
-                    let pixel = &mut self.image.rgb[3 * place..3 * place + 3];
-                    let mixed = mix([pixel[0], pixel[1], pixel[2]], color, opacity);
-                    pixel.copy_from_slice(&mixed);
+        let step: [f64; 3] = [0, 1, 2].map(|k| (b[k] - a[k]) / steps);
+        for i in 0..=steps as i32 {
+            let [x, y, depth] = [0, 1, 2].map(|k| a[k] + f64::from(i) * step[k]);
+            // Cut off to the nearest whole number, also below zero.
+            let [left, top] = [x, y].map(|v| (v + (0.5 + FAR)) as i32 - FAR as i32);
+            for y in top.max(rows.start)..(top + width).min(rows.end) {
+                for x in left.max(columns.start)..(left + width).min(columns.end) {
+                    let place = y as usize * width_of_row + x as usize;
+                    if depth as f32 + LIFT >= self.depth[place] {
+                        let pixel = &mut self.image.pixels[place];
+                        for (part, &new) in pixel.iter_mut().zip(&color) {
+                            *part = ((i32::from(*part) * (256 - cover) + i32::from(new) * cover + 128) >> 8) as u8;
+                        }
+                    }
                 }
             }
         }
     }
 }
 
-/// How far along a row the three weights vanish for one at its start, with the opposite sign: one over their slopes.
-struct Roots([f64; 3]);
+/// Where the weights of a triangle vanish along its rows.
+struct Edges {
+    /// How each of the three weights changes from one sub-pixel to the next, as one over it.
+    inverse: [f64; 3],
+}
 
-impl Roots {
+impl Edges {
     /// `slopes` are those of two of them, all three sum up to one.
     fn new(slopes: [f64; 2]) -> Self {
-        Roots([slopes[0], slopes[1], -slopes[0] - slopes[1]].map(|slope| 1.0 / slope))
+        Edges { inverse: [slopes[0], slopes[1], -slopes[0] - slopes[1]].map(|slope| 1.0 / slope) }
     }
 
-    /// The part of a row in which no weight is negative, and a sub-pixel more at both ends: it only spares work.
+    /// The part of a row in which no weight is negative, two of which have the values `starts` at its start.
     fn within(&self, columns: Range<usize>, starts: [f64; 2]) -> Range<usize> {
-        let starts = [starts[0], starts[1], 1.0 - starts[0] - starts[1]];
-        let (mut low, mut high) = (columns.start as f64, columns.end as f64);
-        for (start, inverse) in starts.iter().zip(self.0) {
-            // Along rows on which a weight does not change the root lies nowhere: it is infinite or no number.
-            let root = -start * inverse;
+        let (mut low, mut high) = (columns.start as f64, columns.end as f64 - 1.0);
+        for (start, inverse) in [starts[0], starts[1], 1.0 - starts[0] - starts[1]].iter().zip(self.inverse) {
+            let over = start + SLACK;
             if inverse.is_infinite() {
+                // The row runs along an edge, on one side of it.
+                if over < 0.0 {
+                    return 0..0;
+                }
             } else if inverse > 0.0 {
-                low = low.max(root - 1.0);
+                low = low.max(-over * inverse);
             } else {
-                high = high.min(root + 2.0);
+                high = high.min(-over * inverse);
             }
         }
-        if low < high { low as usize..high as usize } else { 0..0 }
+        // Rounded by hand: the functions for it are calls.
+        let first = low as i32;
+        let first = first + i32::from(f64::from(first) < low);
+        if f64::from(first) <= high { first as usize..(high as i32) as usize + 1 } else { 0..0 }
     }
 }
 
@@ -196,7 +218,7 @@ mod tests {
         let (whole, end) = (Drawing::new(side, side), side as f64);
         let mut raster = Raster::new(&whole, Area { left: 0.0, top: 0.0, right: end, bottom: end });
         draw(&mut raster);
-        raster.image().rgb
+        rgb(&raster.image().pixels)
     }
 
     fn at_depth(d: f64) -> [[f64; 3]; 3] {
@@ -206,7 +228,9 @@ mod tests {
     #[test]
     fn the_nearest_triangle_is_seen_whatever_the_order() {
         let draw = |list: &[(f64, Rgb)]| {
-            drawn(100, |raster| list.iter().for_each(|&(d, color)| raster.triangle(at_depth(d), |_| color)))
+            drawn(100, |raster| {
+                list.iter().for_each(|&(d, color)| raster.triangle(at_depth(d), [0.0; 3], |_| opaque(color)))
+            })
         };
         let near_first = draw(&[(2.0, RED), (1.0, BLUE)]);
         assert!(near_first == draw(&[(1.0, BLUE), (2.0, RED)]));
@@ -219,19 +243,24 @@ mod tests {
             drawn(100, draw).chunks_exact(3).filter(|p| **p == BLUE).count() as f64 / 40_000.0
         };
         // Half of an 80 x 80 square in a picture of 100 x 100.
-        let half = covered(&|raster| raster.triangle(at_depth(0.0), |_| BLUE));
+        let half = covered(&|raster| raster.triangle(at_depth(0.0), [0.0; 3], |_| opaque(BLUE)));
         assert!((half - 0.32).abs() < 0.005, "{half}");
         let whole = covered(&|raster| {
-            raster.triangle(at_depth(0.0), |_| BLUE);
-            raster.triangle([[90.0, 90.0, 0.0], [90.0, 10.0, 0.0], [10.0, 90.0, 0.0]], |_| BLUE);
+            raster.triangle(at_depth(0.0), [0.0; 3], |_| opaque(BLUE));
+            raster.triangle([[90.0, 90.0, 0.0], [90.0, 10.0, 0.0], [10.0, 90.0, 0.0]], [0.0; 3], |_| opaque(BLUE));
         });
         assert!((whole - 0.64).abs() < 1e-12, "{whole}");
     }
 
     #[test]
     fn corners_interpolate_their_numbers() {
-        let pixels = drawn(100, |raster| raster.triangle(at_depth(0.0), |w| w.map(|w| (255.0 * w).round() as u8)));
-        let [a, b, c] = [0, 1, 2].map(|k| f64::from(pixels[3 * (60 * 200 + 100) + k]) / 255.0);
+        let weight = |corner: usize| {
+            let values = std::array::from_fn(|k| if k == corner { 1.0 } else { 0.0 });
+            let pixels =
+                drawn(100, |raster| raster.triangle(at_depth(0.0), values, |w| [(255.0 * w).round() as u8, 0, 0, 255]));
+            f64::from(pixels[3 * (60 * 200 + 100)]) / 255.0
+        };
+        let [a, b, c] = [0, 1, 2].map(weight);
         // The centre of the sub-pixel is (50.25, 30.25): 40.25 / 80 towards the second corner, 20.25 / 80 to the third.
         assert!((b - 40.25 / 80.0).abs() < 0.01 && (c - 20.25 / 80.0).abs() < 0.01 && (a + b + c - 1.0).abs() < 0.01);
     }
@@ -239,9 +268,9 @@ mod tests {
     #[test]
     fn what_is_no_triangle_draws_nothing() {
         let pixels = drawn(10, |raster| {
-            raster.triangle([[f64::NAN, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], |_| RED);
-            raster.triangle([[1.0, 1.0, 0.0]; 3], |_| RED);
-            raster.triangle([[-90.0, -90.0, 0.0], [-80.0, -90.0, 0.0], [-90.0, -80.0, 0.0]], |_| RED);
+            raster.triangle([[f64::NAN, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [0.0; 3], |_| opaque(RED));
+            raster.triangle([[1.0, 1.0, 0.0]; 3], [0.0; 3], |_| opaque(RED));
+            raster.triangle([[-90.0, -90.0, 0.0], [-80.0, -90.0, 0.0], [-90.0, -80.0, 0.0]], [0.0; 3], |_| opaque(RED));
             raster.line([f64::INFINITY, 0.0, 0.0], [1.0, 1.0, 1.0], 1, RED, 1.0);
         });
         assert!(pixels.iter().all(|&c| c == 255));
@@ -250,7 +279,7 @@ mod tests {
     #[test]
     fn lines_behind_a_surface_are_hidden() {
         let pixels = drawn(100, |raster| {
-            raster.triangle(at_depth(50.0), |_| BLUE);
+            raster.triangle(at_depth(50.0), [0.0; 3], |_| opaque(BLUE));
             raster.line([20.0, 20.0, 0.0], [20.0, 60.0, 0.0], 2, RED, 1.0);
             raster.line([30.0, 20.0, 50.0], [30.0, 60.0, 50.0], 2, RED, 1.0);
         });

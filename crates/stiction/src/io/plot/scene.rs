@@ -4,7 +4,7 @@ use super::camera::{Camera, Vec3, add, area_vector, dot, norm, unit};
 use super::color::{INK, MAP, MAP_STEPS, MISSING, Paint, Rgb};
 use super::drawing::Drawing;
 use super::edges::Edge;
-use super::raster::{FINE, Raster};
+use super::raster::{FINE, Raster, opaque};
 use crate::Error;
 
 /// A surface as it is drawn: faces of three or more nodes in the order of their border; with six and eight nodes every
@@ -87,8 +87,8 @@ fn center_weights(nodes: usize) -> [f64; 2] {
 
 /// Draws a face with its points `at` in the picture; `light` in 0..1.
 fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light: f64) {
-    let part = (256.0 * light) as u32;
-    let shade = |color: Rgb| color.map(|c| ((u32::from(c) * part) >> 8) as u8);
+    let part = (256.0 * light) as u16;
+    let shade = |color: Rgb| opaque(color.map(|c| ((u16::from(c) * part) >> 8) as u8));
     let corner = |k: usize| face[k % face.len()] as usize;
     let weights = center_weights(face.len());
     // Triangles around the centre: fewer would favour one diagonal, which shows in steep gradients.
@@ -101,7 +101,7 @@ fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light
             let middle = std::array::from_fn(|k| 0.5 * (at[a][k] + at[b][k]));
             for n in [a, b] {
                 let color = shade(paint.vertex(n));
-                raster.triangle([at[n], middle, center], |_| color);
+                raster.triangle([at[n], middle, center], [0.0; 3], |_| color);
             }
         }
         return;
@@ -110,15 +110,12 @@ fn draw_face(raster: &mut Raster, at: &[Vec3], face: &[u32], paint: Paint, light
     let map = &*MAP;
     let mut part = |corners: [Vec3; 3], places: [f64; 3]| {
         if mean.is_nan() {
-            raster.triangle(corners, |_| shade(MISSING));
+            raster.triangle(corners, [0.0; 3], |_| shade(MISSING));
             return;
         }
         // Half a step more, as the conversion cuts off; it also takes what rounding puts below zero to zero.
         let places = places.map(|t| MAP_STEPS as f64 * t + 0.5);
-        raster.triangle(corners, |w| {
-            let place = w[0] * places[0] + w[1] * places[1] + w[2] * places[2];
-            shade(map[(place as usize).min(MAP_STEPS)])
-        });
+        raster.triangle(corners, places, |place| shade(map[(place as u32).min(MAP_STEPS as u32) as usize]));
     };
     if let &[a, b, c] = face {
         // On a plane the parts around the centre show what the whole does.
@@ -149,7 +146,7 @@ pub(super) fn outline(
     width: f64,
     color: Rgb,
 ) {
-    let width = (width * FINE as f64).round() as usize;
+    let width = (width * FINE as f64).round() as i32;
     for nodes in edges {
         let [a, b] = nodes.map(|n| camera.project(points[n as usize]));
         raster.line(a, b, width, color, 1.0);
