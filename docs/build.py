@@ -57,8 +57,9 @@ def main():
     OUT.mkdir(parents=True, exist_ok=True)
     python = environment(given.pages_only)
     if not given.pages_only:
-        run("cargo", "build", "--release", "-p", "stiction-cli", cwd=ROOT)
+        # Where the tests have run, the program is there.
         if not given.tested:
+            run("cargo", "build", "--release", "-p", "stiction-cli", cwd=ROOT)
             run("cargo", "test", "--release", "-q", "-p", "stiction-cli", "--test", "commands", "shipped::", cwd=ROOT)
     program = ROOT / "target" / "release"
     path = os.pathsep.join([str(program), str(python.parent), os.environ["PATH"]])
