@@ -297,7 +297,7 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*FRICTION\n", "*FRICTION, ROUGH\n", "*FRICTION", "ROUGH"),
     ("0.3, 1.E5\n", "-0.3, 1.E5\n", "*FRICTION", "at least zero"),
     ("INTERACTION=SI,", "INTERACTION=NONE,", "Shigh, Slow", "NONE"),
-    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=Ntop\n", "*CONTACT PAIR", "a part of"),
+    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=Ntop\n", "*CONTACT PAIR", "no corner of"),
     ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=-1.\n", "*CONTACT PAIR", "no length"),
     ("Shigh, Slow\n", "Shigh, Snone\n", "Shigh, Snone", "no *SURFACE Snone"),
     ("NBOTTOM, 1, 3\n", "Nnone, 1, 3\n", "Nnone, 1, 3", "no node set Nnone"),
@@ -328,6 +328,14 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*DLOAD\n", "*CLOAD\nNtop, 4, 1.\n*DLOAD\n", "Ntop, 4, 1.", "moment"),
     ("*DLOAD\n", "*CFLUX\nNtop, 11, 1.\n*DLOAD\n", "*CFLUX", "heat"),
     ("*STATIC\n1., 1.\n", "*STATIC, DIRECT\n1e-9, 1.\n", "*STATIC, DIRECT", "increments"),
+    ("*NODE FILE\nU\n", "*SURFACE BEHAVIOR, DIRECT\n", "*SURFACE BEHAVIOR, DIRECT", "without *CHANGE SURFACE BEHAVIOR"),
+    (
+        "*NODE FILE\nU\n",
+        "*CHANGE SURFACE BEHAVIOR, INTERACTION=SI\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n",
+        "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED",
+        "between contact and a tie",
+    ),
+    ("*NODE FILE\nU\n", "*CHANGE SURFACE BEHAVIOR, INTERACTION=SX\n", "*CHANGE SURFACE", "no *SURFACE INTERACTION SX"),
     ("*NODE FILE\nU\n", "*NODE FILE\nU\n*MODEL CHANGE, TYPE=CONTACT PAIR\n", "*MODEL CHANGE", "neither ADD nor REMOVE"),
     ("*NODE FILE\nU\n", "*NODE FILE\nU\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\n", "*MODEL CHANGE", "TYPE=ELEMENT"),
     (

@@ -249,9 +249,18 @@ impl<'a> Reader<'a> {
         let moved = self.set(card, scope, Kind::Nodes, adjust)?;
         let corners = slave.found.sides.iter().filter_map(|&(element, side)| self.input.corners(element, side));
         let corners = corners.flatten().filter(|&node| node != u32::MAX && !super::sweep::is_copy(self.input, node));
-        let mut nodes = corners.chain(slave.found.nodes.iter().copied());
-        if slave.found.skin.is_empty() && nodes.all(|node| moved.nodes.binary_search(&node).is_ok()) {
+        let nodes = corners.chain(slave.found.nodes.iter().copied());
+        let (mut all, mut any) = (slave.found.skin.is_empty(), !slave.found.skin.is_empty());
+        for node in nodes {
+            let is_moved = moved.nodes.binary_search(&node).is_ok();
+            (all, any) = (all && is_moved, any || is_moved);
+        }
+        if all {
             return Ok(Gap::Closed);
+        }
+        if !any {
+            let what = format!("no corner of the surface {} is in the set {adjust} of ADJUST", slave.name);
+            return Err(card.error(what, "name a set of nodes of the slave, the first surface, or a length"));
         }
         let name = self.sets.spelling(scope, Kind::Nodes, adjust).unwrap_or(adjust).to_string();
         Ok(Gap::ClosedAt(name, moved))
