@@ -283,6 +283,19 @@ fn includes_are_followed_and_a_title_may_stand_above_the_first_keyword() {
     assert_eq!(error.place, "deck.inp, model.inp, line 5", "{error}");
 }
 
+#[test]
+fn temperatures_of_nodes_without_elements_change_nothing_and_are_noted() {
+    let heated = loaded("*TEMPERATURE\n99, 50.\n");
+    let text = with(&heated, "18, 0., 1., 2.\n", "18, 0., 1., 2.\n99, 9., 9., 9.\n");
+    let deck = read(&text);
+    assert!(!deck.text.contains("\ntemperature"), "{}", deck.text);
+    assert!(
+        deck.notes.iter().any(|note| note.contains("*TEMPERATURE names nodes of no solid element")),
+        "{:?}",
+        deck.notes
+    );
+}
+
 /// What is replaced in `press.inp`, by what, the line the message has to name (0 for any), and a word of it.
 const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("1000., 0.\n", "1000., 0.\n*PLASTIC\n5., 0.\n", "*PLASTIC", "plastic material"),
