@@ -6,6 +6,7 @@
 mod algebraic;
 mod ccx;
 mod check;
+mod frd;
 mod hold;
 mod interrupt;
 mod memory;

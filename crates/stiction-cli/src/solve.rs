@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use stiction::Error;
 use stiction::friction::Status;
 use stiction::io::case::{self, Case};
-use stiction::io::deck;
+use stiction::io::deck::{self, DeckLabels};
 use stiction::io::folder;
 use stiction::linalg::Stop;
-use stiction::run::{self, Origin, Plan, Prepared, Stage};
+use stiction::run::{self, Origin, Outcome, Plan, Prepared, Stage};
 
+use crate::frd::Frd;
 use crate::progress::{Mode, Progress};
 use crate::{code, hold, interrupt, memory, output, threads};
 
@@ -49,6 +50,9 @@ pub struct Arguments {
     /// Leave out the pictures (PNG)
     #[arg(long)]
     no_pictures: bool,
+    /// Also write displacements, stresses, strains, reactions and contact as an .frd file of CalculiX
+    #[arg(long, value_name = "FILE")]
+    frd: Option<PathBuf>,
     /// How progress is shown, on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
@@ -76,14 +80,20 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
     overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
     overrides.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let (case, path, case_text) = read(arguments, &overrides)?;
+    let (case, path, case_text, labels) = read(arguments, &overrides)?;
     let origin = Origin { path, case_text, overrides, command: Some(command_line()) };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
     run::writable(&folder)?;
     let plan = Plan { folder: Some(&folder), resume: arguments.resume, pictures: !arguments.no_pictures };
     let mut showing = Showing { mode: arguments.progress, say, progress: None };
-    let solved = run::solve_case(&case, &plan, &Stop::when(interrupt::asked), None, &mut |stage| showing.show(&stage));
+    let mut frd = arguments.frd.as_ref().map(|path| Results::begin(path, labels)).transpose()?;
+    let solved = run::solve_case(&case, &plan, &Stop::when(interrupt::asked), None, &mut |stage| {
+        if let Some(frd) = &mut frd {
+            frd.hear(&stage);
+        }
+        showing.show(&stage)
+    });
     showing.end();
     memory::give_back();
     let (prepared, mut outcome, ahead) = match solved {
@@ -94,6 +104,9 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         solved => solved?,
     };
     let mut files = run::write_with(&prepared, &mut outcome, &origin, &folder, ahead)?;
+    if let Some(frd) = frd {
+        frd.end(&prepared, &outcome)?;
+    }
     let unlisted = if arguments.no_report { None } else { report(&folder, &prepared, &mut files) };
     if cfg!(not(feature = "plots")) {
         output::note("no pictures: they are not built into this program (feature \"plots\")\n");
@@ -145,16 +158,55 @@ pub(crate) fn is_deck(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
 }
 
-/// The case, its file if it is a case file, and its text.
-fn read(arguments: &Arguments, overrides: &[(String, String)]) -> Result<(Case, Option<PathBuf>, String), Error> {
+/// The case, its file if it is a case file, its text, and the numbers that a deck gives its nodes and cells.
+type CaseRead = (Case, Option<PathBuf>, String, DeckLabels);
+
+/// The .frd file that `--frd` asks for.
+struct Results {
+    path: PathBuf,
+    frd: Frd,
+    /// The first error, if there was one.
+    failed: Option<Error>,
+}
+
+impl Results {
+    fn begin(path: &Path, labels: DeckLabels) -> Result<Results, Error> {
+        Ok(Results { path: path.to_path_buf(), frd: Frd::whole(path, labels)?, failed: None })
+    }
+
+    /// Adds the answer of an increment; a finer mesh begins the file again.
+    fn hear(&mut self, stage: &Stage) {
+        let done = match stage {
+            Stage::Posed(_, level) if *level > 0 => {
+                Frd::whole(&self.path, DeckLabels::default()).map(|frd| self.frd = frd)
+            }
+            Stage::Step(prepared, step) => self.frd.add(prepared, step.outcome, step.records.last()),
+            _ => Ok(()),
+        };
+        self.failed = self.failed.take().or(done.err());
+    }
+
+    fn end(mut self, prepared: &Prepared, outcome: &Outcome) -> Result<(), Error> {
+        if let Some(error) = self.failed {
+            return Err(error);
+        }
+        if outcome.steps.is_empty() {
+            self.frd.add(prepared, outcome, None)?;
+        }
+        self.frd.end()
+    }
+}
+
+/// The case with what is known of where it comes from.
+fn read(arguments: &Arguments, overrides: &[(String, String)]) -> Result<CaseRead, Error> {
     let path = &arguments.case;
     if is_deck(path) {
         let deck = deck::read(path, &arguments.include)?;
-        return Ok((deck.case(overrides)?, None, deck.text));
+        return Ok((deck.case(overrides)?, None, deck.text, deck.labels));
     }
     let mut case = case::read(path, overrides)?;
     case.mesh.include_from(&arguments.include);
-    Ok((case, Some(path.clone()), std::fs::read_to_string(path).unwrap_or_default()))
+    Ok((case, Some(path.clone()), std::fs::read_to_string(path).unwrap_or_default(), DeckLabels::default()))
 }
 
 /// What is said while a case is solved.

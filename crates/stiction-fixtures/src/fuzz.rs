@@ -248,7 +248,11 @@ fn abaqus_files() -> Vec<Vec<u8>> {
 fn decks() -> Vec<Vec<u8>> {
     files!(
         "data/decks/press.inp" "data/decks/steps.inp" "data/decks/materials.inp" "data/decks/rigid.inp"
-        "data/decks/released.inp" "data/decks/revolved.inp"
+        "data/decks/released.inp" "data/decks/revolved.inp" "data/decks/adjusted-set.inp" "data/decks/bolt.inp"
+        "data/decks/changed-law.inp" "data/decks/equations.inp" "data/decks/held.inp" "data/decks/kinds-of-pairs.inp"
+        "data/decks/lining.inp" "data/decks/nodes.inp" "data/decks/parts.inp" "data/decks/plane-stress.inp"
+        "data/decks/printed.inp" "data/decks/prisms.inp" "data/decks/sections-first.inp" "data/decks/spread.inp"
+        "data/decks/turned.inp"
     )
 }
 

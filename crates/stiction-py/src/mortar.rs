@@ -77,6 +77,7 @@ pub(crate) fn mortar<'py>(
             search,
             slave: Role::On,
             reason: Reason::Asked,
+            nodes: None,
         });
         let surface = ContactSurface {
             name: "mortar".into(),

@@ -1,5 +1,7 @@
 //! The tables of `JOB.dat`: what `*NODE PRINT` and `*CONTACT PRINT` ask for.
 
+use std::collections::HashMap;
+
 use stiction::io::deck::{DeckLabels, DeckLayer, Print, Printed, Requests};
 use stiction::io::frd::scientific;
 use stiction::run::{BodyFields, Side, SurfaceFields};
@@ -94,6 +96,16 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// Resultants of pairs: force on the slave with its moment, centre and normal of its area in contact, normal force and shear.
 fn contact(out: &mut String, requests: &Requests, print: &Print, of: &Answer) {
+    // Of a layer all that acts is brought into the plane of the deck, which is its middle: nothing acts across it.
+    let copies = of.layer.iter().flat_map(|layer| &layer.copies);
+    let angles: HashMap<i32, f64> = copies.map(|&(_, copy, angle)| (copy as i32, angle)).collect();
+    let in_plane = |node: i32, v: [f64; 3]| {
+        if of.layer.is_none() {
+            return v;
+        }
+        let (sin, cos) = angles.get(&node).copied().unwrap_or(0.0).sin_cos();
+        [v[0] * cos + v[2] * sin, v[1], 0.0]
+    };
     let slaves = of.surfaces.iter().filter(|s| s.side == Side::Slave);
     for s in slaves.filter(|s| print.set.is_empty() || s.name.eq_ignore_ascii_case(&print.set)) {
         let master =
@@ -102,17 +114,19 @@ fn contact(out: &mut String, requests: &Requests, print: &Print, of: &Answer) {
         // Normal force: tension is positive.
         let (mut pull, mut shear) = (0.0, [0.0; 3]);
         for at in (0..s.nodes.len()).filter(|&at| s.status[at] > 0) {
-            let x = std::array::from_fn(|c| s.points[at][c] + of.body.displacement[s.nodes[at] as usize][c]);
+            let node = s.nodes[at];
+            let x = std::array::from_fn(|c| s.points[at][c] + of.body.displacement[node as usize][c]);
             let factor = of.layer.map_or(1.0, |layer| layer.factor);
-            let on_slave = s.lambda[at].map(|f| -factor * f);
+            let (x, on_slave) = (in_plane(node, x), in_plane(node, s.lambda[at].map(|f| -factor * f)));
+            let own = in_plane(node, s.normal[at]);
             let turn = cross(x, on_slave);
-            let along = (0..3).map(|c| on_slave[c] * s.normal[at][c]).sum::<f64>();
+            let along = (0..3).map(|c| on_slave[c] * own[c]).sum::<f64>();
             for c in 0..3 {
                 force[c] += on_slave[c];
                 moment[c] += turn[c];
                 centre[c] += s.area[at] * x[c];
-                normal[c] += s.area[at] * s.normal[at][c];
-                shear[c] += on_slave[c] - along * s.normal[at][c];
+                normal[c] += s.area[at] * own[c];
+                shear[c] += on_slave[c] - along * own[c];
             }
             pull += along;
             area += s.area[at];

@@ -170,6 +170,45 @@ fn the_tables_have_the_sums_that_were_asked_for() {
     assert!(std::fs::read_to_string(folder.at("boxes.cvg")).unwrap().lines().count() > 4);
 }
 
+/// Two squares, plane strain and two thick, pressed by 10: nothing acts across the plane of the deck, whose layer lies beside it.
+#[test]
+fn of_a_plane_deck_the_tables_have_what_acts_in_its_plane() {
+    const SQUARES: &str = include_str!("../../../stiction/tests/data/decks/plane-strain.inp");
+    let prints = "*NODE PRINT, NSET=Nbottom, TOTALS=ONLY\nRF\n*CONTACT PRINT, SLAVE=Shigh, MASTER=Slow\nCF\n*END STEP";
+    let folder = Folder::new("ccx-plane", CASE);
+    job(&folder, "squares", &SQUARES.replace("*END STEP", prints), &["squares"]).ends(0, &[]);
+    let dat = std::fs::read_to_string(folder.at("squares.dat")).unwrap();
+    let after = |what: &str, lines: usize| -> Vec<f64> {
+        let at = dat.find(what).unwrap_or_else(|| panic!("no {what} in\n{dat}"));
+        dat[at..].lines().nth(lines).unwrap().split_whitespace().map(|word| word.parse().unwrap()).collect()
+    };
+    are(&after("total force (fx,fy,fz)", 2)[1..], &[20.0, 0.0], 20.0);
+    // Half of the width, which grows by poisson (1 + poisson) pressure / young.
+    let middle = 0.5 * 1.003125;
+    are(&after("total surface force", 2), &[0.0, 20.0, 0.0, 0.0, 0.0, 20.0 * middle], 20.0);
+    are(&after("center of gravity", 2), &[middle, 0.990625, 0.0, 0.0, -1.0, 0.0], 1.0);
+    are(&after("area,  normal force", 2), &[2.0, -20.0, 0.0], 20.0);
+}
+
+#[test]
+fn a_solve_writes_the_same_file_of_results_as_ccx() {
+    let folder = Folder::new("ccx-frd", CASE);
+    job(&folder, "boxes", BOXES, &["boxes"]).ends(0, &[]);
+    let arguments = ["solve", "boxes.inp", "-o", "results", "--frd", "ours.frd", "--no-pictures", "--no-report"];
+    folder.run(&arguments).ends(0, &[]);
+    let [theirs, ours] = ["boxes.frd", "ours.frd"].map(|name| std::fs::read_to_string(folder.at(name)).unwrap());
+    for name in ["DISP", "STRESS", "TOSTRAIN", "FORC", "CONTACT"] {
+        assert_eq!(block(&ours, name), block(&theirs, name), "{name}");
+    }
+    // Of a case nodes count from 1.
+    let arguments = ["solve", "case.toml", "-o", "block", "--frd", "block.frd", "--no-pictures", "--no-report"];
+    folder.run(&arguments).ends(0, &[]);
+    let frd = std::fs::read_to_string(folder.at("block.frd")).unwrap();
+    let numbers: Vec<u32> = block(&frd, "DISP").iter().map(|row| row.0).collect();
+    assert!(!numbers.is_empty() && numbers.iter().copied().eq(1..=numbers.len() as u32));
+    folder.run(&["solve", "case.toml", "--frd", "missing/block.frd"]).ends(2, &["missing/block.frd"]);
+}
+
 /// A second step of two increments that pushes twice as far: blocks for each increment, with steps, increments and times of the deck.
 #[test]
 fn each_increment_of_each_step_has_its_blocks() {

@@ -144,8 +144,8 @@ def mortar(
         Nodes of the faces of each surface: corners counter-clockwise seen from outside, then the middles of the edges, that
         behind the first corner first. The slave carries the points; take the surface with the smaller faces.
     cells : optional
-        Nodes of the cells as of :class:`Case`. Corners of faces may turn either way then, and the nodes in the middle of edges
-        are found.
+        Nodes of the cells as of :class:`Case`, in the order of VTK (of hexahedra of scikit-fem ``m.t[HEX_MAPPING[:8]].T``).
+        Corners of faces may turn either way then, and the nodes in the middle of edges are found.
     dofs : array of int, (nodes, 3), optional
         The unknown of each node along x, y, z; default ``3 * node + direction``.
     unknowns : int, optional

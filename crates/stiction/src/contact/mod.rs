@@ -9,6 +9,7 @@ mod isotropic;
 mod law;
 mod layer;
 mod mortar;
+mod node_to_surface;
 mod normals;
 mod obstacle;
 mod overlap;
@@ -28,6 +29,7 @@ mod tributary;
 
 pub use law::Friction;
 pub use layer::InterfaceStiffness;
+pub(crate) use node_to_surface::faces_around;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;

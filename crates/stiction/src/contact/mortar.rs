@@ -28,6 +28,8 @@ use crate::mesh::{Bounds, Mesh, Tree};
 
 /// Faces meet if the cosine between their outward normals is below this: they look at one another within 75 degrees.
 pub(super) const FACING: f64 = -0.25;
+/// Faces that look the same way meet where they lie in one another: no farther apart than this part of the slave's size.
+const COINCIDENT: f64 = 1e-3;
 /// Overlaps smaller than this part of the slave face are rounding.
 const SLIVER: f64 = 1e-13;
 /// A face covered to less than this part is not covered: the dual functions over it could not be distinguished.
@@ -54,21 +56,21 @@ pub(super) struct Met {
 }
 
 /// A face in space, seen along a direction.
-struct Seen {
-    flat: Flat,
+pub(super) struct Seen {
+    pub flat: Flat,
     /// Heights of the nodes above the plane.
     heights: PerNode,
 }
 
 /// A plane with axes; the third is its normal.
-struct Plane {
-    origin: V3,
-    axes: [V3; 3],
+pub(super) struct Plane {
+    pub origin: V3,
+    pub axes: [V3; 3],
 }
 
 impl Plane {
     /// Through the middle of a face across its mean normal.
-    fn of_face(mesh: &Mesh, face: u32) -> Option<Plane> {
+    pub(super) fn of_face(mesh: &Mesh, face: u32) -> Option<Plane> {
         let normal = unit(mesh.face_vector_area(face as usize))?;
         let corners = &face_coordinates(mesh, face)[..mesh.faces[face as usize].corners().len()];
         let origin = scale(1.0 / corners.len() as f64, corners.iter().fold([0.0; 3], |a, &x| add(a, x)));
@@ -77,7 +79,7 @@ impl Plane {
         Some(Plane { origin, axes: [first, cross(normal, first), normal] })
     }
 
-    fn see(&self, nodes: &[V3]) -> Seen {
+    pub(super) fn see(&self, nodes: &[V3]) -> Seen {
         let (mut flat, mut heights) = ([[0.0; 2]; FACE_NODES], [0.0; FACE_NODES]);
         for (i, &x) in nodes.iter().enumerate() {
             let d = sub(x, self.origin);
@@ -94,10 +96,16 @@ impl Seen {
     }
 }
 
-/// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal.
-pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64) -> Vec<Met> {
+/// What each face of `slave` meets of the faces of `master` no farther than `search` (length) along its normal. With
+/// `averted` a face that no face looks at meets those that look the same way and lie in it.
+pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64, averted: bool) -> Vec<Met> {
     let tree = Tree::new(master.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
-    slave.par_iter().map(|&face| met(mesh, face, master, &tree, search).unwrap_or_default()).collect()
+    let of = |&face: &u32| {
+        let found = met(mesh, face, master, &tree, search, false).unwrap_or_default();
+        let again = averted && found.averted && found.covered == 0.0;
+        if again { met(mesh, face, master, &tree, search, true).unwrap_or(found) } else { found }
+    };
+    slave.par_iter().map(of).collect()
 }
 
 /// The part of a slave face under one master face, or a piece of both.
@@ -110,12 +118,14 @@ struct Segment {
     distance: f64,
 }
 
-fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Option<Met> {
+/// With `same` what looks the same way is met, otherwise what looks back.
+fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, same: bool) -> Option<Met> {
     let plane = Plane::of_face(mesh, face)?;
     let own = face_coordinates(mesh, face);
     let slave = plane.see(&own);
     let pieces = slave.flat.pieces();
     let whole: f64 = pieces.iter().map(|piece| area(piece)).sum();
+    let search = if same { search.min(COINCIDENT * whole.abs().sqrt()) } else { search };
     let [low, high] = bounds(slave.flat.nodes());
     let reach = |side: f64| own.iter().map(move |&x| add(x, scale(side * search, plane.axes[2])));
     let candidates = tree.meeting(&Bounds::around(reach(-1.0).chain(reach(1.0))));
@@ -127,7 +137,8 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
         if (0..2).any(|c| to[c] < low[c] || high[c] < from[c]) {
             continue;
         }
-        let facing = dot(mesh.face_normal(other as usize), plane.axes[2]) < FACING;
+        let cosine = dot(mesh.face_normal(other as usize), plane.axes[2]);
+        let meets = if same { cosine > -FACING } else { cosine < FACING };
         let parts = seen.flat.pieces();
         let before = segments.len();
         for (mine, theirs) in pieces.iter().flat_map(|mine| parts.iter().map(move |theirs| (mine, theirs))) {
@@ -137,10 +148,12 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64) -> Opti
             }
             let middle = [0, 1].map(|c| polygon.iter().map(|p| p[c]).sum::<f64>() / polygon.len() as f64);
             let distance = seen.height(middle) - slave.height(middle);
-            averted |= !facing && distance.abs() <= search;
-            if facing && distance.abs() <= search {
-                // Seen from the slave face the master face turns the other way.
-                polygon.reverse();
+            averted |= cosine >= FACING && distance.abs() <= search;
+            if meets && distance.abs() <= search {
+                // Seen from the slave face a master face that looks back turns the other way.
+                if !same {
+                    polygon.reverse();
+                }
                 segments.push(Segment { face: other, seen: masters.len(), polygon: polygon.clone(), distance });
             }
         }

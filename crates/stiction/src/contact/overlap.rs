@@ -393,13 +393,15 @@ impl<'a> Check<'a> {
         if held && surfaces[i].stiffness.is_some() {
             return None; // the points keep apart what yields between the surfaces
         }
-        let stated = match master.gap {
+        let stated = match &master.gap {
             _ if surfaces[i].friction == SurfaceFriction::Bonded => 0.0,
             InitialGap::AsMeshed => meshed,
             InitialGap::Closed => 0.0,
-            InitialGap::ClosedWithin(reach) if meshed <= reach => 0.0,
+            InitialGap::ClosedWithin(reach) if meshed <= *reach => 0.0,
             InitialGap::ClosedWithin(_) => meshed,
-            InitialGap::Uniform(gap) => gap,
+            // Overlaps may be closed at any node of the two.
+            InitialGap::ClosedAt(_) => meshed.max(0.0),
+            InitialGap::Uniform(gap) => *gap,
         };
         let size = [face, other].map(|face| mesh.face_area(face as usize).sqrt());
         let allowed = self.rounding + SMALL_MOTION * size[0].min(size[1]) + (stated - meshed).max(0.0);

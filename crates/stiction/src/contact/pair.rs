@@ -57,7 +57,8 @@ pub(super) fn points_of_pair(
         ));
     }
     let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
-    let met = meet(mesh, &surface.faces, &master.faces, search);
+    let tied = surface.friction == SurfaceFriction::Bonded;
+    let met = meet(mesh, &surface.faces, &master.faces, search, tied);
     let sizes = [face_size(mesh, &surface.faces), face_size(mesh, &master.faces)];
     let mut facts = PairFacts {
         slave: master.slave,
@@ -82,7 +83,7 @@ pub(super) fn points_of_pair(
         let along = dofs.components(row.node, normal);
         let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction)?;
-        let gap = initial_gap(mesh, &row, normal, master.gap, &outward);
+        let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
@@ -93,7 +94,7 @@ pub(super) fn points_of_pair(
             found.overlapping_area += row.area * row.unity_sum.min(1.0);
         }
         // A tie keeps the distance it was meshed with.
-        let gap = if surface.friction == SurfaceFriction::Bonded { 0.0 } else { gap };
+        let gap = if tied { 0.0 } else { gap };
         let Row { node, area, unity_sum, others } = row;
         let (friction, orthotropy) = law(&surface.friction, &At { node, x, area, normal }, &mut frame)?;
         let (stiffness, layer) = (surface.stiffness, None);
@@ -175,7 +176,7 @@ fn frames(
 
 /// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as
 /// long as the gap along the normals of the slave surface, which turn where that is curved.
-fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap, outward: &HashMap<u32, V3>) -> f64 {
+pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, outward: &HashMap<u32, V3>) -> f64 {
     let x = mesh.nodes[row.node as usize];
     let meshed = || {
         let along = |&(other, weight): &(u32, f64)| weight * dot(normal, sub(mesh.nodes[other as usize], x));
@@ -184,7 +185,9 @@ fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: InitialGap, outward: &Ha
     match gap {
         InitialGap::AsMeshed => meshed(),
         InitialGap::Closed => 0.0,
-        InitialGap::ClosedWithin(reach) => Some(meshed()).filter(|&gap| gap > reach).unwrap_or(0.0),
+        InitialGap::ClosedWithin(reach) => Some(meshed()).filter(|gap| gap > reach).unwrap_or(0.0),
+        InitialGap::ClosedAt(nodes) if nodes.binary_search(&row.node).is_ok() => 0.0,
+        InitialGap::ClosedAt(_) => meshed(),
         InitialGap::Uniform(gap) => {
             let of = |&(other, weight): &(u32, f64)| Some(weight * dot(normal, *outward.get(&other)?));
             gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
 use super::points::{Point, points_on_obstacle};
 use super::{ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction};
@@ -74,7 +75,10 @@ pub(super) fn all_points(
         let mut points = Vec::new();
         let facts = match &surface.against {
             Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, &tied, &mut points),
-            Counterpart::Surface(master) => points_of_pair(mesh, dofs, surface, master, &taken, &mut points),
+            Counterpart::Surface(master) => match &master.nodes {
+                Some(nodes) => points_of_nodes(mesh, dofs, surface, master, nodes, &taken, &mut points),
+                None => points_of_pair(mesh, dofs, surface, master, &taken, &mut points),
+            },
         };
         let facts = facts.map_err(|e| e.at(&quoted(&surface.name)))?;
         for point in &points {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::mortar::meet;
 use super::pair::default_search;
-use super::{ContactSurface, Counterpart, Master};
+use super::{ContactSurface, Counterpart, Master, SurfaceFriction};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
@@ -28,6 +28,8 @@ pub enum Reason {
     Asked,
     /// Its friction is given by an array of the mesh on it.
     Array,
+    /// It is made of nodes without faces.
+    Nodes,
     /// Most nodes of the other surface are prescribed.
     Free,
     /// Its faces are smaller.
@@ -88,13 +90,16 @@ pub(crate) fn face_size(mesh: &Mesh, faces: &[u32]) -> f64 {
 /// `surface` itself changes its roles.
 pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut ContactSurface) -> Option<ContactSurface> {
     let Counterpart::Surface(master) = &mut surface.against else { return None };
+    if master.nodes.is_some() {
+        return None;
+    }
     let all_constrained = |face: &u32| mesh.faces[*face as usize].nodes().iter().all(|&node| constrained(dofs, node));
     let (fixed, free): (Vec<u32>, Vec<u32>) = surface.faces.iter().partition(|&face| all_constrained(face));
     if fixed.is_empty() {
         return None;
     }
     let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
-    let met = meet(mesh, &master.faces, &fixed, search);
+    let met = meet(mesh, &master.faces, &fixed, search, surface.friction == SurfaceFriction::Bonded);
     let faces = master.faces.iter().zip(&met).filter(|(_, met)| met.covered > 0.0).map(|(&face, _)| face);
     let faces: Vec<u32> = faces.collect();
     if faces.iter().all(all_constrained) {
@@ -107,7 +112,7 @@ pub fn reverse_where_constrained(mesh: &Mesh, dofs: &DofMap, surface: &mut Conta
         (master.slave, master.reason, master.search) = (slave, reason, search);
         return None;
     }
-    let other = Master { faces: fixed, gap: master.gap, search, slave, reason };
+    let other = Master { faces: fixed, gap: master.gap.clone(), search, slave, reason, nodes: None };
     (surface.faces, master.search) = (free, search);
     let (name, friction) = (format!("{}-constrained", surface.name), surface.friction.clone());
     let (against, stiffness) = (Counterpart::Surface(other), surface.stiffness);

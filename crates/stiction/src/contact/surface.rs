@@ -163,13 +163,16 @@ pub struct Master {
     pub slave: Role,
     /// Why the points are where they are.
     pub reason: Reason,
+    /// Nodes of the slave that meet the master each by itself, ascending: node to surface. `None` lets its faces meet, by
+    /// the mortar method.
+    pub nodes: Option<Vec<u32>>,
 }
 
 /// The default of [`Master::search`] as a part of the diagonal of the smaller surface.
 pub const SEARCH: f64 = 0.25;
 
 /// The distance of two surfaces before anything is loaded.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum InitialGap {
     /// What the meshes say, overlaps included.
     #[default]
@@ -178,6 +181,8 @@ pub enum InitialGap {
     Closed,
     /// None where the meshes are no farther apart than this length or overlap, elsewhere what they say.
     ClosedWithin(f64),
+    /// None at these nodes of the slave, ascending; elsewhere what the meshes say.
+    ClosedAt(Vec<u32>),
     /// The same length wherever they meet; negative for an interference fit.
     Uniform(f64),
 }

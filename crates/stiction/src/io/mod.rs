@@ -49,8 +49,6 @@ use std::collections::TryReserveError;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use crate::Error;
 use crate::linalg::in_huge_pages;
 
@@ -102,6 +100,7 @@ fn fits(bytes: usize) -> Result<(), TryReserveError> {
 /// Fills `bytes` from the start of the file; false where that must be left to one reader.
 #[cfg(unix)]
 fn read_by_threads(file: &std::fs::File, bytes: &mut [u8]) -> bool {
+    use rayon::prelude::*;
     use std::os::unix::fs::FileExt as _;
     /// Read at a time.
     const PART: usize = 4 << 20;

@@ -283,6 +283,19 @@ fn includes_are_followed_and_a_title_may_stand_above_the_first_keyword() {
     assert_eq!(error.place, "deck.inp, model.inp, line 5", "{error}");
 }
 
+#[test]
+fn temperatures_of_nodes_without_elements_change_nothing_and_are_noted() {
+    let heated = loaded("*TEMPERATURE\n99, 50.\n");
+    let text = with(&heated, "18, 0., 1., 2.\n", "18, 0., 1., 2.\n99, 9., 9., 9.\n");
+    let deck = read(&text);
+    assert!(!deck.text.contains("\ntemperature"), "{}", deck.text);
+    assert!(
+        deck.notes.iter().any(|note| note.contains("*TEMPERATURE names nodes of no solid element")),
+        "{:?}",
+        deck.notes
+    );
+}
+
 /// What is replaced in `press.inp`, by what, the line the message has to name (0 for any), and a word of it.
 const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("1000., 0.\n", "1000., 0.\n*PLASTIC\n5., 0.\n", "*PLASTIC", "plastic material"),
@@ -297,7 +310,7 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*FRICTION\n", "*FRICTION, ROUGH\n", "*FRICTION", "ROUGH"),
     ("0.3, 1.E5\n", "-0.3, 1.E5\n", "*FRICTION", "at least zero"),
     ("INTERACTION=SI,", "INTERACTION=NONE,", "Shigh, Slow", "NONE"),
-    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=Ntop\n", "*CONTACT PAIR", "a part of"),
+    ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=Ntop\n", "*CONTACT PAIR", "no corner of"),
     ("TYPE=SURFACE TO SURFACE\n", "TYPE=SURFACE TO SURFACE, ADJUST=-1.\n", "*CONTACT PAIR", "no length"),
     ("Shigh, Slow\n", "Shigh, Snone\n", "Shigh, Snone", "no *SURFACE Snone"),
     ("NBOTTOM, 1, 3\n", "Nnone, 1, 3\n", "Nnone, 1, 3", "no node set Nnone"),
@@ -328,6 +341,14 @@ const REFUSALS: &[(&str, &str, &str, &str)] = &[
     ("*DLOAD\n", "*CLOAD\nNtop, 4, 1.\n*DLOAD\n", "Ntop, 4, 1.", "moment"),
     ("*DLOAD\n", "*CFLUX\nNtop, 11, 1.\n*DLOAD\n", "*CFLUX", "heat"),
     ("*STATIC\n1., 1.\n", "*STATIC, DIRECT\n1e-9, 1.\n", "*STATIC, DIRECT", "increments"),
+    ("*NODE FILE\nU\n", "*SURFACE BEHAVIOR, DIRECT\n", "*SURFACE BEHAVIOR, DIRECT", "without *CHANGE SURFACE BEHAVIOR"),
+    (
+        "*NODE FILE\nU\n",
+        "*CHANGE SURFACE BEHAVIOR, INTERACTION=SI\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n",
+        "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED",
+        "between contact and a tie",
+    ),
+    ("*NODE FILE\nU\n", "*CHANGE SURFACE BEHAVIOR, INTERACTION=SX\n", "*CHANGE SURFACE", "no *SURFACE INTERACTION SX"),
     ("*NODE FILE\nU\n", "*NODE FILE\nU\n*MODEL CHANGE, TYPE=CONTACT PAIR\n", "*MODEL CHANGE", "neither ADD nor REMOVE"),
     ("*NODE FILE\nU\n", "*NODE FILE\nU\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\n", "*MODEL CHANGE", "TYPE=ELEMENT"),
     (

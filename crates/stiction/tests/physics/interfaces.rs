@@ -44,6 +44,17 @@ fn states((outcome, prepared): &(Outcome, Prepared)) -> Vec<[f64; 4]> {
     (0..m).map(|j| [s.lambda[j] / area[j], shear(&s.lambda, j) / area[j], v[j], shear(&v, j)]).collect()
 }
 
+#[test]
+fn with_cohesion_nothing_is_said_to_be_known_of_other_solutions() {
+    for path in PATHS {
+        let (outcome, prepared) = solved(&cube([0.0, -1.0 / YOUNG], 0.0, "{ coulomb = 0.5, cohesion = 0.3 }", path));
+        let report = stiction::run::report(&prepared, &outcome).to_string();
+        assert!(report.contains("a solution; nothing is known of others with cohesion"), "{path}: {report}");
+        let (outcome, prepared) = solved(&cube([0.0, -1.0 / YOUNG], 0.0, "{ coulomb = 0.5 }", path));
+        assert!(!stiction::run::report(&prepared, &outcome).to_string().contains("cohesion"), "{path}");
+    }
+}
+
 /// Slides under `c + F p` at any pressure, pulls up to the cut-off included, and sticks just below.
 #[test]
 fn a_block_slides_at_cohesion_and_friction_and_sticks_just_below() {

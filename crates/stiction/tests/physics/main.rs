@@ -10,6 +10,7 @@ mod corners;
 mod couplings;
 mod deck_cards;
 mod deck_changes;
+mod deck_files;
 mod decks;
 mod discretisation;
 mod equations;

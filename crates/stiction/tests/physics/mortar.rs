@@ -40,7 +40,7 @@ fn faces(mesh: &Mesh, group: &str) -> Vec<u32> {
 
 fn pair(mesh: &Mesh, slave: &str, master: &str, friction: SurfaceFriction) -> ContactSurface {
     let (gap, reason) = (InitialGap::AsMeshed, Reason::Asked);
-    let master = Master { faces: faces(mesh, master), gap, search: None, slave: Role::On, reason };
+    let master = Master { faces: faces(mesh, master), gap, search: None, slave: Role::On, reason, nodes: None };
     ContactSurface {
         name: slave.into(),
         faces: faces(mesh, slave),

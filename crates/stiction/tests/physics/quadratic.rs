@@ -63,6 +63,7 @@ fn a_shrink_fit_of_a_few_curved_cells_has_the_pressure_of_lame() {
             search: None,
             slave: Role::On,
             reason: Reason::Asked,
+            nodes: None,
         };
         let surface = ContactSurface {
             name: "fit".into(),

@@ -412,8 +412,10 @@ pub enum AgainstSpec {
     Surface {
         /// The other surface.
         region: Region,
-        /// How the initial gap is taken.
+        /// How the initial gap is taken; where `closed_at` is given no more than what is left of it.
         gap: InitialGap,
+        /// Nodes of the slave at which it is closed.
+        closed_at: Option<Region>,
         /// `None` lets sizes and materials decide.
         slave: Option<Role>,
         /// Length, > 0; `None` is a part of the surfaces' size.

@@ -96,7 +96,9 @@ fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
             None => Ok(AgainstSpec::Obstacle(obstacle(table)?)),
         };
     }
-    let within = table.given("gap").and_then(|node| node.get("closed_within")).and_then(Node::number);
+    let given = |key: &str| table.given("gap").and_then(|node| node.get(key));
+    let within = given("closed_within").and_then(Node::number);
+    let closed_at = given("closed_at").map(|node| Region::Groups(groups(table.source, node)));
     let gap = match table.given("gap").and_then(|node| node.number()) {
         Some(gap) => InitialGap::Uniform(gap),
         None if within.is_some() => InitialGap::ClosedWithin(within.unwrap_or_default()),
@@ -105,7 +107,7 @@ fn against(table: &View, folder: &Path) -> Result<AgainstSpec, Error> {
     };
     let slave = table.given("slave").map(|_| if table.text("slave") == "on" { Role::On } else { Role::Against });
     let search = table.given("search").map(|_| table.number("search"));
-    Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, slave, search, widened: None })
+    Ok(AgainstSpec::Surface { region: Region::Groups(names), gap, closed_at, slave, search, widened: None })
 }
 
 /// Keys of `against` that belong to `surface`.

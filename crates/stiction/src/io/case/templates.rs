@@ -28,7 +28,7 @@ macro_rules! template {
 pub fn templates() -> &'static [Template] {
     &[
         template!("block", "a block pressed onto a plane and pushed sideways by its top"),
-        template!("brick", "the model problem of Haslinger, Dostal and Kucera: a clamped brick on a rigid foundation"),
+        template!("brick", "the model problem of Haslinger, Kučera and Dostál: a clamped brick on a rigid foundation"),
         template!("sphere", "a block pressed onto a rigid sphere: the contact of Hertz with friction"),
         template!("punch", "a flat square punch pressed into a block"),
         template!("pair", "a stamp pressed onto a block and dragged along it, both deformable"),

@@ -55,11 +55,13 @@ pub(super) struct Named {
 }
 
 /// What the deck says of the gap.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone)]
 pub(super) enum Gap {
     AsMeshed,
     Closed,
     ClosedWithin(f64),
+    /// At the nodes of a set.
+    ClosedAt(String, Rc<Found>),
     Uniform(f64),
 }
 
@@ -96,6 +98,9 @@ impl<'a> Reader<'a> {
             (0..row.fields.len()).try_for_each(|i| row.number(i).map(|_| ()))?;
         }
         let first = rows.first().map_or(Ok(None), |row| row.number(0))?;
+        if self.in_step {
+            return self.change_behavior_to(card, &law);
+        }
         let interaction = self.open_interaction(card)?;
         let hard = "contact is solved hard";
         match (law.as_str(), first) {
@@ -169,6 +174,35 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// `*CHANGE SURFACE BEHAVIOR`: hard contact stays hard contact whatever its law.
+    pub(super) fn change_behavior(&mut self, card: &Card) -> Result<(), Error> {
+        card.only(&["INTERACTION"])?;
+        let name = card.needed("INTERACTION")?;
+        let Some(which) = self.interactions.iter().position(|it| it.name.eq_ignore_ascii_case(name)) else {
+            let what = format!("there is no *SURFACE INTERACTION {name}");
+            return Err(card.error(what, "name one that stands above the steps"));
+        };
+        if !self.in_step {
+            return Err(card.error("*CHANGE SURFACE BEHAVIOR stands outside of a step", "move it below *STEP"));
+        }
+        self.rewriting = Some(which);
+        Ok(())
+    }
+
+    fn change_behavior_to(&mut self, card: &Card, law: &str) -> Result<(), Error> {
+        let what = "*SURFACE BEHAVIOR stands in a step without *CHANGE SURFACE BEHAVIOR";
+        let which = self.rewriting.take();
+        let which = which.ok_or_else(|| card.error(what, "write *CHANGE SURFACE BEHAVIOR above it"))?;
+        let interaction = &self.interactions[which];
+        if !["HARD", "LINEAR", "EXPONENTIAL", "TABULAR"].contains(&law) || interaction.tied {
+            let what = format!("{} changes between contact and a tie", interaction.name);
+            let remedy = "make a deck of each state: only laws of contact, which are solved hard, change with a step";
+            return Err(card.error(what, remedy));
+        }
+        self.notes.add(format!("{}: contact is solved hard before and after its law changes", interaction.name));
+        Ok(())
+    }
+
     fn change_friction_to(&mut self, card: &Card, coefficient: f64, limit: Option<f64>) -> Result<(), Error> {
         let what = "*FRICTION stands in a step without *CHANGE FRICTION";
         let which = self.changing.take().ok_or_else(|| card.error(what, "write *CHANGE FRICTION above it"))?;
@@ -215,12 +249,21 @@ impl<'a> Reader<'a> {
         let moved = self.set(card, scope, Kind::Nodes, adjust)?;
         let corners = slave.found.sides.iter().filter_map(|&(element, side)| self.input.corners(element, side));
         let corners = corners.flatten().filter(|&node| node != u32::MAX && !super::sweep::is_copy(self.input, node));
-        let mut nodes = corners.chain(slave.found.nodes.iter().copied());
-        if slave.found.skin.is_empty() && nodes.all(|node| moved.nodes.binary_search(&node).is_ok()) {
+        let nodes = corners.chain(slave.found.nodes.iter().copied());
+        let (mut all, mut any) = (slave.found.skin.is_empty(), !slave.found.skin.is_empty());
+        for node in nodes {
+            let is_moved = moved.nodes.binary_search(&node).is_ok();
+            (all, any) = (all && is_moved, any || is_moved);
+        }
+        if all {
             return Ok(Gap::Closed);
         }
-        let what = format!("ADJUST={adjust} closes the gap at a part of the surface {}", slave.name);
-        Err(card.error(what, "give the length within which gaps are closed, or a surface of these nodes alone"))
+        if !any {
+            let what = format!("no corner of the surface {} is in the set {adjust} of ADJUST", slave.name);
+            return Err(card.error(what, "name a set of nodes of the slave, the first surface, or a length"));
+        }
+        let name = self.sets.spelling(scope, Kind::Nodes, adjust).unwrap_or(adjust).to_string();
+        Ok(Gap::ClosedAt(name, moved))
     }
 
     pub(super) fn tie(&mut self, card: &'a Card) -> Result<(), Error> {

@@ -94,7 +94,6 @@ pub(super) const REFUSED: &[(&[&str], &str, &str)] = &[
         "write *COUPLING with *DISTRIBUTING or *KINEMATIC below it",
     ),
     (&["CHANGEMATERIAL"], "a change of a material between steps", "make a deck of each state"),
-    (&["CHANGESURFACEBEHAVIOR"], "a change of the contact between steps", "take it out: contact is solved hard"),
     (&["CONTACTINTERFERENCE"], "an interference that is taken away", "give it by *CLEARANCE, VALUE="),
     (&["DISTRIBUTION"], "values for each element", "give one value for each material or set"),
     (&["SURFACESMOOTHING"], "surfaces that are rounded off", "take it out, or mesh more finely"),

@@ -31,7 +31,6 @@ pub(super) enum Expansion {
 
 /// `*ORIENTATION`: points on the first axis and in the plane of the first two.
 pub(super) struct Orientation {
-    pub name: String,
     pub axes: Result<[[f64; 3]; 2], Error>,
 }
 
@@ -43,6 +42,27 @@ pub(super) struct Section {
     pub elements: Vec<u32>,
     pub material: usize,
     pub orientation: Option<usize>,
+}
+
+/// The names of materials and orientations in their order: sections may stand above what they name.
+pub(super) struct Names<'a>(Vec<(&'static str, Vec<&'a str>)>);
+
+impl<'a> Names<'a> {
+    pub(super) fn new(cards: &'a [Card]) -> Self {
+        let of = |keyword| {
+            let named = cards.iter().filter(|card| card.keyword.name == keyword);
+            (keyword, named.filter_map(|card| card.keyword.get("NAME")).filter(|name| !name.is_empty()).collect())
+        };
+        Names(["MATERIAL", "ORIENTATION"].map(of).into())
+    }
+
+    fn of(&self, keyword: &str) -> &[&'a str] {
+        self.0.iter().find(|named| named.0 == keyword).map_or(&[], |named| &named.1)
+    }
+
+    fn place(&self, keyword: &str, name: &str) -> Option<usize> {
+        self.of(keyword).iter().position(|other| other.eq_ignore_ascii_case(name))
+    }
 }
 
 impl<'a> Reader<'a> {
@@ -115,9 +135,9 @@ impl<'a> Reader<'a> {
 
     pub(super) fn orientation(&mut self, card: &Card) -> Result<(), Error> {
         card.only(&["NAME", "SYSTEM", "DEFINITION"])?;
-        let name = card.needed("NAME")?.to_string();
+        card.needed("NAME")?;
         let axes = axes(card);
-        self.orientations.push(Orientation { name, axes });
+        self.orientations.push(Orientation { axes });
         Ok(())
     }
 
@@ -125,17 +145,15 @@ impl<'a> Reader<'a> {
         // Section controls say how elements of few integration points are stabilised.
         card.only(&["ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"])?;
         let (set, name) = (card.needed("ELSET")?, card.needed("MATERIAL")?);
-        let material = self.materials.iter().position(|m| m.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
-            let names: Vec<&str> = self.materials.iter().map(|m| m.name.as_str()).collect();
-            card.error(format!("there is no *MATERIAL {name}"), format!("the materials are {}", names.join(", ")))
+        let material = self.named.place("MATERIAL", name).ok_or_else(|| {
+            let names = self.named.of("MATERIAL").join(", ");
+            card.error(format!("there is no *MATERIAL {name}"), format!("the materials are {names}"))
         })?;
         let orientation = match card.keyword.get("ORIENTATION") {
             None => None,
-            Some(name) => {
-                Some(self.orientations.iter().position(|o| o.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
-                    card.error(format!("there is no *ORIENTATION {name}"), "write it, or take the parameter out")
-                })?)
-            }
+            Some(name) => Some(self.named.place("ORIENTATION", name).ok_or_else(|| {
+                card.error(format!("there is no *ORIENTATION {name}"), "write it, or take the parameter out")
+            })?),
         };
         let (mut elements, mut spelling) = (Vec::new(), set.to_string());
         for scope in self.input.scopes(card.part) {

@@ -78,11 +78,17 @@ impl Writer<'_, '_> {
             let what = format!("there is no *SURFACE INTERACTION {}", pair.name);
             return Err(pair.row.error(what, "write it above the pair"));
         };
-        match pair.gap {
+        match &pair.gap {
             Gap::AsMeshed => {}
             Gap::Closed => self.out.line("gap", "\"closed\""),
-            Gap::ClosedWithin(reach) => self.out.line("gap", &format!("{{ closed_within = {} }}", number(reach))),
-            Gap::Uniform(gap) => self.out.line("gap", &number(gap)),
+            Gap::ClosedWithin(reach) => self.out.line("gap", &format!("{{ closed_within = {} }}", number(*reach))),
+            Gap::ClosedAt(name, found) => {
+                let nodes = super::sweep::with_copies(self.reader.input, &found.nodes);
+                let group = self.groups.nodes(name, &nodes);
+                self.out.line("gap", &format!("{{ closed_at = {} }}", quoted(&group)));
+                self.out.line("slave", "\"on\"");
+            }
+            Gap::Uniform(gap) => self.out.line("gap", &number(*gap)),
         }
         let coefficient = match interaction.changes {
             Some(history) => self.value(history, interaction.friction, pair.row.card)?,

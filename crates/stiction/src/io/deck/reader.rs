@@ -9,7 +9,7 @@ use super::equations::EquationCard;
 use super::history::{Amplitude, Histories};
 use super::keywords::{HARMLESS, REFUSED};
 use super::loads::{OnCells, OnSurface};
-use super::materials::{MaterialCard, Orientation, Section};
+use super::materials::{MaterialCard, Names, Orientation, Section};
 use super::points::ReferencePoint;
 use super::steps::StepCard;
 use super::supports::NONE;
@@ -29,12 +29,16 @@ pub(super) struct Reader<'a> {
     pub title: Option<String>,
     pub notes: Notes,
     pub harmless: BTreeSet<String>,
+    /// What sections may name, wherever it stands.
+    pub named: Names<'a>,
     pub materials: Vec<MaterialCard<'a>>,
     pub orientations: Vec<Orientation>,
     pub sections: Vec<Section>,
     pub interactions: Vec<Interaction>,
     /// The interaction that the next *FRICTION in this step is of.
     pub changing: Option<usize>,
+    /// The same of the next *SURFACE BEHAVIOR.
+    pub rewriting: Option<usize>,
     pub pairs: Vec<Pair<'a>>,
     pub bolts: Vec<BoltCard<'a>>,
     pub equations: Vec<EquationCard<'a>>,
@@ -94,11 +98,13 @@ impl<'a> Reader<'a> {
             title: None,
             notes: Notes::default(),
             harmless: BTreeSet::new(),
+            named: Names::new(&input.cards),
             materials: Vec::new(),
             orientations: Vec::new(),
             sections: Vec::new(),
             interactions: Vec::new(),
             changing: None,
+            rewriting: None,
             pairs: Vec::new(),
             bolts: Vec::new(),
             equations: Vec::new(),
@@ -158,6 +164,7 @@ impl<'a> Reader<'a> {
             "SURFACEBEHAVIOR" => self.surface_behavior(card)?,
             "FRICTION" => self.friction(card)?,
             "CHANGEFRICTION" => self.change_friction(card)?,
+            "CHANGESURFACEBEHAVIOR" => self.change_behavior(card)?,
             "CONTACTPAIR" => self.contact_pair(card)?,
             "CLEARANCE" => self.clearance(card)?,
             "TIE" => self.tie(card)?,
@@ -259,7 +266,7 @@ impl<'a> Reader<'a> {
 
     pub(super) fn begin_step(&mut self) {
         self.renewed.clear();
-        (self.released, self.changing) = (false, None);
+        (self.released, self.changing, self.rewriting) = (false, None, None);
     }
 
     pub(super) fn finish_step(&mut self) -> Result<(), Error> {

@@ -365,6 +365,10 @@ impl Writer<'_, '_> {
         let uniform = self.initial();
         let nodes: Vec<u32> = (0..self.reader.used.len() as u32).filter(|&n| self.reader.used[n as usize]).collect();
         let first = nodes.first().map_or(NONE, |&node| self.reader.temperatures[node as usize]);
+        if nodes.iter().all(|&node| self.reader.temperatures[node as usize] == NONE) {
+            self.reader.notes.add("*TEMPERATURE names nodes of no solid element alone, and changes nothing");
+            return Ok(());
+        }
         if let Some(start) = uniform.filter(|_| nodes.iter().all(|&n| self.reader.temperatures[n as usize] == first)) {
             self.out.table("[[load]]", of_row(&row));
             let value = self.value(first, start, row.card)?;

@@ -91,10 +91,10 @@ fn of_pair(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
 
 fn as_meshed(contact: &ContactFacts) -> bool {
     let gap = match &contact.against {
-        Counterpart::Surface(master) => master.gap,
-        Counterpart::Obstacle(_) => InitialGap::Uniform(0.0),
+        Counterpart::Surface(master) => &master.gap,
+        Counterpart::Obstacle(_) => &InitialGap::Uniform(0.0),
     };
-    gap == InitialGap::AsMeshed && contact.friction != SurfaceFriction::Bonded
+    *gap == InitialGap::AsMeshed && contact.friction != SurfaceFriction::Bonded
 }
 
 /// Why there is no contact point at all.

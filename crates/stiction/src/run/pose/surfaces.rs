@@ -5,10 +5,11 @@ use std::sync::Arc;
 use super::{place, regions};
 use crate::Error;
 use crate::contact::{
-    ContactSurface, Counterpart, Master, Obstacle, Reason, Role, Triangles, choose_slave, reverse_where_constrained,
+    ContactSurface, Counterpart, InitialGap, Master, Obstacle, Reason, Role, Triangles, choose_slave, faces_around,
+    reverse_where_constrained,
 };
 use crate::fem::{DofMap, Solid};
-use crate::io::case::{AgainstSpec, ContactSpec, Placing, SurfaceFile};
+use crate::io::case::{AgainstSpec, ContactSpec, Placing, Region, Spot, SurfaceFile};
 use crate::io::surface;
 use crate::mesh::Mesh;
 use crate::mesh::v3::add;
@@ -21,27 +22,56 @@ pub(crate) fn surfaces(mesh: &Mesh, specs: &[ContactSpec]) -> Result<Vec<Contact
             AgainstSpec::File(file) => {
                 Counterpart::Obstacle(triangles(file).map_err(|error| place::at(&spec.spot, error))?)
             }
-            AgainstSpec::Surface { region, gap, slave, search, widened } => Counterpart::Surface(Master {
-                faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
-                gap: *gap,
-                search: widened.or(*search),
-                slave: slave.unwrap_or(Role::On),
-                reason: match slave {
-                    Some(_) => Reason::Asked,
-                    None if spec.friction.is_array() => Reason::Array,
-                    None => Reason::First,
-                },
-            }),
+            AgainstSpec::Surface { region, gap, closed_at, slave, search, widened } => {
+                let nodes = nodes_alone(mesh, spec, *slave)?;
+                let closed = closed_at.as_ref().map(|region| regions::nodes(mesh, region, &spec.spot)).transpose()?;
+                Counterpart::Surface(Master {
+                    faces: regions::faces(mesh, region, &spec.spot, "the contact")?,
+                    gap: closed.map_or(gap.clone(), InitialGap::ClosedAt),
+                    search: widened.or(*search),
+                    slave: slave.unwrap_or(Role::On),
+                    reason: match slave {
+                        _ if nodes.is_some() => Reason::Nodes,
+                        Some(_) => Reason::Asked,
+                        None if spec.friction.is_array() => Reason::Array,
+                        None => Reason::First,
+                    },
+                    nodes,
+                })
+            }
+        };
+        let faces = match &against {
+            Counterpart::Surface(Master { nodes: Some(nodes), faces, .. }) => faces_around(mesh, nodes, faces),
+            _ => regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
         };
         Ok(ContactSurface {
             name: spec.name.clone(),
-            faces: regions::faces(mesh, &spec.on, &spec.spot, "the contact")?,
+            faces,
             against,
             friction: spec.friction.clone(),
             stiffness: spec.stiffness,
         })
     };
     specs.iter().map(surface).collect()
+}
+
+/// The nodes of `on` where it is made of groups of nodes that make up no face.
+fn nodes_alone(mesh: &Mesh, spec: &ContactSpec, slave: Option<Role>) -> Result<Option<Vec<u32>>, Error> {
+    let Region::Groups(names) = &spec.on else { return Ok(None) };
+    let alone = |(name, _): &(String, Spot)| {
+        mesh.group(name).is_some_and(|g| {
+            !g.nodes.is_empty() && g.faces.is_empty() && g.interior_faces.is_empty() && g.cells.is_empty()
+        })
+    };
+    if names.is_empty() || !names.iter().all(alone) {
+        return Ok(None);
+    }
+    if slave == Some(Role::Against) {
+        let what =
+            format!("{} is made of nodes without faces, which carry the points of a contact", regions::name(&spec.on));
+        return Err(spec.spot.error(what, "take `slave` out, or name a surface of faces in `on`"));
+    }
+    regions::nodes(mesh, &spec.on, &spec.spot).map(Some)
 }
 
 /// The obstacle in a file, put where the case wants it.
@@ -61,7 +91,7 @@ fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
 pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
     for surface in surfaces {
         let Counterpart::Surface(master) = &mut surface.against else { continue };
-        if ![Reason::Asked, Reason::Array].contains(&master.reason) {
+        if ![Reason::Asked, Reason::Array, Reason::Nodes].contains(&master.reason) {
             let young = [young(solid, &surface.faces), young(solid, &master.faces)];
             (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
         }

@@ -13,6 +13,7 @@ pub(crate) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     let why = match pair.reason {
         Reason::Asked => "as given",
         Reason::Array => "its friction is an array",
+        Reason::Nodes => "each node by itself",
         Reason::Free => "the other surface is prescribed",
         Reason::Finer => "its faces are the smaller ones",
         Reason::Softer => "its body is the softer one",

@@ -8,6 +8,7 @@ use super::overlap_text;
 use super::rows::{Row, Rows, print};
 use super::smallness_text;
 use crate::certificate::{Certificate, Part, PartMeasure};
+use crate::contact::Friction;
 use crate::contact::equilibrium::in_words;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
@@ -111,6 +112,9 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));
     if let Some(facts) = &outcome.coulomb {
         rows.add("uniqueness", uniqueness(facts));
+    } else if prepared.problem.contact.friction.iter().any(|law| matches!(law, Friction::Cohesive { .. })) {
+        let why = "nothing is known of others with cohesion, which a point loses where it opens";
+        rows.add("uniqueness", format!("a solution; {why}"));
     } else if outcome.solution.path == SolverPath::Multigrid && has_coulomb(prepared) {
         let why = "others are looked for with `--starts N`, and what can be said about them is estimated then";
         rows.add("uniqueness", format!("a solution; {why}"));

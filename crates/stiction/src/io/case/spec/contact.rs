@@ -9,10 +9,10 @@ pub(super) static CONTACT: Rules = Rules {
     one_of: &[],
     keys: &[
         key("name", Kind::Text, "name = \"sole\"", "Name of the pair in the results; that of its group if absent."),
-        key("on", REGION, "on = \"z-min\"", "The surface: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }.").required(),
+        key("on", REGION, "on = \"z-min\"", "The surface: a group, a list of groups or { box = [[x0, y0, z0], [x1, y1, z1]] }. Against another surface also groups of nodes that make up no face: each of these nodes then meets the other surface by itself, at the place nearest to it.").required(),
         key("against", Kind::Either(&[Kind::Table(&OBSTACLE), Kind::Text, NAMES]), "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }", "A rigid obstacle, or another surface of the mesh: a group or a list of groups.")
             .required(),
-        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY), Kind::Table(&CLOSED)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded: \"as-meshed\", \"closed\", { closed_within = length } or a number. A number holds wherever they meet; a negative one is an interference fit.")
+        key("gap", Kind::Either(&[GAP_NAME, Kind::Number(ANY), Kind::Table(&CLOSED)]), "gap = \"closed\"", "Between two surfaces: how far apart they are before anything is loaded: \"as-meshed\", \"closed\", { closed_within = length }, { closed_at = \"group\" } or a number. A number holds wherever they meet; a negative one is an interference fit.")
             .default("\"as-meshed\"")
             .unit("length"),
         key("slave", SLAVE, "slave = \"on\"", "Between two surfaces: which of them carries the contact points; if absent that of a much softer body, or else the finer one, or else that of the softer body. Faces that are prescribed altogether never do if the other surface can."),
@@ -34,16 +34,23 @@ pub(super) static CONTACT: Rules = Rules {
 const GAP_NAME: Kind =
     choice(&[("as-meshed", "what the meshes say, overlaps included"), ("closed", "none wherever they meet")]);
 static CLOSED: Rules = Rules {
-    doc: "A gap that is closed where it is small.",
-    one_of: &[],
-    keys: &[key(
-        "closed_within",
-        Kind::Number(POSITIVE),
-        "closed_within = 0.01",
-        "Where the meshes are no farther apart than this, or overlap, they touch; elsewhere the gap is that of the meshes.",
-    )
-    .required()
-    .unit("length")],
+    doc: "A gap that is closed in places; elsewhere it is that of the meshes.",
+    one_of: &["closed_within", "closed_at"],
+    keys: &[
+        key(
+            "closed_within",
+            Kind::Number(POSITIVE),
+            "closed_within = 0.01",
+            "Where the meshes are no farther apart than this, or overlap, they touch.",
+        )
+        .unit("length"),
+        key(
+            "closed_at",
+            Kind::Either(&[Kind::Text, NAMES]),
+            "closed_at = \"rim\"",
+            "A group or a list of groups: their nodes touch. Only nodes of the surface that carries the contact points count.",
+        ),
+    ],
 };
 static STIFFNESS: Rules = Rules {
     doc: "Stiffness of an interface per area.",

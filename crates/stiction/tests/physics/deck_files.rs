@@ -1,0 +1,120 @@
+//! The decks in `tests/data/decks`, each against its closed form: columns of unit cubes with a modulus of 1000, shortened
+//! by the pressure times their length over it.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use stiction::io::deck;
+use stiction::run::{Outcome, Prepared, pair_totals};
+use stiction_fixtures::case_run::{at, is, solved_case};
+
+const READER: &str = include_str!("../../src/io/deck/reader.rs");
+
+/// A file, the normal force of each contact, and displacements: of the node at a place, along an axis.
+type Wanted = (&'static str, &'static [f64], &'static [([f64; 3], usize, f64)]);
+
+/// Plane strain: `p (1 - poisson²) / young`, and `poisson (1 + poisson)` of `p / young` across.
+const WANTED: &[Wanted] = &[
+    ("tetrahedra", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([1.0, 0.0, 1.0], 2, -0.01)]),
+    ("hexahedra", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([0.5, 0.0, 1.0], 2, -0.01)]),
+    ("prisms", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([1.0, 0.0, 1.0], 2, -0.01)]),
+    // Weight 10 per volume, and 5 on the top.
+    ("weight", &[15.0], &[([1.0, 1.0, 2.0], 2, -0.03), ([1.0, 1.0, 1.0], 2, -0.02)]),
+    ("heated", &[10.0], &[([1.0, 1.0, 1.0], 2, 0.0)]),
+    ("tied", &[-10.0], &[]),
+    ("laws", &[10.0; 3], &[([1.0, 1.0, 2.0], 2, -0.02), ([5.0, 1.0, 2.0], 2, -0.02)]),
+    ("changed-law", &[20.0], &[([1.0, 1.0, 2.0], 2, -0.04)]),
+    ("changed-friction", &[10.0], &[]),
+    ("adjusted", &[10.0], &[([1.0, 1.0, 2.004], 2, -0.02)]),
+    // The second column stays open.
+    ("adjusted-set", &[1.0], &[([0.0, 0.0, 1.004], 2, -0.001), ([2.0, 0.0, 1.004], 2, -0.002)]),
+    ("clearance", &[10.0], &[([0.0, 0.0, 1.004], 2, -0.02)]),
+    // The lower cube is held; two corners carry the force of four.
+    ("nodes", &[10.0], &[([0.0, 1.0, 2.0], 2, -0.01), ([0.0, 1.0, 1.0], 2, 0.0)]),
+    // The upper one is stretched, the one in its place compressed.
+    ("lining", &[-10.0], &[([1.0, 1.0, 0.0], 2, 0.01)]),
+    ("turned", &[10.0], &[]),
+    ("equations", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([0.0, 1.0, 2.0], 2, -0.02)]),
+    // Tightened by 10, then drawn by a thousandth of its length.
+    ("bolt", &[], &[([0.0, 0.0, 1.0], 2, 0.011)]),
+    ("spread", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
+    ("held", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
+    // The upper cube has a modulus of 500 along its first axis, which is z.
+    ("sections-first", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.03), ([1.0, 0.0, 1.0], 2, -0.01)]),
+    ("printed", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
+    ("plane-strain", &[20.0], &[([1.0, 2.0, 0.0], 1, -0.01875), ([1.0, 2.0, 0.0], 0, 0.003125)]),
+    // A layer of 1/20 of the edge.
+    ("plane-stress", &[0.5], &[([1.0, 2.0, 0.0], 1, -0.02), ([1.0, 2.0, 0.0], 0, 0.0025)]),
+    ("parts", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
+    ("kinds-of-pairs", &[10.0; 3], &[([1.0, 0.0, 2.0], 2, -0.02), ([5.0, 1.0, 2.0], 2, -0.02)]),
+    ("included", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02)]),
+];
+
+fn folder() -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "tests", "data", "decks"].iter().collect()
+}
+
+fn solved(name: &str) -> (Outcome, Prepared) {
+    let deck = deck::read(&folder().join(format!("{name}.inp")), &[]).unwrap_or_else(|e| panic!("{e}"));
+    solved_case(&deck.case(&[]).unwrap_or_else(|e| panic!("{e}\n{}", deck.text)))
+}
+
+#[test]
+fn the_decks_end_where_their_closed_forms_say() {
+    for &(name, forces, places) in WANTED {
+        let run = solved(name);
+        let totals = pair_totals(&run.1, &run.0);
+        assert_eq!(totals.len(), forces.len(), "{name}");
+        for (total, &force) in totals.iter().zip(forces) {
+            assert!((total.1.normal_force - force).abs() < 1e-7 * force.abs(), "{name}: {}", total.1.normal_force);
+        }
+        for &(place, axis, value) in places {
+            let u = at(&run, place)[axis];
+            assert!((u - value).abs() < 1e-9, "{name} {place:?}: {u} for {value}");
+        }
+    }
+}
+
+#[test]
+fn nodes_meet_a_surface_by_themselves_on_both_paths() {
+    let deck = deck::read(&folder().join("nodes.inp"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    for path in ["\"dense\"", "\"multigrid\""] {
+        let run = solved_case(&deck.case(&[("solver.path".into(), path.into())]).unwrap());
+        assert_eq!(run.1.facts.contacts[0].surface.nodes.len(), 2, "{path}");
+        // Ten on two corners that stand on two corners of the other cube.
+        let forces = &run.0.solution.lambda[..2];
+        assert!(forces.iter().all(|force| (force - 5.0).abs() < 1e-7), "{path}: {forces:?}");
+    }
+}
+
+#[test]
+fn shear_forces_of_the_decks_balance_what_draws() {
+    let [half, four] = [4.0 * 0.7 / 2f64.sqrt(), 4.0 * 1.225];
+    for (name, wanted) in [("turned", [half, half]), ("changed-friction", [four, 0.0]), ("tied", [1.0, 0.0])] {
+        let run = solved(name);
+        let friction = pair_totals(&run.1, &run.0)[0].1.tangential_force;
+        (0..2).for_each(|c| is(friction[c], -wanted[c], four));
+    }
+}
+
+#[test]
+fn every_card_that_is_read_stands_in_a_deck() {
+    let plain = |text: &str| text.to_uppercase().replace([' ', '-', '*'], "");
+    let mut files = 0;
+    let mut cards = BTreeSet::new();
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        let heads = text.lines().filter(|line| line.starts_with('*') && !line.starts_with("**"));
+        cards.extend(heads.map(|line| plain(line.split(',').next().unwrap_or(""))));
+        files += 1;
+    }
+    assert!(files >= 30, "{files}");
+    let (_, arms) = READER.split_once("match name {").unwrap();
+    let (arms, _) = arms.split_once("_ if HARMLESS").unwrap();
+    let mut known: Vec<String> = arms.split('"').skip(1).step_by(2).map(plain).collect();
+    known.retain(|word| word != "READ" && word.chars().all(char::is_alphabetic));
+    assert!(known.len() > 30, "{known:?}");
+    let meshes = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "INSTANCE", "ASSEMBLY", "INCLUDE"];
+    let missing: Vec<&str> = known.iter().map(String::as_str).chain(meshes).filter(|c| !cards.contains(*c)).collect();
+    assert!(missing.is_empty(), "no deck of tests/data/decks has {missing:?}");
+}
