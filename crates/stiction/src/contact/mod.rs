@@ -1,6 +1,7 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
 mod closest;
+mod division;
 pub mod equilibrium;
 mod flat;
 mod frame;
@@ -26,6 +27,7 @@ mod surface;
 mod triangles;
 mod tributary;
 
+pub use division::Division;
 pub use law::Friction;
 pub use layer::InterfaceStiffness;
 pub use obstacle::{Obstacle, Side};

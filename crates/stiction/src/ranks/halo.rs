@@ -89,6 +89,11 @@ impl Halo {
         self.kind == Kind::Alone
     }
 
+    /// Whether each rank has a part of the values.
+    pub fn is_divided(&self) -> bool {
+        self.kind == Kind::Divided
+    }
+
     /// Whether every rank has all values.
     pub fn is_joined(&self) -> bool {
         self.kind == Kind::Joined
@@ -166,8 +171,7 @@ impl Halo {
         match self.kind {
             Kind::Alone => {}
             Kind::Divided => {
-                let out: Vec<_> =
-                    self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
+                let out: Vec<_> = self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
                 self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
                 let from: Vec<usize> = self.send.iter().map(|(rank, _)| *rank).collect();
                 let received = self.ranks.exchange(out, &from);

@@ -5,21 +5,23 @@ use std::path::{Path, PathBuf};
 
 /// What each module may use besides itself and `Error`.
 const MAY_USE: &[(&str, &[&str])] = &[
-    ("linalg", &[]),
-    ("mesh", &[]),
+    ("ranks", &[]),
+    ("linalg", &["ranks"]),
+    ("mesh", &["ranks"]),
     ("fem", &["linalg", "mesh"]),
-    ("contact", &["linalg", "mesh", "fem"]),
+    ("contact", &["ranks", "linalg", "mesh", "fem"]),
     ("accuracy", &["linalg", "mesh", "fem", "contact", "certificate"]),
     ("dual", &["linalg", "contact"]),
-    ("certificate", &["linalg", "contact"]),
+    ("certificate", &["ranks", "linalg", "contact"]),
     ("qp", &["linalg"]),
-    ("friction", &["linalg", "contact", "dual", "certificate", "qp"]),
+    ("friction", &["ranks", "linalg", "contact", "dual", "certificate", "qp"]),
     ("discrete", &["linalg", "contact", "friction"]),
     ("io", &["linalg", "mesh", "fem", "contact", "dual", "certificate", "qp", "friction", "discrete"]),
     ("solve", &["linalg", "contact", "dual", "friction"]),
     (
         "run",
         &[
+            "ranks",
             "linalg",
             "mesh",
             "fem",

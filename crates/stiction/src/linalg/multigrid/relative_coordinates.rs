@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product};
+use crate::ranks::Halo;
 
 /// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes constraints on differences
 /// between nodes constraints on single unknowns: with relative displacements at the nodes of one side of an interface
@@ -130,7 +131,7 @@ impl RelativeCoordinates {
             t => right.row(t as usize),
         };
         // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of D.
-        let (start, entry) = self.d.by_columns();
+        let (start, entry) = self.d.by_columns(self.d.rows);
         let touched: Vec<u32> =
             (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
         let from = |k: u32| entry[start[k as usize]..start[k as usize + 1]].iter();
@@ -251,6 +252,8 @@ impl RelativeCoordinates {
 #[derive(Debug)]
 pub(crate) struct RelativeMatrix {
     a: Blocks<3, 3>,
+    /// How the nodes are divided among ranks; the rows are those of this rank.
+    pub halo: Halo,
     pub relative: Option<RelativeCoordinates>,
     /// The rows that are not those of `A`, and the place of each row among them, `u32::MAX` for the others.
     rows: Blocks<3, 3>,
@@ -261,7 +264,13 @@ impl RelativeMatrix {
     pub(crate) fn new(a: Blocks<3, 3>, relative: Option<RelativeCoordinates>) -> Self {
         let (changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
         let at = places(&changed, a.rows);
-        RelativeMatrix { a, relative, rows, at }
+        let halo = Halo::alone(a.rows);
+        RelativeMatrix { a, halo, relative, rows, at }
+    }
+
+    /// Of the rows of this rank, whose columns are its nodes and the ghosts of `halo`.
+    pub(crate) fn divided(a: Blocks<3, 3>, halo: Halo) -> Self {
+        RelativeMatrix { halo, ..RelativeMatrix::new(a, None) }
     }
 
     /// `A` itself.
@@ -269,7 +278,7 @@ impl RelativeMatrix {
         &self.a
     }
 
-    /// Number of nodes.
+    /// Number of nodes of this rank.
     pub(crate) fn len(&self) -> usize {
         self.a.rows
     }
@@ -294,9 +303,9 @@ impl RelativeMatrix {
         columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
     }
 
-    /// `Tᵀ A T x`.
+    /// `Tᵀ A T x`, from and at the nodes of this rank.
     pub(crate) fn times(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let Some(relative) = &self.relative else { return self.a.times(x) };
+        let Some(relative) = &self.relative else { return self.a.times(&self.halo.extended(x)) };
         let mut u = x.to_vec();
         relative.to_absolute(&mut u);
         let mut forces = self.a.times(&u);
@@ -346,8 +355,7 @@ fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::coarsen::coarsen;
-    use super::super::tests::{assert_local_changes, lattice};
+    use super::super::tests::{assert_local_changes, coarsen, lattice};
     use super::super::{Hierarchy, NodeConstraint};
     use super::*;
     use crate::linalg::Stop;
