@@ -21,3 +21,4 @@ pub use bound::{
 };
 pub use measures::{Certificate, PART_TOLERANCE, certify, certify_divided};
 pub use parts::{Part, PartMeasure};
+pub(crate) use share::fetched as ghost_values;

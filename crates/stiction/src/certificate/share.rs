@@ -84,7 +84,7 @@ impl Share {
 
 /// Displacements and multipliers with the values of other ranks in their places, asked of the owner of each node by its global
 /// number. What the owner does not know is not a number, and no certificate passes with it.
-pub(super) fn fetched(
+pub(crate) fn fetched(
     problem: &ContactProblem,
     division: &Division,
     u: &[f64],

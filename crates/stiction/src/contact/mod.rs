@@ -33,6 +33,7 @@ pub use layer::InterfaceStiffness;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;
+pub(crate) use pose::{centroid, pose_about};
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Labels, Pair, Supports};
 pub use rows::{ContactRows, contact_rows};
 pub(crate) use slave_choice::face_size;
