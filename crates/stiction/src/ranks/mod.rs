@@ -66,21 +66,6 @@ pub fn broadcast(ranks: &dyn Ranks, own: Vec<u8>) -> Vec<u8> {
     message
 }
 
-/// The message that rank 0 has for each rank; what others give is not read.
-///
-/// # Panics
-/// If rank 0 does not give a message for each rank.
-pub fn scatter(ranks: &dyn Ranks, own: Vec<Vec<u8>>) -> Vec<u8> {
-    if ranks.rank() > 0 {
-        return ranks.exchange(Vec::new(), &[0]).swap_remove(0);
-    }
-    assert_eq!(own.len(), ranks.size(), "a message for each rank");
-    let mut messages = own.into_iter().enumerate();
-    let first = messages.next().map_or(Vec::new(), |(_, message)| message);
-    ranks.exchange(messages.collect(), &[]);
-    first
-}
-
 /// A message of every rank, in their order, at every rank.
 pub fn gather_all(ranks: &dyn Ranks, own: Vec<u8>) -> Vec<Vec<u8>> {
     let joined = gather(ranks, own).map_or(Vec::new(), |all| {

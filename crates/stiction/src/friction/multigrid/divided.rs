@@ -8,7 +8,7 @@ use super::transform::{Transformed, frames_of, kernel, order, refused};
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided};
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{Contact, ContactProblem, Division, Labels, Pair};
+use crate::contact::{Contact, ContactProblem, Division, Elastic, Labels, Pair};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeMatrix, contact_ghosts};
 use crate::linalg::{Csr, NodeGraph, Stop};
 use crate::ranks::{Halo, agree, all_to_all, from_bytes, to_bytes};
@@ -146,7 +146,7 @@ fn no_nodes() -> Error {
 /// The numbers of nodes of other ranks, each asked of its owner.
 fn numbers(division: &Division, own: &[u32], near: &[u32]) -> Result<Vec<u64>, Error> {
     let ranks = &*division.ranks;
-    let first = Halo::divided(&division.ranks, own.len(), Vec::new()).global(0);
+    let first = Halo::divided(&division.ranks, own.len(), Vec::new()).first();
     let number: HashMap<u64, u64> = own.iter().map(|&label| division.global[label as usize]).zip(first..).collect();
     let owner = |label: u32| division.owner[label as usize] as usize;
     let asked = |rank: usize| -> Vec<u64> {
@@ -197,7 +197,10 @@ impl Divided {
             supports: None,
             bodies: None,
         };
-        ContactProblem { elastic: elastic.clone(), contact, labels }
+        // The hierarchy has been set up: who solves reads no node and no motion any more.
+        let Elastic { K, f, .. } = elastic;
+        let elastic = Elastic { K: K.clone(), f: f.clone(), node_of: None, near_kernel: None, middles: None };
+        ContactProblem { elastic, contact, labels }
     }
 
     /// Judges displacements of all unknowns here and multipliers of own points; what belongs to other ranks is theirs.

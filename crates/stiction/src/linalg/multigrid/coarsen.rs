@@ -92,7 +92,7 @@ fn aggregates_of_ghosts(halo: &Halo, of: Vec<u32>, count: usize) -> (Vec<u32>, H
     if halo.is_alone() {
         return (of, Halo::alone(count));
     }
-    let first = Halo::divided(halo.ranks(), count, Vec::new()).global(0);
+    let first = Halo::divided(halo.ranks(), count, Vec::new()).first();
     let mut global: Vec<u64> = of.iter().map(|&g| first + u64::from(g)).collect();
     halo.update(&mut global);
     let mut ghosts = global[halo.own()..].to_vec();
@@ -109,7 +109,7 @@ fn place(halo: &Halo, global: u64) -> u32 {
 
 /// The halo with more ghosts, given by their global numbers.
 fn with_ghosts(halo: &Halo, more: impl Iterator<Item = u64>) -> Halo {
-    let own = halo.global(0)..halo.global(0) + halo.own() as u64;
+    let own = halo.first()..halo.first() + halo.own() as u64;
     let mut ghosts: Vec<u64> = (halo.own()..halo.len()).map(|k| halo.global(k)).collect();
     ghosts.extend(more.filter(|g| !own.contains(g)));
     ghosts.sort_unstable();

@@ -187,7 +187,7 @@ pub(crate) fn contact_ghosts(a: &RelativeMatrix, nodes: &[u32]) -> (Halo, Vec<u3
     if a.halo.is_alone() {
         return (Halo::alone(nodes.len()), Vec::new());
     }
-    let first = Halo::divided(a.halo.ranks(), nodes.len(), Vec::new()).global(0);
+    let first = Halo::divided(a.halo.ranks(), nodes.len(), Vec::new()).first();
     let mut number = vec![NONE; a.halo.own()];
     nodes.iter().zip(first..).for_each(|(&v, k)| number[v as usize] = k);
     a.halo.update(&mut number);

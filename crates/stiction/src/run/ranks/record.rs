@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::{Solution, Status};
 use crate::io::case::Case;
+use crate::io::text::{number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{FORMAT, Versions};
@@ -136,7 +137,7 @@ impl RankedSummary {
 impl fmt::Display for RankedSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<12} {text}");
-        let Totals { open, stick, slip, normal_force, tangential_force: [x, y, z], .. } = self.contact;
+        let Totals { open, stick, slip, normal_force, tangential_force, .. } = self.contact;
         let status = match self.status {
             Status::Solved => "solved".to_string(),
             Status::MaxIterations => "not solved: the limit of iterations was reached".to_string(),
@@ -147,9 +148,13 @@ impl fmt::Display for RankedSummary {
         let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
         let verdict = if passed { "passed" } else { "not passed" };
         row(f, "certificate", format!("{verdict}: the worst measure is {worst:.1e}, {tolerance:e} is allowed"))?;
-        row(f, "contact", format!("normal force {normal_force:.5}, friction on the body ({x:.5}, {y:.5}, {z:.5})"))?;
+        row(f, "contact", format!(
+            "normal force {}, friction on the body {}",
+            number(normal_force),
+            triple(tangential_force)
+        ))?;
         row(f, "", format!("open {open} points, stick {stick}, slip {slip}"))?;
-        row(f, "displacement", format!("at most {:.5e}", self.displacement_max))?;
+        row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
         let nodes = self.ranks.iter().map(|rank| rank.nodes);
         let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));
         row(f, "size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs))?;

@@ -7,7 +7,7 @@ use crate::fem::Axes;
 use crate::io::case::{Case, LoadKind, Region, Spot};
 use crate::mesh::v3::{norm, sub};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
-use crate::ranks::{Ranks, Wire, agree, from_bytes, scatter, to_bytes};
+use crate::ranks::{Ranks, Wire, agree, from_bytes, to_bytes};
 use crate::run::pose::loads::{Fixes, fixes};
 use crate::run::pose::materials::materials;
 use crate::run::pose::{MemoryLimit, made_mesh, regions};
@@ -45,8 +45,16 @@ pub(super) const NO_AXIS: u32 = u32::MAX;
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
     let whole = if ranks.rank() == 0 { Whole::new(case, ranks.size()).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
-    let messages = whole.map_or(Vec::new(), |whole| whole.messages(ranks.size()));
-    Ok(Share::from_bytes(&scatter(ranks, messages)))
+    let Some(whole) = whole else { return Ok(Share::from_bytes(&ranks.exchange(Vec::new(), &[0])[0])) };
+    let mut own = None;
+    for (rank, message) in whole.messages(ranks.size()).enumerate() {
+        // One after the other: rank 0 never holds all pieces beside the mesh.
+        match rank {
+            0 => own = Some(message),
+            _ => drop(ranks.exchange(vec![(rank, message)], &[])),
+        }
+    }
+    Ok(Share::from_bytes(&own.unwrap_or_default()))
 }
 
 /// The whole mesh, whose groups are the regions of the case.
@@ -101,17 +109,18 @@ impl Whole {
         Ok(Whole { mesh, owner, material_of_cell, symmetry, area })
     }
 
-    fn messages(&self, parts: usize) -> Vec<Vec<u8>> {
+    /// For each rank in turn.
+    fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
         let Whole { mesh, owner, material_of_cell, symmetry, area } = self;
         let center = centroid(mesh);
         let radius = mesh.nodes.iter().map(|&x| norm(sub(x, center))).fold(0.0, f64::max);
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        let message = |piece: MeshPiece| {
+        let message = move |piece: MeshPiece| {
             let materials = piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect();
             let (symmetry, area) = (symmetry.clone(), area.clone());
             Share { piece, material_of_cell: materials, symmetry, area, center, radius, sizes }.to_bytes()
         };
-        pieces(mesh, owner, parts).map(message).collect()
+        pieces(mesh, owner, parts).map(message)
     }
 }
 
