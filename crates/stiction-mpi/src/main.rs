@@ -128,9 +128,10 @@ fn start_threads(asked: Option<u16>, ranks: usize) -> Result<(), Error> {
     let seen = std::thread::available_parallelism().map_or(1, usize::from);
     let shared = ranks > 1 && seen > 1 && seen == online();
     let count = asked.map_or(if shared { 1 } else { seen }, usize::from);
-    rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| {
-        Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer")
-    })
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build_global()
+        .map_err(|error| Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer"))
 }
 
 /// The cores of this machine.

@@ -32,13 +32,13 @@ fn brick(element: &str, friction: &str) -> String {
 fn on_a_ball() -> String {
     format!(
         "[mesh]\nblock = {{ size = [1, 1, 0.5], cells = [14, 14, 7], element = \"wedge6\" }}\n{STEEL}density = 7800\n\
-         [[fix]]\non = \"x-min\"\nsymmetry = true\n[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n\
-         [[fix]]\non = \"z-max\"\ncomponents = \"z\"\nvalue = [0, 0, -2e-4]\n\
+         [[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n\
+         [[fix]]\non = \"z-max\"\ncomponents = \"z\"\nvalue = [-2e-4]\n\
          [[load]]\non = \"y-max\"\nforce = [0, 2e6, -1e6]\n[[load]]\ngravity = [0, 0, -9.81]\n\
          [[contact]]\nname = \"ball\"\non = \"z-min\"\n\
          against = {{ sphere = {{ center = [0, 0, -2], radius = 2 }} }}\nfriction = {{ coulomb = 0.2 }}\n\
          [[contact]]\nname = \"wall\"\non = \"x-max\"\n\
-         against = {{ plane = {{ point = [1.00002, 0, 0], normal = [-1, 0, 0] }} }}\nfriction = {{ tresca = 1e5 }}\n"
+         against = {{ plane = {{ point = [1.00002, 0, 0], normal = [-1, 0, 0] }} }}\nfriction = \"none\"\n"
     )
 }
 
@@ -117,7 +117,7 @@ fn friction_that_is_given_limited_or_none_is_the_same_on_ranks() {
     for friction in ["{ tresca = 1.3e5 }", "\"none\"", "{ coulomb = 0.35, limit = 2e5 }", "\"bonded\""] {
         agrees(&brick("element = \"hex8\"", friction), &[4]);
     }
-    agrees(&brick("element = \"hex8\"", "{ coulomb = 0.5, across = 0.2, direction = [1, 0.5, 0] }"), &[3]);
+    agrees(&brick("element = \"hex8\"", "{ coulomb = [0.5, 0.2], direction = [1, 0.5, 0] }"), &[3]);
 }
 
 #[test]

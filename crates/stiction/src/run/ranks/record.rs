@@ -148,11 +148,11 @@ impl fmt::Display for RankedSummary {
         let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
         let verdict = if passed { "passed" } else { "not passed" };
         row(f, "certificate", format!("{verdict}: the worst measure is {worst:.1e}, {tolerance:e} is allowed"))?;
-        row(f, "contact", format!(
-            "normal force {}, friction on the body {}",
-            number(normal_force),
-            triple(tangential_force)
-        ))?;
+        row(
+            f,
+            "contact",
+            format!("normal force {}, friction on the body {}", number(normal_force), triple(tangential_force)),
+        )?;
         row(f, "", format!("open {open} points, stick {stick}, slip {slip}"))?;
         row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
         let nodes = self.ranks.iter().map(|rank| rank.nodes);
