@@ -1,5 +1,5 @@
-/* What Stiction needs of MPI, in bytes. Every function returns 0, or a code of MPI. Messages longer than a part are sent in
- * parts, because counts are ints. */
+/* What Stiction needs of MPI, in bytes. Every function returns 0, or a code of MPI. Messages longer than a part are
+ * sent in parts, because counts are ints. */
 
 #include <mpi.h>
 #include <stdint.h>

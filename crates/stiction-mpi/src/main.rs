@@ -37,7 +37,7 @@ struct Solve {
     /// Folder of the results; by default the name of the case file with -results, in the current folder
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Threads of each rank; by default as many as the launcher leaves it cores, and one where all ranks have all of them
+    /// Threads of each rank; by default one for each core it is bound to, and one where ranks are not bound
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
     /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
@@ -122,8 +122,8 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     Ok(if answer.summary.status == Status::Solved { 0 } else { SHORT })
 }
 
-/// Starts the pool of this rank. Launchers bind a rank to its cores, and as many threads are its own; where they do not,
-/// every rank sees all cores, and threads of several ranks would share them.
+/// Starts the pool of this rank. Launchers bind a rank to its cores, and as many threads are its own; where they do
+/// not, every rank sees all cores, and threads of several ranks would share them.
 fn start_threads(asked: Option<u16>, ranks: usize) -> Result<(), Error> {
     let seen = std::thread::available_parallelism().map_or(1, usize::from);
     let shared = ranks > 1 && seen > 1 && seen == online();

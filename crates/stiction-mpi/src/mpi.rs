@@ -60,8 +60,8 @@ impl Mpi {
         panic::set_hook(Box::new(move |info| {
             eprintln!("rank {rank}:");
             shown(info);
-            // SAFETY: MPI is started. A panic of another thread than the main one calls MPI beside it, which is not allowed
-            // but for this: the job ends here.
+            // SAFETY: MPI is started. A panic of another thread than the main one calls MPI beside it; no call follows,
+            // because the job ends here.
             unsafe { shim_abort(PANIC.into()) };
         }));
         Ok(Mpi { rank: rank as usize, size: size as usize })

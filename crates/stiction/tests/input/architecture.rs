@@ -180,11 +180,11 @@ fn only_io_and_run_open_files_and_nobody_prints() {
 fn the_certificate_shares_no_code_with_the_solvers() {
     for (path, text) in sources() {
         if module(&path) == "certificate" {
-            let names = crate_names(&code(&text));
-            assert!(
-                names.iter().all(|n| ["contact", "linalg", "Error", "certificate"].contains(&n.as_str())),
-                "{names:?}"
-            );
+            let code = code(&text);
+            let names = crate_names(&code);
+            // Of the ranks their messages alone: the plans of values at borders are the solver's.
+            let mine = ["contact", "linalg", "ranks", "Error", "certificate"];
+            assert!(names.iter().all(|n| mine.contains(&n.as_str())) && !code.contains("Halo"), "{names:?}");
         }
     }
 }

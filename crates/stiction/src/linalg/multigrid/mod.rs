@@ -20,9 +20,11 @@ mod coarsest;
 mod coulomb_coupling;
 mod dense;
 mod distance;
+mod divided_product;
 mod packed;
 mod quadratic;
 mod relative_coordinates;
+mod relative_matrix;
 mod smoother;
 #[cfg(test)]
 mod tests;
@@ -33,7 +35,8 @@ pub(crate) use coarse_problem::CoarseProblem;
 pub(crate) use coarsen::Kernel;
 pub(crate) use dense::inverse;
 pub(crate) use quadratic::{LinearSpace, NO_NODE};
-pub(crate) use relative_coordinates::{RelativeCoordinates, RelativeMatrix};
+pub(crate) use relative_coordinates::RelativeCoordinates;
+pub(crate) use relative_matrix::RelativeMatrix;
 pub(crate) use truncation::{NodeConstraint, contact_ghosts};
 
 use super::Stop;

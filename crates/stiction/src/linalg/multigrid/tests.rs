@@ -271,7 +271,8 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let whole = Coarser { prolongation, a_times_p: Blocks::default(), ..below };
     let expected = truncated_galerkin(&a, &whole, &nodes, &constraints);
     let touched = support.touched();
-    let truncation = truncation::Truncation::new(&RelativeMatrix::new(a.clone(), None), &nodes, Default::default());
+    let (all, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
+    let truncation = truncation::Truncation::new(&all, &nodes, (halo, &[]), Default::default(), &Halo::alone(0));
     let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
     let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
     for k in 0..whole.matrix.rows {
