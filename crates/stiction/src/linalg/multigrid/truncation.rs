@@ -99,7 +99,8 @@ impl<const C: usize> Support<C> {
 
     /// The nodes of the coarser space whose rows may change by what this rank constrains.
     pub(super) fn touched(&self) -> Vec<u32> {
-        let own = self.p.start[self.a_times_p.rows];
+        // A support that was never filled has no rows.
+        let own = self.p.start.get(self.a_times_p.rows).copied().unwrap_or(0);
         let mut touched = [self.a_times_p.column.as_slice(), &self.p.column[..own]].concat();
         touched.sort_unstable();
         touched.dedup();
