@@ -24,6 +24,12 @@ pub struct Halo {
     receive: Vec<(usize, Range<usize>)>,
 }
 
+/// A rank that owns ghosts, and their places.
+pub(crate) type GhostsOf = (usize, Range<usize>);
+
+/// A rank that has own values as ghosts, and their places.
+pub(crate) type AskedBy = (usize, Vec<u32>);
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// All values are here and nowhere else, or each rank computes all of them by itself.
@@ -139,7 +145,7 @@ impl Halo {
     }
 
     /// The ranks that own ghosts, with their places here, and those that have own values as ghosts, with their places.
-    pub(crate) fn neighbours(&self) -> (&[(usize, Range<usize>)], &[(usize, Vec<u32>)]) {
+    pub(crate) fn neighbours(&self) -> (&[GhostsOf], &[AskedBy]) {
         (&self.receive, &self.send)
     }
 

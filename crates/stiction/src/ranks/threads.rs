@@ -41,10 +41,10 @@ impl Ranks for Thread {
 pub fn threads<T: Send>(size: usize, work: impl Fn(Arc<dyn Ranks>) -> T + Sync) -> Vec<T> {
     let mut to: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();
     let mut from: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();
-    for sender in 0..size {
+    for sender in &mut to {
         for receiver in &mut from {
             let (send, receive) = channel();
-            to[sender].push(Mutex::new(send));
+            sender.push(Mutex::new(send));
             receiver.push(Mutex::new(receive));
         }
     }

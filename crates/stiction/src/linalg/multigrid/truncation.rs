@@ -228,7 +228,8 @@ impl Hierarchy {
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
         if coarse {
-            self.update_coarse(&self.truncation.halo.extended(constraints).into_owned());
+            let constraints = self.truncation.halo.extended(constraints);
+            self.update_coarse(&constraints);
         }
     }
 
