@@ -78,6 +78,7 @@ pub mod io;
 pub mod linalg;
 pub mod mesh;
 pub mod qp;
+pub mod ranks;
 pub mod run;
 mod solve;
 

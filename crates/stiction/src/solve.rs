@@ -63,6 +63,11 @@ enum Operator {
     Multigrid(Box<Multigrid>),
 }
 
+/// The multigrid cycles that a bound on the iterations stands for.
+pub(crate) fn multigrid_cycles(iterations: usize) -> usize {
+    Threshold::CYCLES_PER_ITERATION.saturating_mul(iterations)
+}
+
 /// What the choice of a path is made by.
 struct Threshold;
 
@@ -292,7 +297,7 @@ fn by_multigrid(
     let multigrid = kept.set_up(problem, settings, observer)?;
     let _ = observer(&SolveEvent::Solving);
     let departs = no_equilibrium(problem, multigrid.motions()).is_some();
-    let cycles = Threshold::CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
+    let cycles = multigrid_cycles(settings.max_iterations);
     let max_iterations = if departs { 0 } else { cycles };
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut report = |progress: &Progress| observer(&SolveEvent::Iteration(*progress));
@@ -319,7 +324,7 @@ pub(crate) fn tighten(
         Err(_) => return Ok(None),
     };
     begin(observer, SolveEvent::Solving)?;
-    let max_iterations = Threshold::CYCLES_PER_ITERATION.saturating_mul(settings.max_iterations);
+    let max_iterations = multigrid_cycles(settings.max_iterations);
     let settings = friction::Settings { max_iterations, ..settings.clone() };
     let mut interrupted = false;
     let mut report = |progress: &Progress| {

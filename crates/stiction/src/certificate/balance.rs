@@ -1,4 +1,5 @@
 use super::scales::{ROUNDING, measure};
+use super::share::Share;
 use crate::contact::{ContactProblem, Supports};
 use crate::linalg::Csr;
 
@@ -38,6 +39,19 @@ struct Sums {
 }
 
 impl Sums {
+    /// Adds those of all ranks.
+    fn join(&mut self, share: &Share) {
+        let lists: [&mut [f64]; 6] = [
+            &mut self.sum,
+            &mut self.magnitude,
+            &mut self.rounding,
+            &mut self.load,
+            &mut self.support,
+            &mut self.contact,
+        ];
+        lists.into_iter().for_each(|list| share.sum(list));
+    }
+
     fn add(&mut self, motion: &[f64; 6], force: f64, internal: f64) {
         for (k, &motion) in motion.iter().enumerate() {
             self.sum[k] += motion * force;
@@ -57,6 +71,7 @@ fn along(total: &mut [f64; 3], motion: &[f64; 6], force: f64) {
 /// up to what is left at the free nodes, of which its rounding is a part.
 pub(super) fn balances(
     problem: &ContactProblem,
+    share: &Share,
     u: &[f64],
     lambda: &[f64],
     internal: &[f64],
@@ -75,7 +90,7 @@ pub(super) fn balances(
     };
     let of_surfaces = split(true);
     let [contact_free, held_free] = [&of_surfaces, &split(false)].map(|l| problem.contact.B.transpose_times(l));
-    for (i, motion) in free_rigid.iter().enumerate() {
+    for (i, motion) in free_rigid.iter().enumerate().filter(|(i, _)| share.has_unknown(*i)) {
         let body = &mut sums[of(bodies.map(|b| &b.of), i)];
         body.add(motion, supports.free_load[i], internal[i]);
         body.add(motion, -contact_free[i], 0.0);
@@ -85,7 +100,7 @@ pub(super) fn balances(
         along(&mut body.support, motion, -held_free[i]);
     }
     let forces = SupportForces::new(supports, u, &of_surfaces);
-    for (i, motion) in supports.rigid.iter().enumerate() {
+    for (i, motion) in supports.rigid.iter().enumerate().filter(|(i, _)| share.has_support(*i)) {
         let body = &mut sums[of(bodies.map(|b| &b.of_support), i)];
         // load - contact + reaction, where the reaction is K u - load + contact
         body.add(motion, forces.elastic[i], forces.magnitude(supports, i, u));
@@ -103,6 +118,7 @@ pub(super) fn balances(
         sums[body].add(motion, force, force.abs());
         along(&mut sums[body].support, motion, force);
     }
+    sums.iter_mut().for_each(|sums| sums.join(share));
     // A body that nothing loads has forces of rounding only: no body is measured by less than the others carry.
     let scale = |range: std::ops::Range<usize>| {
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)

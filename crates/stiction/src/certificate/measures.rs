@@ -1,10 +1,11 @@
-use super::balance::{Balance, BodyBalance, balances, worst};
+use super::balance::{Balance, BodyBalance, balances, worst as worst_balance};
 use super::duality::duality_gap;
 use super::parts::{NodalForces, PartMeasure, bodies, pairs};
 use super::point::Point;
-use super::scales::{ROUNDING, Scales, measure, norm};
+use super::scales::{ROUNDING, Scales, measure};
+use super::share::{Share, fetched};
 use super::stiffness::LocalStiffness;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Division};
 
 /// How far an answer is from solving its problem; see [`certify`] for the definitions.
 ///
@@ -65,47 +66,82 @@ pub const PART_TOLERANCE: f64 = 1e-6;
 /// Judges `u` (length `n`) and `lambda` (length `3m`) against `tolerance`. Finite data and answers have finite measures,
 /// a zero load and its zero answer have none but zeros.
 pub fn certify(problem: &ContactProblem, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
+    certify_share(problem, &Share::whole(), u, lambda, tolerance)
+}
+
+/// The certificate of a problem that is divided among ranks, the same at each of them: `u` and `lambda` hold the values of own
+/// nodes, those of others are fetched from their owners. Every sum and every largest value is one over all ranks, each
+/// counting what is its own; no rank sees the whole.
+pub fn certify_divided(
+    problem: &ContactProblem,
+    division: &Division,
+    u: &[f64],
+    lambda: &[f64],
+    tolerance: f64,
+) -> Certificate {
+    let (u, lambda) = fetched(problem, division, u, lambda);
+    certify_share(problem, &Share::of(problem, division), &u, &lambda, tolerance)
+}
+
+fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f64], tolerance: f64) -> Certificate {
     let elastic = problem.elastic.K.times(u);
     let contact_force = problem.contact.B.transpose_times(lambda);
     let jump = problem.contact.B.times(u);
-    let stiffness = LocalStiffness::new(problem);
+    let stiffness = LocalStiffness::new(problem, share);
     let points: Vec<Point> =
         (0..problem.points()).map(|j| Point::new(problem, &stiffness, u, &jump, lambda, j)).collect();
-    let scales = Scales::new(problem, &stiffness, &points, u, lambda, &contact_force);
+    let scales = Scales::new(problem, share, &stiffness, &points, u, lambda, &contact_force);
     // The sizes of the terms that `elastic` adds up.
     let internal = problem.elastic.K.magnitude_times(u);
     let imbalance: Vec<f64> = (0..u.len()).map(|i| problem.elastic.f[i] - elastic[i] - contact_force[i]).collect();
     let forces =
         NodalForces { imbalance: &imbalance, contact: &contact_force, internal: &internal, whole: scales.load };
     let over_points = |error: &dyn Fn(&Point) -> f64, rounding: &dyn Fn(&Point) -> f64, scale: f64| {
-        points.iter().fold(0.0, |worst: f64, p| worst.max(measure(error(p), rounding(p), scale)))
+        share.points(&points).fold(0.0, |worst: f64, p| worst.max(measure(error(p), rounding(p), scale)))
     };
-    let (gap, gap_rounding) = points.iter().map(Point::bipotential).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    let residual = points.iter().map(Point::residual_squared).sum::<f64>().sqrt();
-    let balances = balances(problem, u, lambda, &internal).unwrap_or_default();
+    let mut worst = [
+        over_points(&Point::violation, &|_| 0.0, scales.length),
+        over_points(&Point::tension, &|p| p.rounding, scales.force),
+        over_points(&Point::excess, &|p| p.rounding, scales.friction),
+        over_points(&Point::misdirection, &Point::misdirection_rounding, scales.friction * scales.length),
+        f64::from(u8::from(!share.is_finite(u, lambda))),
+    ];
+    share.max(&mut worst);
+    let [penetration, tension, cone, slip_direction, no_numbers] = worst;
+    let bipotential = share.points(&points).map(Point::bipotential).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+    let mut sums = [
+        bipotential.0,
+        bipotential.1,
+        share.points(&points).map(Point::residual_squared).sum::<f64>(),
+        square(&mut share.points(&points).map(|p| p.rounding)),
+        square(&mut share.unknowns(&imbalance).copied()),
+        square(&mut share.unknowns(&internal).copied()),
+    ];
+    share.sum(&mut sums);
+    let [gap, gap_rounding, residual, rounding, unbalanced, inside] = sums;
+    let balances = balances(problem, share, u, lambda, &internal).unwrap_or_default();
     let mut certificate = Certificate {
-        equilibrium: measure(norm(imbalance.iter().copied()), ROUNDING * norm(internal.iter().copied()), scales.load),
-        balance: worst(&balances),
+        equilibrium: measure(unbalanced.sqrt(), ROUNDING * inside.sqrt(), scales.load),
+        balance: worst_balance(&balances),
         bodies: balances,
-        penetration: over_points(&Point::violation, &|_| 0.0, scales.length),
-        tension: over_points(&Point::tension, &|p| p.rounding, scales.force),
-        cone: over_points(&Point::excess, &|p| p.rounding, scales.friction),
-        slip_direction: over_points(
-            &Point::misdirection,
-            &Point::misdirection_rounding,
-            scales.friction * scales.length,
-        ),
+        penetration,
+        tension,
+        cone,
+        slip_direction,
         bipotential_gap: measure(gap.abs(), gap_rounding, scales.work),
-        natural_residual: measure(residual, norm(points.iter().map(|p| p.rounding)), scales.contact),
+        natural_residual: measure(residual.sqrt(), rounding.sqrt(), scales.contact),
         data_rounding: (problem.contact.rounding > 0.0).then(|| measure(problem.contact.rounding, 0.0, scales.length)),
-        duality_gap: duality_gap(problem, u, lambda, scales.length),
-        parts: [bodies(problem, &forces), pairs(problem, &stiffness.body, &points, lambda, &forces)].concat(),
+        // A displacement that keeps all constraints is found point after point, on one rank.
+        duality_gap: if share.is_whole() { duality_gap(problem, u, lambda, scales.length) } else { None },
+        parts: [bodies(problem, share, &forces), pairs(problem, share, &stiffness.body, &points, lambda, &forces)]
+            .concat(),
         worst: 0.0,
         tolerance,
         passed: false,
     };
     certificate.worst = certificate.measures().iter().fold(0.0, |a: f64, (_, v)| a.max(*v));
-    certificate.passed = certificate.missed() <= 1.0 && u.iter().chain(lambda).all(|x| x.is_finite());
+    certificate.passed = certificate.missed() <= 1.0 && no_numbers == 0.0;
     certificate
 }
 

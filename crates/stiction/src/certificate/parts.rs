@@ -5,7 +5,8 @@
 //! of each body and one of each pair suffice.
 
 use super::point::Point;
-use super::scales::{ROUNDING, measure, norm};
+use super::scales::{ROUNDING, measure};
+use super::share::Share;
 use crate::contact::{ContactProblem, Pair};
 
 /// Forces below this part of those of the whole are none: a body that nothing loads has what iteration and rounding leave
@@ -63,17 +64,18 @@ impl NodalForces<'_> {
 
 /// Equilibrium of each body. One without any load or contact force has nothing to count it in but the forces of the whole,
 /// as the measure of equilibrium does. Without a list of bodies everything counts as one.
-pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<PartMeasure> {
+pub(super) fn bodies(problem: &ContactProblem, share: &Share, forces: &NodalForces) -> Vec<PartMeasure> {
     let labels = problem.labels.bodies.as_ref();
     let names: Vec<String> =
         labels.map_or(vec!["body".into()], |b| b.list.iter().map(|body| body.name.clone()).collect());
     // Squares of imbalance, load, contact force and magnitude.
     let mut squares = vec![[0.0; 4]; names.len()];
-    for i in 0..problem.unknowns() {
+    for i in (0..problem.unknowns()).filter(|&i| share.has_unknown(i)) {
         let values = [forces.imbalance[i], problem.elastic.f[i], forces.contact[i], forces.internal[i]];
         let sums = &mut squares[labels.map_or(0, |b| b.of[i] as usize)];
         sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v * v);
     }
+    share.sum(squares.as_flattened_mut());
     let measured = |(name, sums): (String, [f64; 4])| {
         let [imbalance, load, contact, internal] = sums.map(f64::sqrt);
         let own = load.max(contact);
@@ -87,32 +89,44 @@ pub(super) fn bodies(problem: &ContactProblem, forces: &NodalForces) -> Vec<Part
 /// is known better than the forces inside the bodies it touches add up; `body` has the body of each unknown.
 pub(super) fn pairs(
     problem: &ContactProblem,
+    share: &Share,
     body: &[u32],
     points: &[Point],
     lambda: &[f64],
     forces: &NodalForces,
 ) -> Vec<PartMeasure> {
-    let mut inside: Vec<f64> = Vec::new();
-    for (&b, force) in body.iter().zip(forces.internal) {
-        inside.resize(inside.len().max(b as usize + 1), 0.0);
+    let mut inside = vec![0.0; body.iter().map(|&b| b as usize + 1).max().unwrap_or(0)];
+    let of_unknowns = body.iter().zip(forces.internal).enumerate().filter(|(i, _)| share.has_unknown(*i));
+    for (_, (&b, force)) in of_unknowns {
         inside[b as usize] += force * force;
     }
+    share.sum(&mut inside);
     let distinct = |mut list: Vec<u32>| {
         list.sort_unstable();
         list.dedup();
         list
     };
     let measured = |pair: &Pair| {
-        let own = || pair.points.clone();
-        let rows = || own().flat_map(|j| problem.rows(j));
-        let unknowns = distinct(rows().flat_map(|i| problem.contact.B.row(i).0.iter().copied()).collect());
-        let bodies = distinct(unknowns.iter().map(|&i| body[i as usize]).collect());
-        let inside = bodies.iter().map(|&b| inside[b as usize]).sum::<f64>().sqrt();
-        let error = own().map(|j| points[j].residual_squared()).sum::<f64>().sqrt();
-        let own_force = norm(rows().map(|i| lambda[i]));
-        let imbalance =
-            norm(unknowns.iter().map(|&i| if own_force > 0.0 { forces.imbalance[i as usize] } else { 0.0 }));
-        let rounding = norm(own().map(|j| points[j].rounding)) + ROUNDING * inside;
+        let own = || pair.points.clone().filter(|&j| share.has_point(j));
+        let rows = |j: usize| problem.rows(j).into_iter();
+        // Points of other ranks may touch unknowns of this one.
+        let of_points = pair.points.clone().flat_map(rows).flat_map(|i| problem.contact.B.row(i).0.iter().copied());
+        let unknowns = distinct(of_points.filter(|&i| share.has_unknown(i as usize)).collect());
+        let mut touched = vec![0.0; inside.len()];
+        unknowns.iter().for_each(|&i| touched[body[i as usize] as usize] = 1.0);
+        share.max(&mut touched);
+        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+        let mut sums = [
+            own().map(|j| points[j].residual_squared()).sum::<f64>(),
+            square(&mut own().flat_map(rows).map(|i| lambda[i])),
+            square(&mut unknowns.iter().map(|&i| forces.imbalance[i as usize])),
+            square(&mut own().map(|j| points[j].rounding)),
+        ];
+        share.sum(&mut sums);
+        let [error, own_force, imbalance, point_rounding] = sums.map(f64::sqrt);
+        let inside = inside.iter().zip(&touched).filter(|(_, t)| **t > 0.0).map(|(sum, _)| sum).sum::<f64>().sqrt();
+        let imbalance = if own_force > 0.0 { imbalance } else { 0.0 };
+        let rounding = point_rounding + ROUNDING * inside;
         let residual = forces.measure(error.hypot(imbalance), rounding, own_force);
         PartMeasure { part: Part::Pair, name: pair.name.clone(), residual }
     };

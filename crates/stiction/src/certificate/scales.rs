@@ -6,9 +6,9 @@
 //! of magnitudes they add up from, which `balance` knows.
 
 use super::point::Point;
+use super::share::Share;
 use super::stiffness::LocalStiffness;
 use crate::contact::ContactProblem;
-use crate::linalg::max_abs;
 
 /// What rounding makes of a sum, over the sum of the magnitudes of its terms: the sums of a certificate have some
 /// tens of terms, whose errors grow like the root of their number.
@@ -41,26 +41,44 @@ impl Scales {
     /// `contact_force` is `Bᵀ lambda`.
     pub(super) fn new(
         problem: &ContactProblem,
+        share: &Share,
         stiffness: &LocalStiffness,
         points: &[Point],
         u: &[f64],
         lambda: &[f64],
         contact_force: &[f64],
     ) -> Scales {
-        let prescribed = problem.labels.supports.as_ref().map_or(0.0, |s| max_abs(&s.displacement));
-        let overlap = points.iter().map(Point::overlap).fold(0.0, f64::max);
-        let deflections = lambda.iter().zip(&stiffness.of_row).filter_map(|(l, k)| k.map(|k| l.abs() / k));
+        let m = problem.points();
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most, v| f64::max(most, v.abs()));
+        let supports = problem.labels.supports.as_ref();
+        let held = supports.iter().flat_map(|s| s.displacement.iter().enumerate());
+        let prescribed = largest(&mut held.filter(|(p, _)| share.has_support(*p)).map(|(_, v)| *v));
+        let overlap = share.points(points).map(Point::overlap).fold(0.0, f64::max);
+        let forces = || lambda.iter().enumerate().filter(|(i, _)| share.has_point(i % m.max(1)));
+        let deflections = forces().filter_map(|(i, l)| stiffness.of_row[i].map(|k| l.abs() / k));
         let deflection = deflections.filter(|d| d.is_finite()).fold(0.0, f64::max);
-        let length = max_abs(u).max(prescribed).max(overlap).max(deflection);
-        let force = max_abs(lambda);
-        let bound = points.iter().map(|p| p.bound).fold(0.0, f64::max);
+        let displaced = largest(&mut share.unknowns(u).copied());
+        let bound = share.points(points).map(|p| p.bound).fold(0.0, f64::max);
+        let mut most =
+            [displaced.max(prescribed).max(overlap).max(deflection), largest(&mut forces().map(|(_, l)| *l)), bound];
+        share.max(&mut most);
+        let [length, force, bound] = most;
+        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+        let mut sums = [
+            square(&mut forces().map(|(_, l)| *l)),
+            square(&mut share.unknowns(&problem.elastic.f).copied()),
+            square(&mut share.unknowns(contact_force).copied()),
+            share.points(points).map(|p| p.normal.abs().max(p.bound)).sum::<f64>(),
+        ];
+        share.sum(&mut sums);
+        let [contact, load, by_contact, work] = sums;
         Scales {
             length,
             force,
             friction: bound.max(LEAST_FRICTION * force),
-            contact: norm(lambda.iter().copied()),
-            load: norm(problem.elastic.f.iter().copied()).max(norm(contact_force.iter().copied())),
-            work: length * points.iter().map(|p| p.normal.abs().max(p.bound)).sum::<f64>(),
+            contact: contact.sqrt(),
+            load: load.sqrt().max(by_contact.sqrt()),
+            work: length * work,
         }
     }
 }
@@ -75,11 +93,6 @@ pub(super) fn measure(error: f64, rounding: f64, scale: f64) -> f64 {
         // `min` takes the number where the other is none.
         (value / scale).min(f64::MAX)
     }
-}
-
-/// The Euclidean norm.
-pub(super) fn norm(x: impl Iterator<Item = f64>) -> f64 {
-    x.map(|v| v * v).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! How stiff a body is at its contact points, from `K` and `B` alone.
 
+use super::share::Share;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::components;
 use crate::linalg::SymmetricCsr;
@@ -15,7 +16,7 @@ pub(super) struct LocalStiffness {
 }
 
 impl LocalStiffness {
-    pub(super) fn new(problem: &ContactProblem) -> LocalStiffness {
+    pub(super) fn new(problem: &ContactProblem, share: &Share) -> LocalStiffness {
         let body = match &problem.labels.bodies {
             Some(bodies) => bodies.of.clone(),
             None => {
@@ -30,9 +31,12 @@ impl LocalStiffness {
         let of_row: Vec<Option<f64>> = (0..3 * m).map(|i| of_row(problem, &body, i)).collect();
         let mut of_point = vec![f64::NAN; m];
         for pair in &problem.labels.pairs {
-            let rows = (0..3).flat_map(|k| pair.points.clone().map(move |j| k * m + j));
+            let own = || pair.points.clone().filter(|&j| share.has_point(j));
+            let rows = (0..3).flat_map(|k| own().map(move |j| k * m + j));
             let forces: Vec<f64> = rows.filter_map(|i| of_row[i]).collect();
-            let mean = if forces.is_empty() { 0.0 } else { forces.iter().sum::<f64>() / forces.len() as f64 };
+            let mut sums = [forces.iter().sum::<f64>(), forces.len() as f64];
+            share.sum(&mut sums);
+            let mean = if sums[1] == 0.0 { 0.0 } else { sums[0] / sums[1] };
             of_point[pair.points.clone()].fill(mean);
         }
         LocalStiffness { of_row, of_point, body }

@@ -1,6 +1,7 @@
 //! Contact surfaces and obstacles; poses the [`ContactProblem`], the first waist of the program.
 
 mod closest;
+mod division;
 pub mod equilibrium;
 mod flat;
 mod frame;
@@ -27,12 +28,14 @@ mod surface;
 mod triangles;
 mod tributary;
 
+pub use division::Division;
 pub use law::Friction;
 pub use layer::InterfaceStiffness;
 pub(crate) use node_to_surface::faces_around;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
 pub use pose::pose;
+pub(crate) use pose::{centroid, pose_about};
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Labels, Pair, Supports};
 pub use rows::{ContactRows, contact_rows};
 pub(crate) use slave_choice::face_size;

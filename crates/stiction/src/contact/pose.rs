@@ -31,6 +31,16 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
+    pose_about(mesh, model, surfaces, centroid(mesh))
+}
+
+/// The same with rigid motions about `center`, length: those of a piece of a mesh are those of the whole.
+pub(crate) fn pose_about(
+    mesh: &Mesh,
+    model: &mut FeModel,
+    surfaces: &[ContactSurface],
+    center: [f64; 3],
+) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
     let (mut points, facts) = all_points(mesh, &model.dofs, surfaces)?;
     add_layer(model, &mut points);
     let mut first = 0;
@@ -42,7 +52,6 @@ pub fn pose(
     let (free, constrained) = jump(&model.dofs, &points);
     let mut offset = constrained.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
-    let center = centroid(mesh);
     let rigid = |dofs: &[u32]| {
         let mut rows = in_huge_pages(Vec::with_capacity(dofs.len()));
         rows.par_extend(
@@ -132,7 +141,8 @@ fn bodies(mesh: &Mesh, model: &FeModel, origin: [f64; 3]) -> Bodies {
     Bodies { list: list.collect(), of: of(&model.dofs.free), of_support: of(&model.dofs.prescribed), origin }
 }
 
-fn centroid(mesh: &Mesh) -> [f64; 3] {
+/// The mean of all nodes.
+pub(crate) fn centroid(mesh: &Mesh) -> [f64; 3] {
     let count = mesh.nodes.len().max(1) as f64;
     [0, 1, 2].map(|c| mesh.nodes.iter().map(|x| x[c]).sum::<f64>() / count)
 }

@@ -34,6 +34,7 @@ pub mod npz;
 #[cfg(feature = "plots")]
 pub mod plot;
 pub mod problem;
+pub mod pvtu;
 pub mod step;
 pub mod storage;
 pub mod surface;

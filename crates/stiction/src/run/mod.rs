@@ -4,9 +4,10 @@
 //! ([`prepare`]); `solve` solves and certifies it, one load step after the other ([`solve()`], [`solve_steps`]); `refine`
 //! does so on ever finer meshes until the answer is accurate enough ([`solve_to_accuracy`]); `results`
 //! fills the result folder ([`write()`]) and judges one anew from its files alone ([`check`]). [`solve_case`] goes the whole
-//! way.
+//! way, [`solve_on_ranks`] goes one of its own for several ranks.
 
 mod pose;
+mod ranks;
 mod refine;
 mod results;
 mod solve;
@@ -16,6 +17,7 @@ pub use pose::{
     Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
     MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
 };
+pub use ranks::{RankRecord, RankedAnswer, RankedSummary, solve_on_ranks, write_on_ranks};
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,

@@ -12,4 +12,5 @@ mod multigrid;
 mod multigrid_hard;
 mod random_cases;
 mod random_problems;
+mod ranks;
 mod uniqueness;

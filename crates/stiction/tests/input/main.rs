@@ -6,3 +6,4 @@ mod door;
 mod fclib;
 mod friction_arrays;
 mod inputs;
+mod ranks;

@@ -3,6 +3,7 @@ use super::directions::Vector;
 use super::transform::Transformed;
 use crate::friction::PointState;
 use crate::linalg::multigrid::{Block, CoarseProblem, Hierarchy};
+use crate::ranks::Halo;
 
 /// Violation of the balance, over the larger of load and contact forces, at which the coarse problem counts as solved: a
 /// better solution saves no fine cycle.
@@ -36,7 +37,8 @@ pub(super) fn start(transformed: &Transformed, laws: &[PointLaw], hierarchy: &mu
         let mut r = coarse.times(&x);
         let loads = f.iter().flatten().zip(contact.iter().flatten());
         r.iter_mut().flatten().zip(loads).for_each(|(r, (f, contact))| *r = f - contact - *r);
-        if norm(&r) <= ROUGH * norm(&f).max(norm(&contact)) {
+        let [left, load, contact] = norms(coarse.halo(), [&r, &f, &contact]);
+        if left <= ROUGH * load.max(contact) {
             return Some(coarse.prolong(&x));
         }
         coarse.set_springs(&forces.iter().map(|p| p.spring).collect::<Vec<_>>());
@@ -65,6 +67,9 @@ fn spring_force(law: &PointLaw, u: [f64; 3], condition: &ContactCondition) -> Sp
     SpringForce { force, spring }
 }
 
-fn norm(x: &[[f64; 6]]) -> f64 {
-    x.iter().flatten().map(|v| v * v).sum::<f64>().sqrt()
+/// Of what all ranks have.
+fn norms(halo: &Halo, of: [&[[f64; 6]]; 3]) -> [f64; 3] {
+    let mut squares = of.map(|x| x.iter().flatten().map(|v| v * v).sum::<f64>());
+    halo.sum(&mut squares);
+    squares.map(f64::sqrt)
 }

@@ -4,6 +4,7 @@ use super::iteration::Iterate;
 use super::points::Point;
 use super::tightening::Tightening;
 use crate::linalg::multigrid::NodeConstraint;
+use crate::ranks::Halo;
 
 /// A vector of nodes with three components.
 pub(super) type Vector = Vec<[f64; 3]>;
@@ -20,6 +21,7 @@ pub(super) struct Direction {
 /// Nodes of a partial sum; sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
+/// Of what this rank has.
 pub(super) fn dot(x: &Vector, y: &Vector) -> f64 {
     let part = |(x, y): (&[[f64; 3]], &[[f64; 3]])| {
         x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| x * y).sum::<f64>()
@@ -28,8 +30,11 @@ pub(super) fn dot(x: &Vector, y: &Vector) -> f64 {
     parts.iter().sum()
 }
 
-pub(super) fn norm(x: &Vector) -> f64 {
-    dot(x, x).sqrt()
+/// Of what all ranks have.
+pub(super) fn norm(halo: &Halo, x: &Vector) -> f64 {
+    let mut square = [dot(x, x)];
+    halo.sum(&mut square);
+    square[0].sqrt()
 }
 
 /// Moves the iterate along the combination of the directions whose residual is orthogonal to all of them,
@@ -37,7 +42,10 @@ pub(super) fn norm(x: &Vector) -> f64 {
 /// combination the first direction. With bolts whose force is given, `S` contains their shortenings and `r` what is missing of
 /// their forces. Without the coupling it minimises the energy. Minimising the residual instead stalls:
 /// steps shrink whenever the active sets change.
+///
+/// The nodes are divided by `halo`: its products are added in one message.
 pub(super) fn minimise(
+    halo: &Halo,
     directions: &mut [Direction],
     r: &Vector,
     points: &[Point],
@@ -69,6 +77,7 @@ pub(super) fn minimise(
             }
         }
     }
+    sum_products(halo, &mut a, &mut b, &mut coupling);
     // With high coefficients of friction the coupled matrix may be indefinite on the directions: then it is left out.
     if (0..directions.len()).all(|i| coupling[i][i] > -Threshold::MOST_COUPLED * a[i][i]) {
         a.iter_mut().flatten().zip(coupling.iter().flatten()).for_each(|(a, c)| *a += c);
@@ -81,6 +90,17 @@ pub(super) fn minimise(
         *s = y[0] * *s + rest.iter().zip(&y[1..]).map(|(d, y)| y * d.shortening[bolt]).sum::<f64>();
         *sum += *s;
     }
+}
+
+type Products = [[f64; MOST_DIRECTIONS]; MOST_DIRECTIONS];
+
+/// Adds those of all ranks.
+fn sum_products(halo: &Halo, a: &mut Products, b: &mut [f64; MOST_DIRECTIONS], coupling: &mut Products) {
+    let all = [a.as_flattened(), b, coupling.as_flattened()];
+    let mut sums = all.concat();
+    halo.sum(&mut sums);
+    let targets = a.as_flattened_mut().iter_mut().chain(b).chain(coupling.as_flattened_mut());
+    targets.zip(sums).for_each(|(target, sum)| *target = sum);
 }
 
 /// `x = a x + sum of the others`, and `sum += x`.

@@ -22,11 +22,11 @@ impl Multigrid {
         }
         let k = &self.transformed.k;
         let mut residual = self.transformed.forces(forces);
-        let target = tolerance * norm(&residual);
+        let target = tolerance * norm(&k.halo, &residual);
         let mut x = vec![[0.0; 3]; residual.len()];
         let (mut direction, mut before) = (x.clone(), 1.0);
         for _ in 0..MOST_STEPS {
-            if norm(&residual) <= target {
+            if norm(&k.halo, &residual) <= target {
                 return Ok(self.transformed.out_of_frames(&x));
             }
             stop.check()?;

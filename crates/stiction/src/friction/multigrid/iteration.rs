@@ -145,7 +145,8 @@ pub(super) fn run(
             }
             state.directions.insert(0, direction);
             let points = &problem.transformed.points;
-            minimise(&mut state.directions, &r, points, problem.tightening, &mut state.iterate);
+            let halo = problem.transformed.halo();
+            minimise(halo, &mut state.directions, &r, points, problem.tightening, &mut state.iterate);
             state.directions.truncate(if coupled { MOST_DIRECTIONS - 1 } else { Threshold::KEPT_FAR });
             state.cycles += 1;
         }
@@ -221,7 +222,7 @@ impl State {
         }
         let drift: Vector = fresh.iter().zip(&*ku).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
         *ku = fresh;
-        norm(&drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
+        norm(problem.transformed.halo(), &drift) <= Threshold::DRIFT * problem.tolerance * load(problem.transformed, ku)
     }
 
     /// Resets cycling active sets: all points in contact stick, and the directions are dropped.
@@ -248,6 +249,7 @@ impl State {
         let coarse = self.coarse.len() != constraints.len()
             || coupled(&constraints) != coupled(&self.coarse)
             || constraints.iter().zip(&self.coarse).zip(problem.laws).any(differs);
+        let coarse = problem.transformed.halo().any(coarse);
         hierarchy.constrain(&constraints, coarse);
         if coarse {
             self.coarse = constraints;
@@ -256,18 +258,26 @@ impl State {
 
     /// Constrained components take their target values, and those of the directions become zero.
     pub(super) fn apply_targets(&mut self, problem: &Subproblem<'_>) {
-        let k = &problem.transformed.k;
+        let transformed = problem.transformed;
+        let k = &transformed.k;
         let Iterate { u, ku, conditions, .. } = &mut self.iterate;
-        for (condition, (p, law)) in conditions.iter().zip(problem.points()) {
+        let mut changes =
+            vec![[[0.0; 3]; MOST_DIRECTIONS]; if transformed.halo().is_alone() { 0 } else { conditions.len() }];
+        for (j, (condition, (p, law))) in conditions.iter().zip(problem.points()).enumerate() {
             for c in (0..3).filter(|&c| condition.constraint.constrained[c]) {
                 let change = law.target[c] - std::mem::replace(&mut u[p.node][c], law.target[c]);
                 add_column(k, p.node, c, change, ku);
-                for d in &mut self.directions {
-                    let change = -std::mem::take(&mut d.p[p.node][c]);
-                    add_column(k, p.node, c, change, &mut d.kp);
+                let mut note = |d: usize, change: f64| changes.get_mut(j).map_or((), |of| of[d][c] = change);
+                note(0, change);
+                for (d, direction) in self.directions.iter_mut().enumerate() {
+                    let change = -std::mem::take(&mut direction.p[p.node][c]);
+                    add_column(k, p.node, c, change, &mut direction.kp);
+                    note(d + 1, change);
                 }
             }
         }
+        let kp = self.directions.iter_mut().map(|d| &mut d.kp);
+        transformed.add_columns_of_ghosts(changes, std::iter::once(ku).chain(kp));
     }
 }
 
@@ -279,12 +289,12 @@ fn spring_differs(new: &Block<3, 3>, old: &Block<3, 3>, parameter: f64) -> bool 
     change > parameter + trace(new).min(trace(old))
 }
 
-/// `y += change` times the column of `K` at a component of a node; `K` is symmetric.
+/// `y += change` times the column of `K` at a component of a node, at the nodes of this rank; `K` is symmetric.
 fn add_column(k: &RelativeMatrix, node: usize, component: usize, change: f64, y: &mut Vector) {
     if change == 0.0 {
         return;
     }
-    for (j, block) in k.entries_of(node) {
+    for (j, block) in k.entries_of(node).filter(|(j, _)| (*j as usize) < k.len()) {
         (0..3).for_each(|c| y[j as usize][c] += change * block[component][c]);
     }
 }
@@ -331,13 +341,23 @@ fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
         }
     }
     let missing = problem.tightening.map_or(0.0, |t| t.missing(at).iter().map(|m| m * m).sum());
-    let (scale, left) = (load(problem.transformed, &at.ku), (dot(&r, &r) + missing).sqrt());
+    let [load, contact] = load_squares(problem.transformed, &at.ku);
+    let mut squares = [dot(&r, &r) + missing, load, contact];
+    problem.transformed.halo().sum(&mut squares);
+    let [left, load, contact] = squares.map(f64::sqrt);
+    let scale = load.max(contact);
     if scale > 0.0 { left / scale } else { left }
 }
 
 /// The larger of the load and the contact forces, newton.
 pub(super) fn load(transformed: &Transformed, ku: &Vector) -> f64 {
+    let mut squares = load_squares(transformed, ku);
+    transformed.halo().sum(&mut squares);
+    squares[0].sqrt().max(squares[1].sqrt())
+}
+
+/// The squares of both at the nodes of this rank.
+fn load_squares(transformed: &Transformed, ku: &Vector) -> [f64; 2] {
     let at = |v: usize| (0..3).map(|c| (transformed.f[v][c] - ku[v][c]).powi(2)).sum::<f64>();
-    let contact: f64 = transformed.points.iter().map(|p| at(p.node)).sum();
-    norm(&transformed.f).max(contact.sqrt())
+    [dot(&transformed.f, &transformed.f), transformed.points.iter().map(|p| at(p.node)).sum()]
 }

@@ -12,6 +12,7 @@ mod active_set;
 mod coarse_start;
 mod descent;
 mod directions;
+mod divided;
 mod elastic;
 mod fixed_point;
 mod floating;

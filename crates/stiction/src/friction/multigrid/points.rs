@@ -1,5 +1,5 @@
 use crate::contact::ContactProblem;
-use crate::linalg::multigrid::{Block, Nodes};
+use crate::linalg::multigrid::{Block, Kernel, Nodes};
 use crate::linalg::{Csr, dot};
 
 /// A contact point: its node, its frame, and which of its rows of `B` are nonzero.
@@ -25,10 +25,27 @@ impl Point {
         std::array::from_fn(|r| self.frame[r].map(|x| x * self.scale[r]))
     }
 
+    /// Turns the near-kernel at its node into its frame.
+    pub(super) fn turn_kernel(&self, kernel: &mut [Kernel<3>]) {
+        let (turn, own) = (self.displacements(), &mut kernel[self.node]);
+        *own = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|s| turn[r][s] * own[s][c]).sum()));
+    }
+
+    /// Adds the compliance of the node itself, whose diagonal block is `diagonal`, and that of the coarse levels.
+    pub(super) fn add_compliance(&mut self, diagonal: &Block<3, 3>, coarse: &[f64; 3]) {
+        let coarse = (0..3).map(|c| coarse[c] / (3.0 * self.scale[c] * self.scale[c])).sum::<f64>();
+        self.compliance = self.compliance + compliance(diagonal, self.scale, 3.0) + coarse;
+    }
+
     /// Turns forces on the node into those that do the same work there; its transpose turns displacements back.
     pub(super) fn forces(&self) -> Block<3, 3> {
         std::array::from_fn(|r| self.frame[r].map(|x| x / self.scale[r]))
     }
+}
+
+/// Displacement over force at a node with the diagonal block `d`: `weight` over its scaled trace.
+pub(super) fn compliance(d: &Block<3, 3>, scale: [f64; 3], weight: f64) -> f64 {
+    weight / (0..3).map(|c| d[c][c] * scale[c] * scale[c]).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// Rows of a point are orthonormal to this accuracy.

@@ -1,6 +1,9 @@
+use std::ops::ControlFlow;
+
 use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
 use super::directions::norm;
+use super::divided::Divided;
 use super::floating::FloatingBodies;
 use super::iteration::{Iterate, State, Subproblem, judge};
 use super::points::Point;
@@ -9,7 +12,7 @@ use super::transform::Transformed;
 use crate::Error;
 use crate::certificate::{Certificate, certify};
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, Friction};
+use crate::contact::{ContactProblem, Division, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_equilibrium;
 use crate::friction::strength::solve_with_strength;
@@ -23,6 +26,8 @@ use crate::linalg::{Stop, Watch};
 pub struct Multigrid {
     pub(super) transformed: Transformed,
     pub(super) hierarchy: Hierarchy,
+    /// Of a problem that is divided among ranks.
+    divided: Option<Divided>,
 }
 
 impl Multigrid {
@@ -42,7 +47,38 @@ impl Multigrid {
     /// As [`Multigrid::new`]; if it is stopped [`Error::interrupted`].
     pub fn until(problem: &ContactProblem, stop: &Stop) -> Result<Multigrid, Error> {
         let (transformed, hierarchy) = Transformed::new(problem, stop)?;
-        Ok(Multigrid { transformed, hierarchy })
+        Ok(Multigrid { transformed, hierarchy, divided: None })
+    }
+
+    /// The same on each of several ranks, whose problems are parts of one; returns the problem of the points of this rank too,
+    /// which is the one to solve.
+    ///
+    /// # Errors
+    /// As [`Multigrid::new`], at all ranks; if contact points relate several nodes, or nothing but contact holds the body.
+    pub fn divided(
+        whole: &ContactProblem,
+        division: &Division,
+        stop: &Stop,
+    ) -> Result<(Multigrid, ContactProblem), Error> {
+        let (transformed, hierarchy, divided) = Transformed::divided(whole, division, stop)?;
+        let own = divided.own();
+        Ok((Multigrid { transformed, hierarchy, divided: Some(divided) }, own))
+    }
+
+    /// The contact points of this rank among those that its whole problem has; of all of a problem on one rank none are named.
+    pub fn own_points(&self) -> &[u32] {
+        self.divided.as_ref().map_or(&[], |divided| divided.points())
+    }
+
+    /// Nodes and matrix entries of each level, the finest first, of all ranks together.
+    pub fn level_sizes(&self) -> Vec<(usize, usize)> {
+        self.hierarchy.level_sizes()
+    }
+
+    /// Nodes of this rank, and nodes of others that they are coupled to.
+    pub fn nodes_here(&self) -> [usize; 2] {
+        let halo = self.transformed.halo();
+        [halo.own(), halo.len() - halo.own()]
     }
 
     /// The rigid motions of floating bodies, which contact alone supports.
@@ -89,7 +125,8 @@ pub fn solve_multigrid(
     if let Some(solution) = solve_with_strength(problem, settings, &mut shifted) {
         return solution;
     }
-    let Multigrid { transformed, hierarchy } = multigrid;
+    let Multigrid { transformed, hierarchy, divided } = multigrid;
+    let divided = divided.as_ref();
     let sizes = (transformed.nodes.of.len(), transformed.points.len());
     assert_eq!(sizes, (problem.unknowns(), problem.points()), "unknowns and points of the set-up and of the problem");
     if let Some(u) = &settings.start_displacement {
@@ -99,14 +136,17 @@ pub fn solve_multigrid(
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
     let floats = transformed.points.iter().any(|p| p.floats);
-    let (convex, max_iterations) = (convex(&problem.contact.friction), settings.max_iterations);
-    let traits = Traits { floats, convex, asked: settings.path == SolverPath::Multigrid, max_iterations };
+    let convex = !transformed.halo().any(!convex(&problem.contact.friction));
+    let max_iterations = settings.max_iterations;
+    let (asked, is_divided) = (settings.path == SolverPath::Multigrid, divided.is_some());
+    let traits = Traits { floats, convex, asked, divided: is_divided, max_iterations };
     let begin = start(problem, transformed, &laws, hierarchy, settings);
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, conditions: &[ContactCondition]| {
-        let progress = progress(cycle, residual, conditions);
+        let progress = progress(transformed, cycle, residual, conditions);
         history.push(progress);
-        observer(&progress)
+        let stops = transformed.halo().any(observer(&progress).is_break());
+        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
     let (mut floating, mut certified, mut best) = (None, None, None);
@@ -134,7 +174,7 @@ pub fn solve_multigrid(
             if end != End::Converged {
                 break;
             }
-            let converged = solution(problem, transformed, &state, end, settings.tolerance);
+            let converged = solution(problem, transformed, divided, &state, end, settings.tolerance);
             target *= reduction(&converged.certificate);
             if converged.certificate.is_as_good_as_the_data() || target < LEAST_TARGET * settings.tolerance {
                 certified = Some(converged);
@@ -155,7 +195,7 @@ pub fn solve_multigrid(
         // A stage that ends by its own budget has failed; the user's leaves something to raise.
         let own_budget = end == End::Limit && state.cycles < settings.max_iterations;
         let end = if own_budget { End::Stalled } else { end };
-        solution(problem, transformed, &state, end, settings.tolerance)
+        solution(problem, transformed, divided, &state, end, settings.tolerance)
     });
     Solution { history, ..solution }
 }
@@ -187,17 +227,17 @@ fn reduction(certificate: &Certificate) -> f64 {
     if wanted.is_nan() { REDUCTION[0] } else { wanted.clamp(REDUCTION[0], REDUCTION[1]) }
 }
 
-pub(super) fn progress(cycle: usize, residual: f64, conditions: &[ContactCondition]) -> Progress {
-    let count = |s| conditions.iter().filter(|x| x.state == s).count();
-    Progress {
-        phase: Phase::Multigrid,
-        iteration: cycle,
-        residual,
-        products: cycle,
-        open: count(PointState::Open),
-        stick: count(PointState::Stick),
-        slip: count(PointState::Slip),
-    }
+pub(super) fn progress(
+    transformed: &Transformed,
+    cycle: usize,
+    residual: f64,
+    conditions: &[ContactCondition],
+) -> Progress {
+    let states = [PointState::Open, PointState::Stick, PointState::Slip];
+    let mut counts = states.map(|s| conditions.iter().filter(|x| x.state == s).count() as f64);
+    transformed.halo().sum(&mut counts);
+    let [open, stick, slip] = counts.map(|count| count as usize);
+    Progress { phase: Phase::Multigrid, iteration: cycle, residual, products: cycle, open, stick, slip }
 }
 
 /// The law at each point, in its frame.
@@ -226,7 +266,7 @@ fn keep_best(best: &mut Option<(f64, Iterate)>, problem: &Subproblem<'_>, at: &I
 /// where no body floats, or where the load would close all gaps: with all points closed a body at the limit of friction does
 /// not slide off.
 fn start_of_floating_bodies(problem: &ContactProblem, transformed: &Transformed) -> Option<Vec<f64>> {
-    let load = norm(&transformed.f);
+    let load = norm(transformed.halo(), &transformed.f);
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.compliance * load;
     let wide = transformed.points.iter().zip(&problem.contact.gap).any(wide);
     wide.then(|| rigid_equilibrium(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
@@ -269,10 +309,20 @@ fn state_of((condition, friction): (&ContactCondition, &Friction)) -> PointState
 }
 
 /// The iterate with its multipliers and their certificate.
-fn solution(problem: &ContactProblem, transformed: &Transformed, state: &State, end: End, tolerance: f64) -> Solution {
+fn solution(
+    problem: &ContactProblem,
+    transformed: &Transformed,
+    divided: Option<&Divided>,
+    state: &State,
+    end: End,
+    tolerance: f64,
+) -> Solution {
     let lambda = multipliers(problem, transformed, &state.iterate);
     let u = transformed.out_of_frames(&state.iterate.u);
-    let certificate = certify(problem, &u, &lambda, tolerance);
+    let certificate = match divided {
+        Some(divided) => divided.certify(&u, &lambda, tolerance),
+        None => certify(problem, &u, &lambda, tolerance),
+    };
     let status = end.status(certificate.passed);
     let states = state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };

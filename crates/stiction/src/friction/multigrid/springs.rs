@@ -4,6 +4,7 @@ use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise, norm};
 use super::iteration::{Iterate, Observe, State, Subproblem, load, residual, run};
 use super::points::Point;
+use super::transform::Transformed;
 use crate::contact::Friction;
 use crate::friction::{End, PointState};
 use crate::linalg::multigrid::{Hierarchy, NodeConstraint};
@@ -46,7 +47,8 @@ pub(super) fn by_springs(
         at.conditions = problem.points().map(|(p, law)| spring_condition(law, p, at.u[p.node])).collect();
         state.apply_targets(problem);
         let r = residual(problem, &state.iterate);
-        let left = norm(&r) / load(problem.transformed, &state.iterate.ku).max(f64::MIN_POSITIVE);
+        let left =
+            norm(problem.transformed.halo(), &r) / load(problem.transformed, &state.iterate.ku).max(f64::MIN_POSITIVE);
         if observe(state.cycles, left, &state.iterate.conditions).is_break() {
             return End::Interrupted;
         }
@@ -62,7 +64,8 @@ pub(super) fn by_springs(
         let p = hierarchy.cycle(&r);
         let kp = problem.transformed.k.times(&p);
         directions.insert(0, Direction { p, kp, shortening: Vec::new() });
-        minimise(&mut directions, &r, &problem.transformed.points, None, &mut state.iterate);
+        let Transformed { points, .. } = problem.transformed;
+        minimise(problem.transformed.halo(), &mut directions, &r, points, None, &mut state.iterate);
         lengthen(problem, &directions[0], &mut state.iterate);
         directions.truncate(MOST_DIRECTIONS - 1);
         state.cycles += 1;
@@ -92,7 +95,9 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
             let force = spring_force(law, p, std::array::from_fn(|c| u[c] + (t - 1.0) * d[c]), bound);
             (0..3).map(|c| force[c] * d[c]).sum::<f64>()
         };
-        elastic + (t - 1.0) * curvature + points.iter().map(of_point).sum::<f64>()
+        let mut slope = [elastic + (t - 1.0) * curvature + points.iter().map(of_point).sum::<f64>()];
+        problem.transformed.halo().sum(&mut slope);
+        slope[0]
     };
     let (mut low, mut high) = (0.0, 1.0);
     while slope(high) < 0.0 && high < Threshold::LONGEST {

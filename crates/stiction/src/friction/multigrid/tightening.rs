@@ -177,7 +177,7 @@ pub(crate) fn tighten_by_multigrid(
         problem.take_strength_off(&mut found.lambda);
         return found;
     }
-    let Multigrid { transformed, hierarchy } = multigrid;
+    let Multigrid { transformed, hierarchy, .. } = multigrid;
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
@@ -186,6 +186,7 @@ pub(crate) fn tighten_by_multigrid(
         floats,
         convex: false,
         asked: settings.path == SolverPath::Multigrid,
+        divided: false,
         max_iterations: settings.max_iterations,
     };
     let tightening = Tightening::new(transformed, sought);
@@ -200,7 +201,8 @@ pub(crate) fn tighten_by_multigrid(
         floating: None,
         tightening: Some(&tightening),
     };
-    let mut observe = |cycle: usize, residual: f64, conditions: &[_]| observer(&progress(cycle, residual, conditions));
+    let mut observe =
+        |cycle: usize, residual: f64, conditions: &[_]| observer(&progress(transformed, cycle, residual, conditions));
     let end = (first.run)(&subproblem, hierarchy, &mut state, &mut observe);
     let State { iterate, cycles, monitor, .. } = state;
     let lambda = multipliers(problem, transformed, &iterate);

@@ -1,6 +1,7 @@
 use std::collections::{HashMap, HashSet};
 
-use super::points::{NoOwnNode, OtherNodes, Point, points};
+use super::divided::Border;
+use super::points::{NoOwnNode, OtherNodes, Point, compliance, points};
 use crate::Error;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
@@ -8,6 +9,7 @@ use crate::linalg::multigrid::{
     Block, Blocks, Hierarchy, Kernel, LinearSpace, NO_NODE, Nodes, RelativeCoordinates, RelativeMatrix,
 };
 use crate::linalg::{NodeGraph, Stop, fronts, mean_distance};
+use crate::ranks::Halo;
 
 /// The transformed problem: `K`, `f` and the near-kernel by nodes, those of contact points in their frames `(n, t1, t2)` and,
 /// between bodies, as displacements relative to the other body. Contact conditions then concern single components.
@@ -19,10 +21,12 @@ pub(super) struct Transformed {
     pub points: Vec<Point>,
     /// The rigid motions of floating bodies.
     pub motions: RigidMotions,
+    /// The contact points of other ranks that this one is coupled to.
+    pub border: Border,
 }
 
 /// Why the problem is none for multigrid.
-fn refused(what: &str) -> Error {
+pub(super) fn refused(what: &str) -> Error {
     Error::new("", what, "leave `settings.path` at auto")
 }
 
@@ -121,12 +125,10 @@ impl Transformed {
         let of_others: Vec<f64> = others.iter().map(soft).collect();
         let others: Vec<OtherNodes> =
             points.iter().zip(others).map(|(p, others)| in_frames(p, others, point_of)).collect();
-        matrix_in_frames(&mut k, point_of);
+        frames_of(&mut k, &points);
         let mut kernel = kernel(problem, &nodes);
         let linear = linear_space(problem, &nodes, &kernel, &points);
-        for p in &points {
-            kernel[p.node] = product(&p.displacements(), &kernel[p.node]);
-        }
+        points.iter().for_each(|p| p.turn_kernel(&mut kernel));
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let between_bodies = others.iter().any(|o| !o.is_empty());
         let relative =
@@ -138,8 +140,8 @@ impl Transformed {
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         // The node's own compliance is that of the relative coordinates.
         for ((p, coarse), of_others) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(of_others) {
-            let coarse = (0..3).map(|c| coarse[c] / (3.0 * p.scale[c] * p.scale[c])).sum::<f64>();
-            p.compliance = of_others + compliance(&k.diagonal(p.node), p.scale, 3.0) + coarse;
+            p.compliance = of_others;
+            p.add_compliance(&k.diagonal(p.node), &coarse);
         }
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
         if !motions.is_empty() {
@@ -150,9 +152,15 @@ impl Transformed {
                 p.floats = problem.rows(j).into_iter().any(reached);
             }
         }
-        let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions };
+        let border = Border::default();
+        let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&problem.elastic.f);
         Ok((transformed, hierarchy))
+    }
+
+    /// How the nodes are divided among ranks.
+    pub(super) fn halo(&self) -> &Halo {
+        &self.k.halo
     }
 
     /// Whether rows of `B` reach other nodes than the points' own.
@@ -168,6 +176,7 @@ impl Transformed {
     /// Forces on the unknowns in the frames.
     pub(super) fn forces(&self, f: &[f64]) -> Vec<[f64; 3]> {
         let mut f = self.nodes.gather(f);
+        f.truncate(self.k.len());
         for p in &self.points {
             f[p.node] = times(&p.forces(), &f[p.node]);
         }
@@ -177,9 +186,10 @@ impl Transformed {
         f
     }
 
-    /// Displacements of unknowns in the frames.
+    /// Displacements of unknowns in the frames, at the nodes of this rank.
     pub(super) fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
+        x.truncate(self.k.len());
         for p in &self.points {
             x[p.node] = times(&p.displacements(), &x[p.node]);
         }
@@ -189,7 +199,7 @@ impl Transformed {
         x
     }
 
-    /// The inverse of [`Self::to_frames`].
+    /// The inverse of [`Self::to_frames`]; zero at nodes of other ranks.
     pub(super) fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
         if let Some(relative) = &self.k.relative {
@@ -199,13 +209,9 @@ impl Transformed {
             let (y, back) = (x[p.node], p.forces());
             x[p.node] = std::array::from_fn(|c| (0..3).map(|r| back[r][c] * y[r]).sum());
         }
+        x.resize(self.nodes.count, [0.0; 3]);
         self.nodes.scatter(&x)
     }
-}
-
-/// Displacement over force at a node with the diagonal block `d`: `weight` over its scaled trace.
-fn compliance(d: &Block<3, 3>, scale: [f64; 3], weight: f64) -> f64 {
-    weight / (0..3).map(|c| d[c][c] * scale[c] * scale[c]).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 fn trace(a: &Block<3, 3>) -> f64 {
@@ -213,7 +219,7 @@ fn trace(a: &Block<3, 3>) -> f64 {
 }
 
 /// The near-kernel by nodes.
-fn kernel(problem: &ContactProblem, nodes: &Nodes) -> Vec<Kernel<3>> {
+pub(super) fn kernel(problem: &ContactProblem, nodes: &Nodes) -> Vec<Kernel<3>> {
     let mut kernel = vec![[[0.0; 6]; 3]; nodes.count];
     for (i, &(v, c)) in nodes.of.iter().enumerate() {
         let c = c as usize;
@@ -233,7 +239,7 @@ const SCATTERED: f64 = 4.0;
 /// The order of nodes for sweeps, if not that of the mesh: by [fronts] where neighbours would otherwise lie far from one
 /// another in memory, and nodes in the middle of edges before corners. Sweeps that begin with the middles leave errors that
 /// the linear space represents better. Hexahedra of 20 nodes take 14 instead of 21 cycles.
-fn order(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u32>> {
+pub(super) fn order(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u32>> {
     let mut order = fronts(graph);
     let mut place = vec![0; graph.len()];
     order.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
@@ -288,6 +294,13 @@ fn in_frames<'a>(p: &Point, others: OtherNodes, point_of: impl Fn(usize) -> Opti
         (v, point_of(v as usize).map_or(block, |other| times_transposed(&block, &other.forces())))
     };
     others.into_iter().map(convert).collect()
+}
+
+/// [`matrix_in_frames`] of these points.
+pub(super) fn frames_of(k: &mut Blocks<3, 3>, points: &[Point]) {
+    let mut frame_of = vec![u32::MAX; k.rows];
+    points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
+    matrix_in_frames(k, |v| points.get(frame_of[v] as usize));
 }
 
 /// `F K Fᵀ` with the [forces](Point::forces) in the frames `F` at the nodes that have one.

@@ -20,7 +20,7 @@ pub fn coulomb_facts_by_multigrid(
     solution: &Solution,
 ) -> Option<CoulombFacts> {
     let largest_coefficient = largest_coefficient(problem)?;
-    let Multigrid { transformed, hierarchy } = multigrid;
+    let Multigrid { transformed, hierarchy, .. } = multigrid;
     transformed.set_load(&problem.elastic.f);
     let laws = point_laws(problem, transformed);
     let u = transformed.to_frames(&solution.u);
@@ -59,14 +59,14 @@ impl Linear<'_> {
         let mut directions: Vec<Direction> = Vec::new();
         for _ in 0..Threshold::INNER_LIMIT {
             let r = residual(&problem, at);
-            let left = norm(&r);
+            let left = norm(transformed.halo(), &r);
             if left <= Threshold::ACCURACY * load || left.is_nan() {
                 break;
             }
             let p = self.hierarchy.cycle(&r);
             let kp = transformed.k.times(&p);
             directions.insert(0, Direction { p, kp, shortening: Vec::new() });
-            minimise(&mut directions, &r, &transformed.points, None, at);
+            minimise(transformed.halo(), &mut directions, &r, &transformed.points, None, at);
             directions.truncate(MOST_DIRECTIONS - 1);
             self.cycles += 1;
         }

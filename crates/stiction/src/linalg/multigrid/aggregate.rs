@@ -18,20 +18,24 @@ pub(super) fn marks<const R: usize>(a: &Blocks<R, R>, mark: impl Fn(usize, usize
     parts.concat()
 }
 
-/// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|` (Frobenius norms).
-pub(super) fn strong<const R: usize>(a: &Blocks<R, R>, threshold: f64) -> Vec<bool> {
-    let own: Vec<f64> = (0..a.rows).into_par_iter().map(|i| square(&a.diagonal(i)).sqrt()).collect();
+/// `|A_ii|` of all rows (Frobenius norms).
+pub(super) fn diagonal_norms<const R: usize>(a: &Blocks<R, R>) -> Vec<f64> {
+    (0..a.rows).into_par_iter().map(|i| square(&a.diagonal(i)).sqrt()).collect()
+}
+
+/// Blocks that couple two nodes strongly: `|A_ij|² > threshold² |A_ii| |A_jj|`, with the [`diagonal_norms`] `own` of all columns.
+pub(super) fn strong<const R: usize>(a: &Blocks<R, R>, own: &[f64], threshold: f64) -> Vec<bool> {
     marks(a, |i, place| {
         let (j, coupling) = (a.column[place] as usize, square(&a.value[place]));
         j != i && coupling > 0.0 && coupling > threshold.powi(2) * own[i] * own[j]
     })
 }
 
-/// The neighbours each node shares a kept block with, as compressed rows.
+/// The neighbours of this rank that each node shares a kept block with, as compressed rows.
 pub(super) fn neighbours<const R: usize>(a: &Blocks<R, R>, kept: &[bool]) -> (Vec<usize>, Vec<u32>) {
     let (mut start, mut neighbour) = (vec![0], Vec::with_capacity(a.column.len()));
     for i in 0..a.rows {
-        let places = (a.start[i]..a.start[i + 1]).filter(|&place| kept[place]);
+        let places = (a.start[i]..a.start[i + 1]).filter(|&place| kept[place] && (a.column[place] as usize) < a.rows);
         neighbour.extend(places.map(|place| a.column[place]));
         start.push(neighbour.len());
     }

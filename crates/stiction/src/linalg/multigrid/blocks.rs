@@ -156,13 +156,15 @@ impl<const R: usize, const C: usize> Blocks<R, C> {
         }
     }
 
-    /// The transpose's pattern: for each column the rows that contain it, with the places of the blocks.
-    pub(super) fn by_columns(&self) -> (Vec<usize>, Vec<(u32, u32)>) {
+    /// The pattern of the transpose of the first `rows` rows: for each column the rows that contain it, with the places of the
+    /// blocks.
+    pub(super) fn by_columns(&self, rows: usize) -> (Vec<usize>, Vec<(u32, u32)>) {
+        let entries = self.start[rows];
         let mut start = vec![0usize; self.cols + 1];
-        self.column.iter().for_each(|&j| start[j as usize + 1] += 1);
+        self.column[..entries].iter().for_each(|&j| start[j as usize + 1] += 1);
         (0..self.cols).for_each(|j| start[j + 1] += start[j]);
-        let (mut next, mut entry) = (start.clone(), vec![(0, 0); self.column.len()]);
-        for i in 0..self.rows {
+        let (mut next, mut entry) = (start.clone(), vec![(0, 0); entries]);
+        for i in 0..rows {
             for place in self.start[i]..self.start[i + 1] {
                 let j = self.column[place] as usize;
                 entry[next[j]] = (i as u32, place as u32);

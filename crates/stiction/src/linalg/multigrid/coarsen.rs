@@ -2,14 +2,16 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::aggregate::{aggregates, marks, neighbours, strong};
+use super::aggregate::{aggregates, diagonal_norms, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::{near, places};
+use super::divided_product::{aggregates_of_ghosts, divided_galerkin};
 use crate::Error;
 use crate::linalg::in_huge_pages;
 use crate::linalg::memory::ensure;
 use crate::linalg::pattern::{Pattern, tasks};
+use crate::ranks::{Halo, agree};
 
 /// The near-kernel at one node: a row of six values for each of its components.
 pub(crate) type Kernel<const R: usize> = [[f64; 6]; R];
@@ -22,6 +24,9 @@ pub(super) struct Coarser<const R: usize, const C: usize = 6> {
     pub a_times_p: Blocks<R, C>,
     pub matrix: Blocks<C, C>,
     pub kernel: Vec<Kernel<C>>,
+    /// How the nodes of the coarser level are divided among ranks. The prolongation has rows for the ghosts of the finer one
+    /// too, as far as they are in the rows of this rank.
+    pub halo: Halo,
 }
 
 /// Smoothed aggregation (Vanek, Mandel & Brezina 1996): six unknowns an aggregate, which represent the near-kernel
@@ -30,25 +35,35 @@ pub(super) struct Coarser<const R: usize, const C: usize = 6> {
 /// are kept for the nodes `wanted`. An error where there is no memory for it.
 pub(super) fn coarsen<const R: usize>(
     a: &Blocks<R, R>,
+    halo: &Halo,
     kernel: &[Kernel<R>],
     threshold: f64,
     wanted: &[u32],
 ) -> Result<Option<Coarser<R>>, Error> {
-    let place = places(a, kernel);
-    let kept = near(a, &place, &strong(a, threshold));
+    let all_kernels = halo.extended(kernel);
+    let norms = diagonal_norms(a);
+    let norms = halo.extended(&norms);
+    let place = places(a, halo, &norms, &all_kernels);
+    let kept = near(a, halo, &place, &strong(a, &norms, threshold));
     let (start, neighbour) = neighbours(a, &kept);
     let (of, count) = aggregates(&start, &neighbour);
     // Six unknowns an aggregate, R a node: thin layers of flat cells have little more than two nodes an aggregate.
-    if 6 * count > R * a.rows * 9 / 10 {
+    let mut sizes = [count as f64, a.rows as f64];
+    halo.sum(&mut sizes);
+    if 6 * sizes[0] as usize > R * sizes[1] as usize * 9 / 10 {
         return Ok(None);
     }
     // What the prediction for usual cells does not contain: flat ones have far more aggregates.
     let unknowns = 6.0 * count as f64 / (R * a.rows) as f64;
     let entries = (R * R * size_of::<f64>()) as f64 * a.value.len() as f64;
     let bytes = unknowns * (Threshold::COPIES * entries + Threshold::BYTES_PER_ROW * a.rows as f64);
-    ensure(&format!("a coarse level of {count} nodes"), bytes, None)?;
-    let (tentative, coarse_kernel) = tentative(&of, count, kernel);
+    let room = ensure(&format!("a coarse level of {count} nodes"), bytes, None);
+    if halo.is_alone() { room } else { agree(&**halo.ranks(), room) }?;
+    let (mut tentative, coarse_kernel) = tentative(&of, count, kernel);
     let inverses: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| inverse(&a.diagonal(i))).collect();
+    let (of, coarse) = aggregates_of_ghosts(halo, of, count);
+    halo.update(&mut tentative);
+    let all_coarse = coarse.extended(&coarse_kernel);
     // Aggregates in which a node has no kept neighbour are out of its reach: they would fill the coarse matrix across
     // weak couplings.
     let out = marks(a, |i, place| {
@@ -56,11 +71,20 @@ pub(super) fn coarsen<const R: usize>(
         let g = of[a.column[place] as usize];
         !kept[place] && g != of[i] && !reach(g)
     });
-    let omega = 4.0 / (3.0 * largest_eigenvalue(a, &out, &inverses));
+    let omega = 4.0 / (3.0 * largest_eigenvalue(a, halo, &out, &inverses));
     let smoother = Smoother { inverses: &inverses, omega, of: &of, place: &place, tentative: &tentative, out: &out };
-    let prolongation = smoothed(a, &smoother, kernel, &coarse_kernel);
-    let coarse = galerkin(a, &prolongation, wanted);
-    Ok(coarse.map(|(matrix, a_times_p)| Coarser { prolongation, a_times_p, matrix, kernel: coarse_kernel }))
+    let prolongation = smoothed(a, &smoother, &all_kernels, &all_coarse);
+    let product = match halo.is_alone() {
+        true => galerkin(a, &prolongation, wanted).map(|(matrix, kept)| (prolongation, matrix, kept, coarse)),
+        false => divided_galerkin(a, halo, prolongation, coarse, wanted),
+    };
+    Ok(product.map(|(prolongation, matrix, a_times_p, halo)| Coarser {
+        prolongation,
+        a_times_p,
+        matrix,
+        kernel: coarse_kernel,
+        halo,
+    }))
 }
 
 /// A coarse level with the displacements of the fine one, for a matrix that is small enough for a coarsest level: each node is
@@ -71,7 +95,8 @@ pub(super) fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wan
     let named = |i: usize, name: &mut dyn FnMut(u32)| name(i as u32);
     let prolongation = Blocks::from_rows(a.rows, a.rows, named, |i, row| *row.at(i as u32) = tentative[i]);
     let (matrix, a_times_p) = galerkin(a, &prolongation, wanted)?;
-    Some(Coarser { prolongation, a_times_p, matrix, kernel })
+    let halo = Halo::alone(a.rows);
+    Some(Coarser { prolongation, a_times_p, matrix, kernel, halo })
 }
 
 /// Thresholds of the coarsening; the trials are in docs/notes/2026-11-23-multigrid-trials.md.
@@ -146,11 +171,12 @@ fn orthonormalise<const R: usize>(basis: &mut [Block<R, 6>]) -> Kernel<6> {
 
 /// Estimate of the largest eigenvalue of `D⁻¹ A`, `D` the block diagonal, with blocks `out` of reach lumped on the
 /// diagonal: power iteration from a rough start.
-fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: &[Block<R, R>]) -> f64 {
+fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, halo: &Halo, out: &[bool], inverses: &[Block<R, R>]) -> f64 {
     let mut x: Vec<[f64; R]> =
         (0..a.rows).map(|i| std::array::from_fn(|c| ((i * R + c) as f64 * 1.618).fract() - 0.5)).collect();
     let mut value = 1.0;
     for _ in 0..Threshold::POWER_STEPS {
+        halo.update(&mut x);
         let product = |i: usize| -> [f64; R] {
             let mut y = [0.0; R];
             for place in a.start[i]..a.start[i + 1] {
@@ -162,7 +188,9 @@ fn largest_eigenvalue<const R: usize>(a: &Blocks<R, R>, out: &[bool], inverses: 
             inverses[i].map(|row| row.iter().zip(&y).map(|(d, y)| d * y).sum())
         };
         x = (0..a.rows).into_par_iter().map(product).collect();
-        value = x.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+        let mut square = [x.iter().flatten().map(|v| v * v).sum::<f64>()];
+        halo.sum(&mut square);
+        value = square[0].sqrt();
         if !(value > 0.0 && value.is_finite()) {
             return 1.0;
         }
@@ -266,16 +294,33 @@ pub(super) fn galerkin<const R: usize, const C: usize>(
     p: &Blocks<R, C>,
     wanted: &[u32],
 ) -> Option<(Blocks<C, C>, Blocks<R, C>)> {
+    let (mut matrix, kept) = products(a, &Halo::alone(a.rows), p, wanted)?;
+    mirror(&mut matrix);
+    fill_idle(&mut matrix);
+    Some((matrix, kept))
+}
+
+/// The products of [`galerkin`], on or above the diagonal. Where nodes are divided the part of the rows of `a` is not
+/// symmetric, and all of it is computed; `p` has rows for the ghosts.
+pub(super) fn products<const R: usize, const C: usize>(
+    a: &Blocks<R, R>,
+    halo: &Halo,
+    p: &Blocks<R, C>,
+    wanted: &[u32],
+) -> Option<(Blocks<C, C>, Blocks<R, C>)> {
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         a.row(i).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
     let middle = Pattern::new(a.rows, p.cols, reached);
-    let (start, entry) = p.by_columns();
+    let (start, entry) = p.by_columns(a.rows);
+    let whole = !halo.is_alone();
     let coarse = Pattern::new(p.cols, p.cols, |k, name| {
         name(k as u32);
         entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| middle.row(i as usize).iter().for_each(|&j| name(j)));
     });
-    if C * C * coarse.column.len() > Threshold::MOST_FILL * R * R * a.value.len() {
+    let mut entries = [coarse.column.len() as f64, a.value.len() as f64];
+    halo.sum(&mut entries);
+    if C * C * entries[0] as usize > Threshold::MOST_FILL * R * R * entries[1] as usize {
         return None;
     }
     let mut value: Vec<Block<C, C>> = coarse.zeros();
@@ -307,7 +352,7 @@ pub(super) fn galerkin<const R: usize, const C: usize>(
                     let i = i as usize;
                     let blocks = &slab[middle.start[i] - base..middle.start[i + 1] - base];
                     let columns = middle.row(i);
-                    let upper = columns.partition_point(|&j| (j as usize) < k);
+                    let upper = if whole { 0 } else { columns.partition_point(|&j| (j as usize) < k) };
                     for (&j, block) in columns[upper..].iter().zip(&blocks[upper..]) {
                         add_transpose_product(&p.value[place as usize], block, row.at(j));
                     }
@@ -316,9 +361,20 @@ pub(super) fn galerkin<const R: usize, const C: usize>(
         );
     }
     let Pattern { start, column } = coarse;
-    let mut matrix = Blocks { rows: p.cols, cols: p.cols, start, column, value };
-    mirror(&mut matrix);
-    for k in 0..p.cols {
+    let matrix = Blocks { rows: p.cols, cols: p.cols, start, column, value };
+    let kept = Blocks::from_rows(
+        wanted.len(),
+        p.cols,
+        |t, name| middle.row(wanted[t] as usize).iter().for_each(|&k| name(k)),
+        #[inline(always)]
+        |t, row| product(a, p, wanted[t] as usize, row),
+    );
+    Some((matrix, kept))
+}
+
+/// Idle coarse unknowns get a positive diagonal entry.
+pub(super) fn fill_idle<const C: usize>(matrix: &mut Blocks<C, C>) {
+    for k in 0..matrix.rows {
         let Some(place) = matrix.place(k, k) else { continue };
         let own = &mut matrix.value[place];
         let scale = (0..C).map(|c| own[c][c]).fold(0.0, f64::max);
@@ -328,14 +384,6 @@ pub(super) fn galerkin<const R: usize, const C: usize>(
             }
         }
     }
-    let kept = Blocks::from_rows(
-        wanted.len(),
-        p.cols,
-        |t, name| middle.row(wanted[t] as usize).iter().for_each(|&k| name(k)),
-        #[inline(always)]
-        |t, row| product(a, p, wanted[t] as usize, row),
-    );
-    Some((matrix, kept))
 }
 
 /// Sets the blocks below the diagonal to the transposes of those above. The pattern is symmetric.

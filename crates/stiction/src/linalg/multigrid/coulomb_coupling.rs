@@ -19,6 +19,8 @@ use super::truncation::{NodeConstraint, Truncation, coarser_change};
 /// The coupling on the coarse levels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoulombCoupling {
+    /// Whether some rank has a lift.
+    pub active: bool,
     /// Nodes of the first coarse level that have a lift.
     pub lifts: Vec<(u32, Single<6, 6>)>,
     /// The coupling's part of the touched rows of the second coarse level and of those below.
@@ -40,19 +42,26 @@ impl Hierarchy {
     /// Sets the coupling of the coarse levels, after their matrices were changed for the same constraints.
     pub(super) fn couple_coarse_levels(&mut self, constraints: &[NodeConstraint]) {
         let Some(first) = self.coarse.first() else { return };
-        if constraints.iter().all(|c| c.coulomb == [0.0; 2]) {
+        let truncation = &self.truncation;
+        let coupled = constraints[..truncation.halo.own()].iter().any(|c| c.coulomb != [0.0; 2]);
+        if !truncation.halo.any(coupled) {
             return;
         }
-        let truncation = &self.truncation;
-        let lifts: Vec<Option<Block<6, 6>>> =
-            truncation.touched[0].iter().map(|&k| lift(truncation, constraints, k)).collect();
-        let mut rows = first_rows(truncation, constraints, &lifts, &first.matrix);
+        let reach = &truncation.touched[0];
+        let fits: Vec<Fit> = reach.reach.iter().map(|&k| fit(truncation, constraints, k)).collect();
+        let fits = reach.values(fits, Fit::default(), |sum, fit| {
+            sum.iter_mut().flatten().flatten().zip(fit.iter().flatten().flatten()).for_each(|(a, b)| *a += b);
+        });
+        let lifts: Vec<Option<Block<6, 6>>> = fits.iter().map(lift).collect();
+        let mut rows = first_rows(truncation, constraints, &lifts, &first.matrix, self.halos[0].len());
         for (k, prolongation) in self.further.iter().enumerate() {
-            rows = coarser_change(&rows, &truncation.touched[k], prolongation, &truncation.touched[k + 1]);
+            let (here, next) = (&truncation.touched[k], &truncation.touched[k + 1]);
+            rows = next.rows(coarser_change(&rows, &here.touched, prolongation, &next.reach));
             self.coulomb_coupling.rows.push(Packed::new(&rows));
         }
-        let lifts = truncation.touched[0].iter().zip(lifts).filter_map(|(&k, lift)| Some((k, single(&lift?))));
+        let lifts = reach.touched.iter().zip(lifts).filter_map(|(&k, lift)| Some((k, single(&lift?))));
         self.coulomb_coupling.lifts.extend(lifts);
+        self.coulomb_coupling.active = true;
     }
 
     /// The residual of the finest level on functions truncated at constrained components, after a sweep to `x` that left
@@ -69,22 +78,26 @@ impl Hierarchy {
 
     /// Whether some function of the first aggregated level has a lift.
     pub(super) fn has_lifts(&self) -> bool {
-        !self.coulomb_coupling.lifts.is_empty()
+        self.coulomb_coupling.active
     }
 
-    /// Subtracts the forces on the lifts from those on the truncated functions of the first aggregated level, after a sweep to
-    /// `x` on the finest.
-    pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut [[f32; 6]]) {
+    /// Adds the forces of other ranks to those on the truncated functions of the first aggregated level, after a sweep to `x` on
+    /// the finest, and subtracts those on the lifts.
+    pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut Vec<[f32; 6]>) {
+        let halo = &self.halos[0];
+        let add = |sum: &mut [f32; 6], more: &[f32; 6]| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b);
+        halo.add(coarse, add);
         if !self.has_lifts() {
             return;
         }
-        let mut normal = vec![[0.0; 6]; coarse.len()];
+        let mut normal = vec![[0.0; 6]; halo.len()];
         for &(place, _) in self.constrained.iter().filter(|(_, constrained)| constrained[0]) {
             let force = self.normal_residual(self.truncation.node(place), x);
             for (j, p) in self.truncation.support.p.entries_of(place as usize) {
                 (0..6).for_each(|c| normal[j as usize][c] += p[0][c] as f32 * force);
             }
         }
+        halo.add(&mut normal, add);
         for (k, lift) in &self.coulomb_coupling.lifts {
             let here = &mut coarse[*k as usize];
             let force: [f32; 6] = std::array::from_fn(|c| here[c] + normal[*k as usize][c]);
@@ -100,10 +113,10 @@ impl Hierarchy {
         force[0]
     }
 
-    /// Subtracts the coupling's part of `A x` from the residual of a coarse level.
+    /// Subtracts the coupling's part of `A x` from the residual of a coarse level; `x` has its ghosts.
     pub(super) fn subtract_coulomb(&self, level: usize, x: &[[f32; 6]], residual: &mut [[f32; 6]]) {
         let Some(rows) = level.checked_sub(1).and_then(|k| self.coulomb_coupling.rows.get(k)) else { return };
-        for (t, &i) in self.truncation.touched[level].iter().enumerate() {
+        for (t, &i) in self.truncation.touched[level].touched.iter().enumerate() {
             rows.entries_of(t).for_each(|(j, a)| subtract(a, &x[j as usize], &mut residual[i as usize]));
         }
     }
@@ -126,9 +139,12 @@ pub(super) fn coupled_inverse(inverse: &Block<3, 3>, a: &Block<3, 3>, coulomb: [
     result
 }
 
-/// The lift of a node of the first coarse level; `None` without coupled contact nodes in its support.
-fn lift(truncation: &Truncation, constraints: &[NodeConstraint], k: u32) -> Option<Block<6, 6>> {
-    let (mut gram, mut right) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);
+/// The least-squares problem of a lift: its matrix and its right-hand side.
+type Fit = [Block<6, 6>; 2];
+
+/// What the contact nodes of this rank contribute to the lift of a node of the first coarse level.
+fn fit(truncation: &Truncation, constraints: &[NodeConstraint], k: u32) -> Fit {
+    let [mut gram, mut right] = Fit::default();
     for (i, p) in truncation.support.p_column(k) {
         add_transpose_product(p, p, &mut gram);
         let coulomb = constraints[i].coulomb;
@@ -137,40 +153,65 @@ fn lift(truncation: &Truncation, constraints: &[NodeConstraint], k: u32) -> Opti
             add_transpose_product(p, &[normal, [0.0; 6], [0.0; 6]], &mut right);
         }
     }
-    if right == [[0.0; 6]; 6] {
+    [gram, right]
+}
+
+/// The lift; `None` without coupled contact nodes in its support.
+fn lift([gram, right]: &Fit) -> Option<Block<6, 6>> {
+    if *right == [[0.0; 6]; 6] {
         return None;
     }
+    let mut gram = *gram;
     let trace: f64 = (0..6).map(|c| gram[c][c]).sum();
     (0..6).for_each(|c| gram[c][c] += Threshold::REGULAR * trace);
     let mut lift = [[0.0; 6]; 6];
-    add_product(&inverse(&gram), &right, &mut lift);
+    add_product(&inverse(&gram), right, &mut lift);
     Some(lift)
 }
 
 /// The coupling's part of the touched rows of the first coarse level: `-Lᵀ Pᵀ A (I - S) P` with the lifts `L` and the projector `S` on constrained
-/// components.
+/// components; `lifts` are those of touched rows, and the level has `cols` nodes here.
 fn first_rows(
     truncation: &Truncation,
     constraints: &[NodeConstraint],
     lifts: &[Option<Block<6, 6>>],
     matrix: &Packed<6, 6>,
+    cols: usize,
 ) -> Blocks<6, 6> {
-    let touched = &truncation.touched[0];
-    let row = |t: usize| matrix.row(touched[t] as usize).0;
+    let reach = &truncation.touched[0];
+    let numbers: Vec<u32> = lifts.iter().map(|lift| u32::from(lift.is_some())).collect();
+    let values: Vec<Block<6, 6>> = lifts.iter().map(|lift| lift.unwrap_or_default()).collect();
+    // The contact nodes of this rank reach rows of others, whose lifts are those of their owners.
+    let (has, values) = (reach.back(&numbers, 0), reach.back(&values, [[0.0; 6]; 6]));
     let mut free = vec![0];
-    (0..touched.len()).for_each(|t| free.push(free[t] + row(t).len()));
-    let reached = |t: usize, name: &mut dyn FnMut(u32)| {
-        if lifts[t].is_some() {
-            row(t).iter().for_each(|&j| name(j));
+    reach.touched.iter().for_each(|&i| free.push(free[free.len() - 1] + matrix.row(i as usize).0.len()));
+    // Where each row of `reach` stands among the touched ones of this rank: the first part of a row comes from its owner.
+    let owned = |t: usize| reach.owned(t);
+    let named = |t: usize, name: &mut dyn FnMut(u32)| {
+        if has[t] == 0 {
+            return;
+        }
+        match owned(t) {
+            Some(own) => matrix.row(reach.touched[own] as usize).0.iter().for_each(|&j| name(j)),
+            None => {
+                let nodes = truncation.support.a_times_p_column(reach.reach[t]);
+                nodes.for_each(|(i, _)| truncation.support.p.row(i).0.iter().for_each(|&j| name(j)));
+            }
         }
     };
-    Blocks::from_rows(touched.len(), matrix.rows, reached, |t, target| {
-        let Some(lift) = &lifts[t] else { return };
-        let minus = lift.map(|row| row.map(|v| -v));
-        for (&j, a) in row(t).iter().zip(&truncation.free[0][free[t]..free[t + 1]]) {
-            add_transpose_product(&minus, a, target.at(j));
+    let rows = Blocks::from_rows(reach.reach.len(), cols, named, |t, target| {
+        if has[t] == 0 {
+            return;
         }
-        for (i, part) in truncation.support.a_times_p_column(touched[t]) {
+        let (lift, own) = (&values[t], owned(t));
+        if let Some(own) = own {
+            let minus = lift.map(|row| row.map(|v| -v));
+            let columns = matrix.row(reach.touched[own] as usize).0;
+            for (&j, a) in columns.iter().zip(&truncation.free[0][free[own]..free[own + 1]]) {
+                add_transpose_product(&minus, a, target.at(j));
+            }
+        }
+        for (i, part) in truncation.support.a_times_p_column(reach.reach[t]) {
             let constrained = constraints[i].constrained;
             if constrained == [false; 3] {
                 continue;
@@ -179,8 +220,11 @@ fn first_rows(
             let mut lifted = [[0.0; 6]; 3];
             add_product(&constrained, lift, &mut lifted);
             let (columns, blocks) = truncation.support.p.row(i);
-            let within = columns.iter().zip(blocks).filter(|(j, _)| row(t).binary_search(j).is_ok());
+            let within =
+                |j: &u32| own.is_none_or(|own| matrix.row(reach.touched[own] as usize).0.binary_search(j).is_ok());
+            let within = columns.iter().zip(blocks).filter(|(j, _)| within(j));
             within.for_each(|(&j, p)| add_transpose_product(&lifted, p, target.at(j)));
         }
-    })
+    });
+    reach.rows(rows)
 }

@@ -4,6 +4,7 @@ use super::aggregate::marks;
 use super::blocks::Blocks;
 use super::coarsen::Kernel;
 use super::dense::square;
+use crate::ranks::Halo;
 
 /// A neighbour is far if its distance exceeds this multiple of the nearest neighbour's: it lies along the long side of
 /// stretched cells. In a cube and in its tetrahedra the largest ratio is 1.74.
@@ -15,9 +16,9 @@ const FAR: f64 = 2.0;
 /// strength across the short one however long they are, although nothing smooths along it. Distances do (as in
 /// the distance Laplacian of Gee et al., ML 5.0 Smoothed Aggregation User's Guide, 2006). They are those of the
 /// [`places`].
-pub(super) fn near<const R: usize>(a: &Blocks<R, R>, place: &[[f64; 3]], strong: &[bool]) -> Vec<bool> {
+pub(super) fn near<const R: usize>(a: &Blocks<R, R>, halo: &Halo, place: &[[f64; 3]], strong: &[bool]) -> Vec<bool> {
     let distance = |i: usize, j: u32| -> f64 { (0..3).map(|c| (place[i][c] - place[j as usize][c]).powi(2)).sum() };
-    let nearest: Vec<f64> = (0..a.rows)
+    let mut nearest: Vec<f64> = (0..a.rows)
         .into_par_iter()
         .map(|i| {
             let strong = (a.start[i]..a.start[i + 1]).filter(|&place| strong[place]);
@@ -25,6 +26,7 @@ pub(super) fn near<const R: usize>(a: &Blocks<R, R>, place: &[[f64; 3]], strong:
             distances.fold(f64::INFINITY, f64::min)
         })
         .collect();
+    halo.update(&mut nearest);
     marks(a, |i, place| {
         let j = a.column[place];
         let far = distance(i, j) > FAR.powi(2) * nearest[i].max(nearest[j as usize]);
@@ -32,16 +34,24 @@ pub(super) fn near<const R: usize>(a: &Blocks<R, R>, place: &[[f64; 3]], strong:
     })
 }
 
-/// The coordinates of the nodes from their rigid motions, and from neighbours where these do not contain them.
-pub(super) fn places<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>]) -> Vec<[f64; 3]> {
-    completed(a, kernel.par_iter().map(place).collect())
+/// The coordinates of the nodes from their rigid motions, and from neighbours where these do not contain them; `norms` are
+/// those of the diagonal blocks, of ghosts as well.
+pub(super) fn places<const R: usize>(
+    a: &Blocks<R, R>,
+    halo: &Halo,
+    norms: &[f64],
+    kernel: &[Kernel<R>],
+) -> Vec<[f64; 3]> {
+    let mut places = completed(a, norms, kernel.par_iter().map(place).collect());
+    halo.update(&mut places);
+    places
 }
 
 /// The places with each unknown coordinate taken from the most strongly coupled neighbour that knows it: nodes with
 /// prescribed components, on planes of symmetry for instance, do not show all of theirs. Stretched cells couple most strongly
 /// across their short sides, where the other coordinates are the same.
-fn completed<const R: usize>(a: &Blocks<R, R>, place: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    let strength = |at: usize| square(&a.value[at]) / square(&a.diagonal(a.column[at] as usize)).sqrt();
+fn completed<const R: usize>(a: &Blocks<R, R>, norms: &[f64], place: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    let strength = |at: usize| square(&a.value[at]) / norms[a.column[at] as usize];
     let known = |i: usize, c: usize| -> f64 {
         let neighbours = (a.start[i]..a.start[i + 1]).filter(|&at| place[a.column[at] as usize][c].is_finite());
         let strongest = neighbours.max_by(|&p, &q| strength(p).total_cmp(&strength(q)));

@@ -1,6 +1,10 @@
 //! Smoothed-aggregation multigrid for elasticity (Vanek, Mandel & Brezina 1996): blocks by nodes, six rigid motions a
 //! coarse node, set up in double and cycled in single precision.
 //!
+//! The nodes may be divided among ranks ([`Halo`]): each has the rows of its own, aggregates do not cross the borders, and
+//! coarse levels that are small are joined: every rank has all of them and computes the same. Without ghosts this is the serial
+//! method.
+//!
 //! Some nodes may be constrained ([`NodeConstraint`]): their constrained components are truncated from the finest
 //! prolongation, and the coarse matrices follow by local changes ([`Hierarchy::constrain`]).
 
@@ -8,6 +12,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod aggregate;
+mod between_ranks;
 mod blocks;
 mod coarse_problem;
 mod coarsen;
@@ -15,9 +20,11 @@ mod coarsest;
 mod coulomb_coupling;
 mod dense;
 mod distance;
+mod divided_product;
 mod packed;
 mod quadratic;
 mod relative_coordinates;
+mod relative_matrix;
 mod smoother;
 #[cfg(test)]
 mod tests;
@@ -28,11 +35,14 @@ pub(crate) use coarse_problem::CoarseProblem;
 pub(crate) use coarsen::Kernel;
 pub(crate) use dense::inverse;
 pub(crate) use quadratic::{LinearSpace, NO_NODE};
-pub(crate) use relative_coordinates::{RelativeCoordinates, RelativeMatrix};
-pub(crate) use truncation::NodeConstraint;
+pub(crate) use relative_coordinates::RelativeCoordinates;
+pub(crate) use relative_matrix::RelativeMatrix;
+pub(crate) use truncation::{NodeConstraint, contact_ghosts};
 
 use super::Stop;
 use crate::Error;
+use crate::ranks::Halo;
+use between_ranks::joined;
 use coarsen::{Coarser, coarsen, copied, galerkin};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
@@ -52,6 +62,8 @@ pub(crate) struct Hierarchy {
     first: Packed<3, 6>,
     /// The aggregated levels without the coarsest.
     coarse: Vec<Level<6, 8>>,
+    /// How the nodes of each aggregated level, and those of the coarsest, are divided among ranks.
+    halos: Vec<Halo>,
     /// Cycles on each coarse level for one on the next finer level: one is a V-cycle, two a W-cycle.
     cycle_index: Vec<usize>,
     /// From each further level to the one before it.
@@ -82,6 +94,9 @@ impl Threshold {
     /// Most nodes of the coarsest level. Its dense factor is renewed with every change of the constraints; beyond this size the
     /// hierarchy is refused.
     const COARSEST_LIMIT: usize = 300;
+    /// A level with fewer nodes for each rank is joined: parts of a few dozen nodes coarsen badly. Each rank then computes all
+    /// of it, which costs as much as this many nodes for each rank there is. See docs/notes/2026-11-25-ranks.md.
+    const JOINED: usize = 128;
     /// Most coarse levels.
     const LEVELS: usize = 12;
     /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
@@ -116,50 +131,57 @@ impl Hierarchy {
         stop: &Stop,
     ) -> Result<Option<Hierarchy>, Error> {
         let (plain, relative) = (a.of_displacements(), a.relative.as_ref());
+        let (contact_halo, ghosts) = contact_ghosts(a, contact_nodes);
         let (linear, step, support) = match linear {
             None => {
-                let Some(mut step) = aggregated(plain, kernel, contact_nodes)? else { return Ok(None) };
+                let Some(mut step) = aggregated(plain, &a.halo, kernel, contact_nodes)? else { return Ok(None) };
                 stop.check()?;
                 if let Some(relative) = relative {
                     step = relative.transform_step(step, a);
                 }
-                let support = Support::of_step(&step, contact_nodes);
+                let support = Support::of_step(&step, &[contact_nodes, &ghosts].concat());
                 (None, step, support)
             }
             Some(LinearSpace { prolongation, kernel }) => {
                 let Some((matrix, a_times_p)) = galerkin(plain, &prolongation, contact_nodes) else { return Ok(None) };
                 stop.check()?;
-                let mut linear = Coarser { prolongation, a_times_p, matrix, kernel };
+                let halo = Halo::alone(matrix.rows);
+                let mut linear = Coarser { prolongation, a_times_p, matrix, kernel, halo };
                 if let Some(relative) = relative {
                     linear = relative.transform_step(linear, a);
                 }
                 stop.check()?;
-                let Some(step) = aggregated(&linear.matrix, &linear.kernel, &[])? else { return Ok(None) };
+                let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &[])? else {
+                    return Ok(None);
+                };
                 let linear = Linear::new(&linear, contact_nodes);
                 let support = linear.support.within(&step.prolongation);
                 (Some(linear), step, support)
             }
         };
         stop.check()?;
-        let mut truncation = Truncation::new(a, contact_nodes, support);
+        let mut truncation = Truncation::new(a, contact_nodes, (contact_halo, &ghosts), support, &step.halo);
         stop.check()?;
         let first = Packed::new(&step.prolongation);
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
         drop(step.prolongation);
-        let fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), |i| a.diagonal(i));
-        let (mut matrix, mut kernel) = (step.matrix, step.kernel);
+        let fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        let (mut matrix, mut kernel, mut halos) = (step.matrix, step.kernel, vec![step.halo]);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
-        while matrix.rows > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
+        while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
             stop.check()?;
-            let Some(step) = coarsen(&matrix, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
-            let (level, prolongation) = (Level::new(&matrix), Packed::new(&step.prolongation));
-            truncation.add_level(&matrix, &prolongation);
+            let halo = halos[coarse.len()].by_itself();
+            let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
+            let step = joined_if_small(step);
+            let (level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
+            truncation.add_level(&matrix, &prolongation, &step.halo);
             coarse.push(level);
             further.push(prolongation);
+            halos.push(step.halo);
             (matrix, kernel) = (step.matrix, step.kernel);
         }
-        if matrix.rows > Threshold::COARSEST_LIMIT {
+        if halos[coarse.len()].is_divided() || matrix.rows > Threshold::COARSEST_LIMIT {
             return Ok(None);
         }
         let coarsest = CoarsestFactor::new(&matrix);
@@ -169,6 +191,7 @@ impl Hierarchy {
             linear,
             first,
             coarse,
+            halos,
             cycle_index: Vec::new(),
             further,
             coarsest,
@@ -187,11 +210,16 @@ impl Hierarchy {
         self.coarsest.singular > 0
     }
 
-    /// Nodes of each level, the finest first, and the entries stored in its matrix.
+    /// Nodes of each level, the finest first, and the entries stored in its matrix, of all ranks together.
     pub(crate) fn level_sizes(&self) -> Vec<(usize, usize)> {
-        let of_nodes = |level: &Level<3, 4>| (level.matrix.rows, 9 * level.matrix.value.len());
+        fn of_level<const R: usize, const W: usize>(level: &Level<R, W>) -> (usize, usize) {
+            let mut sizes = [level.matrix.rows as f64, level.matrix.value.len() as f64];
+            level.halo.sum(&mut sizes);
+            (sizes[0] as usize, R * R * sizes[1] as usize)
+        }
+        let of_nodes = |level: &Level<3, 4>| of_level(level);
         let linear = self.linear.as_ref().map(|linear| of_nodes(&linear.level));
-        let coarse = self.coarse.iter().map(|l| (l.matrix.rows, 36 * l.matrix.value.len()));
+        let coarse = self.coarse.iter().map(of_level);
         let coarsest = self.coarsest.nodes();
         [of_nodes(&self.fine)]
             .into_iter()
@@ -204,7 +232,7 @@ impl Hierarchy {
     /// One cycle for `A x = b` from zero; `b` is zero on constrained components. With Coulomb coupling the sweeps of the
     /// finest level are those of the unsymmetric system, and the coarse levels see the coupling in their residuals alone.
     pub(crate) fn cycle(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let (scale, b) = unit(b);
+        let (scale, b) = unit(&self.fine.halo, b);
         if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];
         }
@@ -214,13 +242,13 @@ impl Hierarchy {
             None => {
                 let mut coarse = self.first.transpose_times(&residual, self.first_coarse());
                 self.subtract_lifted(&x, &mut coarse);
-                self.first.add_times(&self.cycles_from(0, &coarse), &mut x);
+                self.first.add_times(&self.cycles_from(0, &coarse), &mut x[..b.len()]);
             }
             Some(linear) => linear.prolongation.add_times(&self.linear_cycle(linear, &x, &residual), &mut x),
         }
         self.zero_constrained(&mut x);
         self.fine.backward(&b, &mut x);
-        scaled(scale, &x)
+        scaled(scale, &x[..b.len()])
     }
 
     /// One cycle from the linear level on, for the residual that `x` leaves on the finest one.
@@ -250,17 +278,21 @@ impl Hierarchy {
         }
     }
 
+    /// Nodes of the first aggregated level on this rank, ghosts included.
     fn first_coarse(&self) -> usize {
-        self.coarse.first().map_or(self.coarsest.nodes(), |l| l.matrix.rows)
+        self.halos[0].len()
     }
 
+    /// One cycle from this level, for the whole residual at own nodes; the result at ghosts as well.
     fn cycle_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let Some(here) = self.coarse.get(level) else { return self.coarsest.solve(b) };
         let (mut x, residual) = here.forward(b);
-        let coarser = self.coarse.get(level + 1).map_or(self.coarsest.nodes(), |l| l.matrix.rows);
-        let coarse = self.further[level].transpose_times(&residual, coarser);
-        self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x);
+        let coarser = &self.halos[level + 1];
+        let mut coarse = self.further[level].transpose_times(&residual, coarser.len());
+        coarser.add(&mut coarse, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x[..b.len()]);
         here.backward(b, &mut x);
+        here.halo.update(&mut x);
         x
     }
 
@@ -282,9 +314,23 @@ impl Hierarchy {
 }
 
 /// The first step of aggregation, which leaves a matrix that is small enough as it is.
-fn aggregated(a: &Blocks<3, 3>, kernel: &[Kernel<3>], contact_nodes: &[u32]) -> Result<Option<Coarser<3>>, Error> {
-    let small = || (a.rows <= Threshold::COARSEST_LIMIT).then(|| copied(a, kernel, contact_nodes)).flatten();
-    Ok(coarsen(a, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
+fn aggregated(
+    a: &Blocks<3, 3>,
+    halo: &Halo,
+    kernel: &[Kernel<3>],
+    contact_nodes: &[u32],
+) -> Result<Option<Coarser<3>>, Error> {
+    let is_small = halo.is_alone() && a.rows <= Threshold::COARSEST_LIMIT;
+    let small = || is_small.then(|| copied(a, kernel, contact_nodes)).flatten();
+    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small).map(joined_if_small))
+}
+
+/// Joins a coarse level that has too few nodes for each rank.
+fn joined_if_small<const R: usize>(step: Coarser<R>) -> Coarser<R> {
+    let ranks = std::sync::Arc::clone(step.halo.ranks());
+    let least = (Threshold::JOINED * ranks.size()).max(Threshold::COARSEST_LIMIT);
+    // On a level that is joined already, and without other ranks, there is nobody to join.
+    if ranks.size() == 1 || step.halo.total() > least { step } else { joined(step, &ranks) }
 }
 
 /// The cycle index of each of the `levels` aggregated levels: [`Threshold::CYCLE_INDEX`] where all visits of the level stay

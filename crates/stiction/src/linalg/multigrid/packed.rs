@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::blocks::{Block, Blocks};
 use crate::linalg::in_huge_pages;
 use crate::linalg::pattern::ROWS_PER_TASK;
+use crate::ranks::Halo;
 
 /// A block in single precision, by columns: what a cycle reads.
 pub(super) type Single<const R: usize, const C: usize> = [[f32; R]; C];
@@ -25,9 +26,11 @@ pub(super) fn double<const R: usize, const C: usize>(a: &Single<R, C>) -> [[f64;
     std::array::from_fn(|r| std::array::from_fn(|c| f64::from(a[c][r])))
 }
 
-/// Single precision with the largest entry as the unit, because its range of exponents is narrow.
-pub(super) fn unit<const R: usize>(x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
-    let scale = x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+/// Single precision with the largest entry of all ranks as the unit, because its range of exponents is narrow.
+pub(super) fn unit<const R: usize>(halo: &Halo, x: &[[f64; R]]) -> (f64, Vec<[f32; R]>) {
+    let mut scale = [x.iter().flatten().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()))];
+    halo.max(&mut scale);
+    let [scale] = scale;
     (scale, x.iter().map(|x| x.map(|v| (v / scale) as f32)).collect())
 }
 

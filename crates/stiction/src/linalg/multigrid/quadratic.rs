@@ -99,7 +99,7 @@ impl Linear {
         let support = Support::of_step(step, contact_nodes);
         let touched = support.touched();
         let free = touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
-        let (level, prolongation) = (Level::new(&step.matrix), Packed::new(&step.prolongation));
+        let (level, prolongation) = (Level::new(&step.matrix, step.halo.clone()), Packed::new(&step.prolongation));
         Linear { level, prolongation, support, touched, free }
     }
 }

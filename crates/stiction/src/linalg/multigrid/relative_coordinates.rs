@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product};
+use super::relative_matrix::RelativeMatrix;
 
 /// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes constraints on differences
 /// between nodes constraints on single unknowns: with relative displacements at the nodes of one side of an interface
@@ -92,7 +93,7 @@ impl RelativeCoordinates {
 
     /// The rows of `Tᵀ A T` with `x = T x'` that are not those of `A`, and their places: those near the changed nodes and near
     /// the columns of their rows of `D`.
-    fn changed_rows(&self, a: &Blocks<3, 3>) -> (Vec<u32>, Blocks<3, 3>) {
+    pub(super) fn changed_rows(&self, a: &Blocks<3, 3>) -> (Vec<u32>, Blocks<3, 3>) {
         let place = places(&self.nodes, self.d.cols);
         let coupled = |j: u32| {
             let i = place[j as usize];
@@ -130,7 +131,7 @@ impl RelativeCoordinates {
             t => right.row(t as usize),
         };
         // Tᵀ (A T): rows of the changed nodes are subtracted from the rows of the columns of D.
-        let (start, entry) = self.d.by_columns();
+        let (start, entry) = self.d.by_columns(self.d.rows);
         let touched: Vec<u32> =
             (0..a.rows).filter(|&k| at[k] != u32::MAX || start[k + 1] > start[k]).map(|k| k as u32).collect();
         let from = |k: u32| entry[start[k as usize]..start[k as usize + 1]].iter();
@@ -244,67 +245,6 @@ impl RelativeCoordinates {
     }
 }
 
-/// A matrix `A` in relative coordinates: `Tᵀ A T`. Without any it is `A`.
-///
-/// Products take the way over the displacements. Forms of quadratic contact couple the nodes of one body with so many of the
-/// other that the matrix has more than twice the entries of `A`.
-#[derive(Debug)]
-pub(crate) struct RelativeMatrix {
-    a: Blocks<3, 3>,
-    pub relative: Option<RelativeCoordinates>,
-    /// The rows that are not those of `A`, and the place of each row among them, `u32::MAX` for the others.
-    rows: Blocks<3, 3>,
-    at: Vec<u32>,
-}
-
-impl RelativeMatrix {
-    pub(crate) fn new(a: Blocks<3, 3>, relative: Option<RelativeCoordinates>) -> Self {
-        let (changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
-        let at = places(&changed, a.rows);
-        RelativeMatrix { a, relative, rows, at }
-    }
-
-    /// `A` itself.
-    pub(super) fn of_displacements(&self) -> &Blocks<3, 3> {
-        &self.a
-    }
-
-    /// Number of nodes.
-    pub(crate) fn len(&self) -> usize {
-        self.a.rows
-    }
-
-    /// Columns and blocks of row `i`.
-    pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<3, 3>]) {
-        match self.at[i] {
-            u32::MAX => self.a.row(i),
-            place => self.rows.row(place as usize),
-        }
-    }
-
-    /// Column and block of every place in row `i`.
-    pub(crate) fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, &Block<3, 3>)> {
-        let (columns, blocks) = self.row(i);
-        columns.iter().copied().zip(blocks)
-    }
-
-    /// The diagonal block of row `i`; zero where none is stored.
-    pub(crate) fn diagonal(&self, i: usize) -> Block<3, 3> {
-        let (columns, blocks) = self.row(i);
-        columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
-    }
-
-    /// `Tᵀ A T x`.
-    pub(crate) fn times(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let Some(relative) = &self.relative else { return self.a.times(x) };
-        let mut u = x.to_vec();
-        relative.to_absolute(&mut u);
-        let mut forces = self.a.times(&u);
-        relative.forces(&mut forces);
-        forces
-    }
-}
-
 /// A row with one entry a column.
 fn summed(mut row: Entries) -> Entries {
     row.sort_by_key(|entry| entry.0);
@@ -319,7 +259,7 @@ fn summed(mut row: Entries) -> Entries {
 }
 
 /// Place of each of `count` nodes among `nodes`, `u32::MAX` for the others.
-fn places(nodes: &[u32], count: usize) -> Vec<u32> {
+pub(super) fn places(nodes: &[u32], count: usize) -> Vec<u32> {
     let mut place = vec![u32::MAX; count];
     nodes.iter().enumerate().for_each(|(i, &v)| place[v as usize] = i as u32);
     place
@@ -346,8 +286,7 @@ fn order(place: &[u32], rows: &[Entries]) -> Option<Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::coarsen::coarsen;
-    use super::super::tests::{assert_local_changes, lattice};
+    use super::super::tests::{assert_local_changes, coarsen, lattice};
     use super::super::{Hierarchy, NodeConstraint};
     use super::*;
     use crate::linalg::Stop;

@@ -3,9 +3,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Block, Blocks};
-use super::dense::inverse;
-use super::packed::{Packed, Single, Sum, single};
+use super::dense::{add_product, inverse};
+use super::packed::{Packed, Single, Sum, add, double, single, subtract};
 use crate::linalg::vectorised;
+use crate::ranks::Halo;
 
 /// One level of a hierarchy: its matrix and the inverses of its diagonal blocks, for Gauss-Seidel sweeps by nodes. Sums take
 /// `W >= R` lanes.
@@ -13,6 +14,9 @@ use crate::linalg::vectorised;
 /// The sweeps take chunks of consecutive nodes by colours: chunks of one colour are not coupled and are swept at the
 /// same time. That is Gauss-Seidel in one fixed order, for any number of threads (sweeping chunks as in Jacobi's method
 /// instead loses definiteness on hexahedra).
+///
+/// Between ranks the sweeps are Jacobi's: values at ghosts are those of the last exchange. What is lost is made good by
+/// damping ([`Level::damp`]).
 #[derive(Debug, Clone)]
 pub(super) struct Level<const R: usize, const W: usize> {
     pub matrix: Packed<R, R>,
@@ -21,6 +25,13 @@ pub(super) struct Level<const R: usize, const W: usize> {
     colour: Vec<u32>,
     /// Chunks by colour.
     by_colour: Vec<Vec<u32>>,
+    /// How the nodes are divided; the matrix has the rows of this rank.
+    pub halo: Halo,
+    /// The nodes coupled to ghosts, and where the ghosts begin in each row; none where there are no ghosts.
+    interface: Vec<u32>,
+    ghosts: Vec<usize>,
+    /// What a step of each node is multiplied with; none where there are no ghosts.
+    damping: Vec<f32>,
 }
 
 /// Nodes of a chunk.
@@ -31,18 +42,74 @@ fn chunk_of(node: usize) -> usize {
 }
 
 impl<const R: usize, const W: usize> Level<R, W> {
-    pub(super) fn new(a: &Blocks<R, R>) -> Self {
-        Self::of(Packed::new(a), |i| a.diagonal(i))
+    pub(super) fn new(a: &Blocks<R, R>, halo: Halo) -> Self {
+        Self::of(Packed::new(a), halo, |i| a.diagonal(i))
     }
 
     /// Of a matrix, and its diagonal blocks in double precision.
-    pub(super) fn of(matrix: Packed<R, R>, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
+    pub(super) fn of(matrix: Packed<R, R>, halo: Halo, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
         let inverse = (0..matrix.rows).into_par_iter().map(|i| single(&inverse(&diagonal(i)))).collect();
         let colour = colours(&matrix);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
         let mut by_colour = vec![Vec::new(); count];
         colour.iter().enumerate().for_each(|(chunk, &c)| by_colour[c as usize].push(chunk as u32));
-        Level { matrix, inverse, colour, by_colour }
+        let (mut interface, mut ghosts) = (Vec::new(), Vec::new());
+        if !halo.is_alone() {
+            let begin = |i: usize| matrix.start[i] + matrix.row(i).0.partition_point(|&j| (j as usize) < halo.own());
+            ghosts = (0..matrix.rows).map(begin).collect();
+            interface =
+                (0..matrix.rows as u32).filter(|&i| ghosts[i as usize] < matrix.start[i as usize + 1]).collect();
+        }
+        let damping = vec![1.0; ghosts.len()];
+        let mut level = Level { matrix, inverse, colour, by_colour, halo, interface, ghosts, damping };
+        level.damp();
+        level
+    }
+
+    /// Damps the steps at the border so that the sweeps stay definite however the nodes are divided.
+    ///
+    /// With `s_i` the sum of `|D_i^-1/2 A_ij D_j^-1/2|` over the ghosts `j`, a step of node `i` is that with the diagonal block
+    /// `(1 + s_i) / 2 D_i` where `s_i > 1`. Then the forward sweep `M` has `M + Mᵀ - A >= 0`: l1-Gauss-Seidel (Baker, Falgout,
+    /// Kolev & Yang 2011) in norms of blocks. Without it hexahedra lose definiteness.
+    pub(super) fn damp(&mut self) {
+        if self.halo.is_alone() {
+            return;
+        }
+        let inverses = self.halo.extended(&self.inverse);
+        let coupling = |i: usize, place: usize| {
+            let j = self.matrix.column[place] as usize;
+            let [own, other, a] = [&inverses[i], &inverses[j], &self.matrix.value[place]].map(double);
+            let transposed: Block<R, R> = std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]));
+            let product = |a: &Block<R, R>, b: &Block<R, R>| {
+                let mut c = [[0.0; R]; R];
+                add_product(a, b, &mut c);
+                c
+            };
+            // Its eigenvalues are the squares of the singular values that are asked for. The largest is at most the fourth
+            // root of the trace of its fourth power, and hardly less.
+            let square = product(&product(&own, &a), &product(&other, &transposed));
+            let fourth = product(&square, &square);
+            let trace: f64 =
+                (0..R).flat_map(|r| (0..R).map(move |c| (r, c))).map(|(r, c)| fourth[r][c] * fourth[c][r]).sum();
+            trace.max(0.0).powf(0.125)
+        };
+        for &i in &self.interface {
+            let i = i as usize;
+            let sum: f64 = (self.ghosts[i]..self.matrix.start[i + 1]).map(|place| coupling(i, place)).sum();
+            self.damping[i] = if sum > 1.0 { (2.0 / (1.0 + sum)) as f32 } else { 1.0 };
+        }
+    }
+
+    /// What a step of a node is multiplied with.
+    #[inline(always)]
+    fn damping(&self, i: usize) -> f32 {
+        if self.damping.is_empty() { 1.0 } else { self.damping[i] }
+    }
+
+    /// The blocks of row `i` without those of ghosts.
+    #[inline(always)]
+    fn own_places(&self, i: usize) -> Range<usize> {
+        self.matrix.start[i]..if self.ghosts.is_empty() { self.matrix.start[i + 1] } else { self.ghosts[i] }
     }
 
     fn nodes(&self, chunk: usize) -> Range<usize> {
@@ -63,10 +130,11 @@ impl<const R: usize, const W: usize> Level<R, W> {
         }
     }
 
-    /// One forward sweep for `A x = b` from zero, with the residual it leaves.
+    /// One forward sweep for `A x = b` from zero, with the residual it leaves; `b` and the residual at own nodes, `x` at ghosts
+    /// as well.
     pub(super) fn forward(&self, b: &[[f32; R]]) -> (Vec<[f32; R]>, Vec<[f32; R]>) {
         let (entries, inverses) = self.entries();
-        let mut x = vec![[0.0; R]; b.len()];
+        let mut x = vec![[0.0; R]; self.halo.len()];
         for (c, colour) in self.by_colour.iter().enumerate() {
             self.sweep(colour, &mut x, |nodes, before| {
                 let first = nodes.start;
@@ -76,7 +144,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
                     || {
                         for i in nodes.clone() {
                             let mut sum = Sum::<R, R, W>::zero();
-                            for place in self.matrix.start[i]..self.matrix.start[i + 1] {
+                            for place in self.own_places(i) {
                                 let j = self.matrix.column[place] as usize;
                                 if nodes.contains(&j) {
                                     if j < i {
@@ -87,12 +155,16 @@ impl<const R: usize, const W: usize> Level<R, W> {
                                 }
                             }
                             own[i - first] = step(inverses, i, &b[i], &sum);
+                            if self.damping(i) < 1.0 {
+                                own[i - first] = own[i - first].map(|x| self.damping(i) * x);
+                            }
                         }
                     },
                 );
                 own
             });
         }
+        self.halo.update(&mut x);
         // The sweep satisfies a row up to its own node: its residual comes from the nodes swept later.
         let mut residual = vec![[0.0; R]; b.len()];
         residual.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, residual)| {
@@ -102,11 +174,9 @@ impl<const R: usize, const W: usize> Level<R, W> {
                 || {
                     for (i, r) in nodes.clone().zip(residual.iter_mut()) {
                         let mut sum = Sum::<R, R, W>::zero();
-                        for place in self.matrix.start[i]..self.matrix.start[i + 1] {
+                        for place in self.own_places(i) {
                             let j = self.matrix.column[place] as usize;
-                            let later =
-                                if nodes.contains(&j) { j > i } else { self.colour[chunk_of(j)] > self.colour[chunk] };
-                            if later {
+                            if self.is_later(j, i) {
                                 sum.add(entries, place, &x[j]);
                             }
                         }
@@ -115,11 +185,40 @@ impl<const R: usize, const W: usize> Level<R, W> {
                 },
             );
         });
+        for &i in &self.interface {
+            self.add_border(i as usize, &b[i as usize], &x, &mut residual[i as usize]);
+        }
         (x, residual)
     }
 
-    /// One backward sweep for `A x = b` from `x`.
-    pub(super) fn backward(&self, b: &[[f32; R]], x: &mut [[f32; R]]) {
+    /// Whether a node is swept after another one of this rank.
+    #[inline(always)]
+    fn is_later(&self, j: usize, i: usize) -> bool {
+        let (other, own) = (chunk_of(j), chunk_of(i));
+        if other == own { j > i } else { self.colour[other] > self.colour[own] }
+    }
+
+    /// What ghosts, and a step that was damped, leave in the residual of a row after a forward sweep to `x`.
+    fn add_border(&self, i: usize, b: &[f32; R], x: &[[f32; R]], residual: &mut [f32; R]) {
+        for place in self.ghosts[i]..self.matrix.start[i + 1] {
+            subtract(&self.matrix.value[place], &x[self.matrix.column[place] as usize], residual);
+        }
+        let left = 1.0 - self.damping[i];
+        if left > 0.0 {
+            let mut before = [0.0; R];
+            for place in self.own_places(i) {
+                let j = self.matrix.column[place] as usize;
+                if j != i && !self.is_later(j, i) {
+                    add(&self.matrix.value[place], &x[j], &mut before);
+                }
+            }
+            (0..R).for_each(|r| residual[r] += left * (b[r] - before[r]));
+        }
+    }
+
+    /// One backward sweep for `A x = b` from `x`, whose ghosts are set before and not after.
+    pub(super) fn backward(&self, b: &[[f32; R]], x: &mut Vec<[f32; R]>) {
+        self.halo.update(x);
         let (entries, inverses) = self.entries();
         for colour in self.by_colour.iter().rev() {
             self.sweep(colour, x, |nodes, before| {
@@ -131,7 +230,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
                         for i in nodes.clone().rev() {
                             let mut sum = Sum::<R, R, W>::zero();
                             // The sum is over the other nodes of the row.
-                            own[i - first] = [0.0; R];
+                            let old = std::mem::replace(&mut own[i - first], [0.0; R]);
                             // Backwards as well: what comes next in memory is fetched ahead of its use.
                             for place in (self.matrix.start[i]..self.matrix.start[i + 1]).rev() {
                                 let j = self.matrix.column[place] as usize;
@@ -139,6 +238,11 @@ impl<const R: usize, const W: usize> Level<R, W> {
                                 sum.add(entries, place, x);
                             }
                             own[i - first] = step(inverses, i, &b[i], &sum);
+                            let damping = self.damping(i);
+                            if damping < 1.0 {
+                                let new = own[i - first];
+                                own[i - first] = std::array::from_fn(|r| old[r] + damping * (new[r] - old[r]));
+                            }
                         }
                     },
                 );

@@ -1,8 +1,18 @@
 use super::blocks::{Block, Blocks};
-use super::coarsen::{Coarser, Kernel, coarsen};
+use super::coarsen::{Coarser, Kernel};
 use super::dense::{add_product, add_transpose_product};
 use super::distance::place;
 use super::*;
+
+/// On one rank.
+pub(super) fn coarsen<const R: usize>(
+    a: &Blocks<R, R>,
+    kernel: &[Kernel<R>],
+    threshold: f64,
+    wanted: &[u32],
+) -> Result<Option<Coarser<R>>, Error> {
+    super::coarsen(a, &Halo::alone(a.rows), kernel, threshold, wanted)
+}
 
 /// A lattice of springs along edges and face diagonals with steps of these lengths, weakly supported everywhere: an
 /// elastic body without elements.
@@ -98,10 +108,11 @@ fn places_are_read_from_turned_rigid_motions_and_aggregates_have_their_centre() 
     assert!(near(place(&kernel[21]), [20.0, 1.0, 1.0]) && near(place(&kernel[42]), [40.0, 2.0, 2.0]));
     // Without turns there are no places, and nothing is far.
     let flat: Vec<Kernel<3>> = kernel.iter().map(|k| k.map(|r| [r[0], r[1], r[2], 0.0, 0.0, 0.0])).collect();
-    let strong = aggregate::strong(&a, Threshold::STRONG);
-    assert_eq!(distance::near(&a, &distance::places(&a, &flat), &strong), strong);
+    let (norms, halo) = (aggregate::diagonal_norms(&a), Halo::alone(a.rows));
+    let strong = aggregate::strong(&a, &norms, Threshold::STRONG);
+    assert_eq!(distance::near(&a, &halo, &distance::places(&a, &halo, &norms, &flat), &strong), strong);
     // With them only couplings within a plane across x stay.
-    let kept = distance::near(&a, &distance::places(&a, &kernel), &strong);
+    let kept = distance::near(&a, &halo, &distance::places(&a, &halo, &norms, &kernel), &strong);
     for i in 0..a.rows {
         for place in a.start[i]..a.start[i + 1] {
             let j = a.column[place] as usize;
@@ -239,7 +250,8 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let constraints: Vec<NodeConstraint> = (0..nodes.len()).map(|k| kinds[k % 3]).collect();
     let (matrix, a_times_p) = galerkin(&a, &space.prolongation, &nodes).unwrap();
     let LinearSpace { prolongation, kernel: corners } = space.clone();
-    let step = Coarser { prolongation, a_times_p, matrix, kernel: corners };
+    let halo = Halo::alone(matrix.rows);
+    let step = Coarser { prolongation, a_times_p, matrix, kernel: corners, halo };
     assert_local_changes(&a, &a, &step, &nodes, &constraints);
     // The aggregated level below: functions of the linear level, truncated on the finest one.
     let below = coarsen(&step.matrix, &step.kernel, Threshold::STRONG, &[]).unwrap().unwrap();
@@ -259,7 +271,8 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     let whole = Coarser { prolongation, a_times_p: Blocks::default(), ..below };
     let expected = truncated_galerkin(&a, &whole, &nodes, &constraints);
     let touched = support.touched();
-    let truncation = truncation::Truncation::new(&RelativeMatrix::new(a.clone(), None), &nodes, Default::default());
+    let (all, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
+    let truncation = truncation::Truncation::new(&all, &nodes, (halo, &[]), Default::default(), &Halo::alone(0));
     let change = truncation.change(&support, &touched, &constraints, whole.matrix.rows);
     let mut matrix = vec![vec![[[0.0; 6]; 6]; whole.matrix.rows]; whole.matrix.rows];
     for k in 0..whole.matrix.rows {
@@ -505,7 +518,8 @@ pub(super) fn assert_local_changes<const C: usize>(
 ) {
     let support = truncation::Support::of_step(step, nodes);
     let touched = support.touched();
-    let truncation = truncation::Truncation::new(&RelativeMatrix::new(a.clone(), None), nodes, Default::default());
+    let (whole, halo) = (RelativeMatrix::new(a.clone(), None), Halo::alone(nodes.len()));
+    let truncation = truncation::Truncation::new(&whole, nodes, (halo, &[]), Default::default(), &Halo::alone(0));
     let expected = truncated_galerkin(conditioned, step, nodes, constraints);
     let change = truncation.change(&support, &touched, constraints, step.matrix.rows);
     for k in 0..step.matrix.rows {

@@ -1,3 +1,4 @@
+use super::between_ranks::Reach;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::coarsest::CoarsestFactor;
@@ -6,6 +7,7 @@ use super::dense::{add_product, add_transpose_product, inverse_of_truncated, inv
 use super::packed::{Packed, double, single};
 use super::smoother::Level;
 use super::{Hierarchy, RelativeMatrix};
+use crate::ranks::{Halo, Wire};
 
 /// The constraint at a node: constrained components, which keep their value, and a stiffness added to its diagonal block
 /// (positive semidefinite, on free components).
@@ -20,22 +22,40 @@ pub(crate) struct NodeConstraint {
     pub coulomb: [f64; 2],
 }
 
+impl Wire for NodeConstraint {
+    const SIZE: usize = <[u8; 3]>::SIZE + Block::<3, 3>::SIZE + <[f64; 2]>::SIZE;
+
+    fn write(&self, to: &mut Vec<u8>) {
+        self.constrained.map(u8::from).write(to);
+        self.spring.write(to);
+        self.coulomb.write(to);
+    }
+
+    fn read(from: &[u8]) -> Self {
+        let constrained = <[u8; 3]>::read(from).map(|c| c == 1);
+        let (spring, coulomb) = (Block::read(&from[3..]), <[f64; 2]>::read(&from[3 + Block::<3, 3>::SIZE..]));
+        NodeConstraint { constrained, spring, coulomb }
+    }
+}
+
 /// The data of local changes of the hierarchy: the rows of the nodes that may be constrained, and the matrices of all levels
 /// without constraints.
 ///
 /// Constrained components are truncated from the finest prolongation (Kornhuber 1997; Graeser & Kornhuber 2009). With `S` the
 /// projector on them the coarse matrix `Pᵀ (I - S)(A + spring)(I - S) P` is the one without constraints plus
 /// `Pᵀ (S A S + spring) P - G - Gᵀ`, `G = Pᵀ S A P`, which is supported near the constrained nodes.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Truncation {
     nodes: Vec<u32>,
+    /// How these nodes are divided among ranks; ghosts are those that are coupled to own ones.
+    pub halo: Halo,
     diagonal: Vec<Block<3, 3>>,
-    /// The matrix between these nodes, by their places in `nodes`.
+    /// The matrix between these nodes, by their places in `nodes` and then among the ghosts.
     among: Blocks<3, 3>,
     /// Their displacements by those of the first aggregated level.
     pub support: Support<6>,
     /// Coarse nodes whose rows may change, by aggregated level, the coarsest last.
-    pub touched: Vec<Vec<u32>>,
+    pub touched: Vec<Reach>,
     /// Values of the touched rows without constraints, one row after the other, by aggregated level.
     pub free: Vec<Vec<Block<6, 6>>>,
     coarsest: Blocks<6, 6>,
@@ -47,6 +67,7 @@ pub(super) type Columns = (Vec<usize>, Vec<(u32, u32)>);
 /// The nodes that may be constrained in a coarser space: rows of its prolongation `P` and of `A P`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Support<const C: usize> {
+    /// Of ghosts too, after the own ones.
     pub p: Blocks<3, C>,
     a_times_p: Blocks<3, C>,
     p_columns: Columns,
@@ -55,11 +76,12 @@ pub(super) struct Support<const C: usize> {
 
 impl<const C: usize> Support<C> {
     pub(super) fn new(p: Blocks<3, C>, a_times_p: Blocks<3, C>) -> Self {
-        let (p_columns, a_times_p_columns) = (p.by_columns(), a_times_p.by_columns());
+        let own = a_times_p.rows;
+        let (p_columns, a_times_p_columns) = (p.by_columns(own), a_times_p.by_columns(own));
         Support { p, a_times_p, p_columns, a_times_p_columns }
     }
 
-    /// Of a step of coarsening.
+    /// Of a step of coarsening; the nodes of this rank come first.
     pub(super) fn of_step(step: &Coarser<3, C>, nodes: &[u32]) -> Self {
         let all = |k: usize, name: &mut dyn FnMut(u32)| {
             step.prolongation.row(nodes[k] as usize).0.iter().for_each(|&j| name(j));
@@ -75,9 +97,11 @@ impl<const C: usize> Support<C> {
         Support::new(product(&self.p, prolongation), product(&self.a_times_p, prolongation))
     }
 
-    /// The nodes of the coarser space whose rows may change.
+    /// The nodes of the coarser space whose rows may change by what this rank constrains.
     pub(super) fn touched(&self) -> Vec<u32> {
-        let mut touched = [self.a_times_p.column.as_slice(), &self.p.column].concat();
+        // A support that was never filled has no rows.
+        let own = self.p.start.get(self.a_times_p.rows).copied().unwrap_or(0);
+        let mut touched = [self.a_times_p.column.as_slice(), &self.p.column[..own]].concat();
         touched.sort_unstable();
         touched.dedup();
         touched
@@ -107,15 +131,22 @@ fn product<const C: usize>(a: &Blocks<3, C>, b: &Blocks<C, 6>) -> Blocks<3, 6> {
 }
 
 impl Truncation {
-    /// For contact `nodes` of the matrix `a` with their support in the first aggregated level.
-    pub(super) fn new(a: &RelativeMatrix, nodes: &[u32], support: Support<6>) -> Self {
-        let mut place = vec![u32::MAX; a.len()];
-        nodes.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
+    /// For contact `nodes` of the matrix `a`, whose places are divided by `halo` and whose ghosts are the nodes `ghosts`, with
+    /// their support in the first aggregated level, which is divided by `coarse`.
+    pub(super) fn new(
+        a: &RelativeMatrix,
+        nodes: &[u32],
+        (halo, ghosts): (Halo, &[u32]),
+        support: Support<6>,
+        coarse: &Halo,
+    ) -> Self {
+        let mut place = vec![u32::MAX; a.halo.len()];
+        nodes.iter().chain(ghosts).enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
         let others = |k: usize, name: &mut dyn FnMut(u32)| {
             let own = a.row(nodes[k] as usize).0.iter().map(|&j| place[j as usize]);
             own.filter(|&p| p != u32::MAX).for_each(name);
         };
-        let among = Blocks::from_rows(nodes.len(), nodes.len(), others, |k, row| {
+        let among = Blocks::from_rows(nodes.len(), nodes.len() + ghosts.len(), others, |k, row| {
             for (j, block) in a.entries_of(nodes[k] as usize) {
                 if place[j as usize] != u32::MAX {
                     *row.at(place[j as usize]) = *block;
@@ -123,18 +154,20 @@ impl Truncation {
             }
         });
         let diagonal = nodes.iter().map(|&v| a.diagonal(v as usize)).collect();
-        let (nodes, touched) = (nodes.to_vec(), vec![support.touched()]);
-        Truncation { nodes, diagonal, among, support, touched, ..Truncation::default() }
+        let touched = vec![Reach::new(coarse, support.touched())];
+        let (free, coarsest) = (Vec::new(), Blocks::default());
+        Truncation { nodes: nodes.to_vec(), halo, diagonal, among, support, touched, free, coarsest }
     }
 
-    /// Adds a coarse level: its matrix without constraints, and the nodes of the next level that its changes reach.
-    pub(super) fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>) {
-        let here = &self.touched[self.touched.len() - 1];
+    /// Adds a coarse level: its matrix without constraints, and the nodes of the next level, divided by `coarser`, that its
+    /// changes reach.
+    pub(super) fn add_level(&mut self, matrix: &Blocks<6, 6>, prolongation: &Packed<6, 6>, coarser: &Halo) {
+        let here = &self.touched[self.touched.len() - 1].touched;
         let mut next: Vec<u32> = here.iter().flat_map(|&i| prolongation.row(i as usize).0).copied().collect();
         next.sort_unstable();
         next.dedup();
         self.free.push(here.iter().flat_map(|&i| matrix.row(i as usize).1).copied().collect());
-        self.touched.push(next);
+        self.touched.push(Reach::new(coarser, next));
     }
 
     /// The contact node at a place.
@@ -146,6 +179,24 @@ impl Truncation {
     pub(super) fn set_coarsest(&mut self, coarsest: Blocks<6, 6>) {
         self.coarsest = coarsest;
     }
+}
+
+/// The ghosts of a matrix among its contact `nodes`, and how these are divided among ranks, by their places.
+pub(crate) fn contact_ghosts(a: &RelativeMatrix, nodes: &[u32]) -> (Halo, Vec<u32>) {
+    /// The number of a node that is none.
+    const NONE: u64 = u64::MAX;
+    if a.halo.is_alone() {
+        return (Halo::alone(nodes.len()), Vec::new());
+    }
+    let first = Halo::divided(a.halo.ranks(), nodes.len(), Vec::new()).first();
+    let mut number = vec![NONE; a.halo.own()];
+    nodes.iter().zip(first..).for_each(|(&v, k)| number[v as usize] = k);
+    a.halo.update(&mut number);
+    let ghosts = (a.halo.own()..a.halo.len()).map(|v| (number[v], v as u32)).filter(|(k, _)| *k != NONE);
+    let mut ghosts: Vec<(u64, u32)> = ghosts.collect();
+    ghosts.sort_unstable();
+    let halo = Halo::divided(a.halo.ranks(), nodes.len(), ghosts.iter().map(|(k, _)| *k).collect());
+    (halo, ghosts.into_iter().map(|(_, v)| v).collect())
 }
 
 /// The rows with a block in column `k`, and the blocks.
@@ -177,17 +228,21 @@ impl Hierarchy {
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
         if coarse {
-            self.update_coarse(constraints);
+            let constraints = self.truncation.halo.extended(constraints);
+            self.update_coarse(&constraints);
         }
     }
 
+    /// The constraints are those of ghosts too.
     fn update_coarse(&mut self, constraints: &[NodeConstraint]) {
         let truncation = &self.truncation;
         if let Some(linear) = &mut self.linear {
             let change = truncation.change(&linear.support, &linear.touched, constraints, linear.level.matrix.rows);
             change_rows(&mut linear.level, &linear.touched, &linear.free, &change);
         }
-        let change = truncation.change(&truncation.support, &truncation.touched[0], constraints, self.first_coarse());
+        let reach = &truncation.touched[0];
+        let change = truncation.change(&truncation.support, &reach.reach, constraints, self.first_coarse());
+        let change = reach.rows(change);
         self.change_coarse(0, change);
         self.couple_coarse_levels(constraints);
     }
@@ -197,12 +252,12 @@ impl Hierarchy {
         let Some(Level { matrix, .. }) = self.coarse.get(level) else { return self.truncation.coarsest.clone() };
         let mut value: Vec<Block<6, 6>> = matrix.value.iter().map(double).collect();
         let mut free = self.truncation.free[level].iter();
-        for &i in &self.truncation.touched[level] {
+        for &i in &self.truncation.touched[level].touched {
             let own = matrix.start[i as usize]..matrix.start[i as usize + 1];
             value[own].iter_mut().zip(&mut free).for_each(|(value, free)| *value = *free);
         }
         let (start, column) = (matrix.start.clone(), matrix.column.clone());
-        Blocks { rows: matrix.rows, cols: matrix.rows, start, column, value }
+        Blocks { rows: matrix.rows, cols: self.halos[level].len(), start, column, value }
     }
 
     /// Sets the matrices of the coarse levels to those without constraints plus `change`, rows for the touched nodes of level
@@ -211,11 +266,13 @@ impl Hierarchy {
         self.coulomb_coupling = CoulombCoupling::default();
         let truncation = &self.truncation;
         for (k, level) in self.coarse.iter_mut().enumerate().skip(from) {
-            change_rows(level, &truncation.touched[k], &truncation.free[k], &change);
-            change = coarser_change(&change, &truncation.touched[k], &self.further[k], &truncation.touched[k + 1]);
+            let (here, next) = (&truncation.touched[k], &truncation.touched[k + 1]);
+            change_rows(level, &here.touched, &truncation.free[k], &change);
+            level.damp();
+            change = next.rows(coarser_change(&change, &here.touched, &self.further[k], &next.reach));
         }
         let mut coarsest = truncation.coarsest.clone();
-        for (t, &i) in truncation.touched[self.coarse.len()].iter().enumerate() {
+        for (t, &i) in truncation.touched[self.coarse.len()].touched.iter().enumerate() {
             for (j, block) in change.entries_of(t) {
                 if let Some(place) = coarsest.place(i as usize, j as usize) {
                     let target = coarsest.value[place].iter_mut().flatten();
@@ -260,7 +317,8 @@ fn change_rows<const R: usize, const W: usize>(
 }
 
 impl Truncation {
-    /// The change by the constraints of the matrix of a coarser space of `cols` nodes: a row for each of its touched nodes.
+    /// The change by the constraints of this rank of the matrix of a coarser space of `cols` nodes: a row for each of its
+    /// touched nodes.
     pub(super) fn change<const C: usize>(
         &self,
         support: &Support<C>,

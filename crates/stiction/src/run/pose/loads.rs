@@ -217,7 +217,8 @@ pub(crate) fn loads(solid: &Solid, specs: &[LoadSpec], t: f64) -> Result<(Vec<Lo
     Ok((loads, facts))
 }
 
-fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
+/// The load of a spec on a mesh.
+pub(crate) fn load(mesh: &Mesh, spec: &LoadSpec) -> Result<Load, Error> {
     let faces = || match &spec.on {
         Some(region) => regions::faces(mesh, region, &spec.spot, "the load"),
         None => Err(spec.spot.error("this load does not say where it acts", "add on = \"z-max\" or another group")),

@@ -12,7 +12,7 @@ pub(super) mod fields;
 mod fretting;
 #[cfg(feature = "report")]
 mod html;
-mod json;
+pub(super) mod json;
 mod kept;
 mod level_file;
 mod masters;

@@ -415,7 +415,8 @@ impl StepRecord {
 }
 
 impl CertificateRecord {
-    fn of(certificate: &Certificate) -> Self {
+    /// As the certificate says.
+    pub(crate) fn of(certificate: &Certificate) -> Self {
         let measures = certificate.measures().into_iter().map(|(name, value)| (name.to_string(), value)).collect();
         let Certificate { duality_gap, worst, tolerance, passed, .. } = *certificate;
         let part = |part: &PartMeasure| PartRecord {

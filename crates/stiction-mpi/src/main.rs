@@ -1,0 +1,146 @@
+//! The program `stiction-mpi`: a case on the ranks of MPI.
+
+mod mpi;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::{Parser, Subcommand};
+use mpi::Mpi;
+use stiction::friction::Status;
+use stiction::io::case;
+use stiction::io::lock::Lock;
+use stiction::ranks::{Ranks, agree};
+use stiction::run::{solve_on_ranks, write_on_ranks};
+use stiction::{Error, Progress};
+
+/// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Solve a case and write a folder of results, which all ranks have to see
+    Solve(Solve),
+}
+
+#[derive(clap::Args)]
+struct Solve {
+    /// The case file, which all ranks have to see
+    case: PathBuf,
+    /// Folder of the results; by default the name of the case file with -results, in the current folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Threads of each rank; by default one for each core it is bound to, and one where ranks are not bound
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    set: Vec<(String, String)>,
+    /// Print a line for every cycle, on standard error
+    #[arg(long)]
+    progress: bool,
+}
+
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as in solver.tolerance=1e-6")?;
+    Ok((key.trim().to_string(), value.to_string()))
+}
+
+/// Exit codes, those of `stiction`.
+const SHORT: u8 = 1;
+const REFUSED: u8 = 2;
+
+fn main() -> ExitCode {
+    let mpi = match Mpi::start() {
+        Ok(mpi) => Arc::new(mpi),
+        Err(what) => {
+            eprintln!("error: {what}");
+            return REFUSED.into();
+        }
+    };
+    let code = run(&mpi);
+    mpi.finish();
+    code.into()
+}
+
+fn run(mpi: &Arc<Mpi>) -> u8 {
+    let first = mpi.rank() == 0;
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // All ranks have the same arguments: one of them says what is wrong with them.
+            if first {
+                // Nothing can be done about a terminal that is gone.
+                let _ = error.print();
+            }
+            return if error.use_stderr() { REFUSED } else { 0 };
+        }
+    };
+    let Command::Solve(arguments) = arguments.command;
+    let ranks: Arc<dyn Ranks> = mpi.clone();
+    match solve(&arguments, &ranks) {
+        Ok(code) => code,
+        Err(error) => {
+            if first {
+                eprintln!("error: {error}");
+            }
+            REFUSED
+        }
+    }
+}
+
+fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
+    let first = ranks.rank() == 0;
+    agree(&**ranks, start_threads(arguments.threads, ranks.size()))?;
+    let case = agree(&**ranks, case::read(&arguments.case, &arguments.set))?;
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
+    let lock = if first { Lock::take(&folder).map(Some) } else { Ok(None) };
+    let lock = agree(&**ranks, lock)?;
+    if let Some((_, Some(note))) = &lock {
+        eprintln!("{note}");
+    }
+    let mut observer = |progress: &Progress| {
+        if first && arguments.progress {
+            let Progress { iteration, residual, open, stick, slip, .. } = progress;
+            eprintln!("  cycle {iteration:>3}  residual {residual:.1e}  open {open}  stick {stick}  slip {slip}");
+        }
+        ControlFlow::Continue(())
+    };
+    let answer = solve_on_ranks(&case, ranks, &mut observer)?;
+    let files = write_on_ranks(&answer, &folder, &**ranks)?;
+    if first {
+        print!("{}\n{}", case.title, answer.summary);
+        println!("  files        {} in {}", files.join(", "), folder.display());
+    }
+    Ok(if answer.summary.status == Status::Solved { 0 } else { SHORT })
+}
+
+/// Starts the pool of this rank. Launchers bind a rank to its cores, and as many threads are its own; where they do
+/// not, every rank sees all cores, and threads of several ranks would share them.
+fn start_threads(asked: Option<u16>, ranks: usize) -> Result<(), Error> {
+    let seen = std::thread::available_parallelism().map_or(1, usize::from);
+    let shared = ranks > 1 && seen > 1 && seen == online();
+    let count = asked.map_or(if shared { 1 } else { seen }, usize::from);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build_global()
+        .map_err(|error| Error::new("--threads", format!("{count} threads cannot be had ({error})"), "ask for fewer"))
+}
+
+/// The cores of this machine.
+fn online() -> usize {
+    // SAFETY: reads a number of the system.
+    usize::try_from(unsafe { libc::sysconf(libc::_SC_NPROCESSORS_ONLN) }).unwrap_or(1)
+}
+
+fn default_folder(case: &Path) -> PathBuf {
+    let stem = case.file_stem().map_or("case".into(), |stem| stem.to_string_lossy().into_owned());
+    PathBuf::from(stem + "-results")
+}

@@ -1,0 +1,158 @@
+//! What of a problem one rank measures, and the values it needs of others.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::contact::{ContactProblem, Division};
+use crate::ranks::{self, Ranks, all_to_all, from_bytes, to_bytes};
+
+use super::point::Point;
+
+/// The unknowns, prescribed displacements and contact points that this rank counts; all of them where nothing is divided.
+pub(super) struct Share {
+    ranks: Option<Arc<dyn Ranks>>,
+    unknown: Vec<bool>,
+    support: Vec<bool>,
+    point: Vec<bool>,
+}
+
+impl Share {
+    /// Everything, on one rank.
+    pub(super) fn whole() -> Share {
+        Share { ranks: None, unknown: Vec::new(), support: Vec::new(), point: Vec::new() }
+    }
+
+    /// What is at own nodes.
+    pub(super) fn of(problem: &ContactProblem, division: &Division) -> Share {
+        let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+        let of_points = division.nodes_of_points(problem).into_iter();
+        Share {
+            ranks: Some(Arc::clone(&division.ranks)),
+            unknown: labels.iter().map(|&label| division.is_own(label)).collect(),
+            support: division.supports.iter().map(|&label| division.is_own(label)).collect(),
+            point: of_points.map(|label| label.is_some_and(|label| division.is_own(label))).collect(),
+        }
+    }
+
+    pub(super) fn is_whole(&self) -> bool {
+        self.ranks.is_none()
+    }
+
+    fn has(&self, list: &[bool], i: usize) -> bool {
+        self.is_whole() || list[i]
+    }
+
+    pub(super) fn has_unknown(&self, i: usize) -> bool {
+        self.has(&self.unknown, i)
+    }
+
+    pub(super) fn has_support(&self, i: usize) -> bool {
+        self.has(&self.support, i)
+    }
+
+    pub(super) fn has_point(&self, j: usize) -> bool {
+        self.has(&self.point, j)
+    }
+
+    /// The points that count, of all.
+    pub(super) fn points<'a>(&'a self, points: &'a [Point]) -> impl Iterator<Item = &'a Point> {
+        points.iter().enumerate().filter(|(j, _)| self.has_point(*j)).map(|(_, point)| point)
+    }
+
+    /// The values at unknowns that count, of all.
+    pub(super) fn unknowns<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = &'a f64> {
+        values.iter().enumerate().filter(|(i, _)| self.has_unknown(*i)).map(|(_, value)| value)
+    }
+
+    /// Whether all that counts is a number.
+    pub(super) fn is_finite(&self, u: &[f64], lambda: &[f64]) -> bool {
+        let m = (lambda.len() / 3).max(1);
+        let mut forces = lambda.iter().enumerate().filter(|(i, _)| self.has_point(i % m));
+        self.unknowns(u).all(|x| x.is_finite()) && forces.all(|(_, x)| x.is_finite())
+    }
+
+    /// Adds the numbers of all ranks.
+    pub(super) fn sum(&self, values: &mut [f64]) {
+        self.ranks.iter().for_each(|ranks| ranks::sum(&**ranks, values));
+    }
+
+    /// The largest of those of all ranks.
+    pub(super) fn max(&self, values: &mut [f64]) {
+        self.ranks.iter().for_each(|ranks| ranks::max(&**ranks, values));
+    }
+}
+
+/// Displacements and multipliers with the values of other ranks in their places, asked of the owner of each node by its global
+/// number. What the owner does not know is not a number, and no certificate passes with it.
+pub(crate) fn fetched(
+    problem: &ContactProblem,
+    division: &Division,
+    u: &[f64],
+    lambda: &[f64],
+) -> (Vec<f64>, Vec<f64>) {
+    let ranks = &*division.ranks;
+    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+    let global = |label: u32| division.global[label as usize];
+    // The unknowns of a node, and its points, are named by their order at the node: it is the same on every rank.
+    let mut of_unknown = Names::default();
+    let unknowns: Vec<Name> = labels.iter().map(|&label| of_unknown.next(0, global(label))).collect();
+    let mut of_point = Names::default();
+    let nodes = division.nodes_of_points(problem);
+    let pair_of = |j: usize| problem.labels.pairs.partition_point(|pair| pair.points.end <= j) as u64;
+    let points: Vec<Option<Name>> =
+        nodes.iter().enumerate().map(|(j, label)| Some(of_point.next(1 + pair_of(j), global((*label)?)))).collect();
+    let own = |label: u32| division.is_own(label);
+    let (m, mut known): (usize, HashMap<Name, [f64; 3]>) = (problem.points(), HashMap::new());
+    for (i, _) in labels.iter().enumerate().filter(|(_, label)| own(**label)) {
+        known.insert(unknowns[i], [u[i], 0.0, 0.0]);
+    }
+    for (j, label) in nodes.iter().enumerate() {
+        if let (Some(name), true) = (points[j], label.is_some_and(own)) {
+            known.insert(name, [0, 1, 2].map(|r| lambda[r * m + j]));
+        }
+    }
+    // What is asked of each rank, with where it goes.
+    let mut asked: Vec<Vec<(Name, usize)>> = vec![Vec::new(); ranks.size()];
+    for (i, &label) in labels.iter().enumerate().filter(|(_, label)| !own(**label)) {
+        asked[division.owner[label as usize] as usize].push((unknowns[i], i));
+    }
+    for (j, label) in nodes.iter().enumerate() {
+        if let (Some(name), Some(label)) = (points[j], label.filter(|&label| !own(label))) {
+            asked[division.owner[label as usize] as usize].push((name, u.len() + j));
+        }
+    }
+    let names = |list: &Vec<(Name, usize)>| to_bytes(&list.iter().map(|(name, _)| *name).collect::<Vec<Name>>());
+    let questions = all_to_all(ranks, asked.iter().map(names).collect());
+    let answer = |bytes: &Vec<u8>| -> Vec<u8> {
+        let values =
+            from_bytes::<Name>(bytes).into_iter().map(|name| known.get(&name).copied().unwrap_or([f64::NAN; 3]));
+        to_bytes(&values.collect::<Vec<_>>())
+    };
+    let answers = all_to_all(ranks, questions.iter().map(answer).collect());
+    let (mut u, mut lambda) = (u.to_vec(), lambda.to_vec());
+    for (list, bytes) in asked.iter().zip(&answers) {
+        for (&(_, place), values) in list.iter().zip(from_bytes::<[f64; 3]>(bytes)) {
+            match place.checked_sub(u.len()) {
+                None => u[place] = values[0],
+                Some(j) => (0..3).for_each(|r| lambda[r * m + j] = values[r]),
+            }
+        }
+    }
+    (u, lambda)
+}
+
+/// Zero for an unknown and one more than the number of its pair for a point, the number of its node among those of all ranks,
+/// and which of the node's own it is.
+type Name = [u64; 3];
+
+/// Counts what has been named at each node.
+#[derive(Default)]
+struct Names(HashMap<(u64, u64), u64>);
+
+impl Names {
+    fn next(&mut self, kind: u64, node: u64) -> Name {
+        let count = self.0.entry((kind, node)).or_insert(0);
+        *count += 1;
+        [kind, node, *count - 1]
+    }
+}

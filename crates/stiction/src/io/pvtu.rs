@@ -1,0 +1,52 @@
+//! VTK XML files of pieces (`.pvtu`): a grid that several `.vtu` files hold together.
+//!
+//! Format: "VTK XML file formats", <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use super::replace::replace;
+use super::text::escaped;
+use super::vtu::{Array, Data};
+use crate::Error;
+
+/// Writes the file that names the pieces, all of which have arrays like these.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_pieces(
+    path: &Path,
+    pieces: &[String],
+    point_arrays: &[Array],
+    cell_arrays: &[Array],
+) -> Result<(), Error> {
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n<PUnstructuredGrid GhostLevel=\"0\">\n",
+    );
+    for (tag, arrays) in [("PPointData", point_arrays), ("PCellData", cell_arrays)] {
+        // Writing to a string cannot fail.
+        let _ = writeln!(xml, "<{tag}>");
+        for array in arrays {
+            let kind = match array.data {
+                Data::F64(_) => "Float64",
+                Data::F32(_) => "Float32",
+                Data::I32(_) => "Int32",
+            };
+            let (name, components) = (escaped(array.name), array.components);
+            let _ = write!(xml, "<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
+            for (k, component) in array.component_names.iter().enumerate() {
+                let _ = write!(xml, " ComponentName{k}=\"{}\"", escaped(component));
+            }
+            xml += "/>\n";
+        }
+        let _ = writeln!(xml, "</{tag}>");
+    }
+    xml += "<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n";
+    for piece in pieces {
+        let _ = writeln!(xml, "<Piece Source=\"{}\"/>", escaped(piece));
+    }
+    xml += "</PUnstructuredGrid>\n</VTKFile>\n";
+    replace(path, |file| file.write_all(xml.as_bytes()))
+}

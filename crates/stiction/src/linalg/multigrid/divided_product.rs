@@ -1,0 +1,77 @@
+//! Coarse levels of nodes that are divided among ranks.
+
+use super::between_ranks::{ghost_rows, renumbered, returned_rows, summed};
+use super::blocks::{Block, Blocks};
+use super::coarsen::{fill_idle, products};
+use crate::ranks::Halo;
+
+/// The aggregates of own nodes and ghosts, by their places among the own `count` ones and those of the ghosts.
+pub(super) fn aggregates_of_ghosts(halo: &Halo, of: Vec<u32>, count: usize) -> (Vec<u32>, Halo) {
+    if halo.is_alone() {
+        return (of, Halo::alone(count));
+    }
+    let first = Halo::divided(halo.ranks(), count, Vec::new()).first();
+    let mut global: Vec<u64> = of.iter().map(|&g| first + u64::from(g)).collect();
+    halo.update(&mut global);
+    let mut ghosts = global[halo.own()..].to_vec();
+    ghosts.sort_unstable();
+    ghosts.dedup();
+    let coarse = Halo::divided(halo.ranks(), count, ghosts);
+    (global.iter().map(|&g| place(&coarse, g)).collect(), coarse)
+}
+
+/// The place of a number that is here.
+fn place(halo: &Halo, global: u64) -> u32 {
+    halo.place(global).expect("an aggregate of this rank or one of its ghosts") as u32
+}
+
+/// The halo with more ghosts, given by their global numbers.
+fn with_ghosts(halo: &Halo, more: impl Iterator<Item = u64>) -> Halo {
+    let own = halo.first()..halo.first() + halo.own() as u64;
+    let mut ghosts: Vec<u64> = (halo.own()..halo.len()).map(|k| halo.global(k)).collect();
+    ghosts.extend(more.filter(|g| !own.contains(g)));
+    ghosts.sort_unstable();
+    ghosts.dedup();
+    Halo::divided(halo.ranks(), halo.own(), ghosts)
+}
+
+/// A prolongation with the coarse matrix, the wanted rows of `A P` and the division of the coarse level.
+pub(super) type Product<const R: usize> = (Blocks<R, 6>, Blocks<6, 6>, Blocks<R, 6>, Halo);
+
+/// [`galerkin`] where the nodes are divided: with the rows of the prolongation at ghosts, and with what ranks find for the
+/// coarse rows of others. The columns of the prolongation `p` have the places of `coarse`.
+pub(super) fn divided_galerkin<const R: usize>(
+    a: &Blocks<R, R>,
+    halo: &Halo,
+    p: Blocks<R, 6>,
+    coarse: Halo,
+    wanted: &[u32],
+) -> Option<Product<R>> {
+    let ghosts = ghost_rows(halo, &p, |j| coarse.global(j as usize));
+    let wider = with_ghosts(&coarse, ghosts.iter().flatten().map(|entry| entry.0));
+    let mut p = renumbered(&p, wider.len(), |j| place(&wider, coarse.global(j as usize)));
+    for row in ghosts {
+        let mut row: Vec<(u32, Block<R, 6>)> = row.into_iter().map(|(j, block)| (place(&wider, j), block)).collect();
+        row.sort_unstable_by_key(|entry| entry.0);
+        p.column.extend(row.iter().map(|entry| entry.0));
+        p.value.extend(row.iter().map(|entry| entry.1));
+        p.start.push(p.column.len());
+        p.rows += 1;
+    }
+    let (found, kept) = products(a, halo, &p, wanted)?;
+    let returned = returned_rows(&wider, &found, |j| wider.global(j as usize));
+    let last = with_ghosts(&wider, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
+    let to_last = |j: u32| place(&last, wider.global(j as usize));
+    let own = wider.own();
+    let mut parts: Vec<Vec<(u32, Block<6, 6>)>> =
+        (0..own).map(|k| found.entries_of(k).map(|(j, block)| (to_last(j), *block)).collect()).collect();
+    let mut of_row: Vec<Vec<u32>> = (0..own as u32).map(|k| vec![k]).collect();
+    for (k, row) in returned {
+        of_row[k as usize].push(parts.len() as u32);
+        parts.push(row.into_iter().map(|(j, block)| (place(&last, j), block)).collect());
+    }
+    drop(found);
+    let mut matrix = summed(own, last.len(), &parts, &of_row);
+    fill_idle(&mut matrix);
+    Some((renumbered(&p, last.len(), to_last), matrix, renumbered(&kept, last.len(), to_last), last))
+}

@@ -1,0 +1,73 @@
+use super::RelativeCoordinates;
+use super::blocks::{Block, Blocks};
+use super::relative_coordinates::places;
+use crate::ranks::Halo;
+
+/// A matrix `A` in relative coordinates: `Tᵀ A T`. Without any it is `A`.
+///
+/// Products take the way over the displacements. Forms of quadratic contact couple the nodes of one body with so many of the
+/// other that the matrix has more than twice the entries of `A`.
+#[derive(Debug)]
+pub(crate) struct RelativeMatrix {
+    a: Blocks<3, 3>,
+    /// How the nodes are divided among ranks; the rows are those of this rank.
+    pub halo: Halo,
+    pub relative: Option<RelativeCoordinates>,
+    /// The rows that are not those of `A`, and the place of each row among them, `u32::MAX` for the others.
+    rows: Blocks<3, 3>,
+    at: Vec<u32>,
+}
+
+impl RelativeMatrix {
+    pub(crate) fn new(a: Blocks<3, 3>, relative: Option<RelativeCoordinates>) -> Self {
+        let (changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
+        let at = places(&changed, a.rows);
+        let halo = Halo::alone(a.rows);
+        RelativeMatrix { a, halo, relative, rows, at }
+    }
+
+    /// Of the rows of this rank, whose columns are its nodes and the ghosts of `halo`.
+    pub(crate) fn divided(a: Blocks<3, 3>, halo: Halo) -> Self {
+        RelativeMatrix { halo, ..RelativeMatrix::new(a, None) }
+    }
+
+    /// `A` itself.
+    pub(super) fn of_displacements(&self) -> &Blocks<3, 3> {
+        &self.a
+    }
+
+    /// Number of nodes of this rank.
+    pub(crate) fn len(&self) -> usize {
+        self.a.rows
+    }
+
+    /// Columns and blocks of row `i`.
+    pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<3, 3>]) {
+        match self.at[i] {
+            u32::MAX => self.a.row(i),
+            place => self.rows.row(place as usize),
+        }
+    }
+
+    /// Column and block of every place in row `i`.
+    pub(crate) fn entries_of(&self, i: usize) -> impl Iterator<Item = (u32, &Block<3, 3>)> {
+        let (columns, blocks) = self.row(i);
+        columns.iter().copied().zip(blocks)
+    }
+
+    /// The diagonal block of row `i`; zero where none is stored.
+    pub(crate) fn diagonal(&self, i: usize) -> Block<3, 3> {
+        let (columns, blocks) = self.row(i);
+        columns.binary_search(&(i as u32)).map_or([[0.0; 3]; 3], |place| blocks[place])
+    }
+
+    /// `Tᵀ A T x`, from and at the nodes of this rank.
+    pub(crate) fn times(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let Some(relative) = &self.relative else { return self.a.times(&self.halo.extended(x)) };
+        let mut u = x.to_vec();
+        relative.to_absolute(&mut u);
+        let mut forces = self.a.times(&u);
+        relative.forces(&mut forces);
+        forces
+    }
+}

@@ -1,0 +1,246 @@
+//! A mesh divided among ranks: parts by recursive bisection, and the piece of each.
+
+use super::{CellKind, Cells, Face, Group, Mesh, MeshArrays};
+use crate::ranks::{Wire, from_bytes, to_bytes};
+
+/// The part of each node, of so many parts: places are cut across their longest extent into halves of equal weight, again and
+/// again. Nodes at the same coordinate are divided by their numbers.
+pub fn bisection(places: &[[f64; 3]], weights: &[f64], parts: usize) -> Vec<u32> {
+    let mut part = vec![0; places.len()];
+    let mut all: Vec<u32> = (0..places.len() as u32).collect();
+    bisect(places, weights, &mut all, 0..parts as u32, &mut part);
+    part
+}
+
+fn bisect(places: &[[f64; 3]], weights: &[f64], nodes: &mut [u32], parts: std::ops::Range<u32>, part: &mut [u32]) {
+    if parts.len() < 2 {
+        nodes.iter().for_each(|&v| part[v as usize] = parts.start);
+        return;
+    }
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for &v in nodes.iter() {
+        for c in 0..3 {
+            bounds[0][c] = bounds[0][c].min(places[v as usize][c]);
+            bounds[1][c] = bounds[1][c].max(places[v as usize][c]);
+        }
+    }
+    let extent = |c: usize| bounds[1][c] - bounds[0][c];
+    let axis = (0..3).fold(0, |best, c| if extent(c) > extent(best) { c } else { best });
+    nodes.sort_unstable_by(|&a, &b| {
+        let [x, y] = [a, b].map(|v| places[v as usize][axis]);
+        x.total_cmp(&y).then(a.cmp(&b))
+    });
+    let middle = parts.start + parts.len() as u32 / 2;
+    let whole: f64 = nodes.iter().map(|&v| weights[v as usize]).sum();
+    let wanted = whole * f64::from(middle - parts.start) / parts.len() as f64;
+    let mut sum = 0.0;
+    let cut = nodes.iter().take_while(|&&v| {
+        sum += weights[v as usize];
+        sum <= wanted
+    });
+    let cut = cut.count();
+    let (low, high) = nodes.split_at_mut(cut);
+    bisect(places, weights, low, parts.start..middle, part);
+    bisect(places, weights, high, middle..parts.end, part);
+}
+
+/// The mesh of one part: its nodes, all cells at them, and around these the cells of named faces, so that what faces say of the
+/// nodes next to own ones is known too. Nodes and cells keep their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshPiece {
+    /// With the named groups, as far as they are here; some may be empty.
+    pub mesh: Mesh,
+    /// The number of each node in the whole mesh, ascending.
+    pub nodes: Vec<u64>,
+    /// The part that each node belongs to.
+    pub owner: Vec<u32>,
+    /// The number of each cell in the whole mesh.
+    pub cells: Vec<u64>,
+}
+
+/// The pieces of a mesh without its arrays, one after the other: `owner` is the part of each node.
+pub fn pieces<'a>(mesh: &'a Mesh, owner: &'a [u32], parts: usize) -> impl Iterator<Item = MeshPiece> + 'a {
+    let mut cells_of = vec![Vec::new(); parts];
+    for (cell, (_, nodes)) in mesh.cell_iter().enumerate() {
+        for (k, &v) in nodes.iter().enumerate() {
+            let part = owner[v as usize];
+            if !nodes[..k].iter().any(|&w| owner[w as usize] == part) {
+                cells_of[part as usize].push(cell as u32);
+            }
+        }
+    }
+    let mut named: Vec<u32> = mesh.groups.iter().flat_map(|group| group.faces.iter().copied()).collect();
+    named.sort_unstable();
+    named.dedup();
+    cells_of.into_iter().map(move |cells| piece(mesh, owner, &named, cells))
+}
+
+fn piece(mesh: &Mesh, owner: &[u32], named: &[u32], mut cells: Vec<u32>) -> MeshPiece {
+    let mut here = vec![false; mesh.nodes.len()];
+    let mark = |here: &mut Vec<bool>, cells: &[u32]| {
+        cells.iter().flat_map(|&c| mesh.cell(c as usize).1).for_each(|&v| here[v as usize] = true);
+    };
+    mark(&mut here, &cells);
+    let touches = |face: &Face| face.nodes().iter().any(|&v| here[v as usize]);
+    let around = named.iter().map(|&f| &mesh.faces[f as usize]).filter(|face| touches(face)).map(|face| face.cell);
+    let around: Vec<u32> = around.collect();
+    cells.extend(around);
+    cells.sort_unstable();
+    cells.dedup();
+    mark(&mut here, &cells);
+    let nodes: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&v| here[v as usize]).collect();
+    let place = |list: &[u32], number: u32| list.binary_search(&number).ok().map(|k| k as u32);
+    let mut local = vec![u32::MAX; mesh.nodes.len()];
+    nodes.iter().zip(0..).for_each(|(&v, k)| local[v as usize] = k);
+    let (mut blocks, mut first) = (Vec::new(), 0u32);
+    for block in &mesh.cells {
+        let end = first + block.len() as u32;
+        let own = &cells[cells.partition_point(|&c| c < first)..cells.partition_point(|&c| c < end)];
+        let of_block = own.iter().flat_map(|&c| block.cell((c - first) as usize)).map(|&v| local[v as usize]);
+        let block = Cells { kind: block.kind, nodes: of_block.collect() };
+        if !block.is_empty() {
+            blocks.push(block);
+        }
+        first = end;
+    }
+    let faces: Vec<u32> =
+        (0..mesh.faces.len() as u32).filter(|&f| place(&cells, mesh.faces[f as usize].cell).is_some()).collect();
+    let restricted = |list: &[u32], here: &[u32]| list.iter().filter_map(|&k| place(here, k)).collect();
+    let group = |group: &Group| Group {
+        name: group.name.clone(),
+        cells: restricted(&group.cells, &cells),
+        faces: restricted(&group.faces, &faces),
+        interior_faces: Vec::new(),
+        nodes: restricted(&group.nodes, &nodes),
+    };
+    let mut piece = Mesh {
+        nodes: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
+        cells: blocks,
+        faces: Vec::new(),
+        groups: mesh.groups.iter().map(group).collect(),
+        arrays: MeshArrays::default(),
+    };
+    let own_face = |&f: &u32| {
+        let Face { cell, local, .. } = mesh.faces[f as usize];
+        let cell = place(&cells, cell).unwrap_or(u32::MAX);
+        let (kind, nodes) = piece.cell(cell as usize);
+        Face::of_cell(kind, nodes, cell, local)
+    };
+    piece.faces = faces.iter().map(own_face).collect();
+    MeshPiece {
+        mesh: piece,
+        owner: nodes.iter().map(|&v| owner[v as usize]).collect(),
+        nodes: nodes.into_iter().map(u64::from).collect(),
+        cells: cells.into_iter().map(u64::from).collect(),
+    }
+}
+
+/// Appends a list with its length.
+fn put<T: Wire>(list: &[T], to: &mut Vec<u8>) {
+    (list.len() as u64).write(to);
+    to.extend(to_bytes(list));
+}
+
+/// Takes the next list of a message.
+fn take<T: Wire>(from: &mut &[u8]) -> Vec<T> {
+    let (count, rest) = from.split_at(8);
+    let (list, rest) = rest.split_at(u64::read(count) as usize * T::SIZE);
+    *from = rest;
+    from_bytes(list)
+}
+
+impl MeshPiece {
+    /// As a message.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut to = Vec::new();
+        let Mesh { nodes, cells, faces, groups, .. } = &self.mesh;
+        put(nodes, &mut to);
+        put(&self.nodes, &mut to);
+        put(&self.owner, &mut to);
+        put(&self.cells, &mut to);
+        let code = |kind: CellKind| CellKind::ALL.iter().position(|k| *k == kind).unwrap_or_default() as u32;
+        put(&cells.iter().map(|block| code(block.kind)).collect::<Vec<u32>>(), &mut to);
+        cells.iter().for_each(|block| put(&block.nodes, &mut to));
+        put(&faces.iter().map(|face| [face.cell, u32::from(face.local)]).collect::<Vec<[u32; 2]>>(), &mut to);
+        (groups.len() as u64).write(&mut to);
+        for group in groups {
+            put(group.name.as_bytes(), &mut to);
+            [&group.cells, &group.faces, &group.nodes].into_iter().for_each(|list| put(list, &mut to));
+        }
+        to
+    }
+
+    /// The inverse of [`Self::to_bytes`].
+    ///
+    /// # Panics
+    /// If the message is none of its making.
+    pub fn from_bytes(bytes: &[u8]) -> MeshPiece {
+        let mut from = bytes;
+        let from = &mut from;
+        let coordinates: Vec<[f64; 3]> = take(from);
+        let (nodes, owner, numbers) = (take(from), take(from), take(from));
+        let kinds: Vec<u32> = take(from);
+        let cells = kinds.iter().map(|&k| Cells { kind: CellKind::ALL[k as usize], nodes: take(from) }).collect();
+        let faces: Vec<[u32; 2]> = take(from);
+        let (count, rest) = from.split_at(8);
+        *from = rest;
+        let group = |from: &mut &[u8]| Group {
+            name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(),
+            cells: take(from),
+            faces: take(from),
+            interior_faces: Vec::new(),
+            nodes: take(from),
+        };
+        let groups = (0..u64::read(count)).map(|_| group(from)).collect();
+        let arrays = MeshArrays::default();
+        let mut mesh = Mesh { nodes: coordinates, cells, faces: Vec::new(), groups, arrays };
+        let face = |&[cell, local]: &[u32; 2]| {
+            let (kind, nodes) = mesh.cell(cell as usize);
+            Face::of_cell(kind, nodes, cell, local as u8)
+        };
+        mesh.faces = faces.iter().map(face).collect();
+        MeshPiece { mesh, nodes, owner, cells: numbers }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Block, BlockElement, block};
+
+    #[test]
+    fn parts_have_equal_weights_and_pieces_all_cells_and_faces_at_their_nodes() {
+        for element in [BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
+            let (size, cells, grading) = ([3.0, 2.0, 1.0], [9, 6, 5], [1.0; 3]);
+            let mesh = block(&Block { size, cells, origin: [0.0; 3], grading, element }).unwrap();
+            let weights = vec![1.0; mesh.nodes.len()];
+            for parts in [1, 2, 3, 7] {
+                let owner = bisection(&mesh.nodes, &weights, parts);
+                let mut counts = vec![0; parts];
+                owner.iter().for_each(|&part| counts[part as usize] += 1);
+                let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
+                assert!(most - least <= parts, "{counts:?}");
+                let mut volume = 0.0;
+                for (part, piece) in pieces(&mesh, &owner, parts).enumerate() {
+                    assert_eq!(piece, MeshPiece::from_bytes(&piece.to_bytes()));
+                    let MeshPiece { mesh: here, nodes, cells, .. } = &piece;
+                    let own = |v: u32| piece.owner[v as usize] as usize == part;
+                    for (k, (_, list)) in here.cell_iter().enumerate() {
+                        let whole: Vec<u64> = list.iter().map(|&v| nodes[v as usize]).collect();
+                        let (_, expected) = mesh.cell(cells[k] as usize);
+                        assert!(whole.iter().zip(expected).all(|(a, b)| *a == u64::from(*b)));
+                        // Each cell counts where its first node belongs.
+                        volume += if own(list[0]) { here.cell_volume(k) } else { 0.0 };
+                    }
+                    let at_own = |nodes: &[u32], own: &dyn Fn(u32) -> bool| nodes.iter().any(|&v| own(v));
+                    let in_whole = |v: u32| owner[v as usize] as usize == part;
+                    let cells_there = mesh.cell_iter().filter(|(_, list)| at_own(list, &in_whole)).count();
+                    assert_eq!(here.cell_iter().filter(|(_, list)| at_own(list, &own)).count(), cells_there);
+                    let faces_there = mesh.faces.iter().filter(|face| at_own(face.nodes(), &in_whole)).count();
+                    assert_eq!(here.faces.iter().filter(|face| at_own(face.nodes(), &own)).count(), faces_there);
+                }
+                assert!((volume - 6.0).abs() < 1e-12, "{volume}");
+            }
+        }
+    }
+}

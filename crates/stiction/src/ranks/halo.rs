@@ -1,0 +1,308 @@
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{Alone, Ranks, Wire, all_to_all, from_bytes, gather_all, max, sum, to_bytes};
+
+/// How values are divided among ranks, and the plan of the messages that this takes.
+///
+/// Each rank owns a consecutive range of global numbers. In its vectors the own values come first, then its ghosts: copies
+/// of values of other ranks that its own ones are coupled to, in the order of their numbers.
+#[derive(Debug, Clone)]
+pub struct Halo {
+    ranks: Arc<dyn Ranks>,
+    kind: Kind,
+    /// Values of this rank.
+    own: usize,
+    /// Global number of the first of them.
+    first: u64,
+    /// Global numbers of the ghosts, ascending.
+    ghosts: Vec<u64>,
+    /// Own values that other ranks have as ghosts, by rank.
+    send: Vec<(usize, Vec<u32>)>,
+    /// Where the ghosts of each rank stand.
+    receive: Vec<(usize, Range<usize>)>,
+}
+
+/// A rank that owns ghosts, and their places.
+pub(crate) type GhostsOf = (usize, Range<usize>);
+
+/// A rank that has own values as ghosts, and their places.
+pub(crate) type AskedBy = (usize, Vec<u32>);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// All values are here and nowhere else, or each rank computes all of them by itself.
+    Alone,
+    /// Own values and ghosts.
+    Divided,
+    /// Every rank has all values, and what they add up from is divided.
+    Joined,
+}
+
+impl Halo {
+    /// All of so many values on one rank, or on each by itself.
+    pub fn alone(own: usize) -> Halo {
+        Halo::with(Arc::new(Alone), Kind::Alone, own)
+    }
+
+    /// All of so many values on every rank, with contributions from all.
+    pub fn joined(ranks: &Arc<dyn Ranks>, own: usize) -> Halo {
+        let kind = if ranks.size() > 1 { Kind::Joined } else { Kind::Alone };
+        Halo::with(Arc::clone(ranks), kind, own)
+    }
+
+    fn with(ranks: Arc<dyn Ranks>, kind: Kind, own: usize) -> Halo {
+        Halo { ranks, kind, own, first: 0, ghosts: Vec::new(), send: Vec::new(), receive: Vec::new() }
+    }
+
+    /// Of a rank that owns `own` values; `ghosts` are given by the numbers that `first` of the owners begin with.
+    ///
+    /// # Panics
+    /// If a ghost is an own value or beyond the last one, or they do not ascend.
+    pub fn divided(ranks: &Arc<dyn Ranks>, own: usize, ghosts: Vec<u64>) -> Halo {
+        if ranks.size() == 1 {
+            return Halo::alone(own);
+        }
+        let starts = starts(&**ranks, own);
+        let (rank, size) = (ranks.rank(), ranks.size());
+        assert!(ghosts.is_sorted_by(|a, b| a < b), "ghosts ascend");
+        let mut receive = Vec::new();
+        let mut wanted = vec![Vec::new(); size];
+        for other in 0..size {
+            let place = |bound: u64| ghosts.partition_point(|&g| g < bound);
+            let range = place(starts[other])..place(starts[other + 1]);
+            if !range.is_empty() {
+                assert!(other != rank, "an own value is no ghost");
+                wanted[other] = to_bytes(&ghosts[range.clone()]);
+                receive.push((other, own + range.start..own + range.end));
+            }
+        }
+        let asked = all_to_all(&**ranks, wanted);
+        let first = starts[rank];
+        let places = |message: &Vec<u8>| from_bytes::<u64>(message).iter().map(|g| (g - first) as u32).collect();
+        let send = asked.iter().enumerate().filter(|(_, m)| !m.is_empty()).map(|(other, m)| (other, places(m)));
+        Halo { send: send.collect(), first, ghosts, receive, ..Halo::with(Arc::clone(ranks), Kind::Divided, own) }
+    }
+
+    /// The ranks.
+    pub fn ranks(&self) -> &Arc<dyn Ranks> {
+        &self.ranks
+    }
+
+    /// Whether no message is ever sent.
+    pub fn is_alone(&self) -> bool {
+        self.kind == Kind::Alone
+    }
+
+    /// Whether each rank has a part of the values.
+    pub fn is_divided(&self) -> bool {
+        self.kind == Kind::Divided
+    }
+
+    /// Whether every rank has all values.
+    pub fn is_joined(&self) -> bool {
+        self.kind == Kind::Joined
+    }
+
+    /// The same values for computations of each rank by itself, where every rank has all of them.
+    #[must_use]
+    pub fn by_itself(&self) -> Halo {
+        if self.is_joined() { Halo::alone(self.own) } else { self.clone() }
+    }
+
+    /// Number of own values.
+    pub fn own(&self) -> usize {
+        self.own
+    }
+
+    /// Number of all values here.
+    pub fn len(&self) -> usize {
+        self.own + self.ghosts.len()
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The global number of the first own value, or of the next rank's where there is none.
+    pub fn first(&self) -> u64 {
+        self.first
+    }
+
+    /// The global number of a value here.
+    pub fn global(&self, place: usize) -> u64 {
+        if place < self.own { self.first + place as u64 } else { self.ghosts[place - self.own] }
+    }
+
+    /// The place here of a global number; `None` if it is not here.
+    pub fn place(&self, global: u64) -> Option<usize> {
+        match global.checked_sub(self.first) {
+            Some(place) if place < self.own as u64 => Some(place as usize),
+            _ => self.ghosts.binary_search(&global).ok().map(|k| self.own + k),
+        }
+    }
+
+    /// The ranks that own ghosts, with their places here, and those that have own values as ghosts, with their places.
+    pub(crate) fn neighbours(&self) -> (&[GhostsOf], &[AskedBy]) {
+        (&self.receive, &self.send)
+    }
+
+    /// Sets the ghosts, which are appended where there are own values alone.
+    pub fn update<T: Wire>(&self, x: &mut Vec<T>) {
+        if self.kind != Kind::Divided {
+            return;
+        }
+        let message = |places: &[u32]| {
+            let mut bytes = Vec::with_capacity(places.len() * T::SIZE);
+            places.iter().for_each(|&k| x[k as usize].write(&mut bytes));
+            bytes
+        };
+        let out: Vec<_> = self.send.iter().map(|(rank, places)| (*rank, message(places))).collect();
+        self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
+        let from: Vec<usize> = self.receive.iter().map(|(rank, _)| *rank).collect();
+        let received = self.ranks.exchange(out, &from);
+        x.truncate(self.own);
+        received.iter().for_each(|bytes| x.extend(bytes.chunks_exact(T::SIZE).map(T::read)));
+    }
+
+    /// The own values with the ghosts behind them.
+    pub fn extended<'a, T: Wire>(&self, own: &'a [T]) -> Cow<'a, [T]> {
+        if self.kind != Kind::Divided {
+            return Cow::Borrowed(own);
+        }
+        let mut all = own.to_vec();
+        self.update(&mut all);
+        Cow::Owned(all)
+    }
+
+    /// Adds what ranks have found for values of others, in the order of the ranks, and leaves the own values.
+    pub fn add<T: Wire>(&self, x: &mut Vec<T>, add: impl Fn(&mut T, &T)) {
+        match self.kind {
+            Kind::Alone => {}
+            Kind::Divided => {
+                let out: Vec<_> = self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
+                self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
+                let from: Vec<usize> = self.send.iter().map(|(rank, _)| *rank).collect();
+                let received = self.ranks.exchange(out, &from);
+                x.truncate(self.own);
+                for ((_, places), bytes) in self.send.iter().zip(&received) {
+                    let values = bytes.chunks_exact(T::SIZE).map(T::read);
+                    places.iter().zip(values).for_each(|(&k, value)| add(&mut x[k as usize], &value));
+                }
+            }
+            Kind::Joined => {
+                let all = gather_all(&*self.ranks, to_bytes(x));
+                self.ranks.count_halo(x.len() * T::SIZE);
+                let mut parts = all.iter();
+                *x = parts.next().map_or(Vec::new(), |bytes| from_bytes(bytes));
+                for bytes in parts {
+                    x.iter_mut().zip(bytes.chunks_exact(T::SIZE).map(T::read)).for_each(|(x, y)| add(x, &y));
+                }
+            }
+        }
+    }
+
+    /// Adds the numbers of all ranks, where each of them has a part of the values.
+    pub fn sum(&self, values: &mut [f64]) {
+        if self.kind == Kind::Divided {
+            sum(&*self.ranks, values);
+        }
+    }
+
+    /// The largest of the numbers of all ranks, where each of them has a part of the values.
+    pub fn max(&self, values: &mut [f64]) {
+        if self.kind == Kind::Divided {
+            max(&*self.ranks, values);
+        }
+    }
+
+    /// Whether it is so on some rank.
+    pub fn any(&self, here: bool) -> bool {
+        let mut values = [f64::from(u8::from(here))];
+        self.max(&mut values);
+        values[0] > 0.0
+    }
+
+    /// Number of own values of all ranks together.
+    pub fn total(&self) -> usize {
+        let mut total = [self.own as f64];
+        self.sum(&mut total);
+        total[0] as usize
+    }
+}
+
+/// The first number of each rank that owns `own` values, and the end.
+fn starts(ranks: &dyn Ranks, own: usize) -> Vec<u64> {
+    let counts = gather_all(ranks, to_bytes(&[own as u64]));
+    let mut starts = vec![0];
+    counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + u64::read(count)));
+    starts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Counted, agree, broadcast, threads};
+    use super::*;
+    use crate::Error;
+
+    /// A ring of numbers, each coupled to both of its neighbours.
+    #[test]
+    fn ghosts_are_the_values_of_their_owners_and_contributions_reach_them() {
+        for size in [2, 3, 5] {
+            let total = 4 * size as u64;
+            let found = threads(size, |ranks| {
+                let counted = Arc::new(Counted::new(ranks));
+                let ranks: Arc<dyn Ranks> = counted.clone();
+                let first = 4 * ranks.rank() as u64;
+                let mut ghosts = vec![(first + total - 1) % total, (first + 4) % total];
+                ghosts.sort_unstable();
+                let halo = Halo::divided(&ranks, 4, ghosts);
+                let mut x: Vec<f64> = (0..4).map(|k| (first + k) as f64).collect();
+                halo.update(&mut x);
+                let right = (4..6).all(|k| x[k] == halo.global(k) as f64);
+                let mut ones = vec![1.0; 6];
+                halo.add(&mut ones, |a, b| *a += b);
+                // Two exchanges of two numbers each.
+                (right, ones, halo.total(), counted.traffic().halo_bytes)
+            });
+            for (right, ones, all, bytes) in found {
+                assert!(right && ones == [2.0, 1.0, 1.0, 2.0] && all == 4 * size && bytes == 32, "{ones:?} {bytes}");
+            }
+        }
+    }
+
+    #[test]
+    fn sums_have_the_same_bits_on_every_rank_and_in_every_run() {
+        let value = |rank: usize| [1e16, 1.0, -1e16, 3.0, 0.1, 0.7, 1e-3][rank];
+        for size in 1..8 {
+            let run = || {
+                threads(size, |ranks| {
+                    let mut x = [value(ranks.rank()), -value(ranks.rank())];
+                    sum(&*ranks, &mut x);
+                    let mut largest = [value(ranks.rank())];
+                    max(&*ranks, &mut largest);
+                    (x.map(f64::to_bits), largest[0])
+                })
+            };
+            let (first, again) = (run(), run());
+            assert!(first == again && first.iter().all(|x| *x == first[0]), "{first:?}");
+            assert_eq!(first[0].1, 1e16);
+        }
+    }
+
+    #[test]
+    fn everybody_hears_the_error_of_the_least_rank_and_what_rank_0_says() {
+        let found = threads(4, |ranks| {
+            assert_eq!(broadcast(&*ranks, vec![ranks.rank() as u8; 5]), [0; 5]);
+            let fails = ranks.rank() % 2 == 1;
+            let found = if fails { Err(Error::new("here", ranks.rank().to_string(), "none")) } else { Ok(()) };
+            (agree(&*ranks, Ok(7)), agree(&*ranks, found))
+        });
+        for (right, wrong) in found {
+            assert_eq!(right, Ok(7));
+            assert_eq!(wrong, Err(Error::new("here", "1", "none")));
+        }
+    }
+}

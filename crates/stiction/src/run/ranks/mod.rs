@@ -1,0 +1,14 @@
+//! A case on several ranks: rank 0 makes the mesh and divides it, each rank poses, solves and writes its own part.
+//!
+//! What ranks cannot do yet is refused by name (`scope`).
+
+mod local;
+mod record;
+mod scope;
+mod share;
+mod solve;
+mod write;
+
+pub use record::{RankRecord, RankedSummary};
+pub use solve::{RankedAnswer, solve_on_ranks};
+pub use write::write_on_ranks;

@@ -1,0 +1,167 @@
+//! `summary.json` of a run on several ranks: the names of the other one where they mean the same.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::{Solution, Status};
+use crate::io::case::Case;
+use crate::io::text::{number, triple};
+use crate::ranks::Wire;
+use crate::run::pose::Seconds;
+use crate::run::results::{FORMAT, Versions};
+use crate::run::solve::{CertificateRecord, CountsRecord, Named, Totals};
+
+/// What one rank has had and sent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RankRecord {
+    /// Nodes with unknown displacements that it owns.
+    pub nodes: usize,
+    /// Nodes of others that these are coupled to.
+    pub ghosts: usize,
+    /// Contact points that it owns.
+    pub points: usize,
+    /// Exchanges of values at the borders of all levels, a cycle.
+    pub exchanges_per_cycle: f64,
+    /// Bytes sent in these, a cycle.
+    pub bytes_per_cycle: f64,
+    /// Messages of all kinds sent, a cycle; those of the certificate are counted.
+    pub messages_per_cycle: f64,
+    /// Largest memory of its process, bytes. Ranks that are threads share one.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+impl RankRecord {
+    pub(super) fn to_bytes(self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let peak = self.peak_memory_bytes.unwrap_or(u64::MAX);
+        [self.nodes as u64, self.ghosts as u64, self.points as u64, peak].write(&mut bytes);
+        [self.exchanges_per_cycle, self.bytes_per_cycle, self.messages_per_cycle].write(&mut bytes);
+        bytes
+    }
+
+    pub(super) fn from_bytes(bytes: &[u8]) -> RankRecord {
+        let [nodes, ghosts, points, peak] = <[u64; 4]>::read(bytes);
+        let [exchanges_per_cycle, bytes_per_cycle, messages_per_cycle] = <[f64; 3]>::read(&bytes[32..]);
+        RankRecord {
+            nodes: nodes as usize,
+            ghosts: ghosts as usize,
+            points: points as usize,
+            exchanges_per_cycle,
+            bytes_per_cycle,
+            messages_per_cycle,
+            peak_memory_bytes: Some(peak).filter(|&peak| peak != u64::MAX),
+        }
+    }
+}
+
+/// An answer found on several ranks; lengths, forces and energies in the units of the case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RankedSummary {
+    /// Heading of the case.
+    pub title: String,
+    /// Names of the units, a label only.
+    pub units: Option<String>,
+    /// How the iteration ended.
+    pub status: Status,
+    /// The certificate, measured by all ranks.
+    pub certificate: CertificateRecord,
+    /// Over all contacts.
+    pub contact: Totals,
+    /// The largest displacement of a node.
+    pub displacement_max: f64,
+    /// Unknown displacements.
+    pub dofs: usize,
+    /// Multipliers.
+    pub dual_dofs: usize,
+    /// Nodes of the mesh.
+    pub nodes: u64,
+    /// Cells of the mesh.
+    pub cells: u64,
+    /// What it cost.
+    pub counts: CountsRecord,
+    /// Nodes of each level, the finest first, and entries of its matrix.
+    pub levels: Vec<(usize, usize)>,
+    /// Wall time by phase of rank 0, and the total.
+    pub seconds: Named,
+    /// The largest memory of any rank, bytes.
+    pub peak_memory_bytes: Option<u64>,
+    /// What each rank has had.
+    pub ranks: Vec<RankRecord>,
+    /// Versions of program and format.
+    pub versions: Versions,
+}
+
+impl RankedSummary {
+    #[expect(clippy::too_many_arguments, reason = "a record of what all of these say")]
+    pub(super) fn new(
+        case: &Case,
+        [nodes, cells]: [u64; 2],
+        solution: &Solution,
+        contact: Totals,
+        dofs: usize,
+        displacement_max: f64,
+        ranks: Vec<RankRecord>,
+        seconds: &Seconds,
+    ) -> Self {
+        let mut times: Vec<(String, f64)> =
+            seconds.phases().iter().map(|(name, span)| (name.to_string(), span.wall)).collect();
+        times.retain(|(_, wall)| *wall > 0.0);
+        times.push(("total".into(), seconds.total().wall));
+        let (iterations, restarts) = (solution.counts.cycles, Some(solution.counts.restarts));
+        RankedSummary {
+            title: case.title.clone(),
+            units: case.units.clone(),
+            status: solution.status,
+            certificate: CertificateRecord::of(&solution.certificate),
+            dual_dofs: 3 * contact.points,
+            contact,
+            displacement_max,
+            dofs,
+            nodes,
+            cells,
+            counts: CountsRecord { iterations, restarts, ..CountsRecord::default() },
+            levels: Vec::new(),
+            seconds: Named(times),
+            peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
+            ranks,
+            versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
+        }
+    }
+
+    pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
+        RankedSummary { levels, ..self }
+    }
+}
+
+impl fmt::Display for RankedSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<12} {text}");
+        let Totals { open, stick, slip, normal_force, tangential_force, .. } = self.contact;
+        let status = match self.status {
+            Status::Solved => "solved".to_string(),
+            Status::MaxIterations => "not solved: the limit of iterations was reached".to_string(),
+            Status::Interrupted => "interrupted".to_string(),
+            _ => "not solved: the iteration gains nothing any more".to_string(),
+        };
+        row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
+        let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
+        let verdict = if passed { "passed" } else { "not passed" };
+        row(f, "certificate", format!("{verdict}: the worst measure is {worst:.1e}, {tolerance:e} is allowed"))?;
+        row(
+            f,
+            "contact",
+            format!("normal force {}, friction on the body {}", number(normal_force), triple(tangential_force)),
+        )?;
+        row(f, "", format!("open {open} points, stick {stick}, slip {slip}"))?;
+        row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
+        let nodes = self.ranks.iter().map(|rank| rank.nodes);
+        let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));
+        row(f, "size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs))?;
+        let memory = self
+            .peak_memory_bytes
+            .map_or(String::new(), |peak| format!(", {:.2} GB a rank at most", peak as f64 / 1e9));
+        let total = self.seconds.get("total").unwrap_or(f64::NAN);
+        row(f, "took", format!("{total:.1} s{memory}"))
+    }
+}

@@ -1,0 +1,93 @@
+//! What can be divided among ranks, said before anything is done.
+
+use crate::Error;
+use crate::contact::{Coefficient, SurfaceFriction};
+use crate::friction::{Method, SolverPath};
+use crate::io::case::{AgainstSpec, Case, ContactSpec, LoadKind, LoadSpec, NodalSpec, Spot};
+use crate::mesh::{self, CellKind, Mesh};
+
+/// What every refusal ends with.
+const REMEDY: &str = "use `stiction solve` on one machine";
+
+fn refused(spot: &Spot, what: &str) -> Error {
+    spot.error(format!("{what} cannot be divided among ranks in this version"), REMEDY)
+}
+
+/// Refuses what ranks cannot do, by the first entry of the case that asks for it.
+pub(super) fn check(case: &Case) -> Result<(), Error> {
+    let first = |spots: &mut dyn Iterator<Item = &Spot>, what: &str| match spots.next() {
+        Some(spot) => Err(refused(spot, what)),
+        None => Ok(()),
+    };
+    first(&mut case.steps.iter().map(|step| &step.spot), "a case with load steps")?;
+    first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
+    first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
+    first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
+    first(&mut case.bolts.iter().map(|bolt| &bolt.spot), "a bolt")?;
+    case.loads.iter().try_for_each(load)?;
+    case.contacts.iter().try_for_each(contact)?;
+    let whole = |what: &str| Err(refused(&case.mesh.spot, what));
+    if case.accuracy.is_some() {
+        return whole("a case with [accuracy]");
+    }
+    if case.solver.starts.is_some() {
+        return whole("the search for further solutions (solver.starts)");
+    }
+    if case.solver.method.method != Method::Newton {
+        return whole("another method than the default one (solver.method)");
+    }
+    if !matches!(case.solver.path, SolverPath::Auto | SolverPath::Multigrid) {
+        return whole("another path than multigrid (solver.path)");
+    }
+    if case.contacts.is_empty() {
+        return whole("a case without contact");
+    }
+    Ok(())
+}
+
+fn load(load: &LoadSpec) -> Result<(), Error> {
+    let what = match &load.kind {
+        LoadKind::Resultant { .. } => "a force with a moment",
+        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "a temperature",
+        LoadKind::Nodal(value) if value.iter().any(|v| matches!(v, NodalSpec::Array { .. })) => "an array of the mesh",
+        _ => return Ok(()),
+    };
+    Err(refused(&load.spot, what))
+}
+
+fn contact(contact: &ContactSpec) -> Result<(), Error> {
+    let by_expression = |coefficient: &Coefficient| matches!(coefficient, Coefficient::Field(_));
+    let friction = match &contact.friction {
+        SurfaceFriction::Law(law) if law.cohesion.is_some() => Some("cohesion"),
+        SurfaceFriction::Law(law) if !by_expression(&law.coefficient) => Some("friction by an array or by time"),
+        SurfaceFriction::Law(law) if law.across.as_ref().is_some_and(|across| !by_expression(&across.coefficient)) => {
+            Some("friction by an array or by time")
+        }
+        _ => None,
+    };
+    if let Some(what) = friction {
+        return Err(refused(&contact.friction_spot, what));
+    }
+    let what = match contact {
+        ContactSpec { against: AgainstSpec::Surface { .. }, .. } => "contact between deformable surfaces",
+        ContactSpec { motion: Some(_), .. } => "an obstacle that moves",
+        ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
+        ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
+        ContactSpec { wear: Some(_), .. } => "wear",
+        _ => return Ok(()),
+    };
+    Err(refused(&contact.spot, what))
+}
+
+/// Refuses meshes that ranks cannot divide.
+pub(super) fn check_mesh(case: &Case, whole: &Mesh) -> Result<(), Error> {
+    let linear = |kind: CellKind| kind.edges().is_empty();
+    if let Some(cells) = whole.cells.iter().find(|cells| !linear(cells.kind)) {
+        return Err(refused(&case.mesh.spot, &format!("a mesh of quadratic cells ({})", cells.kind.name())));
+    }
+    let bodies = mesh::bodies(whole).iter().max().map_or(0, |&last| last + 1);
+    if bodies > 1 {
+        return Err(refused(&case.mesh.spot, &format!("a mesh of {bodies} bodies")));
+    }
+    Ok(())
+}

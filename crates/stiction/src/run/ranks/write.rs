@@ -1,0 +1,199 @@
+//! The files of a run on several ranks: a piece from each, and from rank 0 what names them.
+
+use std::path::Path;
+
+use super::local::Local;
+use super::solve::{RankedAnswer, axes};
+use crate::Error;
+use crate::fem::{Solid, cell_stress, von_mises};
+use crate::io::folder;
+use crate::io::pvtu::write_pieces;
+use crate::io::vtu::{self, Array, Grid, face_code};
+use crate::mesh::v3::{V3, add, scale};
+use crate::ranks::{Ranks, agree, gather_all};
+use crate::run::results::{REPORT, SUMS, json};
+
+/// The summary of a folder: a folder that has one is complete.
+const SUMMARY: &str = "summary.json";
+
+fn piece_name(kind: &str, rank: usize) -> String {
+    format!("{kind}-{rank:04}.vtu")
+}
+
+/// Writes the answer of all ranks into `folder`, which all of them see, and returns the names of the files that name the
+/// others. `summary.json` comes last, when all pieces are on the disk.
+///
+/// # Errors
+/// If a file cannot be written, at every rank.
+pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -> Result<Vec<String>, Error> {
+    let first = ranks.rank() == 0;
+    agree(ranks, if first { prepare(folder, ranks.size()) } else { Ok(()) })?;
+    let body = body(answer, ranks.rank());
+    let surface = surface(answer);
+    let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
+    let write = |name: &str, grid: &GridFields| -> Result<(), Error> {
+        if grid.is_empty() {
+            return Ok(());
+        }
+        vtu::write(&folder.join(name), &grid.grid(), &grid.point_arrays(), &grid.cell_arrays())?;
+        folder::sync(folder, &[name.to_string()])
+    };
+    agree(ranks, write(&body_name, &body).and_then(|()| write(&surface_name, &surface)))?;
+    let has: Vec<Vec<u8>> = gather_all(ranks, vec![u8::from(!body.is_empty()), u8::from(!surface.is_empty())]);
+    let named = |kind: &str, which: usize| -> Vec<String> {
+        (0..ranks.size()).filter(|&rank| has[rank][which] == 1).map(|rank| piece_name(kind, rank)).collect()
+    };
+    let finish = || -> Result<(), Error> {
+        let pieces = [("result.pvtu", named("result", 0), &body), ("contact.pvtu", named("contact", 1), &surface)];
+        for (name, pieces, fields) in pieces {
+            write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
+        }
+        folder::sync(folder, &["result.pvtu".to_string(), "contact.pvtu".to_string()])?;
+        folder::write_text_durably(&folder.join(SUMMARY), &json::text(&answer.summary))
+    };
+    agree(ranks, if first { finish() } else { Ok(()) })?;
+    Ok([SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec())
+}
+
+/// Makes the folder and takes away what tells of another run.
+fn prepare(folder: &Path, size: usize) -> Result<(), Error> {
+    folder::create(folder)?;
+    // The summary first: without one the folder is none of a finished run.
+    for name in [SUMMARY, REPORT, SUMS, "result.vtu", "contact.vtu", "result.pvtu", "contact.pvtu"] {
+        folder::remove(&folder.join(name))?;
+    }
+    // Pieces of an earlier run on more ranks.
+    for kind in ["result", "contact"] {
+        for rank in 0.. {
+            let path = folder.join(piece_name(kind, rank));
+            if rank >= size && !path.exists() {
+                break;
+            }
+            folder::remove(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// A piece of a file: cells and fields.
+struct GridFields {
+    points: Vec<V3>,
+    cells: Vec<(u8, Vec<u32>)>,
+    vectors: Vec<(&'static str, Vec<V3>)>,
+    scalars: Vec<(&'static str, Vec<f64>)>,
+    integers: Vec<(&'static str, Vec<i32>)>,
+    of_cells: Option<CellFields>,
+}
+
+/// Fields of the cells of a body.
+struct CellFields {
+    stress: Vec<[f32; 6]>,
+    von_mises: Vec<f32>,
+    rank: Vec<i32>,
+}
+
+impl GridFields {
+    fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    fn grid(&self) -> Grid<'_> {
+        let mut grid = Grid::new(&self.points);
+        self.cells.iter().for_each(|(code, nodes)| grid.push(*code, nodes));
+        grid
+    }
+
+    fn point_arrays(&self) -> Vec<Array<'_>> {
+        let vectors = self.vectors.iter().map(|(name, values)| Array::vector(name, values));
+        let scalars = self.scalars.iter().map(|(name, values)| Array::scalar(name, values));
+        let integers = self.integers.iter().map(|(name, values)| Array::integer(name, values));
+        vectors.chain(scalars).chain(integers).collect()
+    }
+
+    fn cell_arrays(&self) -> Vec<Array<'_>> {
+        let Some(CellFields { stress, von_mises, rank }) = &self.of_cells else { return Vec::new() };
+        vec![Array::tensor("stress", stress), Array::single("von_mises", von_mises), Array::integer("rank", rank)]
+    }
+}
+
+/// The nodes of some cells and faces, and the cells with their places among these.
+fn compact(lists: &[(u8, &[u32])]) -> (Vec<u32>, Vec<(u8, Vec<u32>)>) {
+    let mut nodes: Vec<u32> = lists.iter().flat_map(|(_, list)| list.iter().copied()).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let place = |v: &u32| nodes.partition_point(|w| w < v) as u32;
+    let cells = lists.iter().map(|(code, list)| (*code, list.iter().map(place).collect())).collect();
+    (nodes, cells)
+}
+
+/// The cells of this rank, each of which is that of its first node.
+fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
+    let Local { piece, materials, material_of_cell, division, .. } = &answer.local;
+    let mesh = &piece.mesh;
+    let solid = Solid { mesh, materials, material_of_cell };
+    let stress = cell_stress(&solid, answer.u.as_flattened(), &[]);
+    let whole = Grid::from_mesh(mesh);
+    let own: Vec<usize> = (mesh.cell_iter().enumerate())
+        .filter(|(_, (_, nodes))| division.is_own(nodes[0]))
+        .map(|(cell, _)| cell)
+        .collect();
+    let all: Vec<&[u32]> = mesh.cell_iter().map(|(_, nodes)| nodes).collect();
+    let lists: Vec<(u8, &[u32])> = own.iter().map(|&cell| (whole.codes[cell], all[cell])).collect();
+    let (nodes, cells) = compact(&lists);
+    GridFields {
+        points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
+        cells,
+        vectors: vec![("displacement", nodes.iter().map(|&v| answer.u[v as usize]).collect())],
+        scalars: Vec::new(),
+        integers: Vec::new(),
+        of_cells: Some(CellFields {
+            stress: own.iter().map(|&cell| stress[cell].map(|s| s as f32)).collect(),
+            von_mises: own.iter().map(|&cell| von_mises(&stress[cell]) as f32).collect(),
+            rank: vec![rank as i32; own.len()],
+        }),
+    }
+}
+
+/// The contact faces of this rank, each of which is that of its first node, with the fields of the contact points at their
+/// nodes; the status is -1 where there is none.
+fn surface(answer: &RankedAnswer) -> GridFields {
+    let Local { piece, division, problem, surfaces, .. } = &answer.local;
+    let mesh = &piece.mesh;
+    let faces = surfaces.iter().flat_map(|(_, surface, _)| &surface.faces).map(|&f| mesh.faces[f as usize].nodes());
+    let own: Vec<(u8, &[u32])> =
+        faces.filter(|nodes| division.is_own(nodes[0])).map(|nodes| (face_code(nodes.len()), nodes)).collect();
+    let (nodes, cells) = compact(&own);
+    let (n, m) = (nodes.len(), problem.points());
+    let [mut pressure, mut gap] = [vec![f64::NAN; n], vec![f64::NAN; n]];
+    let [mut shear, mut slip, mut force] = [vec![[f64::NAN; 3]; n], vec![[f64::NAN; 3]; n], vec![[0.0; 3]; n]];
+    let mut status = vec![-1; n];
+    let free: Vec<f64> = answer.local.model.dofs.free.iter().map(|&dof| along(answer, dof)).collect();
+    let left = problem.gap_and_slip(&free);
+    for j in 0..m {
+        let Some((node, [normal, t1, t2])) = axes(&answer.local, j) else { continue };
+        let Ok(at) = nodes.binary_search(&node) else { continue };
+        let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
+        let area = problem.labels.area[j];
+        let friction = add(scale(a, t1), scale(b, t2));
+        pressure[at] = l / area;
+        shear[at] = scale(1.0 / area, friction);
+        slip[at] = add(scale(-left[m + j], t1), scale(-left[2 * m + j], t2));
+        gap[at] = left[j];
+        force[at] = add(scale(l, normal), friction);
+        status[at] = answer.states[j].code().into();
+    }
+    GridFields {
+        points: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
+        cells,
+        vectors: vec![("shear", shear), ("slip", slip), ("lambda", force)],
+        scalars: vec![("pressure", pressure), ("gap", gap)],
+        integers: vec![("status", status)],
+        of_cells: None,
+    }
+}
+
+/// The displacement of a degree of freedom along its own direction.
+fn along(answer: &RankedAnswer, dof: u32) -> f64 {
+    let (u, d) = (answer.u[(dof / 3) as usize], answer.local.model.dofs.direction(dof));
+    (0..3).map(|c| u[c] * d[c]).sum()
+}

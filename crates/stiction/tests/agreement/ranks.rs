@@ -1,0 +1,213 @@
+//! A case on several ranks against the same case on one, where the hierarchies, the order of the sums and the certificate's
+//! exchange are others.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use stiction::Status;
+use stiction::certificate::{Certificate, certify, certify_divided};
+use stiction::contact::Division;
+use stiction::friction::{Multigrid, Settings, SolverPath, solve_multigrid};
+use stiction::io::case::{self, Case};
+use stiction::mesh::bisection;
+use stiction::ranks::{Ranks, threads};
+use stiction::run::{Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, totals};
+use stiction_fixtures::case_run::{displacement, solved_case};
+
+const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n";
+
+/// The brick of Haslinger, Kučera & Dostál (2004), pressed at one end and lifted at the other.
+fn brick(element: &str, friction: &str) -> String {
+    format!(
+        "[mesh]\nblock = {{ size = [3, 1, 1], cells = [48, 16, 16], {element} }}\n{STEEL}\
+         [[fix]]\non = \"x-min\"\n[[load]]\non = \"x-max\"\ntraction = [0, 0, 1e6]\n\
+         [[load]]\non = \"z-max\"\ntraction = [0, 0, \"-2/3*1e6*(3 - x)\"]\n\
+         [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+         friction = {friction}\n"
+    )
+}
+
+/// A quarter of a block that is pushed onto a ball and slides off a wall: planes of symmetry, prescribed displacements, supports
+/// of single components, two contacts, a total force and the weight.
+fn on_a_ball() -> String {
+    format!(
+        "[mesh]\nblock = {{ size = [1, 1, 0.5], cells = [14, 14, 7], element = \"wedge6\" }}\n{STEEL}density = 7800\n\
+         [[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n[[fix]]\non = \"y-min\"\ncomponents = \"y\"\n\
+         [[fix]]\non = \"z-max\"\ncomponents = \"z\"\nvalue = [-2e-4]\n\
+         [[load]]\non = \"y-max\"\nforce = [0, 2e6, -1e6]\n[[load]]\ngravity = [0, 0, -9.81]\n\
+         [[contact]]\nname = \"ball\"\non = \"z-min\"\n\
+         against = {{ sphere = {{ center = [0, 0, -2], radius = 2 }} }}\nfriction = {{ coulomb = 0.2 }}\n\
+         [[contact]]\nname = \"wall\"\non = {{ box = [[1, 0, 0.2], [1, 1, 0.5]] }}\n\
+         against = {{ plane = {{ point = [1.00002, 0, 0], normal = [-1, 0, 0] }} }}\nfriction = \"none\"\n"
+    )
+}
+
+fn case_of(text: &str, tolerance: &str) -> Case {
+    let set = |key: &str, value: &str| (format!("solver.{key}"), value.to_string());
+    case::parse(text, "case.toml", &[set("tolerance", tolerance), set("path", "\"multigrid\"")]).unwrap()
+}
+
+/// The answer of all ranks: displacements by the nodes of the whole mesh.
+fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
+    let parts = threads(size, |ranks| {
+        let answer = solve_on_ranks(case, &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
+        (answer.displacements(), answer.summary)
+    });
+    let nodes = parts[0].1.nodes as usize;
+    let mut u = vec![[f64::NAN; 3]; nodes];
+    for (part, summary) in &parts {
+        // Threads share the memory of their process, which is asked at another moment by each.
+        assert!(summary.certificate == parts[0].1.certificate && summary.contact == parts[0].1.contact);
+        part.iter().for_each(|(node, d)| u[*node as usize] = *d);
+    }
+    let summary = parts.into_iter().next().unwrap().1;
+    (u, summary)
+}
+
+fn serial_cycles(prepared: &Prepared) -> usize {
+    let mut multigrid = Multigrid::new(&prepared.problem).unwrap();
+    let settings = Settings { path: SolverPath::Multigrid, max_iterations: 1000, ..Settings::default() };
+    let solution = solve_multigrid(&prepared.problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
+    assert_eq!(solution.status, Status::Solved);
+    solution.counts.cycles
+}
+
+fn close(found: f64, expected: f64, accuracy: f64) -> bool {
+    (found - expected).abs() <= accuracy * expected.abs()
+}
+
+/// Solved to 1e-10 both answers are that close to the one there is; where points between stick and slip are within the
+/// tolerance their states may differ.
+fn agrees(text: &str, sizes: &[usize]) {
+    let case = case_of(text, "1e-10");
+    let serial: (Outcome, Prepared) = solved_case(&case);
+    let expected = displacement(&serial);
+    let largest = expected.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let resultants = totals(&serial.1, &serial.0);
+    for &size in sizes {
+        let (u, summary) = on_ranks(&case, size);
+        assert_eq!(summary.status, Status::Solved, "{size} ranks");
+        assert!(summary.certificate.passed && summary.ranks.len() == size);
+        assert_eq!((summary.dofs, summary.dual_dofs), (serial.1.problem.unknowns(), 3 * serial.1.problem.points()));
+        let differences = u.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+        // `f64::max` would leave out what is not a number.
+        let worst = differences.fold(0.0, |most: f64, d| if d <= most { most } else { d });
+        assert!(worst <= 1e-8 * largest, "{size} ranks: {:e}", worst / largest);
+        let found = &summary.contact;
+        assert!(close(found.normal_force, resultants.normal_force, 1e-9), "{size} ranks: {found:?} {resultants:?}");
+        let friction = found.tangential_force.iter().zip(resultants.tangential_force);
+        assert!(friction.clone().all(|(a, b)| (a - b).abs() <= 1e-9 * resultants.normal_force), "{size} ranks");
+        assert!(close(found.max_pressure, resultants.max_pressure, 1e-6));
+        assert!(close(found.open_area + found.stick_area + found.slip_area, area(&serial.1), 1e-9));
+    }
+}
+
+fn area(prepared: &Prepared) -> f64 {
+    prepared.problem.labels.area.iter().sum()
+}
+
+#[test]
+fn the_brick_on_ranks_is_the_brick_on_one() {
+    agrees(&brick("element = \"tet4\", split = \"six\"", "{ coulomb = 0.35 }"), &[1, 2, 3, 8]);
+    agrees(&brick("element = \"hex8\"", "{ coulomb = 0.35 }"), &[2, 4, 8]);
+}
+
+#[test]
+fn friction_that_is_given_limited_or_none_is_the_same_on_ranks() {
+    for friction in ["{ tresca = 1.3e5 }", "\"none\"", "{ coulomb = 0.35, limit = 2e5 }", "\"bonded\""] {
+        agrees(&brick("element = \"hex8\"", friction), &[4]);
+    }
+    agrees(&brick("element = \"hex8\"", "{ coulomb = [0.5, 0.2], direction = [1, 0.5, 0] }"), &[3]);
+}
+
+#[test]
+fn symmetry_supports_of_components_and_two_obstacles_are_the_same_on_ranks() {
+    agrees(&on_a_ball(), &[2, 5, 8]);
+}
+
+/// The bar of the design: at most two cycles or 15 % more, whatever the ranks.
+#[test]
+fn ranks_take_hardly_more_cycles_than_one() {
+    for element in ["element = \"tet4\", split = \"six\"", "element = \"hex8\""] {
+        let text = brick(element, "{ coulomb = 0.35 }");
+        let case = case_of(&text, "1e-8");
+        let serial = serial_cycles(&prepare(&case).unwrap());
+        for size in [1, 2, 4, 8, 16] {
+            let cycles = on_ranks(&case, size).1.counts.iterations;
+            let most = (serial + 2).max(serial * 115 / 100);
+            assert!(cycles <= most, "{element}: {cycles} cycles on {size} ranks, {serial} on one");
+            assert!(size > 1 || cycles == serial, "{cycles} {serial}");
+        }
+    }
+}
+
+/// The certificates of ranks that hold all of a problem and own a part of it each.
+fn certified(prepared: &Prepared, u: &[f64], lambda: &[f64], size: usize) -> Vec<Certificate> {
+    let problem = &prepared.problem;
+    let places = &prepared.mesh.nodes;
+    let owner = bisection(places, &vec![1.0; places.len()], size);
+    threads(size, |ranks: Arc<dyn Ranks>| {
+        let division = Division {
+            ranks,
+            owner: owner.clone(),
+            global: (0..places.len() as u64).collect(),
+            supports: prepared.model.dofs.prescribed.iter().map(|dof| dof / 3).collect(),
+        };
+        let labels = problem.elastic.node_of.as_ref().unwrap();
+        // What is not its own is not to be read.
+        let own = |(i, &x): (usize, &f64)| if division.is_own(labels[i]) { x } else { f64::NAN };
+        let u: Vec<f64> = u.iter().enumerate().map(own).collect();
+        let nodes = division.nodes_of_points(problem);
+        let own = |(i, &x): (usize, &f64)| {
+            if division.is_own(nodes[i % nodes.len()].unwrap()) { x } else { f64::NAN }
+        };
+        let lambda: Vec<f64> = lambda.iter().enumerate().map(own).collect();
+        certify_divided(problem, &division, &u, &lambda, 1e-8)
+    })
+}
+
+#[test]
+fn the_certificate_of_ranks_is_that_of_one_for_right_and_wrong_answers() {
+    let text = brick("element = \"tet4\", split = \"six\"", "{ coulomb = 0.35 }").replace("[48, 16, 16]", "[12, 4, 4]");
+    let (outcome, prepared) = solved_case(&case_of(&text, "1e-8"));
+    let (u, lambda) = (&outcome.solution.u, &outcome.solution.lambda);
+    let m = prepared.problem.points();
+    let (n, closed) = (u.len(), (0..m).find(|&j| lambda[j] > 0.0).unwrap());
+    let wrong_u = |i: usize, change: f64| {
+        let mut u = u.clone();
+        u[i] += change;
+        (u, lambda.clone())
+    };
+    let wrong_lambda = |i: usize, factor: f64| {
+        let mut lambda = lambda.clone();
+        lambda[i] *= factor;
+        (u.clone(), lambda)
+    };
+    let answers = [
+        (u.clone(), lambda.clone()),
+        wrong_u(n - 1, 1e-7),
+        wrong_u(n / 2, f64::NAN),
+        wrong_lambda(closed, 1.001),
+        wrong_lambda(closed, -1.0),
+        wrong_lambda(m + closed, 1.5),
+        wrong_lambda(m + closed, -1.0),
+    ];
+    for (number, (u, lambda)) in answers.iter().enumerate() {
+        let whole = certify(&prepared.problem, u, lambda, 1e-8);
+        assert_eq!(whole.passed, number == 0);
+        for size in [1, 2, 5] {
+            let found = certified(&prepared, u, lambda, size);
+            assert!(found.iter().all(|c| c.measures() == found[0].measures() && c.passed == whole.passed));
+            for ((name, value), (_, expected)) in found[0].measures().into_iter().zip(whole.measures()) {
+                // Rounding that is not counted is some 1e-15 of a measure's scale.
+                let near = (value - expected).abs() <= 1e-9 * expected.abs() + 1e-13;
+                assert!(near || value == expected, "answer {number}, {size} ranks: {name} {value:e} {expected:e}");
+            }
+            let parts = found[0].parts.iter().zip(&whole.parts);
+            for (found, expected) in parts {
+                let (a, b) = (found.residual, expected.residual);
+                assert!((a - b).abs() <= 1e-9 * b.abs() + 1e-13 || a == b, "{found:?} {expected:?}");
+            }
+        }
+    }
+}
