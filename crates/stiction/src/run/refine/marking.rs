@@ -30,6 +30,13 @@ pub(super) fn marked(indicators: &[f64], goal: Option<f64>) -> Vec<u32> {
     order
 }
 
+/// Marks `more` cells too; `marked` stays in ascending order.
+pub(super) fn mark_also(marked: &mut Vec<u32>, more: Vec<u32>) {
+    marked.extend(more);
+    marked.sort_unstable();
+    marked.dedup();
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

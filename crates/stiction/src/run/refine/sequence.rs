@@ -14,7 +14,7 @@ use crate::friction::Status;
 use crate::io::case::{AccuracySpec, AgainstSpec, Case, MeshSource, Placing};
 use crate::mesh::{Bisection, MeshNotes, many, refine};
 use crate::run::pose::{MemoryLimit, Prepared, Seconds};
-use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Outcome, contact_terms};
+use crate::run::solve::{AccuracyRecord, GoalRecord, LevelRecord, Named, Outcome, contact_terms};
 
 /// Bisections of a marked cell from one level to the next; two shorten all its edges but one.
 const BISECTIONS: u32 = 2;
@@ -190,7 +190,13 @@ pub fn solve_to_accuracy(
             break Some(why);
         }
         let cells = &sequence.indicators.cells;
-        let marked = marking::marked(cells, goal_of_sum(&goals, cells));
+        let mut marked = marking::marked(cells, goal_of_sum(&goals, cells));
+        if let (true, Some((prepared, outcome))) =
+            (goals.iter().any(|goal| goal.name == PRESSURE && !goal.met()), &last)
+        {
+            // Without finer cells at a peak no mesh tells more of it.
+            marking::mark_also(&mut marked, values::cells_at_peaks(prepared, outcome));
+        }
         let (finer, start) = match finer(&bisection, &marked, accuracy, &sequence.displacement) {
             Ok(finer) => finer,
             Err(error) => break Some(error.what),
@@ -289,6 +295,8 @@ fn goal_of_sum(goals: &[GoalRecord], cells: &[f64]) -> Option<f64> {
 
 /// The key of the goal that the estimate itself is held against.
 const ENERGY: &str = "energy";
+/// The key of the goal that is missed as long as a peak is not resolved.
+const PRESSURE: &str = "pressure";
 
 impl Sequence {
     fn add(&mut self, prepared: &Prepared, outcome: &Outcome, indicators: Indicators) {
@@ -305,8 +313,13 @@ impl Sequence {
             iterations: if outcome.steps.is_empty() { counts.newton_steps.max(counts.cycles) } else { of_steps },
             cpu_seconds: outcome.seconds.total().cpu,
             values: values::named(&values),
+            bars: Named::default(),
         });
         self.values.push(values);
+        let errors = self.errors();
+        if let Some(level) = self.levels.last_mut() {
+            level.bars = values::bars(&self.values, &errors);
+        }
         self.contacts = decided(prepared);
         self.displacement = full_displacement(&prepared.model, &outcome.solution.u);
         self.indicators = indicators;
@@ -354,7 +367,7 @@ impl Sequence {
             (ENERGY, accuracy.energy, self.levels[..levels].last().map(|level| level.known(accuracy.proven))),
             ("forces", accuracy.forces, by_bars(Sort::Force)),
             ("displacement", accuracy.displacement, by_bars(Sort::Displacement)),
-            ("pressure", accuracy.pressure, by_bars(Sort::Pressure)),
+            (PRESSURE, accuracy.pressure, by_bars(Sort::Pressure)),
         ];
         let goal = |(name, asked, reached): (&str, Option<f64>, Option<f64>)| {
             asked.map(|asked| GoalRecord { name: name.into(), asked, reached })

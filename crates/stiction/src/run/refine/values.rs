@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::Friction;
 use crate::mesh::Mesh;
-use crate::mesh::v3::{norm, sub};
+use crate::mesh::v3::norm;
 use crate::run::pose::Prepared;
-use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord};
+use crate::run::solve::{AnswerRecord, Named, Outcome, Totals, ValueRecord, edges, pair_totals};
 
 /// On the safe side of what the sequence says: of 390 bars on bricks, Hertz's contact, a punch and two bodies 373 held with 1.75,
 /// half of which were over 8.2 times the error; with 2 they were 376 and 9.4 times (note on the estimate, 2026-11-24).
@@ -23,8 +23,11 @@ pub(super) const LEAST_LEVELS: usize = 3;
 pub(super) const EXACT: f64 = 1e-6;
 /// A peak that grows at least as this power of the size of the cells where it is has no limit.
 const SINGULAR: f64 = 0.15;
-/// How often the cells there must have been halved to say so.
-const HALVED: f64 = 2.0;
+/// Ratios of sizes of cells that are halved, and twice halved, rounding left aside.
+const HALVED: f64 = 1.99;
+const TWICE_HALVED: f64 = 3.98;
+/// A mesh says something of a peak of another one whose cells there are smaller by this factor; two bisections give 1.59.
+const FINER: f64 = 1.2;
 
 /// What a value is, for the goals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,16 +44,19 @@ pub(super) struct Value {
     pub name: String,
     pub sort: Sort,
     pub value: f64,
-    /// Where a peak is, and the size of the cells there.
-    pub peak: Option<([f64; 3], f64)>,
+    /// No bar is smaller: what this mesh cannot tell of the value, whatever other meshes give.
+    pub least: f64,
+    /// The size of the cells where a peak is, length.
+    pub peak: Option<f64>,
 }
 
 /// All of them, in the same order on each mesh.
 pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
     let answer = AnswerRecord::of(prepared, outcome);
-    let plain = |name: String, sort: Sort, value: f64| Value { name, sort, value, peak: None };
+    let plain =
+        |name: String, sort: Sort, value: f64| Value { name, sort, value, least: LEAST * value.abs(), peak: None };
     let mut all = Vec::new();
-    for pair in &answer.pairs {
+    for (pair, edge) in answer.pairs.iter().zip(edges(prepared, outcome)) {
         let Totals { normal_force, tangential_force, stick_area, slip_area, max_pressure, max_pressure_at, .. } =
             pair.totals;
         let of = |what: &str| if answer.pairs.len() > 1 { format!("{what} of \"{}\"", pair.name) } else { what.into() };
@@ -59,9 +65,11 @@ pub(super) fn values(prepared: &Prepared, outcome: &Outcome) -> Vec<Value> {
         if prepared.problem.contact.friction.iter().any(|law| *law != Friction::None) {
             all.push(plain(of("friction force"), Sort::Force, norm(tangential_force)));
         }
-        all.push(plain(of("contact area"), Sort::Other, area));
-        all.push(plain(of("mean pressure"), Sort::Other, if area > 0.0 { normal_force / area } else { 0.0 }));
-        let peak = max_pressure_at.and_then(|at| Some((at, cell_size(&prepared.mesh, at)?)));
+        let mean = if area > 0.0 { normal_force / area } else { 0.0 };
+        let at_edge = |value: f64| if area > 0.0 { value.abs() * (0.5 * edge / area).max(LEAST) } else { 0.0 };
+        all.push(Value { least: at_edge(area), ..plain(of("contact area"), Sort::Other, area) });
+        all.push(Value { least: at_edge(mean), ..plain(of("mean pressure"), Sort::Other, mean) });
+        let peak = max_pressure_at.and_then(|at| cell_size(&prepared.mesh, at));
         all.push(Value { peak, ..plain(of("largest pressure"), Sort::Pressure, max_pressure) });
     }
     for bolt in &answer.bolts {
@@ -77,42 +85,72 @@ pub(super) fn named(values: &[Value]) -> Named {
     Named(values.iter().map(|value| (value.name.clone(), value.value)).collect())
 }
 
+/// The bars of the last mesh by name, where they are known.
+pub(super) fn bars(levels: &[Vec<Value>], error: &[f64]) -> Named {
+    Named(records(levels, error).into_iter().filter_map(|record| Some((record.name, record.bar?))).collect())
+}
+
+/// The cells that have a node at `place`.
+fn cells_at(mesh: &Mesh, place: [f64; 3]) -> impl Iterator<Item = usize> + '_ {
+    let at_place = move |node: &u32| mesh.nodes[*node as usize] == place;
+    let cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).enumerate();
+    cells.filter(move |(_, nodes)| nodes.iter().any(at_place)).map(|(cell, _)| cell)
+}
+
 /// The size of the smallest cell that has a node at `place`, length.
 fn cell_size(mesh: &Mesh, place: [f64; 3]) -> Option<f64> {
-    let at_place = |node: &u32| mesh.nodes[*node as usize] == place;
-    let cells = mesh.cells.iter().flat_map(|block| (0..block.len()).map(|i| block.cell(i))).enumerate();
-    let near = cells.filter(|(_, nodes)| nodes.iter().any(at_place));
-    near.map(|(cell, _)| mesh.cell_volume(cell).cbrt()).reduce(f64::min)
+    cells_at(mesh, place).map(|cell| mesh.cell_volume(cell).cbrt()).reduce(f64::min)
+}
+
+/// The cells at the largest pressure of each pair.
+pub(super) fn cells_at_peaks(prepared: &Prepared, outcome: &Outcome) -> Vec<u32> {
+    let peaks = pair_totals(prepared, outcome).into_iter().filter_map(|(_, totals)| totals.max_pressure_at);
+    peaks.flat_map(|at| cells_at(&prepared.mesh, at)).map(|cell| cell as u32).collect()
 }
 
 /// Half the width of the error bar of the last of `values`, one for each mesh, by the estimates `error` of these meshes:
-/// values converge at least as fast as the energy norm, and that none does so faster is the cautious assumption.
-/// `None` with fewer than three meshes, or without one that says something; zero where the answer is exact.
-pub(super) fn bar(values: &[f64], error: &[f64]) -> Option<f64> {
-    let last = values.len().checked_sub(1)?;
-    if error[last] <= EXACT {
-        return Some(0.0);
+/// values converge at least as fast as the energy norm, and that none does so faster is the cautious assumption. Meshes that are
+/// as coarse where a peak is say nothing of it.
+/// `None` with fewer than three meshes, without one that says something, and of a peak whose cells have not been halved or that still
+/// follows their size; the least where the answer is exact.
+pub(super) fn bar(values: &[&Value], error: &[f64]) -> Option<f64> {
+    let (last, before) = values.split_last()?;
+    let e = error[before.len()];
+    if e <= EXACT {
+        return Some(if last.least > LEAST * last.value.abs() { last.least } else { 0.0 });
     }
-    if values.len() < LEAST_LEVELS {
+    // A peak is known once its cells have been halved and it no longer follows them.
+    let has_settled =
+        last.peak.is_none() || [FINER, HALVED].iter().all(|&coarser| rises(values, coarser) == Some(false));
+    if values.len() < LEAST_LEVELS || !has_settled {
         return None;
     }
-    let says = |&j: &usize| error[j] > APART * error[last];
-    let from = |j: usize| (values[j] - values[last]).abs() * error[last] / (error[j] - error[last]);
-    let largest = (last.saturating_sub(BEFORE)..last).filter(says).map(from).reduce(f64::max)?;
-    Some((SAFETY * largest).max(LEAST * values[last].abs()))
+    let is_coarser = |value: &Value| match (value.peak, last.peak) {
+        (Some(coarse), Some(size)) => coarse > FINER * size,
+        (None, Some(_)) => false,
+        _ => true,
+    };
+    let by = |(value, &error): (&&Value, &f64)| {
+        let says = error > APART * e && is_coarser(value);
+        says.then(|| (value.value - last.value).abs() * e / (error - e))
+    };
+    let largest = before.iter().zip(error).rev().take(BEFORE).filter_map(by).reduce(f64::max)?;
+    Some((SAFETY * largest).max(last.least))
 }
 
-/// Whether a peak grows without bound: the cells at its place were halved twice and more, and it rises with a power of their
-/// size at every mesh.
+/// Whether the last of these peaks has risen with a power of the size of the cells since the last mesh on which they were `coarser`
+/// times as large; `None` without such a mesh. It may be elsewhere on each mesh, as along the rim of a punch.
+fn rises(peaks: &[&Value], coarser: f64) -> Option<bool> {
+    let (last, before) = peaks.split_last()?;
+    let size = last.peak?;
+    let since = |value: &&Value| Some((value.peak.filter(|coarse| *coarse >= coarser * size)?, value.value));
+    let (coarse, first) = before.iter().rev().find_map(since)?;
+    Some((last.value / first).log2() >= SINGULAR * (coarse / size).log2())
+}
+
+/// Whether a peak grows without bound: it rises with a power of the size of its cells, over the last halving and over two.
 pub(super) fn is_unbounded(peaks: &[&Value]) -> bool {
-    let known = |value: &&Value| value.peak.map(|(at, size)| (at, size, value.value));
-    let Some(all) = peaks.iter().map(known).collect::<Option<Vec<_>>>() else { return false };
-    let Some((&(at, size, value), before)) = all.split_last() else { return false };
-    // The meshes on which the peak stood at this place already.
-    let stood = before.iter().rev().take_while(|(place, coarse, _)| norm(sub(*place, at)) <= 2.0 * coarse);
-    let Some(&(_, coarse, first)) = stood.last() else { return false };
-    let (halvings, growth) = ((coarse / size).log2(), (value / first).log2());
-    halvings >= HALVED && growth >= SINGULAR * halvings
+    [HALVED, TWICE_HALVED].iter().all(|&coarser| rises(peaks, coarser) == Some(true))
 }
 
 /// The values of the last mesh with their bars.
@@ -123,8 +161,7 @@ pub(super) fn records(levels: &[Vec<Value>], error: &[f64]) -> Vec<ValueRecord> 
         if is_unbounded(&of_levels) {
             return ValueRecord { name: value.name.clone(), value: None, bar: None };
         }
-        let numbers: Vec<f64> = of_levels.iter().map(|value| value.value).collect();
-        ValueRecord { name: value.name.clone(), value: Some(value.value), bar: bar(&numbers, error) }
+        ValueRecord { name: value.name.clone(), value: Some(value.value), bar: bar(&of_levels, error) }
     };
     last.iter().enumerate().map(record).collect()
 }
@@ -145,42 +182,67 @@ pub(super) fn worst_bar(levels: &[Vec<Value>], error: &[f64], sort: Sort) -> Opt
 mod tests {
     use super::*;
 
+    fn plain(value: f64) -> Value {
+        Value { name: "force".into(), sort: Sort::Force, value, least: LEAST * value.abs(), peak: None }
+    }
+
+    fn peak(value: f64, size: f64) -> Value {
+        Value { name: "largest pressure".into(), sort: Sort::Pressure, peak: Some(size), ..plain(value) }
+    }
+
+    fn bar_of<const N: usize>(values: [Value; N], error: &[f64]) -> Option<f64> {
+        bar(&values.iter().collect::<Vec<_>>(), error)
+    }
+
     #[test]
     fn the_bar_of_a_value_that_follows_the_error_is_its_error_with_some_to_spare() {
         let error = [0.1, 0.05, 0.02, 0.01];
-        let values = error.map(|e| 3.0 + 2.0 * e);
-        let found = bar(&values, &error).unwrap_or(0.0);
+        let found = bar_of(error.map(|e| plain(3.0 + 2.0 * e)), &error).unwrap_or(0.0);
         assert!((found - SAFETY * 0.02).abs() < 1e-12, "{found}");
         // One that converges faster is closer than its bar, and one that does not change has none to speak of.
-        let faster = error.map(|e| 3.0 + 2.0 * e * e);
-        assert!(bar(&faster, &error).is_some_and(|bar| bar > 2.0 * 1e-4 && bar < 0.02));
-        assert_eq!(bar(&[5.0; 4], &error), Some(5.0 * LEAST));
+        let faster = bar_of(error.map(|e| plain(3.0 + 2.0 * e * e)), &error);
+        assert!(faster.is_some_and(|bar| bar > 2.0 * 1e-4 && bar < 0.02));
+        assert_eq!(bar_of([5.0; 4].map(plain), &error), Some(5.0 * LEAST));
     }
 
     #[test]
     fn a_bar_takes_three_meshes_and_errors_that_fall() {
-        assert_eq!(bar(&[1.0, 2.0], &[0.2, 0.1]), None);
-        assert_eq!(bar(&[1.0, 2.0, 3.0], &[0.1, 0.1, 0.1]), None);
+        assert_eq!(bar_of([1.0, 2.0].map(plain), &[0.2, 0.1]), None);
+        assert_eq!(bar_of([1.0, 2.0, 3.0].map(plain), &[0.1, 0.1, 0.1]), None);
         assert_eq!(bar(&[], &[]), None);
         // The solution lies in the space of the elements: no mesh has more to say.
-        assert_eq!(bar(&[4.0], &[1e-12]), Some(0.0));
+        assert_eq!(bar_of([4.0].map(plain), &[1e-12]), Some(0.0));
     }
 
-    fn peak(value: f64, at: [f64; 3], size: f64) -> Value {
-        Value { name: "largest pressure".into(), sort: Sort::Pressure, value, peak: Some((at, size)) }
+    /// The error falls in the bodies while contact keeps its points: an area that does not change is not known the better.
+    #[test]
+    fn the_bar_of_an_area_is_not_smaller_than_its_edge_is_wide() {
+        let area = |edge: f64| Value { least: edge, ..plain(430.0) };
+        assert_eq!(bar_of([40.0, 40.0, 30.0].map(area), &[0.2, 0.1, 0.08]), Some(30.0));
+    }
+
+    #[test]
+    fn a_peak_has_a_bar_once_its_cells_are_halved_and_it_no_longer_follows_them() {
+        let of = |peaks: [(f64, f64); 3]| bar_of(peaks.map(|(p, h)| peak(p, h)), &[0.2, 0.1, 0.05]);
+        assert!(of([(34.0, 3.0), (34.5, 3.0), (35.0, 1.5)]).is_some());
+        assert_eq!(of([(34.0, 3.0), (34.5, 3.0), (35.0, 3.0)]), None);
+        assert_eq!(of([(34.0, 3.0), (34.5, 3.0), (35.0, 2.0)]), None);
+        assert_eq!(of([(34.0, 6.0), (38.0, 4.0), (48.0, 2.0)]), None);
     }
 
     #[test]
     fn a_peak_that_follows_the_size_of_its_cells_is_without_bound_and_one_that_settles_is_not() {
-        let singular: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(h.powf(-0.5), [1.0; 3], h)).to_vec();
-        assert!(is_unbounded(&singular.iter().collect::<Vec<_>>()));
-        let smooth: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(2.0 - h * h, [1.0; 3], h)).to_vec();
-        assert!(!is_unbounded(&smooth[1..].iter().collect::<Vec<_>>()));
-        // Two meshes are not enough, and neither is a peak that has only just come to this place.
-        assert!(!is_unbounded(&singular[2..].iter().collect::<Vec<_>>()));
-        let mut wandering = singular.clone();
-        wandering[2].peak = Some(([9.0; 3], 0.25));
-        assert!(!is_unbounded(&wandering.iter().collect::<Vec<_>>()));
-        assert!(!is_unbounded(&[]));
+        let unbounded = |peaks: &[Value]| is_unbounded(&peaks.iter().collect::<Vec<_>>());
+        let singular: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(h.powf(-0.5), h)).to_vec();
+        assert!(unbounded(&singular));
+        let smooth: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(2.0 - h * h, h)).to_vec();
+        assert!(!unbounded(&smooth[1..]));
+        // Neither is one that has grown while contact was not resolved.
+        let resolved: Vec<Value> = [1.0, 0.5, 0.25, 0.125].map(|h: f64| peak(1.0 / h.max(0.25), h)).to_vec();
+        assert!(!unbounded(&resolved));
+        // Two meshes are not enough, and cells have to shrink.
+        assert!(!unbounded(&singular[2..]));
+        assert!(!unbounded(&[1.0, 2.0, 4.0, 8.0].map(|value| peak(value, 1.0))));
+        assert!(!unbounded(&[]));
     }
 }

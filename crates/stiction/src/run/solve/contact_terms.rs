@@ -76,7 +76,7 @@ pub(crate) fn contact_terms(prepared: &Prepared, outcome: &Outcome) -> Vec<(u32,
 }
 
 /// Triangles between the nodes of a face.
-fn parts(nodes: usize) -> &'static [[usize; 3]] {
+pub(super) fn parts(nodes: usize) -> &'static [[usize; 3]] {
     match nodes {
         3 => &[[0, 1, 2]],
         4 => &[[0, 1, 2], [0, 2, 3]],

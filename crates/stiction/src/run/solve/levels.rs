@@ -64,6 +64,9 @@ pub struct LevelRecord {
     pub cpu_seconds: f64,
     /// What is read from the answer, by name.
     pub values: Named,
+    /// Their error bars if this were the last mesh; those that are not known, and values without a bound, are left out.
+    #[serde(default)]
+    pub bars: Named,
 }
 
 impl LevelRecord {
