@@ -443,6 +443,12 @@ pub(crate) fn status_name(status: Status) -> &'static str {
     }
 }
 
+/// Why nothing balances the loads, with the remedy, if the status says so.
+pub(crate) fn no_equilibrium(problem: &ContactProblem, status: Status) -> Option<String> {
+    let escape = stiction::run::escape(problem, status)?;
+    Some(format!("there is no equilibrium: {}; {}", escape.sentence(), escape.remedy))
+}
+
 /// A solution with the jumps at the points.
 struct Answer {
     solution: Solution,
@@ -461,6 +467,7 @@ impl Answer {
         jumps[m..].iter_mut().for_each(|slip| *slip = 0.0 - *slip);
         let dict = PyDict::new(py);
         dict.set_item("status", status_name(solution.status))?;
+        dict.set_item("why", no_equilibrium(&problem, solution.status))?;
         let path = match solution.path {
             SolverPath::Multigrid => "multigrid",
             SolverPath::Solves => "solves",

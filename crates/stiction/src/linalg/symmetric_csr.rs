@@ -77,9 +77,8 @@ impl SymmetricCsr {
                 };
                 let (lower, upper) = (entry((left, &mut a)), entry((below, &mut b)));
                 let j = j as usize;
-                if (upper - lower).abs() > ROUNDING * own.max(diagonal[j]) {
-                    let what = format!("not symmetric at ({j}, {i}): {upper} and {lower}");
-                    return Err(Error::new(name, what, "give both triangles of a symmetric matrix"));
+                if (upper - lower).abs() > ROUNDING * own.abs().max(diagonal[j].abs()) {
+                    return Err(Self::not_symmetric(name, j, i, upper, lower));
                 }
                 columns.push(j as u32);
                 values.push(if upper == lower { lower } else { 0.5 * (lower + upper) });
@@ -87,6 +86,14 @@ impl SymmetricCsr {
             matrix.push_row(&columns, &values, own);
         }
         Ok(matrix)
+    }
+
+    /// That the entries `(i, j)` and `(j, i)` of the matrix `name` differ by more than rounding.
+    pub fn not_symmetric(name: &str, i: usize, j: usize, one: f64, other: f64) -> Error {
+        let [a, b, apart] = [one, other, (one - other).abs()].map(Error::number);
+        let apart = if a == b { format!(", {apart} apart") } else { String::new() };
+        let what = format!("not symmetric at ({i}, {j}): {a} and {b}{apart}");
+        Error::new(name, what, "give both triangles of a symmetric matrix")
     }
 
     /// The matrix whose lower triangle is given by rows.

@@ -27,12 +27,13 @@ pub use results::{
 };
 #[cfg(feature = "report")]
 pub use results::{write_report, write_report_on};
+pub use crate::contact::escape::Escape;
 pub use solve::{
     AccuracyRecord, AnswerRecord, AttemptRecord, Balance, BalanceRecord, BodyRecord, BoltState, BoundRecord,
     CertificateRecord, CountsRecord, CouplingState, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord,
     MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
     SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound,
-    bolt_states, coupling_states, discretisation_error, error_bound, escape_mode, pair_totals, solve, solve_steps,
+    bolt_states, coupling_states, discretisation_error, error_bound, escape, pair_totals, solve, solve_steps,
     totals, widened,
 };
 
