@@ -282,13 +282,22 @@ fn states_of(py: Python<'_>, codes: &[u8], m: usize) -> PyResult<Vec<PointState>
     }
 }
 
+/// What rounding leaves of numbers that cancel, as a part of their terms.
+const CANCELLED: f64 = 8.0 * f64::EPSILON;
+
 /// Gap and slip reference as given, less what the prescribed displacements do to the jumps.
 fn offset(problem: &mut ContactProblem, supports: Option<&Supports>, gap: &[f64], reference: &[f64]) {
     let m = gap.len();
     let given = gap.iter().chain(reference).copied();
     let all: Vec<f64> = match supports {
         Some(supports) => {
-            given.zip(supports.B.times(&supports.displacement)).map(|(given, jump)| given - jump).collect()
+            let moved: Vec<f64> = supports.displacement.iter().map(|u| u.abs()).collect();
+            let less = |(i, (given, jump)): (usize, (f64, f64))| {
+                let terms = supports.B.entries_of(i).map(|(p, b)| b.abs() * moved[p as usize]).sum::<f64>();
+                // What rounding leaves where a point is carried exactly to its counterpart is no gap.
+                Some(given - jump).filter(|left| left.abs() > CANCELLED * given.abs().max(terms)).unwrap_or(0.0)
+            };
+            given.zip(supports.B.times(&supports.displacement)).enumerate().map(less).collect()
         }
         None => given.collect(),
     };

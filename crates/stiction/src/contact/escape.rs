@@ -38,7 +38,7 @@ enum Kind {
 /// A point opens if it moves apart by more than this part of the largest jump in the motion.
 const OPENS: f64 = 1e-6;
 
-/// Normals that differ by less are those of one plane; so are directions along it.
+/// Normals that differ by less are those of one plane.
 const FLAT: f64 = 1e-6;
 
 /// The motion `slide`, on which no contact forces take up the work of the loads, in words.
@@ -58,10 +58,8 @@ pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -
     let mut facts = vec![did(kind, opening, points.len())];
     facts.extend(force.map(|force| format!("the loads on it add up to the force {}", components(force))));
     let (t, omega, origin, centre, radius) = velocity(problem, motions, first, &slide.alpha);
-    if kind == Kind::Slide && bodies.len() == 1 && matches!(Motion::of(t, omega, origin, centre, radius), Motion::Translation { .. })
-    {
-        let along = scale(1.0 / norm(t), t);
-        facts.extend(force.and_then(|force| resisted(problem, motions, first, &points, force, along)));
+    if kind != Kind::LiftOff && bodies.len() == 1 {
+        facts.extend(force.and_then(|force| resisted(problem, motions, first, &points, force)));
     }
     let middle = Motion::of_middle(t, omega, origin, centre, radius).filter(|_| kind == Kind::LiftOff);
     let motion = match middle {
@@ -126,7 +124,6 @@ fn resisted(
     body: usize,
     points: &[usize],
     force: V3,
-    along: V3,
 ) -> Option<String> {
     let kernel = problem.elastic.near_kernel.as_ref()?;
     let own = &motions.bodies[body].unknowns;
@@ -149,10 +146,11 @@ fn resisted(
         });
     }
     let normal = plane?;
-    let (press, push) = (dot(force, normal), dot(force, along));
-    if dot(normal, along).abs() > FLAT || press <= 0.0 {
+    let press = dot(force, normal);
+    if press <= 0.0 {
         return None;
     }
+    let push = norm(sub(force, scale(press, normal)));
     let [push, press, most] = [push, press, largest * press].map(Error::number);
     Some(format!("they push along the contact with {push} and press on it with {press}: friction holds at most {largest} x {press} = {most}"))
 }

@@ -139,7 +139,7 @@ impl Check<'_> {
         }
         let what = format!("`{}` is {x:?}, but a number{} is wanted", context.label, limits.describe());
         if limits.part && limits.contain(x / 100.0) {
-            let remedy = format!("did you mean {x}%? write {} = \"{x}%\", or {}", context.key.name, Error::number(x / 100.0));
+            let remedy = format!("did you mean {x}%? write that, or {}", Error::number(x / 100.0));
             return Err(self.error(&node.at, what, remedy));
         }
         if limits.remedy.is_empty() {

@@ -224,8 +224,19 @@ fn contact(rows: &mut Rows, head: &str, t: &Totals) {
     }
     if let Some(place) = t.max_pressure_at {
         let (pressure, place, shear) = (number(t.max_pressure), triple(place), number(t.max_shear));
-        rows.more(format!("pressure at most {pressure} at {place}, shear at most {shear}"));
+        rows.more(format!("pressure at most {pressure} at {place}, shear at most {shear}{}", other_side(t)));
     }
+}
+
+/// Pressures of the two surfaces that differ by less are the same to a reader.
+const SAME_PRESSURE: f64 = 1e-3;
+
+/// The pressure of the other surface, which `contact.vtu` shows as well, where it is larger.
+fn other_side(t: &Totals) -> String {
+    if t.max_other_pressure <= (1.0 + SAME_PRESSURE) * t.max_pressure {
+        return String::new();
+    }
+    format!(" (at contact points; at nodes of the other surface, side 1, up to {})", number(t.max_other_pressure))
 }
 
 /// How the iteration ended.

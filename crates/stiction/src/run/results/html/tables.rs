@@ -224,7 +224,8 @@ fn contact(s: &Summary, units: &Units) -> String {
     }
     format!(
         "<h2 id=\"contact\">Contact</h2>\n{}<p class=\"note\">The normal force is the sum of the forces of the points along \
-         their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>.</p>\n",
+         their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>. Pressure and \
+         shear are those at contact points, between bodies means over nodes of the other surface, some of which have more.</p>\n",
         table.html()
     )
 }
