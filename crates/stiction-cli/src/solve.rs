@@ -133,9 +133,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
                 Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
                 None => [String::new(), "the files hold".into()],
             };
-            output::note(&format!(
-                "warning: there is no equilibrium{when}{why}; {files} no result\n"
-            ));
+            output::note(&format!("warning: there is no equilibrium{when}{why}; {files} no result\n"));
             code::SHORT
         }
         Status::PassesThrough => {

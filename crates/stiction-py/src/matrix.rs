@@ -200,7 +200,9 @@ impl View<'_> {
         let Some(i) = bad.next() else { return Ok(()) };
         let what = format!("the diagonal entry of unknown {i} is {}", Error::number(self.entry(i, i)));
         let remedy = match bad.count() + 1 {
-            all if all == count && self.entry(i, i) < 0.0 => "so are all others: give the stiffness with the other sign",
+            all if all == count && self.entry(i, i) < 0.0 => {
+                "so are all others: give the stiffness with the other sign"
+            }
             _ => "give a stiffness: every unknown that is not held needs one, larger than zero",
         };
         Err(Error::new(name, what, remedy))

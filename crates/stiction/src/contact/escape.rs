@@ -78,7 +78,9 @@ fn did(kind: Kind, opening: usize, all: usize) -> String {
         Kind::LiftOff if all == 0 => "it has no contact point".into(),
         Kind::LiftOff => format!("it lifts off: all of its {all} contact points open"),
         Kind::Slide => format!("it slides: none of its {all} contact points opens"),
-        Kind::Tip => format!("it tips over: {opening} of its {all} contact points open, and pressure on the others cannot hold it"),
+        Kind::Tip => format!(
+            "it tips over: {opening} of its {all} contact points open, and pressure on the others cannot hold it"
+        ),
     }
 }
 
@@ -152,7 +154,9 @@ fn resisted(
     }
     let push = norm(sub(force, scale(press, normal)));
     let [push, press, most] = [push, press, largest * press].map(Error::number);
-    Some(format!("they push along the contact with {push} and press on it with {press}: friction holds at most {largest} x {press} = {most}"))
+    Some(format!(
+        "they push along the contact with {push} and press on it with {press}: friction holds at most {largest} x {press} = {most}"
+    ))
 }
 
 /// A vector to read; what rounding has left of a component is zero.

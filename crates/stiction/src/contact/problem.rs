@@ -299,7 +299,8 @@ impl ContactProblem {
             return Ok(());
         }
         let what = format!("contact.gap[{j}]: contact point {j} is held and overlaps by {}", Error::number(-gap[j]));
-        let remedy = "no displacement parts it: give it a gap of at least 0, leave it out of the contact, or free its unknowns";
+        let remedy =
+            "no displacement parts it: give it a gap of at least 0, leave it out of the contact, or free its unknowns";
         Err(wrong(what, remedy))
     }
 

@@ -57,7 +57,10 @@ mod tests {
 
     #[test]
     fn a_measure_without_a_scale_is_words() {
-        assert_eq!([2.64e-10, f64::MAX, f64::INFINITY].map(measure), ["2.6e-10", "beyond all bounds", "beyond all bounds"]);
+        assert_eq!(
+            [2.64e-10, f64::MAX, f64::INFINITY].map(measure),
+            ["2.6e-10", "beyond all bounds", "beyond all bounds"]
+        );
     }
 
     #[test]

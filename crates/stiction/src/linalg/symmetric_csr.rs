@@ -473,6 +473,14 @@ mod tests {
     }
 
     #[test]
+    fn a_turned_matrix_is_as_symmetric_and_differences_can_be_read() {
+        let apart = |by: f64| from_full(&[(0, 0, -2.1e5), (1, 1, -2.1e5), (0, 1, 1e5 / 3.0), (1, 0, 1e5 / 3.0 + by)]);
+        assert!(apart(7.3e-12).is_ok());
+        let what = apart(1e-3).unwrap_err().what;
+        assert_eq!(what, "not symmetric at (0, 1): 33333 and 33333, 1e-3 apart");
+    }
+
+    #[test]
     fn what_is_no_lower_triangle_is_refused() {
         let above = Csr::from_triplets(3, 3, &[(0, 0, 1.0), (0, 2, 1.0)]);
         assert!(SymmetricCsr::from_lower(&above, "K").unwrap_err().what.contains("(0, 2)"));

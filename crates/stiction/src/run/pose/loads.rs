@@ -12,7 +12,9 @@ use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{
     Axes, DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
-use crate::io::case::{AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec};
+use crate::io::case::{
+    AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec,
+};
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Bounds, Mesh, v3};
@@ -173,12 +175,7 @@ pub(crate) fn held_by_contact(
 
 /// The first contact both surfaces of which belong to one of several bodies: hardly what was meant where another body is not
 /// held.
-fn on_one_body<'a>(
-    mesh: &Mesh,
-    problem: &ContactProblem,
-    dofs: &DofMap,
-    case: &'a Case,
-) -> Option<(&'a Spot, String)> {
+fn on_one_body<'a>(mesh: &Mesh, problem: &ContactProblem, dofs: &DofMap, case: &'a Case) -> Option<(&'a Spot, String)> {
     let bodies = problem.labels.bodies.as_ref().filter(|bodies| bodies.list.len() > 1)?;
     let of_node = body_of_node(mesh, problem, dofs);
     let own = |region: &Region, spot: &Spot| -> Option<u32> {
@@ -191,7 +188,10 @@ fn on_one_body<'a>(
         let body = own(&contact.on, &contact.spot)?;
         (own(region, &contact.spot)? == body).then(|| {
             let (name, of) = (&contact.name, &bodies.list[body as usize].name);
-            (&contact.spot, format!("contact \"{name}\" names two surfaces of one body, \"{of}\": is one of another body meant?"))
+            (
+                &contact.spot,
+                format!("contact \"{name}\" names two surfaces of one body, \"{of}\": is one of another body meant?"),
+            )
         })
     })
 }

@@ -1,7 +1,7 @@
 //! A pair of surfaces in plain words.
 
-use crate::contact::{Counterpart, InitialGap, PairFacts, Reason, Role, SurfaceFriction};
 use super::accuracy_text::percent;
+use crate::contact::{Counterpart, InitialGap, PairFacts, Reason, Role, SurfaceFriction};
 use crate::io::text::number;
 use crate::run::pose::ContactFacts;
 

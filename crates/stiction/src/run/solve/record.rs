@@ -5,9 +5,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::quantities::{
-    Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction,
-};
+use super::quantities::{Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
 use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, coupling_states};
