@@ -295,7 +295,9 @@ fn offset(problem: &mut ContactProblem, supports: Option<&Supports>, gap: &[f64]
             let less = |(i, (given, jump)): (usize, (f64, f64))| {
                 let terms = supports.B.entries_of(i).map(|(p, b)| b.abs() * moved[p as usize]).sum::<f64>();
                 // What rounding leaves where a point is carried exactly to its counterpart is no gap.
-                Some(given - jump).filter(|left| left.abs() > CANCELLED * given.abs().max(terms)).unwrap_or(0.0)
+                let left = given - jump;
+                let rounding = left.is_finite() && left.abs() <= CANCELLED * given.abs().max(terms);
+                if rounding { 0.0 } else { left }
             };
             given.zip(supports.B.times(&supports.displacement)).enumerate().map(less).collect()
         }

@@ -217,12 +217,15 @@ class Problem:
         ------
         NotCertified
             If the certificate does not pass; the answer is its ``result``.
-        UserWarning
-            Where no contact point touches: normals may be the wrong way round.
         InputError
             If an argument cannot be used or `K` is not positive definite; :class:`TooLarge` if memory does not suffice.
         KeyboardInterrupt
             Signals are heard while the solver works, without the GIL.
+
+        Warns
+        -----
+        UserWarning
+            If no contact point touches: normals may be the wrong way round.
         """
         forces, displacements = self._start(start, method)
         begin = time.perf_counter()
@@ -248,7 +251,7 @@ class Problem:
         )
         if check and not solution.solved:
             raise NotCertified(f"{why or _why(solution.status)}: {solution.certificate!r}", solution)
-        if solution.solved and self._points and not solution.state.any():
+        if solution.solved and self._points and not (solution.state.any() or solution.forces.any()):
             warnings.warn(_ALL_OPEN.format(self._points), stacklevel=2)
         return solution
 
@@ -497,8 +500,8 @@ def _nodes(coordinates: npt.ArrayLike, dofs: npt.ArrayLike | None, n: int) -> tu
 
 
 _ALL_OPEN = (
-    "all {} contact points are open; if the bodies should touch, see whether the normals point from the body into its "
-    "counterpart, and whether the gaps are right"
+    "none of {} contact points touches its counterpart; if the bodies should touch, see whether the normals point from the "
+    "body into its counterpart, and whether the gaps are right"
 )
 
 #: What others call the arguments of :class:`Problem`.

@@ -477,7 +477,7 @@ mod tests {
         let apart = |by: f64| from_full(&[(0, 0, -2.1e5), (1, 1, -2.1e5), (0, 1, 1e5 / 3.0), (1, 0, 1e5 / 3.0 + by)]);
         assert!(apart(7.3e-12).is_ok());
         let what = apart(1e-3).unwrap_err().what;
-        assert_eq!(what, "not symmetric at (0, 1): 33333 and 33333, 1e-3 apart");
+        assert_eq!(what, "not symmetric at (0, 1): 33333 and 33333, 0.001 apart");
     }
 
     #[test]

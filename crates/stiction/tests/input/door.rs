@@ -47,7 +47,7 @@ fn an_overlap_that_nothing_can_part_is_no_problem_to_solve() {
         solve(&problem, &Settings::default())
     };
     let error = two(1e-3).unwrap_err();
-    assert_eq!(error.what, "contact.gap[1]: contact point 1 is held and overlaps by 1e-3");
+    assert_eq!(error.what, "contact.gap[1]: contact point 1 is held and overlaps by 0.001");
     assert!(error.remedy.contains("give it a gap of at least 0"), "{error}");
     // What rounding leaves of a gap is none.
     assert_eq!(two(1e-16).unwrap().status, Status::Solved);
