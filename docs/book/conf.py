@@ -38,9 +38,29 @@ python_use_unqualified_type_names = True
 # What lies outside of the package has its own documentation; this one is built without a network.
 nitpick_ignore_regex = [("py:.*", r"(?!stiction).*")]
 nitpick_ignore = []
+# Words of shapes, such as `nodes`, are also names of several fields.
+suppress_warnings = ["ref.python"]
 
 linkcheck_timeout = 20
 linkcheck_retries = 2
 linkcheck_anchors = False
 # Publishers answer programs with 403.
 linkcheck_allowed_redirects = {r"https://doi\.org/.*": r".*"}
+
+
+def setup(app):
+    """Docstrings below fields stand in the modules of the package, whose classes call themselves those of `stiction`."""
+    from importlib import import_module
+    from pkgutil import iter_modules
+
+    from sphinx.pycode import ModuleAnalyzer
+
+    package = ModuleAnalyzer.for_module("stiction")
+    package.analyze()
+    for module in iter_modules(import_module("stiction").__path__):
+        if module.name.startswith("_") and module.name not in ("_stiction", "__main__"):
+            part = ModuleAnalyzer.for_module(f"stiction.{module.name}")
+            part.analyze()
+            package.attr_docs.update({place: text for place, text in part.attr_docs.items() if place[0]})
+            package.annotations.update(part.annotations)
+            package.tagorder.update({name: len(package.tagorder) + at for name, at in part.tagorder.items()})

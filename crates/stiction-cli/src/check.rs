@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use stiction::Error;
 use stiction::certificate::JudgedBound;
+use stiction::io::text::measure;
 use stiction::run;
 
 use crate::{code, output};
@@ -23,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut text = format!("certificate of {}, tolerance {tolerance:e}\n", arguments.folder.display());
     for (name, value) in certificate.measures() {
         let verdict = if value <= tolerance { "" } else { "  exceeds the tolerance" };
-        text += &format!("  {:<17} {value:.1e}{verdict}\n", name.replace('_', " "));
+        text += &format!("  {:<17} {}{verdict}\n", name.replace('_', " "), measure(value));
     }
     for (name, old, new) in &checked.differences {
         text += &format!("  summary.json says {} = {old:e}, recomputed {new:e}\n", name.replace('_', " "));
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for step in &checked.steps {
         let passed = if step.certificate.passed { "" } else { ", which exceeds the tolerance" };
         let (t, worst) = (step.t, step.certificate.worst);
-        text += &format!("  step {:<4} t = {t:<10} worst measure {worst:.1e}{passed}\n", step.number);
+        text += &format!("  step {:<4} t = {t:<10} worst measure {}{passed}\n", step.number, measure(worst));
         for (name, old, new) in &step.differences {
             text += &format!("    {}: recorded {old:e}, recomputed {new:e}\n", name.replace('_', " "));
         }
@@ -44,8 +45,8 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for what in &checked.passes_through {
         text += &format!("  {what}\n");
     }
-    for measure in checked.bound.iter().flat_map(|bound| &bound.measures).filter(|measure| !measure.is_met()) {
-        text += &format!("  bound.npz: {} missed by {:.1e}, {}\n", measure.name, measure.value, measure.place);
+    for missed in checked.bound.iter().flat_map(|bound| &bound.measures).filter(|measure| !measure.is_met()) {
+        text += &format!("  bound.npz: {} missed by {:.1e}, {}\n", missed.name, missed.value, missed.place);
     }
     let is_proven = checked.bound.as_ref().is_none_or(JudgedBound::passed);
     if let (Some(bound), true) = (&checked.bound, is_proven) {

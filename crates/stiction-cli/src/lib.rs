@@ -25,6 +25,7 @@ mod threads;
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
 /// Certified elastic contact with friction in 3D
@@ -105,7 +106,8 @@ pub fn run_command(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let code = match Arguments::try_parse_from(arguments) {
         _ if as_ccx => ccx::called(arguments.iter().skip(1).map(|word| word.to_string_lossy().into_owned()).collect()),
         Ok(arguments) => run(arguments.command),
-        Err(other) => {
+        Err(mut other) => {
+            hint(&mut other);
             match other.use_stderr() {
                 // It quotes arguments, among which control characters may be.
                 true => output::note(&other.render().to_string()),
@@ -122,6 +124,27 @@ pub fn run_command(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             if code <= code::SHORT { code::INPUT } else { code }
         }
         None => code,
+    }
+}
+
+/// What people take for options of `solve` and is a value of the case, with an example.
+const IN_THE_CASE: [(&str, &str); 7] = [
+    ("--mu", "contact.0.friction.coulomb=0.3"),
+    ("--friction", "contact.0.friction.coulomb=0.3"),
+    ("--coulomb", "contact.0.friction.coulomb=0.3"),
+    ("--tolerance", "solver.tolerance=1e-6"),
+    ("--mesh", "mesh.file=part.msh"),
+    ("--young", "materials.NAME.young=210e3"),
+    ("--load", "load.0.force=[0, 0, -5000]"),
+];
+
+/// An option that is none and stands in the case is not a value of another, as the parser supposes.
+fn hint(error: &mut clap::Error) {
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else { return };
+    let known = |(name, _): &&(&str, &str)| option.split('=').next() == Some(*name);
+    if let (ErrorKind::UnknownArgument, Some((_, example))) = (error.kind(), IN_THE_CASE.iter().find(known)) {
+        let tip = format!("values of the case are changed with --set KEY=VALUE: --set {example}");
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     }
 }
 

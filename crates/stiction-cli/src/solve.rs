@@ -80,7 +80,7 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
     overrides.extend(arguments.method.iter().map(|name| ("solver.method".to_string(), name.clone())));
     overrides.extend(arguments.starts.iter().map(|starts| ("solver.starts".to_string(), starts.to_string())));
     overrides.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
-    let (case, path, case_text, labels) = read(arguments, &overrides)?;
+    let (case, path, case_text, labels) = read(arguments, &overrides).map_err(|error| as_typed(arguments, error))?;
     let origin = Origin { path, case_text, overrides, command: Some(command_line()) };
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     hold::folder(&folder)?;
@@ -127,14 +127,13 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
         },
         Status::Interrupted => code::INTERRUPTED,
         Status::NoEquilibrium => {
-            let motion = run::escape_mode(&prepared.problem, outcome.solution.status).unwrap_or_default();
+            let escape = run::escape(&prepared.problem, outcome.solution.status);
+            let why = escape.map_or(String::new(), |escape| format!(", {}", escape.sentence()));
             let [when, files] = match outcome.steps.last().map(|step| step.t) {
                 Some(t) => [format!(" at t = {t}"), "the files of that step hold".into()],
                 None => [String::new(), "the files hold".into()],
             };
-            output::note(&format!(
-                "warning: there is no equilibrium{when}, the loads carry away {motion}; {files} no result\n"
-            ));
+            output::note(&format!("warning: there is no equilibrium{when}{why}; {files} no result\n"));
             code::SHORT
         }
         Status::PassesThrough => {
@@ -156,6 +155,21 @@ fn solve(arguments: &Arguments) -> Result<u8, Error> {
 /// Whether a file is a deck by the ending of its name.
 pub(crate) fn is_deck(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
+}
+
+/// The same error at the option that stands for `--set`.
+fn as_typed(arguments: &Arguments, error: Error) -> Error {
+    let starts = arguments.starts.map(|starts| starts.to_string());
+    let options = [
+        ("method", "solver.method", arguments.method.as_ref()),
+        ("starts", "solver.starts", starts.as_ref()),
+        ("accuracy", "accuracy.energy", arguments.accuracy.as_ref()),
+    ];
+    let typed = options.into_iter().find_map(|(option, key, value)| {
+        let value = value?;
+        (error.place == format!("--set {key}={value}")).then(|| format!("--{option} {value}"))
+    });
+    Error { place: typed.unwrap_or(error.place), ..error }
 }
 
 /// The case, its file if it is a case file, its text, and the numbers that a deck gives its nodes and cells.

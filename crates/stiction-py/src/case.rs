@@ -19,7 +19,7 @@ use crate::arrays::table;
 use crate::errors::{raised, wrong};
 use crate::linear::{Body, Matrices};
 use crate::matrix::triples;
-use crate::problem::{certificate, phase_name, status_name};
+use crate::problem::{certificate, no_equilibrium, phase_name, status_name};
 use crate::work::{Teller, run as work};
 
 /// A case that was read; its mesh may be that of the caller.
@@ -318,8 +318,7 @@ impl Order {
         }
         let status = outcome.solution.status;
         let why = match status {
-            Status::NoEquilibrium => run::escape_mode(&prepared.problem, status)
-                .map(|motion| format!("there is no equilibrium: the loads carry away {motion}")),
+            Status::NoEquilibrium => no_equilibrium(&prepared.problem, status),
             Status::PassesThrough => run::passes_through(&prepared, &outcome),
             _ => run::limit_load(&prepared, &outcome),
         };

@@ -36,9 +36,25 @@ pub(crate) fn raised(py: Python<'_>, error: Error) -> PyErr {
         let of_memory = error.remedy.contains("`settings.memory_limit`");
         let known = |text: String| NAMES.iter().fold(text, |text, (ours, theirs)| text.replace(ours, theirs));
         let class = class(py, if of_memory { "TooLarge" } else { "InputError" });
-        class.and_then(|class| class.call1((known(error.place), known(error.what), known(error.remedy), error.excerpt)))
+        let (place, what) = at_argument(known(error.place), known(error.what));
+        class.and_then(|class| class.call1((place, what, known(error.remedy), error.excerpt)))
     };
     made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// The library names fields of its problem in the sentence; here the argument is the place: `f`, `entry 0 is NaN`.
+fn at_argument(place: String, what: String) -> (String, String) {
+    let names = || NAMES.iter().map(|(_, theirs)| *theirs).filter(|theirs| !theirs.contains(['`', ' ']));
+    let named = names().find_map(|name| Some((name, what.strip_prefix(name)?)));
+    let Some((name, rest)) = named.filter(|_| place == "contact problem") else { return (place, what) };
+    let entry = rest.strip_prefix('[').and_then(|rest| rest.split_once(']'));
+    let what = match entry {
+        // That of a point says which point it is.
+        Some((_, rest)) if rest.starts_with(": ") => rest[2..].to_string(),
+        Some((i, rest)) => format!("entry {i}{rest}"),
+        None => format!("it{rest}"),
+    };
+    (name.to_string(), what.replacen("it: ", "", 1))
 }
 
 /// An `InputError` of the binding itself.

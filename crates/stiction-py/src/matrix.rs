@@ -173,10 +173,9 @@ impl View<'_> {
                     next[j] += 1;
                     // Both diagonals stand in rows that were passed, this one's at the end of its left part.
                     if mirrored != value {
-                        let largest = self.entry(i, i).max(self.entry(j, j));
+                        let largest = self.entry(i, i).abs().max(self.entry(j, j).abs());
                         if (mirrored - value).abs() > ROUNDING * largest {
-                            let what = format!("not symmetric at ({j}, {i}): {mirrored} and {value}");
-                            return Err(Error::new(name, what, "give both triangles of a symmetric matrix"));
+                            return Err(SymmetricCsr::not_symmetric(name, j, i, mirrored, value));
                         }
                     }
                     columns.push(place[j]);
@@ -195,6 +194,20 @@ impl View<'_> {
         self.range(i).find(|&k| self.column.at(k) == j).map_or(0.0, |k| self.value[k])
     }
 
+    /// Every kept unknown needs a stiffness. Looked at first: of a matrix with the wrong sign nothing else is worth saying.
+    fn check_diagonal(&self, place: &[u32], count: usize, name: &str) -> Result<(), Error> {
+        let mut bad = (0..self.rows).filter(|&i| place[i] != DROPPED && self.entry(i, i) <= 0.0);
+        let Some(i) = bad.next() else { return Ok(()) };
+        let what = format!("the diagonal entry of unknown {i} is {}", Error::number(self.entry(i, i)));
+        let remedy = match bad.count() + 1 {
+            all if all == count && self.entry(i, i) < 0.0 => {
+                "so are all others: give the stiffness with the other sign"
+            }
+            _ => "give a stiffness: every unknown that is not held needs one, larger than zero",
+        };
+        Err(Error::new(name, what, remedy))
+    }
+
     /// The kept part of a symmetric matrix.
     pub(crate) fn symmetric(
         &self,
@@ -207,6 +220,7 @@ impl View<'_> {
             let what = format!("{} rows and {} columns", self.rows, self.cols);
             return Err(Error::new(name, what, "give a square matrix"));
         }
+        self.check_diagonal(place, count, name)?;
         if let Some(lower) = self.lower(place, name, stop)? {
             return Ok(lower);
         }

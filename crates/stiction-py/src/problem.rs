@@ -282,13 +282,24 @@ fn states_of(py: Python<'_>, codes: &[u8], m: usize) -> PyResult<Vec<PointState>
     }
 }
 
+/// What rounding leaves of numbers that cancel, as a part of their terms.
+const CANCELLED: f64 = 8.0 * f64::EPSILON;
+
 /// Gap and slip reference as given, less what the prescribed displacements do to the jumps.
 fn offset(problem: &mut ContactProblem, supports: Option<&Supports>, gap: &[f64], reference: &[f64]) {
     let m = gap.len();
     let given = gap.iter().chain(reference).copied();
     let all: Vec<f64> = match supports {
         Some(supports) => {
-            given.zip(supports.B.times(&supports.displacement)).map(|(given, jump)| given - jump).collect()
+            let moved: Vec<f64> = supports.displacement.iter().map(|u| u.abs()).collect();
+            let less = |(i, (given, jump)): (usize, (f64, f64))| {
+                let terms = supports.B.entries_of(i).map(|(p, b)| b.abs() * moved[p as usize]).sum::<f64>();
+                // What rounding leaves where a point is carried exactly to its counterpart is no gap.
+                let left = given - jump;
+                let rounding = left.is_finite() && left.abs() <= CANCELLED * given.abs().max(terms);
+                if rounding { 0.0 } else { left }
+            };
+            given.zip(supports.B.times(&supports.displacement)).enumerate().map(less).collect()
         }
         None => given.collect(),
     };
@@ -443,6 +454,12 @@ pub(crate) fn status_name(status: Status) -> &'static str {
     }
 }
 
+/// Why nothing balances the loads, with the remedy, if the status says so.
+pub(crate) fn no_equilibrium(problem: &ContactProblem, status: Status) -> Option<String> {
+    let escape = stiction::run::escape(problem, status)?;
+    Some(format!("there is no equilibrium: {}; {}", escape.sentence(), escape.remedy))
+}
+
 /// A solution with the jumps at the points.
 struct Answer {
     solution: Solution,
@@ -461,6 +478,7 @@ impl Answer {
         jumps[m..].iter_mut().for_each(|slip| *slip = 0.0 - *slip);
         let dict = PyDict::new(py);
         dict.set_item("status", status_name(solution.status))?;
+        dict.set_item("why", no_equilibrium(&problem, solution.status))?;
         let path = match solution.path {
             SolverPath::Multigrid => "multigrid",
             SolverPath::Solves => "solves",

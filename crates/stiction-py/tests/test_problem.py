@@ -1,6 +1,7 @@
 """Problems from matrices: closed forms, second roads, formats, errors."""
 
 import pickle
+import warnings
 
 import clarabel
 import fem
@@ -40,7 +41,8 @@ def test_a_node_pushed_below_the_limit_sticks_and_above_it_slips():
 
 
 def test_a_node_that_is_pulled_opens_and_one_over_a_gap_meets_it():
-    pulled = node([1, 0, 2.0], mu=0.3).solve()
+    with pytest.warns(UserWarning, match="touches"):
+        pulled = node([1, 0, 2.0], mu=0.3).solve()
     assert pulled.state.tolist() == [0] and np.allclose(pulled.u, [1e-3, 0, 2e-3])
     assert np.allclose(pulled.gap, [2e-3]) and not pulled.forces.any()
     # Springs carry 1000 N/mm over the gap of 0.004 mm, the floor the rest.
@@ -315,9 +317,10 @@ def test_a_body_that_only_contact_holds_and_one_that_flies_away():
     press[2::3] = -1.0
     resting = stiction.Problem(K, B, press, gap, 0.5, coordinates=points).solve()
     assert resting.forces.sum(axis=0) == pytest.approx([len(points), 0, 0], abs=1e-7)
-    with pytest.raises(stiction.NotCertified, match="balance") as caught:
+    with pytest.raises(stiction.NotCertified, match="no equilibrium: the loads carry away the body: translation along z; it lifts off: all of its") as caught:
         stiction.Problem(K, B, -press, gap, 0.5, coordinates=points).solve()
     assert caught.value.result.status == "no_equilibrium"
+    assert "press it down" in str(caught.value) and "e+308" not in str(caught.value) + str(caught.value.result.certificate)
     flying = stiction.Problem(K, B, -press, gap, 0.5, coordinates=points).solve(check=False)
     assert flying.status == "no_equilibrium" and not flying.solved
 
@@ -369,8 +372,13 @@ BIG = sp.csr_array(np.eye(3))
         ({"K": np.array([[1, 2, 0], [0, 1, 0], [0, 0, 1.0]])}, "K", r"not symmetric at \(0, 1\): 2 and 0"),
         ({"K": sp.csr_array([[1, 0.5, 0], [0.4, 1, 0], [0, 0, 1.0]])}, "K", r"not symmetric at \(0, 1\): 0.5 and 0.4"),
         ({"K": np.diag([1.0, np.nan, 1.0])}, "K", r"\(1, 1\) is NaN"),
-        ({"K": np.diag([1.0, 0.0, 1.0])}, "contact problem", "K has the diagonal entry 0 at unknown 1"),
-        ({"K": -np.eye(3)}, "contact problem", "diagonal entry -1"),
+        ({"K": np.diag([1.0, 0.0, 1.0])}, "K", "diagonal entry of unknown 1 is 0; give a stiffness"),
+        ({"K": -np.eye(3)}, "K", "diagonal entry of unknown 0 is -1; so are all others: give the stiffness with the other sign"),
+        ({"K": -SPRINGS + [[0, 7e-9, 0], [0, 0, 0], [0, 0, 0]]}, "K", "unknown 0 is -1000; so are all others"),
+        ({"K": SPRINGS + [[0, 7.31239e-6, 0], [0, 0, 0], [0, 0, 0]]}, "K", r"not symmetric at \(0, 1\): 7.3124e-6 and 0;"),
+        ({"B": stiction.rows([0], [0, 0, -1], 3)}, "B", "it is all of a Rows; give its matrix: rows.B"),
+        ({"gap": -1e-3, "held": [0, 1, 2]}, "gap", "^gap: contact point 0 is held and overlaps by 0.001; .* gap of at least 0"),
+        ({"gap": 0.1, "held": [2], "values": -0.3}, "gap", "contact point 0 is held and overlaps by 0.2"),
         ({"K": 1j * np.eye(3)}, "K", "complex128"),
         ({"K": [1, 2, 3]}, "K", "1 dimensions"),
         ({"K": [[1, 2], [3]]}, "K", "no array"),
@@ -382,18 +390,18 @@ BIG = sp.csr_array(np.eye(3))
         ({"K": (np.ones(3), np.arange(3.0), np.arange(4))}, "K", "indices are of type float64"),
         ({"B": np.ones((2, 3))}, "B", "2 rows, no multiple of three"),
         ({"f": [1, 2]}, "f", r"\(2,\) where \(3,\)"),
-        ({"f": [1, np.inf, 0]}, "contact problem", r"f\[1\] is inf"),
+        ({"f": [1, np.inf, 0]}, "f", "^f: entry 1 is inf; give finite numbers"),
         ({"f": ["a", "b", "c"]}, "f", "type <U1"),
         ({"gap": [0, 0]}, "gap", r"\(2,\) where \(1,\)"),
-        ({"gap": np.nan}, "contact problem", r"gap\[0\] is NaN"),
+        ({"gap": np.nan}, "gap", "^gap: entry 0 is NaN"),
         ({"mu": -0.1}, "mu", "-0.1 at point 0"),
         ({"mu": np.nan}, "mu", "nan at point 0"),
-        ({"tresca": -1.0}, "contact problem", "slip bound of point 0 is -1"),
+        ({"tresca": -1.0}, "mu", "^mu: the slip bound of point 0 is -1"),
         ({"tension": 1.0}, "tension", "belongs to cohesion"),
         ({"cohesion": 1.0, "limit": 1.0}, "cohesion", "does not go with `limit`"),
         ({"cohesion": -1.0}, "cohesion", "-1 at point 0"),
-        ({"mu": 1.0, "cohesion": 1.0, "tension": 2.0}, "contact problem", "beyond the apex"),
-        ({"across": 2.0}, "contact problem", "across.0. is 2"),
+        ({"mu": 1.0, "cohesion": 1.0, "tension": 2.0}, "mu", "beyond the apex"),
+        ({"across": 2.0}, "across", "^across: entry 0 is 2"),
         ({"bonded": [1]}, "bonded", "mask of 1"),
         ({"rows": "points"}, "rows", "'points'"),
         ({"held": [3]}, "held", "no unknown 3 among 3"),
@@ -412,6 +420,29 @@ def test_what_cannot_be_posed_is_named(change, place, text):
     with pytest.raises(stiction.InputError, match=text) as caught:
         stiction.Problem(**{"K": BIG, "B": FLOOR, "f": [0, 0, -1], "gap": 0, **change})
     assert caught.value.place == place and caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("friction", "did you mean `mu`"), ("fixed", "`held`"), ("limits", "`limit`"), ("xyzzy", "there are K, B, f, gap, mu")],
+)
+def test_an_unknown_argument_is_answered_by_the_one_that_was_meant(name, text):
+    with pytest.raises(TypeError, match=f"no argument `{name}`.*{text}"):
+        stiction.Problem(BIG, FLOOR, [0, 0, -1], 0, **{name: 1})
+
+
+def test_a_point_carried_to_its_counterpart_by_what_is_prescribed_does_not_overlap():
+    # 0.1 + 0.2 is more than 0.3 by rounding.
+    carried = stiction.Problem(BIG, [[0, -1, -1], [1, 0, 0], [0, 1, 0]], [1, 0, 0], 0.3, held=[1, 2], values=[-0.1, -0.2])
+    assert carried.solve().certificate.passed
+
+
+def test_normals_the_wrong_way_round_are_warned_of():
+    with pytest.warns(UserWarning, match="none of 1 contact points touches .* normals point from the body"):
+        stiction.Problem(SPRINGS, stiction.rows([0], [0, 0, 1], 3).B, [0, 0, -1], 0).solve()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stiction.Problem(SPRINGS, stiction.rows([0], [0, 0, -1], 3).B, [0, 0, -1], 0).solve()
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,14 @@ impl Error {
         Error { interrupted: true, ..Error::new("", "interrupted", "") }
     }
 
+    /// A number as messages have it: five significant digits.
+    pub fn number(x: f64) -> String {
+        let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+        let rounded = rounded + 0.0; // -0 reads as 0
+        let size = rounded.abs();
+        if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+    }
+
     /// The same error, placed at `place` if it had no place yet and inside it otherwise.
     #[must_use]
     pub fn at(mut self, place: &str) -> Self {

@@ -107,6 +107,67 @@ fn on_mesh(name: &str, mesh: &str, contact: &str) -> (Folder, Run) {
 }
 
 #[test]
+fn what_an_option_brings_about_later_is_shown_at_the_option() {
+    let (folder, run) = on_mesh("option", &two_cubes(), "bottom");
+    run.ends(0, &[]);
+    let run = |more: &[&str]| folder.run(&[&["solve", "case.toml"], more].concat());
+    let file = run(&["--set", "mesh.file=nix.msh"]);
+    file.ends(
+        2,
+        &["error: --set mesh.file=nix.msh (case.toml:1:1), nix.msh: the mesh file cannot be read", "1 | [mesh]"],
+    );
+    run(&["--accuracy", "10"]).ends(2, &["error: --accuracy 10: ", "remedy: did you mean 10%? write that, or 0.1"]);
+    run(&["--accuracy", "90"]).ends(2, &["error: --accuracy 90: ", "remedy: 0.02 is 2 %"]);
+    let mu = run(&["--mu", "0.3"]);
+    mu.ends(
+        2,
+        &[
+            "unexpected argument '--mu'",
+            "tip: values of the case are changed with --set KEY=VALUE: --set contact.0.friction",
+        ],
+    );
+    assert!(!mu.err.contains("as a value"), "{mu:#?}");
+    run(&["--progres", "none"]).ends(2, &["a similar argument exists: '--progress'"]);
+}
+
+/// A block and a lid on it.
+const LID: &str = r#"
+[mesh.parts.lid]
+block = { size = [1, 1, 1], cells = [2, 2, 2], element = "hex8" }
+move = [0, 0, 1]
+[mesh.parts.box]
+block = { size = [1, 1, 1], cells = [2, 2, 2], element = "hex8" }
+[materials.m]
+young = 1
+poisson = 0.3
+[[fix]]
+on = "box.z-min"
+[[contact]]
+name = "seat"
+on = "lid.z-min"
+against = "box.z-max"
+friction = { coulomb = 0.3 }
+"#;
+
+#[test]
+fn a_body_that_nothing_holds_is_called_by_its_name() {
+    let folder = Folder::new("lid", LID);
+    let bare = LID[..LID.find("[[contact]]").unwrap()].to_string()
+        + "[[contact]]\non = \"box.x-max\"\nagainst = { plane = { point = [1, 0, 0], normal = [-1, 0, 0] } }\nfriction = \"none\"\n";
+    folder.write("bare.toml", &bare);
+    let bare = folder.run(&["solve", "bare.toml"]);
+    bare.ends(2, &["body \"lid\"", "bare.toml:10:1"]);
+    let own = folder.run(&["solve", "case.toml", "--set", "contact.0.against=lid.z-max"]);
+    own.ends(
+        2,
+        &[
+            "error: --set contact.0.against=lid.z-max (case.toml:12:1): ",
+            "contact \"seat\" names two surfaces of one body, \"lid\": is one of another body meant?",
+        ],
+    );
+}
+
+#[test]
 fn contact_inside_the_body_is_refused() {
     let (folder, run) = on_mesh("interior", &two_cubes(), "middle");
     run.ends(2, &["case.toml:9:6", "1 faces of group \"middle\" lie between two cells"]);

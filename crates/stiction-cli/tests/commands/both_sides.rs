@@ -234,8 +234,51 @@ slave = "on"
                 folder.summary("out")["contact"]["max_pressure"],
                 *pressure.iter().max_by(|a, b| a.total_cmp(b)).unwrap()
             );
+            // What the file shows of the other surface is told as well: the points have means of it.
+            let most = master.pressure.iter().fold(0.0, |most: f64, p| most.max(*p));
+            assert_eq!(folder.summary("out")["contact"]["max_other_pressure"], most);
             worst = quotient.iter().fold(worst, |worst, q| worst.max((q / exact - 1.0).abs()));
         }
         assert!(worst > 0.5, "{plate}: forces over areas are nearly uniform as well, {worst}: nothing is tested");
     }
+}
+
+/// Of two quarters of rings, 2 quadratic faces each, a circle is integrated over 8 chords, which are `8 sin(pi/8) / pi` of it.
+#[test]
+fn areas_of_curved_pairs_say_what_they_leave_out() {
+    let text = r#"
+[mesh.parts.hub]
+ring = { radii = [2, 3], height = 1, degrees = 90, cells = [1, 2, 1], element = "hex20" }
+[mesh.parts.shaft]
+ring = { radii = [1, 2], height = 1, degrees = 90, cells = [1, 2, 1], element = "hex20" }
+[materials.m]
+young = 1
+poisson = 0.3
+[[fix]]
+on = "hub.outer"
+[[fix]]
+on = "shaft.inner"
+[[contact]]
+on = "hub.inner"
+against = "shaft.outer"
+friction = "none"
+gap = -1e-3
+"#;
+    let folder = Folder::new("curved-pair", text);
+    let run = folder.run(&["solve", "case.toml"]);
+    run.ends(0, &[]);
+    let told = run.out.lines().find(|line| line.contains("within reach")).unwrap();
+    let area: f64 = told.split_whitespace().nth(1).unwrap().parse().unwrap();
+    let chords = 8.0 * (std::f64::consts::PI / 8.0).sin() / std::f64::consts::PI;
+    assert!((area / (chords * std::f64::consts::PI) - 1.0).abs() < 1e-4, "{told}");
+    assert!(told.contains("(of flat pieces, 2.5 % less than the curved faces)"), "{told}");
+    let flat = folder.run(&[
+        "solve",
+        "case.toml",
+        "--set",
+        "mesh.parts.hub.ring.element=hex8",
+        "--set",
+        "mesh.parts.shaft.ring.element=hex8",
+    ]);
+    assert!(!flat.out.contains("flat pieces") && flat.out.contains("within reach"), "{flat:#?}");
 }

@@ -348,21 +348,52 @@ fn a_crate_rests_on_its_weight_alone() {
 fn a_crate_that_cannot_rest_is_told_how_it_leaves() {
     let folder = Folder::new("leaving", RESTING);
     // It tips over at T = 9810 / 4 and slides at T = 0.6 * 9810; low friction slides first.
-    let ends = |set: &[&str], motion: &str| {
+    let ends = |set: &[&str], motion: &str, facts: &[&str]| {
         let mut arguments = vec!["solve", "case.toml"];
         set.iter().for_each(|s| arguments.extend(["--set", s]));
         let run = folder.run(&arguments);
         run.ends(1, &["no equilibrium", motion]);
         assert!(run.out.contains("NOT SOLVED") && run.out.contains(motion), "{run:#?}");
+        // What contact does, the forces and what to do; and no number that is none.
+        for word in facts.iter().chain(&["remedy: "]) {
+            assert!(run.out.contains(word), "{word}: {run:#?}");
+        }
+        run.ends(1, &facts[..facts.len() - 1]);
+        assert!(!run.out.contains("e308"), "{run:#?}");
+        assert!(!folder.run(&["check", "case-results"]).out.contains("e308"));
+        assert!(!std::fs::read_to_string(folder.path.join("case-results/report.html")).unwrap().contains("e308\u{3c}"));
         let summary = folder.summary("case-results");
         assert_eq!(summary["status"], "no_equilibrium");
         assert!(summary["escape_mode"].as_str().unwrap().contains(motion));
         assert_eq!(summary["certificate"]["passed"], false);
     };
     folder.run(&["solve", "case.toml", "--set", "load.1.traction=[0, 2430, 0]"]).ends(0, &[]);
-    ends(&["load.1.traction=[0, 2480, 0]"], "rotation about the axis along (-1, 0, 0) through (0.5, 1, 0)");
-    ends(&["contact.0.friction.coulomb=0.1"], "the body: translation along y");
-    ends(&["load.1.traction=[0, 0, 1e4]"], "the body: translation along z");
+    ends(
+        &["load.1.traction=[0, 2480, 0]"],
+        "rotation about the axis along (-1, 0, 0) through (0.5, 1, 0)",
+        &[
+            "it tips over: 20 of its 25 contact points open",
+            "push along the contact with 2480 and press on it with 9810: friction holds at most 0.6 x 9810 = 5886",
+            "nearer to the contact",
+        ],
+    );
+    ends(
+        &["contact.0.friction.coulomb=0.1"],
+        "the body: translation along y",
+        &[
+            "it slides: none of its 25 contact points opens",
+            "the force (0, 1000, -9810)",
+            "push along the contact with 1000 and press on it with 9810: friction holds at most 0.1 x 9810 = 981",
+            "more friction",
+        ],
+    );
+    ends(
+        &["load.1.traction=[0, 0, 1e4]"],
+        "the body: translation along z",
+        &["it lifts off: all of its 25 contact points open", "the force (0, 0, 190)", "press it down"],
+    );
+    // Pulled up beside its middle it turns as well, which is no screw to a reader.
+    ends(&["load.1.traction=[100, 200, \"1e4 + 1e3*x\"]"], "while it turns", &["it lifts off", "support"]);
     // Only Newton's method keeps the balance.
     folder.run(&["solve", "case.toml", "--method", "msa1"]).ends(2, &["held by contact alone", "newton"]);
 }

@@ -43,6 +43,8 @@ def per_point(data: Any, points: int, name: str) -> Reals:
 
 def compressed(matrix: Any, columns: int | None, name: str, symmetric: bool = False) -> Rows:
     """A matrix by compressed rows: SciPy's, `(data, indices, indptr)`, or dense."""
+    if hasattr(matrix, "B") and hasattr(matrix, "normals"):
+        raise InputError(name, f"it is all of a {type(matrix).__name__}", "give its matrix: rows.B")
     if hasattr(matrix, "tocsr"):
         # The columns of a symmetric matrix are its rows.
         own: Any = matrix if symmetric and matrix.format == "csc" else matrix.tocsr()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+import functools
+import inspect
 import time
+import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +47,8 @@ class Problem:
     f : array, (n,)
         Load, force.
     gap : array, (m,), or a number
-        Initial distance along the normal, length; negative where the bodies overlap.
+        Initial distance along the normal, length; negative where the bodies overlap. That of a point all of whose unknowns are
+        `held` must not be: nothing could part it.
     mu : array, (m,), or a number
         Coefficient of friction; 0 is no friction.
     tresca : array, (m,), or a number, optional
@@ -64,7 +69,7 @@ class Problem:
     slip_reference : array, (m, 2), or Solution, optional
         ``T u`` from which slip is measured: that of the last load step.
     held : array of int or bool, optional
-        Unknowns whose displacement is prescribed. They are eliminated here.
+        Unknowns whose displacement is prescribed: their numbers in any order, or a mask ``(n,)``. They are eliminated here.
     values : array, (len(held),), or a number
         Their displacements, length.
     coordinates : array, (nodes, 3), optional
@@ -216,6 +221,11 @@ class Problem:
             If an argument cannot be used or `K` is not positive definite; :class:`TooLarge` if memory does not suffice.
         KeyboardInterrupt
             Signals are heard while the solver works, without the GIL.
+
+        Warns
+        -----
+        UserWarning
+            If no contact point touches: normals may be the wrong way round.
         """
         forces, displacements = self._start(start, method)
         begin = time.perf_counter()
@@ -230,7 +240,7 @@ class Problem:
             hear=None if progress is None else lambda *event: progress(Progress(*event)) is not False,
         )
         seconds = time.perf_counter() - begin
-        u, matrices = self._outer(found.pop("u")), found.pop("matrices")
+        u, matrices, why = self._outer(found.pop("u")), found.pop("matrices"), found.pop("why")
         solution = Solution(
             **{**found, "certificate": certificate(found["certificate"])},
             u=u,
@@ -240,7 +250,9 @@ class Problem:
             _linear=(matrices, *self._own_unknowns()),
         )
         if check and not solution.solved:
-            raise NotCertified(f"{_why(solution.status)}: {solution.certificate!r}", solution)
+            raise NotCertified(f"{why or _why(solution.status)}: {solution.certificate!r}", solution)
+        if solution.solved and self._points and not (solution.state.any() or solution.forces.any()):
+            warnings.warn(_ALL_OPEN.format(self._points), stacklevel=2)
         return solution
 
     def check(
@@ -485,6 +497,48 @@ def _nodes(coordinates: npt.ArrayLike, dofs: npt.ArrayLike | None, n: int) -> tu
             raise InputError("dofs", "they do not name each unknown once", "give each unknown one node and direction")
         order = None if np.array_equal(order, np.arange(n)) else order
     return places, of.astype(np.int64), direction.astype(np.uint8), order
+
+
+_ALL_OPEN = (
+    "none of {} contact points touches its counterpart; if the bodies should touch, see whether the normals point from the "
+    "body into its counterpart, and whether the gaps are right"
+)
+
+#: What others call the arguments of :class:`Problem`.
+_OTHER_NAMES = {
+    "mu": ("friction", "coulomb", "coefficient", "friction_coefficient", "f_c"),
+    "tresca": ("bound", "slip_bound", "given_friction"),
+    "f": ("load", "loads", "force", "forces", "rhs", "b", "F"),
+    "K": ("k", "stiffness", "A"),
+    "B": ("jump", "contact", "jacobian"),
+    "gap": ("gaps", "g", "distance"),
+    "held": ("fixed", "dirichlet", "prescribed", "bc", "clamped", "supports"),
+    "values": ("displacements", "prescribed_values"),
+    "coordinates": ("nodes", "points", "coords", "x"),
+    "bonded": ("tied",),
+    "slip_reference": ("start", "previous"),
+}
+
+
+def _hinting(function: Callable[..., None]) -> Callable[..., None]:
+    """The same with the argument that was meant where a name is unknown."""
+    known = list(inspect.signature(function).parameters)[1:]
+
+    @functools.wraps(function)
+    def called(self: Any, *args: Any, **named: Any) -> None:
+        for name in named:
+            if name not in known:
+                meant = [ours for ours, theirs in _OTHER_NAMES.items() if name in theirs]
+                meant = meant or difflib.get_close_matches(name, known, 1)
+                hint = f"; did you mean `{meant[0]}`?" if meant else f"; there are {', '.join(known)}"
+                raise TypeError(f"Problem has no argument `{name}`{hint}")
+        function(self, *args, **named)
+
+    return called
+
+
+if not TYPE_CHECKING:
+    Problem.__init__ = _hinting(Problem.__init__)
 
 
 def _why(status: str) -> str:

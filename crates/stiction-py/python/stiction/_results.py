@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -40,6 +41,11 @@ class Progress(NamedTuple):
     """Time at its end."""
 
 
+def size(measure: float) -> str:
+    """Two digits. Where answer and data hold nothing to count an error in, the measure is the largest number there is."""
+    return f"{measure:.2g}" if measure < sys.float_info.max else "beyond all bounds"
+
+
 @dataclass(frozen=True, repr=False)
 class Certificate:
     """How far an answer is from solving its problem, recomputed from the data by code that shares nothing with the solvers.
@@ -68,17 +74,19 @@ class Certificate:
         verdict, sign = ("passed", "<=") if self.worst <= self.tolerance else ("not passed", ">")
         if sign == "<=" and not self.passed:
             kind, name, residual = max(self.parts, key=lambda part: part[2], default=("part", "", float("nan")))
-            return f"<Certificate not passed: {kind} {name!r} {residual:.2g} > {self.part_tolerance:g}>"
-        return f"<Certificate {verdict}: {name} {self.worst:.2g} {sign} {self.tolerance:g}>"
+            return f"<Certificate not passed: {kind} {name!r} {size(residual)} > {self.part_tolerance:g}>"
+        return f"<Certificate {verdict}: {name} {size(self.worst)} {sign} {self.tolerance:g}>"
 
     def __str__(self) -> str:
         lines = [f"certificate {'passed' if self.passed else 'not passed'}, each measure against {self.tolerance:g}"]
         width = max(map(len, self.measures), default=0)
         for name, value in self.measures.items():
-            lines.append(f"  {name:<{width}}  {value:9.2e}{'' if value <= self.tolerance else '  too large'}")
+            number = f"{value:9.2e}" if value < sys.float_info.max else size(value)
+            lines.append(f"  {name:<{width}}  {number}{'' if value <= self.tolerance else '  too large'}")
         for kind, name, residual in self.parts:
             if residual > self.part_tolerance:
-                lines.append(f"  {kind} {name!r} by its own forces: {residual:.2e} > {self.part_tolerance:g}")
+                number = f"{residual:.2e}" if residual < sys.float_info.max else size(residual)
+                lines.append(f"  {kind} {name!r} by its own forces: {number} > {self.part_tolerance:g}")
         return "\n".join(lines)
 
 
@@ -130,7 +138,8 @@ class Solution:
     jump: Reals
     """``T u``, shape ``(m, 2)``, length: the slip reference of a next load step."""
     reactions: Reals
-    """Forces of the supports on the body at the unknowns ``held``, in their order."""
+    """Forces of the supports on the body, shape ``(len(held),)``: one for each unknown of ``held`` in the order given there;
+    of a mask, by ascending unknown. Without ``held`` there are none."""
     certificate: Certificate
     """How far this is from a solution."""
     method: str

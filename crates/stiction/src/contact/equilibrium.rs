@@ -5,6 +5,7 @@ use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
 use crate::fem::Motion;
 use crate::linalg::{SmallLu, axpy, dot, max_abs, norm};
+use crate::mesh::v3::V3;
 
 /// A rigid motion of floating bodies, and why it matters.
 #[derive(Debug, Clone, PartialEq)]
@@ -259,6 +260,22 @@ impl Hull {
 
 /// The motion in plain words: which bodies move, and how.
 pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {
+    let moving = moving(motions, alpha);
+    let names: Vec<String> = moving.iter().map(|&number| name(problem, motions, number)).collect();
+    let Some(&first) = moving.first() else { return "no body moves".into() };
+    format!("{}: {}{}", names[0], motion(problem, motions, first, alpha), with(&names))
+}
+
+/// The bodies that move beside the first.
+pub(super) fn with(names: &[String]) -> String {
+    match names.len() {
+        0 | 1 => String::new(),
+        _ => format!(", and with it {}", names[1..].join(", ")),
+    }
+}
+
+/// The bodies that a motion moves, that which moves farthest first.
+pub(super) fn moving(motions: &RigidMotions, alpha: &[f64]) -> Vec<usize> {
     let mut first = 0;
     let mut moving: Vec<(f64, usize)> = Vec::new(); // largest displacement, body
     for (number, body) in motions.bodies.iter().enumerate() {
@@ -270,18 +287,11 @@ pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64])
     let largest = moving.iter().fold(0.0, |a: f64, b| a.max(b.0));
     moving.retain(|(size, _)| *size > 1e-3 * largest);
     moving.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let names: Vec<String> = moving.iter().map(|&(_, number)| name(problem, motions, number)).collect();
-    let Some(&(_, first)) = moving.first() else { return "no body moves".into() };
-    let motion = motion(problem, motions, first, alpha);
-    let others = match names.len() {
-        1 => String::new(),
-        _ => format!(", and with it {}", names[1..].join(", ")),
-    };
-    format!("{}: {motion}{others}", names[0])
+    moving.into_iter().map(|(_, number)| number).collect()
 }
 
 /// `the body`, or `body "name"` where there are several.
-fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> String {
+pub(super) fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> String {
     let unknown = motions.bodies[number].unknowns[0];
     match &problem.labels.bodies {
         Some(bodies) if bodies.list.len() > 1 => {
@@ -293,11 +303,22 @@ fn name(problem: &ContactProblem, motions: &RigidMotions, number: usize) -> Stri
 }
 
 fn motion(problem: &ContactProblem, motions: &RigidMotions, number: usize, alpha: &[f64]) -> String {
+    let (t, omega, origin, centre, radius) = velocity(problem, motions, number, alpha);
+    Motion::of(t, omega, origin, centre, radius).to_string()
+}
+
+/// Translation and rotation of a body with the point they are about, and the body's centre and radius.
+pub(super) fn velocity(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    number: usize,
+    alpha: &[f64],
+) -> (V3, V3, V3, V3, f64) {
     let first: usize = motions.bodies[..number].iter().map(|b| b.motions.len()).sum();
     let body = &motions.bodies[number];
     let mut six = [0.0; 6];
     body.coefficients.iter().zip(&alpha[first..]).for_each(|(c, &a)| axpy(a, c, &mut six));
     let place = problem.labels.bodies.as_ref().map(|b| (b.origin, &b.list[b.of[body.unknowns[0] as usize] as usize]));
     let (origin, centre, radius) = place.map_or(([0.0; 3], [0.0; 3], 1.0), |(o, b)| (o, b.centre, b.radius));
-    Motion::of([six[0], six[1], six[2]], [six[3], six[4], six[5]], origin, centre, radius).to_string()
+    ([six[0], six[1], six[2]], [six[3], six[4], six[5]], origin, centre, radius)
 }

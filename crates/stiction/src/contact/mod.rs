@@ -3,6 +3,7 @@
 mod closest;
 mod division;
 pub mod equilibrium;
+pub mod escape;
 mod flat;
 mod frame;
 mod friction_law;

@@ -51,6 +51,8 @@ pub(super) struct Met {
     pub masters: PerMaster,
     /// The covered area; 0 if the face meets nothing.
     pub covered: f64,
+    /// The area of the flat pieces that stand for the face.
+    pub flat: f64,
     /// Whether a face of the other surface that looks the same way lies over or under it.
     pub averted: bool,
 }
@@ -164,12 +166,13 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, same: b
     keep_nearest(&mut segments, whole);
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
     if covered < LEAST_PART * whole {
-        return Some(Met { averted, ..Met::default() });
+        return Some(Met { averted, flat: whole, ..Met::default() });
     }
     couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
         areas,
         masters,
         covered,
+        flat: whole,
         averted,
     })
 }

@@ -67,6 +67,7 @@ pub(super) fn points_of_pair(
         face_size: sizes,
         search,
         covered_area: met.iter().map(|met| met.covered).sum(),
+        flat_area: met.iter().map(|met| met.flat).sum(),
         averted: met.iter().any(|met| met.averted),
         ..PairFacts::default()
     };

@@ -213,7 +213,8 @@ impl ContactProblem {
         self.check_lengths()?;
         self.check_elastic()?;
         self.contact.check()?;
-        self.check_labels()
+        self.check_labels()?;
+        self.check_held_points()
     }
 
     fn check_lengths(&self) -> Result<(), Error> {
@@ -280,6 +281,27 @@ impl ContactProblem {
             }
             None => Ok(()),
         }
+    }
+
+    /// A point no unknown of which moves along its normal keeps its gap: where that is an overlap, nothing closes it.
+    fn check_held_points(&self) -> Result<(), Error> {
+        let Contact { B, gap, slip_reference, friction, .. } = &self.contact;
+        let stays = |j: usize| friction[j] != Friction::Bonded && B.row(j).1.iter().all(|&entry| entry == 0.0);
+        let Some(j) = (0..gap.len()).filter(|&j| gap[j] < 0.0 && stays(j)).min_by(|&a, &b| gap[a].total_cmp(&gap[b]))
+        else {
+            return Ok(());
+        };
+        let (K, f) = (&self.elastic.K, &self.elastic.f);
+        let prescribed = self.labels.supports.iter().flat_map(|supports| &supports.displacement);
+        let lengths = gap.iter().chain(slip_reference).chain(prescribed).copied();
+        let length = lengths.chain(f.iter().enumerate().map(|(i, f)| f / K.diagonal(i)));
+        if -gap[j] <= self.contact.rounding.max(HELD * length.fold(0.0, |most: f64, l| most.max(l.abs()))) {
+            return Ok(());
+        }
+        let what = format!("contact.gap[{j}]: contact point {j} is held and overlaps by {}", Error::number(-gap[j]));
+        let remedy =
+            "no displacement parts it: give it a gap of at least 0, leave it out of the contact, or free its unknowns";
+        Err(wrong(what, remedy))
     }
 
     fn check_labels(&self) -> Result<(), Error> {
@@ -360,6 +382,9 @@ impl Contact {
         Ok(())
     }
 }
+
+/// An overlap of a held point below this part of the largest length of the data may be rounding, and the certificate judges it.
+const HELD: f64 = 1e-8;
 
 /// A tensile strength beyond the apex by less than this part is at the apex but for rounding.
 const APEX: f64 = 1e-12;

@@ -244,6 +244,8 @@ pub struct PairFacts {
     pub search: f64,
     /// Area over which the surfaces look at one another within that distance.
     pub covered_area: f64,
+    /// Area of the flat pieces that stand for the faces there: less than that of faces with curved edges.
+    pub flat_area: f64,
     /// Area of the points whose gap is rounding.
     pub touching_area: f64,
     /// Nodes that look at nothing of the other surface.

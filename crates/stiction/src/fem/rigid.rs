@@ -48,6 +48,13 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// How the middle `centre` of the body moves in `u(x) = t + omega x (x - origin)`; `None` where hardly any of the motion is
+    /// that.
+    pub fn of_middle(t: V3, omega: V3, origin: V3, centre: V3, radius: f64) -> Option<Motion> {
+        let t = add(t, cross(omega, sub(centre, origin)));
+        (norm(t) > TURNING * norm(omega) * radius).then(|| Motion::Translation { along: direction_of(t) })
+    }
+
     /// The motion `u(x) = t + omega x (x - origin)` of a body of the given centre and radius, to its direction. What
     /// turns the body by less than a hundredth of its displacement is a translation: the motion is for a person to read.
     pub fn of(t: V3, omega: V3, origin: V3, centre: V3, radius: f64) -> Motion {

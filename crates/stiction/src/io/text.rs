@@ -1,11 +1,16 @@
 //! Numbers as a person reads them.
 
+use crate::Error;
+
 /// Five significant digits.
 pub fn number(x: f64) -> String {
-    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
-    let rounded = rounded + 0.0; // -0 reads as 0
-    let size = rounded.abs();
-    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+    Error::number(x)
+}
+
+/// Two digits of a measure of a certificate. Where answer and data hold nothing to count an error in, its measure is the largest
+/// number there is, which says nothing to a person.
+pub fn measure(x: f64) -> String {
+    if x.is_finite() && x < f64::MAX { format!("{x:.1e}") } else { "beyond all bounds".into() }
 }
 
 /// `text` with what means something in XML and HTML replaced.
@@ -49,6 +54,14 @@ pub fn triple(x: [f64; 3]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_measure_without_a_scale_is_words() {
+        assert_eq!(
+            [2.64e-10, f64::MAX, f64::INFINITY].map(measure),
+            ["2.6e-10", "beyond all bounds", "beyond all bounds"]
+        );
+    }
 
     #[test]
     fn nothing_of_a_text_can_become_markup() {

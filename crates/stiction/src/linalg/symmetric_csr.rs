@@ -77,9 +77,8 @@ impl SymmetricCsr {
                 };
                 let (lower, upper) = (entry((left, &mut a)), entry((below, &mut b)));
                 let j = j as usize;
-                if (upper - lower).abs() > ROUNDING * own.max(diagonal[j]) {
-                    let what = format!("not symmetric at ({j}, {i}): {upper} and {lower}");
-                    return Err(Error::new(name, what, "give both triangles of a symmetric matrix"));
+                if (upper - lower).abs() > ROUNDING * own.abs().max(diagonal[j].abs()) {
+                    return Err(Self::not_symmetric(name, j, i, upper, lower));
                 }
                 columns.push(j as u32);
                 values.push(if upper == lower { lower } else { 0.5 * (lower + upper) });
@@ -87,6 +86,14 @@ impl SymmetricCsr {
             matrix.push_row(&columns, &values, own);
         }
         Ok(matrix)
+    }
+
+    /// That the entries `(i, j)` and `(j, i)` of the matrix `name` differ by more than rounding.
+    pub fn not_symmetric(name: &str, i: usize, j: usize, one: f64, other: f64) -> Error {
+        let [a, b, apart] = [one, other, (one - other).abs()].map(Error::number);
+        let apart = if a == b { format!(", {apart} apart") } else { String::new() };
+        let what = format!("not symmetric at ({i}, {j}): {a} and {b}{apart}");
+        Error::new(name, what, "give both triangles of a symmetric matrix")
     }
 
     /// The matrix whose lower triangle is given by rows.
@@ -463,6 +470,14 @@ mod tests {
         for (i, j) in [(0, 1), (1, 2), (1, 0), (2, 1), (2, 0), (0, 2)] {
             assert!(with(&[(i, j, 0.5)]).unwrap_err().what.contains("not symmetric"), "({i}, {j})");
         }
+    }
+
+    #[test]
+    fn a_turned_matrix_is_as_symmetric_and_differences_can_be_read() {
+        let apart = |by: f64| from_full(&[(0, 0, -2.1e5), (1, 1, -2.1e5), (0, 1, 1e5 / 3.0), (1, 0, 1e5 / 3.0 + by)]);
+        assert!(apart(7.3e-12).is_ok());
+        let what = apart(1e-3).unwrap_err().what;
+        assert_eq!(what, "not symmetric at (0, 1): 33333 and 33333, 0.001 apart");
     }
 
     #[test]

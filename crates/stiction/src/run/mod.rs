@@ -13,6 +13,7 @@ mod results;
 mod solve;
 mod whole;
 
+pub use crate::contact::escape::Escape;
 pub use pose::{
     Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
     MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
@@ -32,8 +33,8 @@ pub use solve::{
     CertificateRecord, CountsRecord, CouplingState, DistinctRecord, Event, GoalRecord, KeepStep, LevelRecord,
     MethodDetails, Named, Outcome, OverlapName, OverlapRecord, PairRecord, PartRecord, Restart, Settings,
     SlidingRecord, SolutionsRecord, Step, StepLine, StepRecord, Totals, UniquenessRecord, ValueRecord, add_bound,
-    bolt_states, coupling_states, discretisation_error, error_bound, escape_mode, pair_totals, solve, solve_steps,
-    totals, widened,
+    bolt_states, coupling_states, discretisation_error, error_bound, escape, pair_totals, solve, solve_steps, totals,
+    widened,
 };
 
 pub use solve::quantities::{Micromotion, SMALL_ROTATION, SMALL_STRAIN, Smallness, nodal_stress_of};

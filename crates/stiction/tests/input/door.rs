@@ -33,6 +33,27 @@ fn a_node_on_springs_slips_beyond_the_limit_of_friction_as_the_closed_form_says(
     assert!(distance(&solution.u, &[1e-3, 0.0, 0.0]) < 1e-9, "{:?}", solution.u);
 }
 
+/// Of two nodes the second is held where it overlaps: its normal row is empty, as elimination leaves it.
+#[test]
+fn an_overlap_that_nothing_can_part_is_no_problem_to_solve() {
+    let two = |overlap: f64| {
+        let mut problem = node(1.0);
+        problem.contact.B = Csr::from_triplets(6, 3, &[(0, 2, -1.0), (2, 0, 1.0), (4, 1, 1.0)]);
+        problem.contact.gap = vec![0.0, -overlap];
+        problem.contact.slip_reference = vec![0.0; 4];
+        problem.contact.friction = vec![problem.contact.friction[0]; 2];
+        (problem.labels.area, problem.labels.unity_sum) = (vec![1.0; 2], vec![1.0; 2]);
+        problem.labels.pairs[0].points = 0..2;
+        solve(&problem, &Settings::default())
+    };
+    let error = two(1e-3).unwrap_err();
+    assert_eq!(error.what, "contact.gap[1]: contact point 1 is held and overlaps by 0.001");
+    assert!(error.remedy.contains("give it a gap of at least 0"), "{error}");
+    // What rounding leaves of a gap is none.
+    assert_eq!(two(1e-16).unwrap().status, Status::Solved);
+    assert_eq!(two(-1e-3).unwrap().status, Status::Solved);
+}
+
 #[test]
 fn bare_matrices_and_a_posed_problem_have_the_same_solution_on_every_path() {
     let posed = pressed();

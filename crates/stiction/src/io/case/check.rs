@@ -138,6 +138,10 @@ impl Check<'_> {
             return Err(self.error(&node.at, what.into(), remedy));
         }
         let what = format!("`{}` is {x:?}, but a number{} is wanted", context.label, limits.describe());
+        if limits.part && limits.contain(x / 100.0) {
+            let remedy = format!("did you mean {x}%? write that, or {}", Error::number(x / 100.0));
+            return Err(self.error(&node.at, what, remedy));
+        }
         if limits.remedy.is_empty() {
             return self.fail(node, what, context);
         }

@@ -100,6 +100,8 @@ pub(super) struct Limits {
     pub high_included: bool,
     /// What to do about a number beyond them; may be empty.
     pub remedy: &'static str,
+    /// Whether it is a part of something, which people also count in percent.
+    pub part: bool,
     /// A number that deserves words of its own.
     pub special: Option<(f64, &'static str, &'static str)>,
 }
@@ -110,6 +112,7 @@ pub(super) const ANY: Limits = Limits {
     high: f64::INFINITY,
     high_included: false,
     remedy: "",
+    part: false,
     special: None,
 };
 pub(super) const POSITIVE: Limits = Limits { low: 0.0, ..ANY };

@@ -82,8 +82,18 @@ impl<'a> View<'a> {
         node.items().iter().map(|item| ("", view(item))).chain(named).collect()
     }
 
+    /// Where the table is, after the overrides that have changed it: what is wrong may be theirs.
     pub(super) fn spot(&self) -> Spot {
-        self.source.spot(&self.node.at)
+        let spot = self.source.spot(&self.node.at);
+        let mut changes = Vec::new();
+        overrides_in(self.node, &mut changes);
+        changes.sort_unstable();
+        changes.dedup();
+        if changes.is_empty() || matches!(self.node.at, At::Override(_)) {
+            return spot;
+        }
+        let named: Vec<String> = changes.iter().map(|&i| self.source.spot(&At::Override(i)).place).collect();
+        Spot { place: format!("{} ({})", named.join(" and "), spot.place), ..spot }
     }
 
     /// An error at the first of `keys` that the file gives: "`key` " and why it must not be there. The remedy is to take it
@@ -103,6 +113,15 @@ impl<'a> View<'a> {
     fn at(&self, key: &str) -> &'a At {
         self.given(key).map_or(&self.node.at, |node| &node.at)
     }
+}
+
+/// The overrides that anything in `node` comes from.
+fn overrides_in(node: &Node, found: &mut Vec<usize>) {
+    if let At::Override(i) = node.at {
+        found.push(i);
+    }
+    let entries = node.entries().iter().map(|entry| &entry.node);
+    node.items().iter().chain(entries).for_each(|inner| overrides_in(inner, found));
 }
 
 pub(super) fn vector(node: &Node) -> [f64; 3] {

@@ -12,7 +12,9 @@ use crate::contact::rigid::{RigidMotions, rigid_motions};
 use crate::fem::{
     Axes, DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
-use crate::io::case::{CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec};
+use crate::io::case::{
+    AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec,
+};
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
 use crate::mesh::{Bounds, Mesh, v3};
@@ -164,7 +166,44 @@ pub(crate) fn held_by_contact(
     let motions = rigid_motions(problem);
     let bare = problem.points() == 0 && case.springs.is_empty();
     let free = if bare { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
-    free.map_or(Ok(motions), |error| Err(place::at(support_spot(case), error)))
+    let Some(error) = free else { return Ok(motions) };
+    match on_one_body(mesh, problem, dofs, case) {
+        Some((spot, what)) => Err(place::at(spot, Error { what: format!("{}; {what}", error.what), ..error })),
+        None => Err(place::at(support_spot(case), error)),
+    }
+}
+
+/// The first contact both surfaces of which belong to one of several bodies: hardly what was meant where another body is not
+/// held.
+fn on_one_body<'a>(mesh: &Mesh, problem: &ContactProblem, dofs: &DofMap, case: &'a Case) -> Option<(&'a Spot, String)> {
+    let bodies = problem.labels.bodies.as_ref().filter(|bodies| bodies.list.len() > 1)?;
+    let of_node = body_of_node(mesh, problem, dofs);
+    let own = |region: &Region, spot: &Spot| -> Option<u32> {
+        let nodes = mesh.face_nodes(&regions::boundary_faces(mesh, region, spot));
+        let first = of_node[*nodes.first()? as usize];
+        nodes.iter().all(|&node| of_node[node as usize] == first).then_some(first)
+    };
+    case.contacts.iter().find_map(|contact| {
+        let AgainstSpec::Surface { region, .. } = &contact.against else { return None };
+        let body = own(&contact.on, &contact.spot)?;
+        (own(region, &contact.spot)? == body).then(|| {
+            let (name, of) = (&contact.name, &bodies.list[body as usize].name);
+            (
+                &contact.spot,
+                format!("contact \"{name}\" names two surfaces of one body, \"{of}\": is one of another body meant?"),
+            )
+        })
+    })
+}
+
+/// The number of the body of each node.
+fn body_of_node(mesh: &Mesh, problem: &ContactProblem, dofs: &DofMap) -> Vec<u32> {
+    let mut body_of_node = vec![0; mesh.nodes.len()];
+    if let Some(bodies) = &problem.labels.bodies {
+        let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
+        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dofs.mesh_node(dof / 3) as usize] = body);
+    }
+    body_of_node
 }
 
 fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Option<Error> {
@@ -177,11 +216,7 @@ fn unresisted_by_contact(problem: &ContactProblem, motions: &RigidMotions) -> Op
 
 /// A body that supports do not hold.
 fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<Error> {
-    let mut body_of_node = vec![0; mesh.nodes.len()];
-    if let Some(bodies) = &problem.labels.bodies {
-        let (free, prescribed) = (dofs.free.iter().zip(&bodies.of), dofs.prescribed.iter().zip(&bodies.of_support));
-        free.chain(prescribed).for_each(|(&dof, &body)| body_of_node[dofs.mesh_node(dof / 3) as usize] = body);
-    }
+    let body_of_node = body_of_node(mesh, problem, dofs);
     let unconstrained = unconstrained_motions(mesh, dofs, &body_of_node);
     let first = unconstrained.first()?;
     let count = body_of_node.iter().max().map_or(1, |&last| last + 1);
@@ -190,7 +225,9 @@ fn unsupported(mesh: &Mesh, dofs: &DofMap, problem: &ContactProblem) -> Option<E
     } else {
         let own = mesh.nodes.iter().zip(&body_of_node).filter(|(_, body)| **body == first.body);
         let Bounds { low, high } = Bounds::around(own.map(|(x, _)| *x));
-        format!("body {} of {count} (from {low:?} to {high:?})", first.body + 1)
+        let named = problem.labels.bodies.as_ref().and_then(|bodies| bodies.list.get(first.body as usize));
+        let name = named.map_or(String::new(), |body| format!(" \"{}\"", body.name));
+        format!("body{name} (one of {count}, from {} to {})", triple(low), triple(high))
     };
     let what = if first.motions.len() == 6 {
         format!("{who} is not held at all: it is free in all translations and rotations")

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::{Solution, Status};
 use crate::io::case::Case;
-use crate::io::text::{number, triple};
+use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{FORMAT, Versions};
@@ -147,7 +147,7 @@ impl fmt::Display for RankedSummary {
         row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
         let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
         let verdict = if passed { "passed" } else { "not passed" };
-        row(f, "certificate", format!("{verdict}: the worst measure is {worst:.1e}, {tolerance:e} is allowed"))?;
+        row(f, "certificate", format!("{verdict}: the worst measure is {}, {tolerance:e} is allowed", measure(worst)))?;
         row(
             f,
             "contact",

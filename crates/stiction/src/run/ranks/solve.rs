@@ -178,6 +178,7 @@ fn joined_totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> T
         max_pressure: pressure,
         max_pressure_at: (pressure > 0.0).then_some(at),
         max_shear: largest[2],
+        max_other_pressure: 0.0,
     }
 }
 

@@ -1,11 +1,24 @@
 //! A pair of surfaces in plain words.
 
+use super::accuracy_text::percent;
 use crate::contact::{Counterpart, InitialGap, PairFacts, Reason, Role, SurfaceFriction};
 use crate::io::text::number;
 use crate::run::pose::ContactFacts;
 
 /// Lengths below this part of a face's size are not worth reading.
 const ROUNDING: f64 = 1e-9;
+
+/// Curved faces that lose less than this part of their area are as good as flat.
+const FLAT: f64 = 1e-4;
+
+/// What areas of a pair leave out: they count the flat pieces that stand for curved faces.
+fn left_out(flat: f64, curved: f64) -> String {
+    let part = 1.0 - flat / curved;
+    if flat > 0.0 && part > FLAT {
+        return format!(" (of flat pieces, {} less than the curved faces)", percent(part));
+    }
+    String::new()
+}
 
 /// What was found: who carries the points, how much of the surfaces meets, how they lie.
 pub(crate) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
@@ -35,8 +48,9 @@ pub(crate) fn lines(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
         _ => "",
     };
     lines.push(format!(
-        "area {} within reach of the other; {gap}{meshed}; touching on {}, overlapping on {}",
+        "area {} within reach of the other{}; {gap}{meshed}; touching on {}, overlapping on {}",
         number(pair.covered_area),
+        left_out(pair.flat_area, s.area),
         number(pair.touching_area),
         number(s.overlapping_area)
     ));

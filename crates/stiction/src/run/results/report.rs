@@ -10,16 +10,17 @@ use super::smallness_text;
 use crate::certificate::{Certificate, Part, PartMeasure};
 use crate::contact::Friction;
 use crate::contact::equilibrium::in_words;
+use crate::contact::escape::Escape;
 use crate::contact::sliding::Sliding;
 use crate::friction::{CoulombFacts, SolverPath, Status};
-use crate::io::text::{number, triple};
+use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::quantities::largest_displacement;
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
-    coupling_states, escape_mode, pair_totals, totals, word,
+    coupling_states, escape, pair_totals, totals, word,
 };
 use crate::solve::Solutions;
 
@@ -61,8 +62,10 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     method_text::shortfall(outcome).into_iter().for_each(|why| rows.more(why));
     let overlaps = overlap_text::sentences(prepared, outcome);
     overlaps.refused.into_iter().for_each(|what| rows.more(what));
-    if let Some(motion) = escape_mode(&prepared.problem, solution.status) {
+    if let Some(Escape { motion, facts, remedy }) = escape(&prepared.problem, solution.status) {
         rows.more(format!("the loads carry away {motion}"));
+        facts.into_iter().for_each(|fact| rows.more(fact));
+        rows.more(format!("remedy: {remedy}"));
         rows.more("what follows, and the files, show a body that the solver holds by force: they are no result".into());
     }
     limit_load(prepared, outcome).into_iter().for_each(|what| rows.more(what));
@@ -221,8 +224,19 @@ fn contact(rows: &mut Rows, head: &str, t: &Totals) {
     }
     if let Some(place) = t.max_pressure_at {
         let (pressure, place, shear) = (number(t.max_pressure), triple(place), number(t.max_shear));
-        rows.more(format!("pressure at most {pressure} at {place}, shear at most {shear}"));
+        rows.more(format!("pressure at most {pressure} at {place}, shear at most {shear}{}", other_side(t)));
     }
+}
+
+/// Pressures of the two surfaces that differ by less are the same to a reader.
+const SAME_PRESSURE: f64 = 1e-3;
+
+/// The pressure of the other surface, which `contact.vtu` shows as well, where it is larger.
+fn other_side(t: &Totals) -> String {
+    if t.max_other_pressure <= (1.0 + SAME_PRESSURE) * t.max_pressure {
+        return String::new();
+    }
+    format!(" (at contact points; at nodes of the other surface, side 1, up to {})", number(t.max_other_pressure))
 }
 
 /// How the iteration ended.
@@ -245,7 +259,7 @@ fn certificate(c: &Certificate) -> String {
     let name = worst.map_or(String::new(), |(name, _)| format!(" ({})", words(name)));
     let verdict = if c.passed { "passed" } else { "NOT PASSED" };
     let sign = if c.worst <= c.tolerance { "<=" } else { ">" };
-    format!("{verdict}: the worst measure is {:.1e}{name} {sign} {:e}", c.worst, c.tolerance)
+    format!("{verdict}: the worst measure is {}{name} {sign} {:e}", measure(c.worst), c.tolerance)
 }
 
 /// The body or the pair that is farthest off by its own forces, where there are several to tell apart or it is too far.
@@ -256,8 +270,9 @@ fn worst_part(c: &Certificate) -> Option<String> {
     (several(Part::Body) || several(Part::Pair) || !holds).then(|| {
         let sign = if holds { "<=" } else { ">" };
         let PartMeasure { part, name, residual } = worst;
-        let part = part.name();
-        format!("by its own forces the worst {part} is \"{name}\": {residual:.1e} {sign} {:e}", c.part_tolerance())
+        let (part, residual) = (part.name(), measure(*residual));
+        let bound = c.part_tolerance();
+        format!("each body and pair in its own forces: the worst is {part} \"{name}\", {residual} {sign} {bound:e}")
     })
 }
 

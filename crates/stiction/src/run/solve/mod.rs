@@ -32,7 +32,7 @@ pub use discretisation::discretisation_error;
 pub use levels::{AccuracyRecord, GoalRecord, LevelRecord, ValueRecord};
 pub use passing::widened;
 pub use path::{Event, Outcome, Settings, StepLine, solve};
-pub use quantities::escape_mode;
+pub use quantities::escape;
 pub(super) use record::word;
 pub use record::{
     AnswerRecord, BalanceRecord, BodyRecord, CertificateRecord, CountsRecord, MethodDetails, Named, OverlapName,

@@ -12,7 +12,8 @@ pub use smallness::{SMALL_ROTATION, SMALL_STRAIN, Smallness};
 
 use super::Outcome;
 use crate::contact::ContactProblem;
-use crate::contact::equilibrium::{in_words, no_equilibrium};
+use crate::contact::equilibrium::no_equilibrium;
+use crate::contact::escape::{self, Escape};
 use crate::contact::rigid::rigid_motions;
 use crate::fem::{full_displacement, reactions};
 use crate::friction::Status;
@@ -84,11 +85,11 @@ pub(crate) fn load(prepared: &Prepared) -> [f64; 3] {
     sum
 }
 
-/// The motion along which the loads carry a body away, if the status says that nothing balances them.
-pub fn escape_mode(problem: &ContactProblem, status: Status) -> Option<String> {
+/// How the loads carry a body away, if the status says that nothing balances them.
+pub fn escape(problem: &ContactProblem, status: Status) -> Option<Escape> {
     if status != Status::NoEquilibrium {
         return None;
     }
     let motions = rigid_motions(problem);
-    no_equilibrium(problem, &motions).map(|slide| in_words(problem, &motions, &slide.alpha))
+    no_equilibrium(problem, &motions).map(|slide| escape::escape(problem, &motions, &slide))
 }

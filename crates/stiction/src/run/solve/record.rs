@@ -5,9 +5,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::quantities::{
-    Micromotion, Smallness, energy, escape_mode, largest_displacement, load, micromotions, reaction,
-};
+use super::quantities::{Micromotion, Smallness, energy, escape, largest_displacement, load, micromotions, reaction};
 use super::solutions::{SolutionsRecord, UniquenessRecord};
 use super::totals::all_totals;
 use super::{Balance, BoltState, CouplingState, Outcome, Totals, bolt_states, coupling_states};
@@ -366,7 +364,7 @@ impl AnswerRecord {
         let (contact, pairs) = all_totals(prepared, outcome);
         AnswerRecord {
             status: solution.status,
-            escape_mode: escape_mode(problem, solution.status),
+            escape_mode: escape(problem, solution.status).map(|escape| escape.motion),
             sliding,
             overlaps: outcome.overlaps.iter().map(|overlap| OverlapRecord::of(prepared, overlap)).collect(),
             certificate: CertificateRecord::of(&solution.certificate),

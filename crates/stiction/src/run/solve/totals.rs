@@ -39,12 +39,16 @@ pub struct Totals {
     pub max_lambda_n: f64,
     /// Largest `|lambda_t|`.
     pub max_lambda_t: f64,
-    /// The largest pressure at a point.
+    /// The largest pressure at a contact point.
     pub max_pressure: f64,
     /// Where it is.
     pub max_pressure_at: Option<[f64; 3]>,
-    /// The largest shear at a point.
+    /// The largest shear at a contact point.
     pub max_shear: f64,
+    /// The largest pressure at a node of the other surface, whose means those at points are; zero against obstacles. At nodes
+    /// just beyond the rim, of which hardly anything is covered, it overshoots.
+    #[serde(default)]
+    pub max_other_pressure: f64,
 }
 
 /// The totals of all pairs together.
@@ -64,8 +68,13 @@ pub(super) fn all_totals(prepared: &Prepared, outcome: &Outcome) -> (Totals, Vec
     let of = |points: Range<usize>| over(prepared, outcome, &frames, &tractions, points);
     // Points of equations are of no surface.
     let surfaces = prepared.problem.labels.pairs.iter().take(prepared.surfaces.len());
-    let pairs = surfaces.map(|pair| (pair.name.clone(), of(pair.points.clone()))).collect();
-    (of(0..prepared.facts.points), pairs)
+    let received = tractions.masters.iter().map(|nodes| nodes.iter().flatten().fold(0.0, |a: f64, t| a.max(t[0])));
+    let pairs = surfaces.zip(received).map(|(pair, received)| {
+        (pair.name.clone(), Totals { max_other_pressure: received, ..of(pair.points.clone()) })
+    });
+    let pairs: Vec<(String, Totals)> = pairs.collect();
+    let received = pairs.iter().fold(0.0, |a: f64, pair| a.max(pair.1.max_other_pressure));
+    (Totals { max_other_pressure: received, ..of(0..prepared.facts.points) }, pairs)
 }
 
 fn over(

@@ -35,7 +35,7 @@ pub(super) static ACCURACY: Rules = Rules {
 /// A part of one, or a text with a percent sign.
 const GOAL: Kind = Kind::Either(&[Kind::Number(PART), Kind::Text]);
 pub(in super::super) const PART: Limits =
-    Limits { low: 1e-4, low_included: true, high: 0.5, high_included: true, remedy: "0.02 is 2 %", ..ANY };
+    Limits { low: 1e-4, low_included: true, high: 0.5, high_included: true, remedy: "0.02 is 2 %", part: true, ..ANY };
 const ELEMENT: Kind = choice(&[
     ("tet10", "quadratic tetrahedra, which need far fewer unknowns"),
     ("tet4", "linear tetrahedra, for comparison"),

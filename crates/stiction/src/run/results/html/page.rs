@@ -7,7 +7,7 @@ use super::text::{base64, script_json};
 use super::view::{View, encoded};
 use crate::friction::Status;
 use crate::io::look;
-use crate::io::text::{escaped, number, triple};
+use crate::io::text::{escaped, measure, number, triple};
 use crate::io::units::Units;
 use crate::run::results::overlap_text;
 use crate::run::results::rows::Row;
@@ -98,7 +98,7 @@ fn verdict(s: &Summary) -> String {
              They were recomputed from the problem and the answer by code that shares nothing with the solver."
         )
     } else {
-        format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", size(worst))
+        format!("The worst measure of the certificate{name}, is {}; the tolerance is {tolerance:e}.", measure(worst))
     };
     for overlap in s.answer.overlaps.iter().filter(|overlap| overlap_text::is_refused(overlap)) {
         text += &format!(" {}.", overlap_text::sentence(overlap));
@@ -115,11 +115,6 @@ fn verdict(s: &Summary) -> String {
     text += &tables::uniqueness(s);
     let class = if good { "good" } else { "bad" };
     format!("<section class=\"verdict {class}\"><strong>{head}</strong><p>{}</p></section>\n", escaped(&text))
-}
-
-/// Two digits of a measure that may be beyond all bounds.
-fn size(measure: f64) -> String {
-    if measure.is_finite() { format!("{measure:.1e}") } else { "infinite".into() }
 }
 
 fn warnings(s: &Summary, view: &View) -> String {

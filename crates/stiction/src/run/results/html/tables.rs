@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use crate::contact::SMALL_MOTION;
-use crate::io::text::{escaped, number, triple};
+use crate::io::text::{escaped, measure, number, triple};
 use crate::io::units::Units;
 use crate::run::results::accuracy_text::percent;
 use crate::run::results::rows::Row;
@@ -119,7 +119,7 @@ fn certificate(c: &CertificateRecord, units: &Units) -> String {
     table.words = vec![5];
     for (name, value) in &c.measures.0 {
         let [sign, verdict] = if *value <= tolerance { ["≤", "holds"] } else { [">", "exceeds"] };
-        let cells = [&name.replace('_', " "), &format!("{value:.1e}"), sign, &format!("{tolerance:e}"), verdict];
+        let cells = [&name.replace('_', " "), &measure(*value), sign, &format!("{tolerance:e}"), verdict];
         let mut row: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
         row.push(meaning(name).into());
         table.rows.push(row);
@@ -136,7 +136,7 @@ fn parts(c: &CertificateRecord) -> String {
     let mut table = Table::new(&["", "Name", "Residual", "", "Bound", ""]);
     for part in &c.parts {
         let [sign, verdict] = if part.residual <= c.part_tolerance { ["≤", "holds"] } else { [">", "exceeds"] };
-        let (residual, bound) = (format!("{:.1e}", part.residual), format!("{:e}", c.part_tolerance));
+        let (residual, bound) = (measure(part.residual), format!("{:e}", c.part_tolerance));
         table.rows.push([&part.part, &part.name, &residual, sign, &bound, verdict].map(str::to_string).to_vec());
     }
     format!(
@@ -224,7 +224,8 @@ fn contact(s: &Summary, units: &Units) -> String {
     }
     format!(
         "<h2 id=\"contact\">Contact</h2>\n{}<p class=\"note\">The normal force is the sum of the forces of the points along \
-         their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>.</p>\n",
+         their normals. Friction is given as a force on the body whose surface the case names in <code>on</code>. Pressure and \
+         shear are those at contact points, between bodies means over nodes of the other surface, some of which have more.</p>\n",
         table.html()
     )
 }
@@ -241,7 +242,7 @@ fn solutions(s: &Summary, units: &Units) -> String {
         let states = format!("{} / {} / {}", solution.open, solution.stick, solution.slip);
         let mut row = vec![k.to_string()];
         row.extend([solution.energy, solution.dissipation, solution.normal_force].map(number));
-        row.extend([states, format!("{:.1e}", solution.worst)]);
+        row.extend([states, measure(solution.worst)]);
         row.push(starts.map(|start| start.start.as_str()).collect::<Vec<_>>().join(", "));
         table.rows.push(row);
     }
@@ -320,7 +321,7 @@ fn bodies(s: &Summary, units: &Units) -> String {
     for body in &s.answer.bodies {
         let mut row = vec![body.name.clone()];
         row.extend([body.load, body.support, body.contact].map(triple));
-        row.extend([body.force_balance, body.moment_balance].map(|measure| format!("{measure:.1e}")));
+        row.extend([body.force_balance, body.moment_balance].map(measure));
         table.rows.push(row);
     }
     if table.rows.is_empty() {
@@ -357,7 +358,7 @@ fn steps(list: &[StepRecord], units: &Units) -> String {
             format!("{step} {name}").trim_end().to_string(),
             number(*t),
             word(answer.status).replace('_', " "),
-            format!("{:.1e}", answer.certificate.worst),
+            measure(answer.certificate.worst),
             number(c.normal_force),
             triple(c.tangential_force),
             format!("{} / {} / {}", c.open, c.stick, c.slip),

@@ -1,0 +1,166 @@
+//! How loads that contact cannot balance carry a body away: what a person needs to see why, and to mend it.
+
+use super::equilibrium::{Slide, in_words, moving, name, velocity, with};
+use super::rigid::RigidMotions;
+use super::{ContactProblem, Friction};
+use crate::Error;
+use crate::fem::Motion;
+use crate::linalg::max_abs;
+use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
+
+/// What is to be said of a problem without equilibrium.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Escape {
+    /// Which body moves, and how: `body "post": translation along z`.
+    pub motion: String,
+    /// What its contact points do in this motion, and the forces: sentences without full stops.
+    pub facts: Vec<String>,
+    /// What can be done about it.
+    pub remedy: &'static str,
+}
+
+impl Escape {
+    /// All in one sentence, without its remedy.
+    pub fn sentence(&self) -> String {
+        let facts: String = self.facts.iter().map(|fact| format!("; {fact}")).collect();
+        format!("the loads carry away {}{facts}", self.motion)
+    }
+}
+
+/// What contact does in the motion.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    LiftOff,
+    Slide,
+    Tip,
+}
+
+/// A point opens if it moves apart by more than this part of the largest jump in the motion.
+const OPENS: f64 = 1e-6;
+
+/// Normals that differ by less are those of one plane.
+const FLAT: f64 = 1e-6;
+
+/// The motion `slide`, on which no contact forces take up the work of the loads, in words.
+pub fn escape(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide) -> Escape {
+    let bodies = moving(motions, &slide.alpha);
+    let Some(&first) = bodies.first() else {
+        return Escape { motion: in_words(problem, motions, &slide.alpha), facts: Vec::new(), remedy: "" };
+    };
+    let points = touching(problem, motions, first);
+    let opening = opening(problem, motions, slide, &points);
+    let kind = match opening {
+        all if all == points.len() => Kind::LiftOff,
+        0 => Kind::Slide,
+        _ => Kind::Tip,
+    };
+    let force = load(problem, motions, first);
+    let mut facts = vec![did(kind, opening, points.len())];
+    facts.extend(force.map(|force| format!("the loads on it add up to the force {}", components(force))));
+    let (t, omega, origin, centre, radius) = velocity(problem, motions, first, &slide.alpha);
+    if kind != Kind::LiftOff && bodies.len() == 1 {
+        facts.extend(force.and_then(|force| resisted(problem, motions, first, &points, force)));
+    }
+    let middle = Motion::of_middle(t, omega, origin, centre, radius).filter(|_| kind == Kind::LiftOff);
+    let motion = match middle {
+        // As it leaves it may turn as well, which says nothing about why.
+        Some(motion) if !matches!(Motion::of(t, omega, origin, centre, radius), Motion::Translation { .. }) => {
+            let names: Vec<String> = bodies.iter().map(|&number| name(problem, motions, number)).collect();
+            format!("{}: {motion}, while it turns{}", names[0], with(&names))
+        }
+        _ => in_words(problem, motions, &slide.alpha),
+    };
+    Escape { motion, facts, remedy: remedy(kind) }
+}
+
+fn did(kind: Kind, opening: usize, all: usize) -> String {
+    match kind {
+        Kind::LiftOff if all == 0 => "it has no contact point".into(),
+        Kind::LiftOff => format!("it lifts off: all of its {all} contact points open"),
+        Kind::Slide => format!("it slides: none of its {all} contact points opens"),
+        Kind::Tip => format!(
+            "it tips over: {opening} of its {all} contact points open, and pressure on the others cannot hold it"
+        ),
+    }
+}
+
+fn remedy(kind: Kind) -> &'static str {
+    match kind {
+        Kind::LiftOff => "hold it by a support, a spring or a bonded contact, or press it down",
+        Kind::Slide => "hold it along this motion by a support or a spring, press it harder, or give more friction",
+        Kind::Tip => "let the loads act nearer to the contact, or hold it by a support or a spring",
+    }
+}
+
+/// The contact points that a body has a part in.
+fn touching(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Vec<usize> {
+    let own = &motions.bodies[body].unknowns;
+    let meets = |&j: &usize| problem.contact.B.row(j).0.iter().any(|i| own.binary_search(i).is_ok());
+    (0..problem.points()).filter(meets).collect()
+}
+
+/// How many of these points move apart.
+fn opening(problem: &ContactProblem, motions: &RigidMotions, slide: &Slide, points: &[usize]) -> usize {
+    let mut u = vec![0.0; problem.unknowns()];
+    motions.add(&slide.alpha, &mut u);
+    let jump = problem.contact.B.times(&u);
+    let least = OPENS * max_abs(&jump);
+    points.iter().filter(|&&j| problem.contact.friction[j] != Friction::Bonded && jump[j] < -least).count()
+}
+
+/// The resultant of the loads on a body that nothing holds; `None` for others, on which supports act as well.
+fn load(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Option<V3> {
+    let kernel = problem.elastic.near_kernel.as_ref().filter(|_| motions.bodies[body].motions.len() == 6)?;
+    let along = |c: usize| {
+        let own = motions.bodies[body].unknowns.iter();
+        own.map(|&i| problem.elastic.f[i as usize] * kernel[i as usize][c]).sum()
+    };
+    Some([along(0), along(1), along(2)])
+}
+
+/// How the push along a plane compares with friction. `None` where contact is no plane, or its friction not that of Coulomb:
+/// then no single figure tells.
+fn resisted(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    body: usize,
+    points: &[usize],
+    force: V3,
+) -> Option<String> {
+    let kernel = problem.elastic.near_kernel.as_ref()?;
+    let own = &motions.bodies[body].unknowns;
+    let mut plane: Option<V3> = None;
+    let mut largest: f64 = 0.0;
+    for &j in points {
+        let mut normal = [0.0; 3];
+        for (i, entry) in problem.contact.B.entries_of(j).filter(|(i, _)| own.binary_search(i).is_ok()) {
+            normal = add(normal, scale(entry, [0, 1, 2].map(|c| kernel[i as usize][c])));
+        }
+        let normal = scale(1.0 / norm(normal), normal);
+        let first = *plane.get_or_insert(normal);
+        if !(norm(sub(normal, first)) < FLAT) {
+            return None;
+        }
+        largest = largest.max(match problem.contact.friction[j] {
+            Friction::None => 0.0,
+            Friction::Coulomb { coefficient } | Friction::Limited { coefficient, .. } => coefficient,
+            _ => return None,
+        });
+    }
+    let normal = plane?;
+    let press = dot(force, normal);
+    if press <= 0.0 {
+        return None;
+    }
+    let push = norm(sub(force, scale(press, normal)));
+    let [push, press, most] = [push, press, largest * press].map(Error::number);
+    Some(format!(
+        "they push along the contact with {push} and press on it with {press}: friction holds at most {largest} x {press} = {most}"
+    ))
+}
+
+/// A vector to read; what rounding has left of a component is zero.
+fn components(v: V3) -> String {
+    let [x, y, z] = v.map(|c| Error::number(if c.abs() < 1e-9 * norm(v) { 0.0 } else { c }));
+    format!("({x}, {y}, {z})")
+}
