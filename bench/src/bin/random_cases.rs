@@ -1,8 +1,9 @@
 //! How many of the cases drawn at random are certified: `random_cases [assemblies] [FIRST LAST [PATH]]`, seeds, 0 to 6000
-//! if absent, by the path that the solver chooses itself if none is named. Assemblies have two or three bodies.
+//! if absent, by the path that the solver chooses itself if none is named. Assemblies have two or three bodies. With
+//! `ranks N` in place of the path on so many ranks, which are threads.
 
 use stiction_fixtures::random_assembly;
-use stiction_fixtures::random_case::{leaves, outcome, text};
+use stiction_fixtures::random_case::{leaves, outcome, outcome_on_ranks, ranks_refuse, text};
 
 fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -10,14 +11,21 @@ fn main() {
     arguments.drain(..usize::from(assemblies));
     let numbers: Vec<u64> = arguments.iter().map_while(|a| a.parse().ok()).collect();
     let (first, last) = if let [first, last] = numbers[..] { (first, last) } else { (0, 6000) };
-    let path = arguments.get(2).map_or(String::new(), |path| format!("[solver]\npath = \"{path}\"\n"));
+    let after = arguments.iter().skip_while(|a| *a != "ranks").nth(1);
+    let ranks: Option<usize> = after.and_then(|size| size.parse().ok());
+    let path = arguments
+        .get(2)
+        .filter(|_| ranks.is_none())
+        .map_or(String::new(), |path| format!("[solver]\npath = \"{path}\"\n"));
     let text = |seed| if assemblies { random_assembly::text(seed, &random_assembly::ELEMENTS) } else { text(seed) };
     let (mut steps, mut left, mut unsolved, mut refused) = (Vec::new(), 0, 0, 0);
     for seed in first..last {
         let text = text(seed) + &path;
-        match outcome(&text) {
+        let found = ranks.map_or_else(|| outcome(&text), |size| outcome_on_ranks(&text, size));
+        match found {
             Ok(taken) => steps.push(taken),
             Err(reason) if leaves(&reason) => left += 1,
+            Err(reason) if ranks.is_some() && ranks_refuse(&reason) => refused += 1,
             Err(reason) if reason.contains("multigrid") || reason.contains("aggregation") => refused += 1,
             Err(reason) => {
                 unsolved += 1;

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 
 use stiction::friction::Status;
 use stiction::io::case::{self, Case};
-use stiction::run::{Event, Outcome, Prepared, Settings, prepare, solve, solve_steps, widened};
+use stiction::ranks::threads;
+use stiction::run::{Event, Outcome, Prepared, Settings, prepare, solve, solve_on_ranks, solve_steps, widened};
 
 /// A small linear congruential generator: one number seeds a whole case.
 pub(crate) struct Draw(u64);
@@ -119,7 +120,32 @@ pub fn outcome(text: &str) -> Result<usize, String> {
     solved(text, &mut |_, _, _| ())
 }
 
-/// The same, with what `each` makes of each answer: the time of its load step (1 without load steps), its problem and
+/// The cycles it took on so many ranks, which are threads, to be certified, or why it is not.
+///
+/// # Errors
+/// Why it is not certified.
+///
+/// # Panics
+/// If the case cannot be read.
+pub fn outcome_on_ranks(text: &str, size: usize) -> Result<usize, String> {
+    let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let answers = threads(size, |ranks| {
+        let answer = solve_on_ranks(&case, &ranks, &mut |_| ControlFlow::Continue(()));
+        answer.map(|answer| answer.summary).map_err(|e| e.to_string())
+    });
+    let summary = answers.into_iter().next().ok_or("no ranks")??;
+    match summary.status {
+        Status::Solved => Ok(summary.counts.iterations),
+        status => Err(format!("{status:?}, worst {:.1e}", summary.certificate.worst)),
+    }
+}
+
+/// Whether a case that is not certified is one that ranks refuse.
+pub fn ranks_refuse(reason: &str) -> bool {
+    ["divided among ranks", "use fewer ranks", "aggregation"].iter().any(|part| reason.contains(part))
+}
+
+/// As [`outcome`], with what `each` makes of each answer: the time of its load step (1 without load steps), its problem and
 /// itself. A case whose surfaces come from beyond `search` begins again with its first step, as by the command.
 ///
 /// # Errors

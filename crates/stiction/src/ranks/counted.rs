@@ -16,13 +16,15 @@ pub struct Traffic {
     pub halo_exchanges: u64,
     /// Bytes sent in these.
     pub halo_bytes: u64,
+    /// Sums and maxima over all ranks.
+    pub sums: u64,
 }
 
 /// Ranks whose messages are counted.
 #[derive(Debug)]
 pub struct Counted {
     ranks: Arc<dyn Ranks>,
-    counts: [AtomicU64; 5],
+    counts: [AtomicU64; 6],
 }
 
 impl Counted {
@@ -33,9 +35,9 @@ impl Counted {
 
     /// Up to now.
     pub fn traffic(&self) -> Traffic {
-        let [exchanges, messages, bytes, halo_exchanges, halo_bytes] =
-            [0, 1, 2, 3, 4].map(|k| self.counts[k].load(Ordering::Relaxed));
-        Traffic { exchanges, messages, bytes, halo_exchanges, halo_bytes }
+        let [exchanges, messages, bytes, halo_exchanges, halo_bytes, sums] =
+            [0, 1, 2, 3, 4, 5].map(|k| self.counts[k].load(Ordering::Relaxed));
+        Traffic { exchanges, messages, bytes, halo_exchanges, halo_bytes, sums }
     }
 
     fn add(&self, which: usize, more: usize) {
@@ -62,5 +64,9 @@ impl Ranks for Counted {
     fn count_halo(&self, bytes: usize) {
         self.add(3, 1);
         self.add(4, bytes);
+    }
+
+    fn count_sum(&self) {
+        self.add(5, 1);
     }
 }

@@ -34,6 +34,9 @@ pub trait Ranks: fmt::Debug + Send + Sync {
 
     /// Counts an exchange of values at the border of a mesh, of so many bytes sent. Only [`Counted`] does.
     fn count_halo(&self, _bytes: usize) {}
+
+    /// Counts numbers of all ranks added or compared, for which every rank waits. Only [`Counted`] does.
+    fn count_sum(&self) {}
 }
 
 /// A message of every rank, in their order, at rank 0; `None` at the others.
@@ -114,6 +117,7 @@ pub fn max(ranks: &dyn Ranks, values: &mut [f64]) {
 
 fn combine(ranks: &dyn Ranks, values: &mut [f64], with: impl Fn(f64, f64) -> f64) {
     let (rank, size) = (ranks.rank(), ranks.size());
+    ranks.count_sum();
     let mut step = 1;
     while step < size {
         if rank % (2 * step) == step {

@@ -1,6 +1,6 @@
 use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Vector, dot};
-use super::iteration::{Iterate, Observe, State, Subproblem, judge, residual};
+use super::iteration::{Iterate, Observe, State, Subproblem, judge, residual, states};
 use super::points::Point;
 use crate::contact::Friction;
 use crate::friction::End;
@@ -28,7 +28,7 @@ pub(super) fn descend(
     loop {
         state.iterate.ku = k.times(&state.iterate.u);
         let violated = judge(problem, &mut state.iterate);
-        if observe(state.cycles, violated, &state.iterate.conditions).is_break() {
+        if observe(state.cycles, violated, states(&state.iterate.conditions).map(|count| count as usize)).is_break() {
             return End::Interrupted;
         }
         match violated {
@@ -45,7 +45,8 @@ pub(super) fn descend(
         state.iterate.ku = k.times(&state.iterate.u);
         let u = &state.iterate.u;
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
-        state.constrain(problem, hierarchy);
+        let coarse = state.coarse_levels_change(problem, true);
+        state.constrain(hierarchy, coarse);
         let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);
         state.cycles += 1;

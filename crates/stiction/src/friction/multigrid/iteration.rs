@@ -70,6 +70,20 @@ pub(super) struct State {
     guess: bool,
     /// Whether it begins at the answer of a problem nearby, as of the load step before.
     nearby: bool,
+    /// Whether this rank was asked to stop, which the others learn with the next survey.
+    stops: bool,
+}
+
+/// What the ranks find of an iterate together, in one message.
+struct Survey {
+    /// The violation of balance and law over the load.
+    violated: f64,
+    /// Points in each state: open, stick, slip.
+    states: [usize; 3],
+    /// Whether the coarse levels change by the contact conditions, without Coulomb coupling and with it.
+    changes: [bool; 2],
+    /// Whether some rank was asked to stop.
+    stops: bool,
 }
 
 /// Further thresholds of the iteration.
@@ -84,8 +98,8 @@ impl Threshold {
     const DRIFT: f64 = 0.1;
 }
 
-/// Receives the cycle, the residual and the contact conditions; may stop the run.
-pub(super) type Observe<'a> = dyn FnMut(usize, f64, &[ContactCondition]) -> ControlFlow<()> + 'a;
+/// Receives the cycle, the residual and the points in each state (open, stick, slip); may stop the run.
+pub(super) type Observe<'a> = dyn FnMut(usize, f64, [usize; 3]) -> ControlFlow<()> + 'a;
 
 /// Active-set iteration until the law and the balance hold to the tolerance.
 ///
@@ -108,9 +122,10 @@ pub(super) fn run(
             tightening.balance(problem.transformed, &mut state.iterate);
         }
         let guessed = state.update_conditions(problem);
-        let violated = violation(problem, &state.iterate);
+        let Survey { violated, states, changes, stops } = state.survey(problem);
         state.monitor.record(violated);
-        if observe(state.cycles, violated, &state.iterate.conditions).is_break() {
+        state.stops |= observe(state.cycles, violated, states).is_break();
+        if stops || state.stops && problem.transformed.halo().is_alone() {
             return End::Interrupted;
         }
         if violated <= problem.tolerance && !guessed {
@@ -123,7 +138,8 @@ pub(super) fn run(
         if state.cycles >= problem.max_cycles {
             return End::Limit;
         }
-        let cycles = match state.monitor.assess(&state.iterate, state.cycles) {
+        let verdict = state.monitor.assess(&state.iterate, state.cycles);
+        let cycles = match verdict {
             Verdict::Progress => 1,
             Verdict::Cycling if state.monitor.resets < problem.max_resets => {
                 state.reset(problem);
@@ -138,7 +154,11 @@ pub(super) fn run(
         if !coupled {
             state.iterate.conditions.iter_mut().for_each(|s| s.constraint.coulomb = [0.0; 2]);
         }
-        state.constrain(problem, hierarchy);
+        let changes = match verdict {
+            Verdict::Progress => changes[usize::from(coupled)],
+            _ => problem.transformed.halo().any(state.coarse_levels_change(problem, coupled)),
+        };
+        state.constrain(hierarchy, changes);
         state.apply_targets(problem);
         for _ in 0..cycles {
             let r = residual(problem, &state.iterate);
@@ -179,7 +199,7 @@ impl State {
     pub(super) fn after(self, earlier: &State) -> State {
         let is_first = earlier.cycles == 0;
         let (guess, nearby) = (self.guess && is_first, self.nearby && is_first);
-        State { cycles: earlier.cycles, resets: earlier.resets, guess, nearby, ..self }
+        State { cycles: earlier.cycles, resets: earlier.resets, stops: earlier.stops, guess, nearby, ..self }
     }
 
     /// Another iteration begins here: directions, coarse levels and residuals belong to other active sets.
@@ -247,20 +267,42 @@ impl State {
         self.monitor.reset(self.cycles);
     }
 
-    /// Constrains the hierarchy by the contact conditions. Its coarse levels change when a component is constrained or
-    /// released, a spring changes, or the Coulomb coupling begins or ends. They may not lag behind: a function truncated at a
-    /// component that is free again, or the spring of a point that has hardly slipped yet, a thousand times stiffer than
-    /// a cycle later, makes the coarse levels too stiff there. A single one costs a hundred cycles on graded meshes.
-    pub(super) fn constrain(&mut self, problem: &Subproblem<'_>, hierarchy: &mut Hierarchy) {
-        let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
-        let coupled = |constraints: &[NodeConstraint]| constraints.iter().any(|c| c.coulomb != [0.0; 2]);
+    /// What the ranks find of the iterate and its contact conditions.
+    fn survey(&self, problem: &Subproblem<'_>) -> Survey {
+        let [left, load, contact] = squares(problem, &self.iterate);
+        let [open, stick, slip] = states(&self.iterate.conditions);
+        let [without, with] = [false, true].map(|coupled| self.coarse_levels_change(problem, coupled));
+        let [without, with, stops] = [without, with, self.stops].map(|so| f64::from(u8::from(so)));
+        let mut sums = [left, load, contact, open, stick, slip, without, with, stops];
+        problem.transformed.halo().sum(&mut sums);
+        let [left, load, contact, open, stick, slip, without, with, stops] = sums;
+        Survey {
+            violated: over_load([left, load, contact]),
+            states: [open, stick, slip].map(|count| count as usize),
+            changes: [without, with].map(|ranks| ranks > 0.0),
+            stops: stops > 0.0,
+        }
+    }
+
+    /// Whether the coarse levels change by the contact conditions of this rank, with their Coulomb coupling or without it: when
+    /// a component is constrained or released, a spring changes, or the coupling begins or ends. The levels may not lag
+    /// behind: a function truncated at a component that is free again, or the spring of a point that has hardly slipped yet, a
+    /// thousand times stiffer than a cycle later, makes the coarse levels too stiff there. A single one costs a hundred
+    /// cycles on graded meshes.
+    pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>, coupled: bool) -> bool {
+        let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
+        let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
         let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
             new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
         };
-        let coarse = self.coarse.len() != constraints.len()
-            || coupled(&constraints) != coupled(&self.coarse)
-            || constraints.iter().zip(&self.coarse).zip(problem.laws).any(differs);
-        let coarse = problem.transformed.halo().any(coarse);
+        self.coarse.len() != self.iterate.conditions.len()
+            || (coupled && new().any(couples)) != self.coarse.iter().any(couples)
+            || new().zip(&self.coarse).zip(problem.laws).any(differs)
+    }
+
+    /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank.
+    pub(super) fn constrain(&mut self, hierarchy: &mut Hierarchy, coarse: bool) {
+        let constraints: Vec<NodeConstraint> = self.iterate.conditions.iter().map(|s| s.constraint).collect();
         hierarchy.constrain(&constraints, coarse);
         if coarse {
             self.coarse = constraints;
@@ -337,9 +379,29 @@ pub(super) fn judge(problem: &Subproblem<'_>, at: &mut Iterate) -> f64 {
     violation(problem, at)
 }
 
+/// Points in each state on this rank: open, stick, slip.
+pub(super) fn states(conditions: &[ContactCondition]) -> [f64; 3] {
+    let count = |state: PointState| conditions.iter().filter(|x| x.state == state).count() as f64;
+    [PointState::Open, PointState::Stick, PointState::Slip].map(count)
+}
+
 /// Violation of balance and law over the load: unbalanced forces on free components, and on constrained ones the distance
 /// from the target value times the parameter.
 fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
+    let mut squares = squares(problem, at);
+    problem.transformed.halo().sum(&mut squares);
+    over_load(squares)
+}
+
+/// The first of these squares over the larger of the load and the contact forces.
+fn over_load(squares: [f64; 3]) -> f64 {
+    let [left, load, contact] = squares.map(f64::sqrt);
+    let scale = load.max(contact);
+    if scale > 0.0 { left / scale } else { left }
+}
+
+/// The squares of the violation, of the load and of the contact forces on this rank.
+fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
     let mut r = balance(problem.transformed, &at.ku);
     for ((p, law), condition) in problem.points().zip(&at.conditions) {
         let (r, u) = (&mut r[p.node], at.u[p.node]);
@@ -353,11 +415,7 @@ fn violation(problem: &Subproblem<'_>, at: &Iterate) -> f64 {
     }
     let missing = problem.tightening.map_or(0.0, |t| t.missing(at).iter().map(|m| m * m).sum());
     let [load, contact] = load_squares(problem.transformed, &at.ku);
-    let mut squares = [dot(&r, &r) + missing, load, contact];
-    problem.transformed.halo().sum(&mut squares);
-    let [left, load, contact] = squares.map(f64::sqrt);
-    let scale = load.max(contact);
-    if scale > 0.0 { left / scale } else { left }
+    [dot(&r, &r) + missing, load, contact]
 }
 
 /// The larger of the load and the contact forces, newton.

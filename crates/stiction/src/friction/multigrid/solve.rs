@@ -1,5 +1,3 @@
-use std::ops::ControlFlow;
-
 use super::active_set::{ContactCondition, PointLaw};
 use super::coarse_start;
 use super::directions::norm;
@@ -142,11 +140,10 @@ pub fn solve_multigrid(
     let traits = Traits { floats, convex, asked, divided: is_divided, max_iterations };
     let begin = start(problem, transformed, &laws, hierarchy, settings);
     let mut history = Vec::new();
-    let mut observe = |cycle: usize, residual: f64, conditions: &[ContactCondition]| {
-        let progress = progress(transformed, cycle, residual, conditions);
+    let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| {
+        let progress = progress(cycle, residual, states);
         history.push(progress);
-        let stops = transformed.halo().any(observer(&progress).is_break());
-        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        observer(&progress)
     };
     let (mut state, mut end, mut target) = (State::default(), End::Stalled, settings.tolerance);
     let (mut floating, mut certified, mut best) = (None, None, None);
@@ -229,16 +226,7 @@ fn reduction(certificate: &Certificate) -> f64 {
     if wanted.is_nan() { REDUCTION[0] } else { wanted.clamp(REDUCTION[0], REDUCTION[1]) }
 }
 
-pub(super) fn progress(
-    transformed: &Transformed,
-    cycle: usize,
-    residual: f64,
-    conditions: &[ContactCondition],
-) -> Progress {
-    let states = [PointState::Open, PointState::Stick, PointState::Slip];
-    let mut counts = states.map(|s| conditions.iter().filter(|x| x.state == s).count() as f64);
-    transformed.halo().sum(&mut counts);
-    let [open, stick, slip] = counts.map(|count| count as usize);
+pub(super) fn progress(cycle: usize, residual: f64, [open, stick, slip]: [usize; 3]) -> Progress {
     Progress { phase: Phase::Multigrid, iteration: cycle, residual, products: cycle, open, stick, slip }
 }
 

@@ -2,7 +2,7 @@
 
 use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise, norm};
-use super::iteration::{Iterate, Observe, State, Subproblem, load, residual, run};
+use super::iteration::{Iterate, Observe, State, Subproblem, load, residual, run, states};
 use super::points::Point;
 use super::transform::Transformed;
 use crate::contact::Friction;
@@ -49,7 +49,10 @@ pub(super) fn by_springs(
         let r = residual(problem, &state.iterate);
         let left =
             norm(problem.transformed.halo(), &r) / load(problem.transformed, &state.iterate.ku).max(f64::MIN_POSITIVE);
-        if observe(state.cycles, left, &state.iterate.conditions).is_break() {
+        let halo = problem.transformed.halo();
+        let mut counts = states(&state.iterate.conditions);
+        halo.sum(&mut counts);
+        if halo.any(observe(state.cycles, left, counts.map(|count| count as usize)).is_break()) {
             return End::Interrupted;
         }
         if left <= Threshold::SETTLED {

@@ -201,8 +201,7 @@ pub(crate) fn tighten_by_multigrid(
         floating: None,
         tightening: Some(&tightening),
     };
-    let mut observe =
-        |cycle: usize, residual: f64, conditions: &[_]| observer(&progress(transformed, cycle, residual, conditions));
+    let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| observer(&progress(cycle, residual, states));
     let end = (first.run)(&subproblem, hierarchy, &mut state, &mut observe);
     let State { iterate, cycles, monitor, .. } = state;
     let lambda = multipliers(problem, transformed, &iterate);

@@ -193,9 +193,10 @@ impl Reach {
         Reach { reach, touched, halo: halo.clone(), send, receive, own }
     }
 
-    /// The same level with other places that this rank adds to, all of them among those that were touched.
-    pub(super) fn within(&self, reach: Vec<u32>) -> Reach {
-        let mut other = Reach::new(&self.halo, reach);
+    /// The same level with other places that this rank adds to, all of them among those that were touched, and what is added divided
+    /// by `halo`.
+    pub(super) fn within(&self, halo: &Halo, reach: Vec<u32>) -> Reach {
+        let mut other = Reach::new(halo, reach);
         let touched = std::mem::take(&mut other.touched);
         let moved = |t: &mut u32| *t = self.touched.partition_point(|&k| k < touched[*t as usize]) as u32;
         other.receive.iter_mut().flatten().for_each(moved);

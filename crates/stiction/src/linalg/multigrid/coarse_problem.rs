@@ -19,6 +19,9 @@ pub(crate) struct CoarseProblem<'a> {
     /// Displacements of the nodes by those of this space, a row for each node.
     rows: Blocks<3, 6>,
     columns: Columns,
+    /// How what contact nodes add to this space is divided among ranks: of a level below one that is joined each rank has all
+    /// values, but the contact nodes remain divided.
+    from_nodes: Halo,
     /// The nodes of this space that the springs of this rank reach.
     reach: Reach,
 }
@@ -102,9 +105,11 @@ impl<'a> CoarseProblem<'a> {
         reach.sort_unstable();
         reach.dedup();
         let touched = &hierarchy.truncation.touched[1];
+        let above = &hierarchy.halos[0];
+        let from_nodes = if above.is_joined() { Halo::joined(above.ranks(), halo.len()) } else { halo.clone() };
         // On one rank there are rows for all that constraints touch, empty where springs do not reach.
-        let reach = if halo.is_alone() { touched.clone() } else { touched.within(reach) };
-        Some(CoarseProblem { hierarchy, matrix, rows, columns, reach })
+        let reach = if from_nodes.is_alone() { touched.clone() } else { touched.within(&from_nodes, reach) };
+        Some(CoarseProblem { hierarchy, matrix, rows, columns, from_nodes, reach })
     }
 
     /// How the nodes of this space are divided among ranks.
@@ -163,7 +168,7 @@ impl<'a> CoarseProblem<'a> {
                 (0..6).for_each(|c| sum[c] += (0..3).map(|r| block[r][c] * force[r]).sum::<f64>());
             }
         }
-        self.halo().add(&mut sum, add_to);
+        self.from_nodes.add(&mut sum, add_to);
         sum
     }
 

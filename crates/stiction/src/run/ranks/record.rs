@@ -27,6 +27,8 @@ pub struct RankRecord {
     pub bytes_per_cycle: f64,
     /// Messages of all kinds sent, a cycle; those of the certificate are counted.
     pub messages_per_cycle: f64,
+    /// Sums and maxima over all ranks, for which every rank waits, a cycle; those of the start and of the certificate are counted.
+    pub sums_per_cycle: f64,
     /// Largest memory of its process, bytes. Ranks that are threads share one.
     pub peak_memory_bytes: Option<u64>,
 }
@@ -36,13 +38,14 @@ impl RankRecord {
         let mut bytes = Vec::new();
         let peak = self.peak_memory_bytes.unwrap_or(u64::MAX);
         [self.nodes as u64, self.ghosts as u64, self.points as u64, peak].write(&mut bytes);
-        [self.exchanges_per_cycle, self.bytes_per_cycle, self.messages_per_cycle].write(&mut bytes);
+        [self.exchanges_per_cycle, self.bytes_per_cycle, self.messages_per_cycle, self.sums_per_cycle]
+            .write(&mut bytes);
         bytes
     }
 
     pub(super) fn from_bytes(bytes: &[u8]) -> RankRecord {
         let [nodes, ghosts, points, peak] = <[u64; 4]>::read(bytes);
-        let [exchanges_per_cycle, bytes_per_cycle, messages_per_cycle] = <[f64; 3]>::read(&bytes[32..]);
+        let [exchanges_per_cycle, bytes_per_cycle, messages_per_cycle, sums_per_cycle] = <[f64; 4]>::read(&bytes[32..]);
         RankRecord {
             nodes: nodes as usize,
             ghosts: ghosts as usize,
@@ -50,6 +53,7 @@ impl RankRecord {
             exchanges_per_cycle,
             bytes_per_cycle,
             messages_per_cycle,
+            sums_per_cycle,
             peak_memory_bytes: Some(peak).filter(|&peak| peak != u64::MAX),
         }
     }

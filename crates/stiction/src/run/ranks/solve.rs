@@ -81,6 +81,7 @@ fn since(before: Traffic, now: Traffic) -> Traffic {
         bytes: now.bytes - before.bytes,
         halo_exchanges: now.halo_exchanges - before.halo_exchanges,
         halo_bytes: now.halo_bytes - before.halo_bytes,
+        sums: now.sums - before.sums,
     }
 }
 
@@ -209,6 +210,7 @@ fn summary(
         exchanges_per_cycle: per_cycle(traffic.halo_exchanges),
         bytes_per_cycle: per_cycle(traffic.halo_bytes),
         messages_per_cycle: per_cycle(traffic.messages),
+        sums_per_cycle: per_cycle(traffic.sums),
         peak_memory_bytes: machine::peak_memory(),
     };
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
