@@ -138,7 +138,8 @@ fn resisted(
         }
         let normal = scale(1.0 / norm(normal), normal);
         let first = *plane.get_or_insert(normal);
-        if !(norm(sub(normal, first)) < FLAT) {
+        let turned = norm(sub(normal, first));
+        if turned.is_nan() || turned >= FLAT {
             return None;
         }
         largest = largest.max(match problem.contact.friction[j] {
