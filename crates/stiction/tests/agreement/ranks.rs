@@ -13,6 +13,7 @@ use stiction::mesh::bisection;
 use stiction::ranks::{Ranks, threads};
 use stiction::run::{Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, totals};
 use stiction_fixtures::case_run::{displacement, solved_case};
+use stiction_fixtures::random_case;
 
 const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n";
 
@@ -126,6 +127,16 @@ fn symmetry_supports_of_components_and_two_obstacles_are_the_same_on_ranks() {
 }
 
 /// The bar of the design: at most two cycles or 15 % more, whatever the ranks.
+/// Meshes of a few hundred nodes: already the first coarse level is held by all ranks, while contact nodes remain divided.
+#[test]
+fn meshes_with_few_nodes_for_each_rank_are_the_same_on_ranks() {
+    agrees(&random_case::text(46), &[4, 8]);
+    agrees(&random_case::text(2059), &[2]);
+    // Most nodes of this mesh are held.
+    let refused = random_case::outcome_on_ranks(&random_case::text(185), 8).unwrap_err();
+    assert!(refused.contains("too few nodes that move for 8 ranks") && refused.contains("fewer ranks"), "{refused}");
+}
+
 #[test]
 fn ranks_take_hardly_more_cycles_than_one() {
     for element in ["element = \"tet4\", split = \"six\"", "element = \"hex8\""] {

@@ -106,6 +106,11 @@ impl Whole {
             fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
         }
         let owner = bisection(&mesh.nodes, &weights, parts);
+        let is_empty = |part: u32| !owner.contains(&part);
+        if (0..parts as u32).any(is_empty) {
+            let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
+            return Err(case.mesh.spot.error(what, "use fewer ranks"));
+        }
         Ok(Whole { mesh, owner, material_of_cell, symmetry, area })
     }
 
