@@ -59,7 +59,7 @@ fn load_steps_are_solved_on_one_mesh_from_the_beginning() {
 #[test]
 fn goals_without_sense_are_refused() {
     let folder = Folder::new("accuracy-bad", CASE);
-    folder.run(&["solve", "case.toml", "--accuracy", "2"]).ends(2, &["accuracy.energy", "0.02 is 2 %"]);
+    folder.run(&["solve", "case.toml", "--accuracy", "2"]).ends(2, &["--accuracy 2", "did you mean 2%?", "0.02"]);
     folder.run(&["solve", "case.toml", "--accuracy", "good"]).ends(2, &["`energy` is \"good\"", "energy = \"2%\""]);
     folder.run(&["solve", "case.toml", "--accuracy", "80%"]).ends(2, &["0.01 % to 50 %"]);
     let elastic = CASE[..CASE.find("[[contact]]").unwrap()].to_string() + "[accuracy]\npressure = 0.05\n";
