@@ -45,7 +45,7 @@ pub(super) fn descend(
         state.iterate.ku = k.times(&state.iterate.u);
         let u = &state.iterate.u;
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
-        let coarse = state.coarse_levels_change(problem, true);
+        let [_, coarse] = state.coarse_levels_change(problem);
         state.constrain(hierarchy, coarse);
         let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);

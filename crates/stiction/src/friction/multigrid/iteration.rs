@@ -151,7 +151,7 @@ pub(super) fn run(
         }
         let changes = match verdict {
             Verdict::Progress => changes[usize::from(coupled)],
-            _ => problem.transformed.halo().any(state.coarse_levels_change(problem, coupled)),
+            _ => problem.transformed.halo().any(state.coarse_levels_change(problem)[usize::from(coupled)]),
         };
         state.constrain(hierarchy, changes);
         state.apply_targets(problem);
@@ -260,7 +260,7 @@ impl State {
     fn survey(&self, problem: &Subproblem<'_>) -> Survey {
         let [left, load, contact] = squares(problem, &self.iterate);
         let [open, stick, slip] = states(&self.iterate.conditions);
-        let [without, with] = [false, true].map(|coupled| self.coarse_levels_change(problem, coupled));
+        let [without, with] = self.coarse_levels_change(problem);
         let [without, with, stops] = [without, with, self.stops].map(|so| f64::from(u8::from(so)));
         let mut sums = [left, load, contact, open, stick, slip, without, with, stops];
         problem.transformed.halo().sum(&mut sums);
@@ -273,20 +273,21 @@ impl State {
         }
     }
 
-    /// Whether the coarse levels change by the contact conditions of this rank, with their Coulomb coupling or without it: when
+    /// Whether the coarse levels change by the contact conditions of this rank, without their Coulomb coupling and with it: when
     /// a component is constrained or released, a spring changes, or the coupling begins or ends. The levels may not lag
     /// behind: a function truncated at a component that is free again, or the spring of a point that has hardly slipped yet, a
     /// thousand times stiffer than a cycle later, makes the coarse levels too stiff there. A single one costs a hundred
     /// cycles on graded meshes.
-    pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>, coupled: bool) -> bool {
+    pub(super) fn coarse_levels_change(&self, problem: &Subproblem<'_>) -> [bool; 2] {
         let new = || self.iterate.conditions.iter().map(|s| &s.constraint);
         let couples = |c: &NodeConstraint| c.coulomb != [0.0; 2];
         let differs = |((new, old), law): ((&NodeConstraint, &NodeConstraint), &PointLaw)| {
             new.constrained != old.constrained || spring_differs(&new.spring, &old.spring, law.parameter)
         };
-        self.coarse.len() != self.iterate.conditions.len()
-            || (coupled && new().any(couples)) != self.coarse.iter().any(couples)
-            || new().zip(&self.coarse).zip(problem.laws).any(differs)
+        let differ = self.coarse.len() != self.iterate.conditions.len()
+            || new().zip(&self.coarse).zip(problem.laws).any(differs);
+        let were_coupled = self.coarse.iter().any(couples);
+        [false, new().any(couples)].map(|coupled| differ || coupled != were_coupled)
     }
 
     /// Constrains the hierarchy by the contact conditions, its coarse levels too where they change on some rank.
