@@ -106,8 +106,9 @@ impl Whole {
             fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
         }
         let owner = bisection(&mesh.nodes, &weights, parts);
-        let is_empty = |part: u32| !owner.contains(&part);
-        if (0..parts as u32).any(is_empty) {
+        let mut has_nodes = vec![false; parts];
+        owner.iter().for_each(|&part| has_nodes[part as usize] = true);
+        if has_nodes.contains(&false) {
             let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
