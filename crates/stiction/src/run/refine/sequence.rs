@@ -191,9 +191,8 @@ pub fn solve_to_accuracy(
         }
         let cells = &sequence.indicators.cells;
         let mut marked = marking::marked(cells, goal_of_sum(&goals, cells));
-        if let (true, Some((prepared, outcome))) =
-            (goals.iter().any(|goal| goal.name == PRESSURE && !goal.met()), &last)
-        {
+        let misses_pressure = goals.iter().any(|goal| goal.name == PRESSURE && !goal.met());
+        if let Some((prepared, outcome)) = last.as_ref().filter(|_| misses_pressure) {
             // Without finer cells at a peak no mesh tells more of it.
             marking::mark_also(&mut marked, values::cells_at_peaks(prepared, outcome));
         }
