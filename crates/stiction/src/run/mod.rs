@@ -15,7 +15,7 @@ mod whole;
 
 pub use crate::contact::escape::Escape;
 pub use pose::{
-    Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
+    Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, CyclicFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
     MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
 };
 pub use ranks::{RankRecord, RankedAnswer, RankedSummary, solve_on_ranks, write_on_ranks};

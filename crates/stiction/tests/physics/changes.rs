@@ -258,3 +258,51 @@ fn a_run_with_changes_is_checked_and_goes_on_where_it_stopped() {
         }
     }
 }
+
+/// Two unit cubes of stiffness 1000 each on top of each other, pulled and pushed at the upper one's top: 500 together. Apart
+/// they carry nothing, and a gap they were meshed with has to be closed first.
+#[test]
+fn surfaces_that_are_bonded_at_first_come_apart_afterwards() {
+    let text = |gap: f64, path: &str| {
+        let part = |name: &str, z: f64| {
+            let mesh = block([1.0, 1.0, 1.0], [2, 2, 2], "element = \"hex8\"");
+            mesh.replacen("[mesh]", &format!("[mesh.parts.{name}]"), 1) + &format!("move = [0, 0, {z}]\n")
+        };
+        part("low", 0.0)
+            + &part("high", 1.0 + gap)
+            + "[materials.soft]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"low.z-min\"\n\
+               [[fix]]\non = \"high.z-max\"\nvalue = [0, 0, \"0.02*(min(t, 1) - min(max(t - 1, 0), 1) - 2*max(t - 2, 0))\"]\n\
+               [[contact]]\nname = \"joint\"\non = \"high.z-min\"\nagainst = \"low.z-max\"\nfriction = { coulomb = 0.3 }\n\
+               bonded_until = \"pull\"\n"
+            + &steps(&["pull", "back", "push"], 1)
+            + &format!("[solver]\ntolerance = 1e-11\npath = \"{path}\"\n")
+    };
+    for (gap, path) in [0.0, 0.01].into_iter().flat_map(|gap| PATHS.map(|path| (gap, path))) {
+        let run = solved(&text(gap, path));
+        let forces: Vec<f64> = run.0.steps.iter().map(|step| step.answer.contact.normal_force).collect();
+        let wanted = [-10.0, 0.0, 500.0 * (0.04 - gap)];
+        assert_eq!(forces.len(), 3, "{forces:?}");
+        forces.iter().zip(wanted).for_each(|(force, wanted)| is(*force, wanted, 1e2 * 20.0));
+    }
+}
+
+#[test]
+fn what_is_bonded_for_a_time_has_a_law_afterwards() {
+    let text = |keys: &str| {
+        block([1.0, 1.0, 1.0], [1, 1, 1], "element = \"hex8\"")
+            + "[materials.soft]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"z-max\"\n[[contact]]\non = \"z-min\"\n\
+               against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n"
+            + keys
+            + &steps(&["one", "two", "three"], 1)
+    };
+    for (keys, word) in [
+        ("friction = \"bonded\"\nbonded_until = \"one\"\n", "bonds the surfaces in all steps"),
+        ("friction = \"none\"\nbonded_until = \"three\"\n", "bonded in all steps"),
+        ("friction = \"none\"\nbonded_until = \"tow\"\n", "did you mean \"two\"?"),
+        ("friction = \"none\"\nfrom = \"two\"\nbonded_until = \"two\"\n", "begins with a later step"),
+        ("friction = \"none\"\nstiffness = { normal = 1e3 }\nbonded_until = \"two\"\n", "lets the interface yield"),
+    ] {
+        let error = case::parse(&text(keys), "case.toml", &[]).unwrap_err();
+        assert!(error.to_string().contains(word) && !error.remedy.is_empty(), "{error}");
+    }
+}

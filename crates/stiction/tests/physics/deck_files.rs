@@ -24,6 +24,8 @@ const WANTED: &[Wanted] = &[
     ("tied", &[-10.0], &[]),
     ("laws", &[10.0; 3], &[([1.0, 1.0, 2.0], 2, -0.02), ([5.0, 1.0, 2.0], 2, -0.02)]),
     ("changed-law", &[20.0], &[([1.0, 1.0, 2.0], 2, -0.04)]),
+    // Pulled by 10 while it is tied, apart, then pressed.
+    ("freed", &[10.0], &[([1.0, 1.0, 2.0], 2, -0.02), ([1.0, 1.0, 1.0], 2, -0.01)]),
     ("changed-friction", &[10.0], &[]),
     ("adjusted", &[10.0], &[([1.0, 1.0, 2.004], 2, -0.02)]),
     // The second column stays open.
@@ -34,6 +36,8 @@ const WANTED: &[Wanted] = &[
     // The upper one is stretched, the one in its place compressed.
     ("lining", &[-10.0], &[([1.0, 1.0, 0.0], 2, 0.01)]),
     ("turned", &[10.0], &[]),
+    // Poisson's ratio 0.25: 10/1000/4 per length across.
+    ("sector", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([1.0, 1.0, 2.0], 0, 0.0025), ([0.0, 1.0, 2.0], 1, 0.0025)]),
     ("equations", &[10.0], &[([1.0, 0.0, 2.0], 2, -0.02), ([0.0, 1.0, 2.0], 2, -0.02)]),
     // Tightened by 10, then drawn by a thousandth of its length.
     ("bolt", &[], &[([0.0, 0.0, 1.0], 2, 0.011)]),

@@ -8,6 +8,7 @@ mod changes;
 mod closed_forms;
 mod corners;
 mod couplings;
+mod cyclic;
 mod deck_cards;
 mod deck_changes;
 mod deck_files;

@@ -29,6 +29,8 @@ pub struct Case {
     pub loads: Vec<LoadSpec>,
     /// `[[equation]]`.
     pub equations: Vec<EquationSpec>,
+    /// `[[cyclic]]`.
+    pub cyclic: Vec<CyclicSpec>,
     /// `[[coupling]]`.
     pub couplings: Vec<CouplingSpec>,
     /// `[[bolt]]`.
@@ -317,6 +319,25 @@ pub struct TermSpec {
     pub spot: Spot,
 }
 
+/// Cyclic symmetry: the nodes of one cut follow those of the other, turned by one sector.
+#[derive(Debug, Clone)]
+pub struct CyclicSpec {
+    /// The nodes of one cut.
+    pub on: Region,
+    /// Those of the other.
+    pub against: Region,
+    /// At least two.
+    pub sectors: usize,
+    /// Unit vector.
+    pub axis: [f64; 3],
+    /// A point of the axis, length.
+    pub point: [f64; 3],
+    /// How far apart nodes of the two cuts may be, length.
+    pub search: Option<f64>,
+    /// Where the file says so.
+    pub spot: Spot,
+}
+
 /// Nodes that move with a reference point.
 #[derive(Debug, Clone)]
 pub struct CouplingSpec {
@@ -395,6 +416,8 @@ pub struct ContactSpec {
     pub during: During,
     /// Steps among these in which it does not.
     pub without: Vec<usize>,
+    /// The step through which it is bonded whatever its friction.
+    pub bonded_until: Option<usize>,
     /// Archard's coefficient, depth over pressure and path, 1/stress.
     pub wear: Option<f64>,
     /// Where the file says so.

@@ -14,6 +14,7 @@ mod read_body;
 mod read_bolt;
 mod read_contact;
 mod read_coupling;
+mod read_cyclic;
 mod read_equation;
 mod read_mesh;
 mod read_region;
@@ -123,6 +124,7 @@ fn interpret(
         loads: each(&case, "load", read_body::load)?,
         accuracy: read_accuracy::accuracy(&case, &solver, !contacts.is_empty(), !bolts.is_empty())?,
         equations: each(&case, "equation", read_equation::equation)?,
+        cyclic: each(&case, "cyclic", read_cyclic::cyclic)?,
         couplings: read_coupling::couplings(&case, &steps)?,
         bolts,
         contacts,
@@ -159,6 +161,10 @@ fn no_refined_points(case: &Case) -> Result<(), Error> {
     if let Some(spot) = rigid {
         let what = "a rigid coupling acts by forces at nodes, whose error is not estimated";
         return Err(spot.error(what, "give kind = \"distributing\", or leave [accuracy] out"));
+    }
+    if let Some(cyclic) = case.cyclic.first() {
+        let what = "the cuts of a cyclic symmetry would not match on a refined mesh";
+        return Err(cyclic.spot.error(what, "refine the mesh where it is made, or leave [accuracy] out"));
     }
     match case.equations.first() {
         Some(equation) => {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::data::{AgainstSpec, ContactSpec, Region, StepSpec, SurfaceFile};
+use super::during::During;
 use super::read_body::{field, fields};
 use super::read_bolt::{during, step_called};
 use super::read_mesh::placing;
@@ -50,6 +51,7 @@ fn contact(table: &View, i: usize, folder: &Path, steps: &[StepSpec]) -> Result<
         let what = "this contact is out in all steps";
         return Err(table.error("without", what, "leave a step out of `without`, or take the contact out"));
     }
+    let bonded_until = bonded_until(table, &friction, during, steps)?;
     Ok(ContactSpec {
         name,
         on,
@@ -61,9 +63,36 @@ fn contact(table: &View, i: usize, folder: &Path, steps: &[StepSpec]) -> Result<
         initial_stress,
         during,
         without,
+        bonded_until,
         wear,
         spot,
     })
+}
+
+/// The step through which the surfaces are bonded, if they come apart later.
+fn bonded_until(
+    table: &View,
+    friction: &SurfaceFriction,
+    during: During,
+    steps: &[StepSpec],
+) -> Result<Option<usize>, Error> {
+    if table.given("bonded_until").is_none() {
+        return Ok(None);
+    }
+    let refuse = |what: &str, remedy: &str| Err(table.error("bonded_until", what, remedy));
+    let step = step_called(table, "bonded_until", &table.text("bonded_until"), steps)?;
+    let last = during.until.unwrap_or(steps.len().saturating_sub(1));
+    if *friction == SurfaceFriction::Bonded {
+        return refuse("`friction` bonds the surfaces in all steps", "give the friction that holds afterwards");
+    }
+    if step >= last {
+        return refuse("the surfaces are bonded in all steps", "give friction = \"bonded\" instead");
+    }
+    if during.from.is_some_and(|from| from > 0) {
+        return refuse("this contact begins with a later step than the first", "take `from` or `bonded_until` out");
+    }
+    table.refuse(&["stiffness"], "lets the interface yield, which bonded surfaces do not", "")?;
+    Ok(Some(step))
 }
 
 fn stiffness(table: &View) -> Option<InterfaceStiffness> {

@@ -8,7 +8,12 @@ use crate::Error;
 
 /// The region under `on`, if the table has one.
 pub(super) fn region(table: &View) -> Result<Option<Region>, Error> {
-    let Some(node) = table.given("on") else {
+    region_at(table, "on")
+}
+
+/// The region under `key`, if the table has one.
+pub(super) fn region_at(table: &View, key: &str) -> Result<Option<Region>, Error> {
+    let Some(node) = table.given(key) else {
         return Ok(None);
     };
     if let Some(corners) = node.get("box") {

@@ -12,6 +12,8 @@ pub(super) struct Interaction {
     pub name: String,
     /// Surfaces that stay together.
     pub tied: bool,
+    /// The step with which tied surfaces begin to be in contact.
+    pub freed: Option<usize>,
     /// Coefficient of friction.
     pub friction: f64,
     /// What it is over the steps, where it changes.
@@ -22,6 +24,13 @@ pub(super) struct Interaction {
     pub stiffness: [Option<f64>; 2],
     /// What the deck regularises and this program does not.
     pub notes: Vec<String>,
+}
+
+impl Interaction {
+    /// Whether the surfaces stay together in all steps.
+    pub(super) fn is_tied(&self) -> bool {
+        self.tied && self.freed.is_none()
+    }
 }
 
 /// Two surfaces of a `*CONTACT PAIR` or a `*TIE`.
@@ -75,6 +84,7 @@ impl<'a> Reader<'a> {
         self.interactions.push(Interaction {
             name,
             tied: false,
+            freed: None,
             friction: 0.0,
             changes: None,
             limit: None,
@@ -174,7 +184,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// `*CHANGE SURFACE BEHAVIOR`: hard contact stays hard contact whatever its law.
+    /// `*CHANGE SURFACE BEHAVIOR`: hard contact stays hard contact whatever its law, and a tie may become contact.
     pub(super) fn change_behavior(&mut self, card: &Card) -> Result<(), Error> {
         card.only(&["INTERACTION"])?;
         let name = card.needed("INTERACTION")?;
@@ -193,13 +203,22 @@ impl<'a> Reader<'a> {
         let what = "*SURFACE BEHAVIOR stands in a step without *CHANGE SURFACE BEHAVIOR";
         let which = self.rewriting.take();
         let which = which.ok_or_else(|| card.error(what, "write *CHANGE SURFACE BEHAVIOR above it"))?;
-        let interaction = &self.interactions[which];
-        if !["HARD", "LINEAR", "EXPONENTIAL", "TABULAR"].contains(&law) || interaction.tied {
-            let what = format!("{} changes between contact and a tie", interaction.name);
-            let remedy = "make a deck of each state: only laws of contact, which are solved hard, change with a step";
-            return Err(card.error(what, remedy));
+        let step = self.step_number();
+        let interaction = &mut self.interactions[which];
+        let name = interaction.name.clone();
+        if !["HARD", "LINEAR", "EXPONENTIAL", "TABULAR"].contains(&law) {
+            let what = format!("{name} changes to PRESSURE-OVERCLOSURE={law}");
+            return Err(card.error(what, "make a deck of each state: ties become contact, contact becomes no tie"));
         }
-        self.notes.add(format!("{}: contact is solved hard before and after its law changes", interaction.name));
+        match (interaction.is_tied(), step) {
+            // Before the first step nothing has been tied.
+            (true, 0) => interaction.tied = false,
+            (true, _) => {
+                interaction.freed = Some(step);
+                self.notes.add(format!("{name}: contact is solved hard once it is tied no longer"));
+            }
+            (false, _) => self.notes.add(format!("{name}: contact is solved hard before and after its law changes")),
+        }
         Ok(())
     }
 
@@ -208,7 +227,7 @@ impl<'a> Reader<'a> {
         let which = self.changing.take().ok_or_else(|| card.error(what, "write *CHANGE FRICTION above it"))?;
         let step = self.step_number();
         let interaction = &mut self.interactions[which];
-        if interaction.tied || interaction.limit != limit {
+        if interaction.is_tied() || interaction.limit != limit {
             let what = format!("TAUMAX of {} changes, or it is tied", interaction.name);
             return Err(card.error(what, "change the coefficient alone"));
         }
@@ -267,7 +286,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn tie(&mut self, card: &'a Card) -> Result<(), Error> {
-        card.only(&["NAME", "ADJUST", "POSITIONTOLERANCE", "TYPE"])?;
+        card.only(&["NAME", "ADJUST", "POSITIONTOLERANCE", "TYPE", "CYCLICSYMMETRY"])?;
         let name = card.keyword.get("NAME").filter(|name| !name.is_empty()).unwrap_or("tie").to_string();
         let tolerance = match card.keyword.get("POSITIONTOLERANCE") {
             None => None,
@@ -276,6 +295,9 @@ impl<'a> Reader<'a> {
                 Some(number.ok_or_else(|| card.error("POSITION TOLERANCE is no length", "correct it"))?)
             }
         };
+        if card.has("CYCLICSYMMETRY") {
+            return self.cuts(card, &name, tolerance);
+        }
         for row in card.rows() {
             let surfaces = self.two_surfaces(&row)?;
             let (name, gap, changes) = (name.clone(), Gap::AsMeshed, Vec::new());
@@ -285,7 +307,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The slave and the master of a line.
-    fn two_surfaces(&mut self, row: &Row) -> Result<[Named; 2], Error> {
+    pub(super) fn two_surfaces(&mut self, row: &Row) -> Result<[Named; 2], Error> {
         let [slave, master] = [0, 1].map(|i| row.needed(i, "a surface").map(str::to_string));
         row.ends(2)?;
         Ok([self.surface(row, &slave?)?, self.surface(row, &master?)?])

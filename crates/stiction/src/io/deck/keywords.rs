@@ -84,7 +84,7 @@ pub(super) const REFUSED: &[(&[&str], &str, &str)] = &[
         "take them out; [[spring]] of a case file is an elastic foundation of faces",
     ),
     (
-        &["MPC", "NETWORKMPC", "EMBEDDEDELEMENT", "CYCLICSYMMETRYMODEL", "SUBMODEL", "MULTIPOINTCONSTRAINT"],
+        &["MPC", "NETWORKMPC", "EMBEDDEDELEMENT", "SUBMODEL", "MULTIPOINTCONSTRAINT"],
         "a linear equation between displacements",
         "use *TIE between surfaces, or *BOUNDARY on planes of symmetry",
     ),

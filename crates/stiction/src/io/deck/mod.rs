@@ -12,6 +12,7 @@
 
 mod bolts;
 mod contact;
+mod cyclic;
 mod equations;
 mod forces;
 mod groups;

@@ -94,19 +94,22 @@ impl Writer<'_, '_> {
             Some(history) => self.value(history, interaction.friction, pair.row.card)?,
             None => Value::Number(interaction.friction),
         };
-        let friction = match (interaction.tied, coefficient, interaction.limit) {
+        let friction = match (interaction.is_tied(), coefficient, interaction.limit) {
             (true, ..) => "\"bonded\"".to_string(),
             (_, Value::Number(0.0), _) => "\"none\"".to_string(),
             (_, mu, None) => format!("{{ coulomb = {} }}", mu.toml()),
             (_, mu, Some(limit)) => format!("{{ coulomb = {}, limit = {} }}", mu.toml(), number(limit)),
         };
         self.out.line("friction", &friction);
-        if let ([Some(normal), tangential], false) = (interaction.stiffness, interaction.tied) {
+        if let Some(step) = interaction.freed.and_then(|step| self.reader.steps.get(step - 1)) {
+            self.out.line("bonded_until", &quoted(&step.name));
+        }
+        if let ([Some(normal), tangential], false) = (interaction.stiffness, interaction.is_tied()) {
             let tangential = tangential.map_or(String::new(), |it| format!(", tangential = {}", number(it)));
             let stiffness = format!("{{ normal = {}{tangential} }}", number(normal));
             self.out.line("# that of the deck, for contact that yields: stiffness", &stiffness);
         }
-        let notes: Vec<String> = match interaction.tied {
+        let notes: Vec<String> = match interaction.is_tied() {
             true => Vec::new(),
             false => interaction.notes.iter().map(|note| format!("{}: {note}", interaction.name)).collect(),
         };

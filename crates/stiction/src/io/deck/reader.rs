@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::bolts::BoltCard;
 use super::contact::{Interaction, Pair};
+use super::cyclic::Cuts;
 use super::equations::EquationCard;
 use super::history::{Amplitude, Histories};
 use super::keywords::{HARMLESS, REFUSED};
@@ -42,6 +43,8 @@ pub(super) struct Reader<'a> {
     pub pairs: Vec<Pair<'a>>,
     pub bolts: Vec<BoltCard<'a>>,
     pub equations: Vec<EquationCard<'a>>,
+    /// Cuts of a sector.
+    pub cyclic: Vec<Cuts<'a>>,
     pub amplitudes: Vec<Amplitude>,
     pub amplitude_names: HashMap<String, usize>,
     pub histories: Histories,
@@ -108,6 +111,7 @@ impl<'a> Reader<'a> {
             pairs: Vec::new(),
             bolts: Vec::new(),
             equations: Vec::new(),
+            cyclic: Vec::new(),
             amplitudes: Vec::new(),
             amplitude_names: HashMap::new(),
             histories: Histories::default(),
@@ -184,6 +188,7 @@ impl<'a> Reader<'a> {
             "MODELCHANGE" => self.model_change(card)?,
             "TRANSFORM" => self.transform(card)?,
             "EQUATION" => self.equation(card)?,
+            "CYCLICSYMMETRYMODEL" => self.cyclic_symmetry_model(card)?,
             "PRE-TENSIONSECTION" | "PRETENSIONSECTION" => self.pretension(card)?,
             _ if HARMLESS.contains(&name) => self.is_harmless(card),
             _ => self.refuse(card)?,

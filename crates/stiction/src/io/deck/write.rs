@@ -54,6 +54,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
     writer.materials()?;
     writer.supports()?;
     writer.equations()?;
+    writer.cyclic()?;
     writer.couplings()?;
     writer.forces()?;
     writer.pressures()?;
@@ -81,7 +82,7 @@ pub(super) fn write(reader: &mut Reader, name: &str) -> Result<Written, Error> {
 fn increments(reader: &Reader) -> Vec<usize> {
     let friction = |name: &str| {
         let found = reader.interactions.iter().find(|it| it.name.eq_ignore_ascii_case(name));
-        found.is_some_and(|it| (it.friction > 0.0 || it.changes.is_some()) && !it.tied)
+        found.is_some_and(|it| (it.friction > 0.0 || it.changes.is_some()) && !it.is_tied())
     };
     let path = !reader.amplitudes.is_empty() || reader.pairs.iter().any(|pair| !pair.tie && friction(&pair.name));
     reader.steps.iter().map(|step| if path || step.direct { step.increments } else { 1 }).collect()

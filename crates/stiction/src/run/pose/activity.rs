@@ -1,4 +1,5 @@
-//! Contact points that take part in some load steps only: supports and contacts that begin or end with a step.
+//! Contact points that take part in some load steps only: supports and contacts that begin or end with a step, and contacts
+//! that are bonded at first.
 //!
 //! A point that is out has no friction and a gap that nothing closes, which every solver and the certificate know already.
 //! Its rows of `B` stay, so that one factor or one hierarchy serves all steps.
@@ -21,6 +22,8 @@ pub struct Activity {
     points: Vec<(usize, Vec<Period>)>,
     /// The gap of a point that is out, length.
     wide: f64,
+    /// Points that are bonded until a time, whatever their law.
+    bonded: Vec<(usize, f64)>,
 }
 
 /// Whether `t` lies in the period. The time at the end of a step is that of the case to the last digit.
@@ -31,7 +34,7 @@ pub(crate) fn within([begin, end]: Period, t: f64) -> bool {
 impl Activity {
     /// For a mesh of this diagonal, length.
     pub(crate) fn new(diagonal: f64) -> Self {
-        Activity { points: Vec::new(), wide: WIDE * diagonal }
+        Activity { points: Vec::new(), wide: WIDE * diagonal, bonded: Vec::new() }
     }
 
     /// Lets a point take part in these periods.
@@ -41,9 +44,19 @@ impl Activity {
         }
     }
 
-    /// Whether all points are always in.
+    /// Bonds a point until `end`.
+    pub(crate) fn bond(&mut self, point: usize, end: f64) {
+        self.bonded.push((point, end));
+    }
+
+    /// The points that are bonded at time `t` and not later.
+    pub(crate) fn bonded(&self, t: f64) -> impl Iterator<Item = usize> {
+        self.bonded.iter().filter(move |(_, end)| t <= *end).map(|(point, _)| *point)
+    }
+
+    /// Whether all points are always in, and none is bonded for a time.
     pub(crate) fn is_constant(&self) -> bool {
-        self.points.is_empty()
+        self.points.is_empty() && self.bonded.is_empty()
     }
 
     /// The points that are out at time `t`, with the gap each gets more, length.
@@ -64,6 +77,7 @@ impl Activity {
             return changed;
         }
         let mut laws = changed.unwrap_or_else(|| posed.to_vec());
+        self.bonded(t).for_each(|point| laws[point] = Friction::Bonded);
         self.out(t).for_each(|(point, _)| laws[point] = Friction::None);
         Some(laws)
     }

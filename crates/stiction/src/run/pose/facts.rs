@@ -24,6 +24,8 @@ pub struct Facts {
     pub bolts: Vec<BoltFacts>,
     /// Reference points.
     pub couplings: Vec<CouplingFacts>,
+    /// Cyclic symmetries.
+    pub cyclic: Vec<CyclicFacts>,
     /// Contact surfaces.
     pub contacts: Vec<ContactFacts>,
     /// Increments of the load steps and the time they end at, for which the loads are given; none without load steps.
@@ -130,6 +132,17 @@ pub struct BoltFacts {
     pub by: &'static str,
     /// Force (newton) or shortening (length) at the time of the facts.
     pub value: f64,
+}
+
+/// A cyclic symmetry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CyclicFacts {
+    /// What the case calls the cut that follows and the one it follows.
+    pub cuts: [String; 2],
+    /// Nodes of a cut.
+    pub nodes: usize,
+    /// Sectors of the whole.
+    pub sectors: usize,
 }
 
 /// A contact pair.

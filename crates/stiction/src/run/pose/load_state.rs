@@ -267,6 +267,8 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
+    // Bonded surfaces keep the gap they were meshed with.
+    loading.activity.bonded(t).for_each(|j| motion[j] -= loading.undeformed[j]);
     loading.ties.put_into(&mut motion, dofs, &loading.stood, travel, t)?;
     for (&(j, period), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
         if within(period, t) {

@@ -8,6 +8,7 @@ mod coarser;
 mod coefficients;
 mod counts;
 pub(super) mod couplings;
+mod cyclic;
 mod facts;
 pub(super) mod frames;
 mod interface;
@@ -29,7 +30,9 @@ mod travel;
 pub use bolts::Bolt;
 pub(super) use coarser::Coarser;
 pub use couplings::Coupling;
-pub use facts::{BoltFacts, ContactFacts, CouplingFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts};
+pub use facts::{
+    BoltFacts, ContactFacts, CouplingFacts, CyclicFacts, Facts, FixFacts, LoadFacts, MaterialFacts, SpringFacts,
+};
 pub use load_state::{Initial, Loading};
 pub use memory::MemoryLimit;
 pub(super) use mesh::mesh as made_mesh;

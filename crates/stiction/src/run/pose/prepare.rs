@@ -7,7 +7,8 @@ use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
 use super::couplings::{Coupling, couplings};
-use super::facts::{ContactFacts, CouplingFacts, Facts, MaterialFacts};
+use super::cyclic::ties_of_cyclic;
+use super::facts::{ContactFacts, CouplingFacts, CyclicFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
@@ -20,7 +21,7 @@ use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, ContactSpec, CouplingSpec, Spot};
+use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot};
 use crate::io::text::{number, triple};
 use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
@@ -102,6 +103,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
     let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
+    ties.extend(ties_of_cyclic(&mesh, &model.dofs, &case.cyclic)?);
     let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
     ties.extend(of_couplings);
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
@@ -130,6 +132,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     notes.extend(
         moving.map(|contact| format!("contact \"{}\": the gap above is before its obstacle moves", contact.name)),
     );
+    for contact in &case.contacts {
+        if let Some(step) = contact.bonded_until.and_then(|step| case.steps.get(step)) {
+            notes.push(format!(
+                "contact \"{}\": bonded until the step {:?} ends, then as above",
+                contact.name, step.name
+            ));
+        }
+    }
     let travel = travel(&mesh, &model, &model.dofs);
     if travel != [0.0; 3] {
         notes.push(format!(
@@ -152,6 +162,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         springs: spring_facts,
         loads: load_facts,
         bolts: bolt_facts,
+        cyclic: cyclic_facts(&mesh, case)?,
         couplings: coupling_facts(&mesh, case, &loading)?,
         contacts,
         steps: case.steps.last().map(|last| (case.steps.iter().map(|step| step.increments).sum(), last.until)),
@@ -220,6 +231,14 @@ fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<Cou
     case.couplings.iter().zip(&loading.couplings).map(facts).collect()
 }
 
+fn cyclic_facts(mesh: &Mesh, case: &Case) -> Result<Vec<CyclicFacts>, Error> {
+    let facts = |spec: &CyclicSpec| {
+        let nodes = regions::nodes(mesh, &spec.on, &spec.spot)?.len();
+        Ok(CyclicFacts { cuts: [&spec.on, &spec.against].map(regions::name), nodes, sectors: spec.sectors })
+    };
+    case.cyclic.iter().map(facts).collect()
+}
+
 /// When the points of contacts take part, and the bonded ones among them that are put in with a step, with each period. The
 /// contacts of `case` are those of the pairs.
 fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, Period)>) {
@@ -232,6 +251,9 @@ fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activi
             put_in.extend(later.flat_map(|&period| pair.points.clone().map(move |j| (j, period))));
         }
         pair.points.clone().for_each(|j| activity.add(j, periods.clone()));
+        if let Some(step) = contact.bonded_until.and_then(|step| case.steps.get(step)) {
+            pair.points.clone().for_each(|j| activity.bond(j, step.until));
+        }
     }
     (activity, put_in)
 }

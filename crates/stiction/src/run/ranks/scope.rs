@@ -22,6 +22,7 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut case.steps.iter().map(|step| &step.spot), "a case with load steps")?;
     first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
+    first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
     first(&mut case.bolts.iter().map(|bolt| &bolt.spot), "a bolt")?;
     case.loads.iter().try_for_each(load)?;

@@ -6,7 +6,7 @@ use super::pair_text;
 use super::rows::{Row, Rows, print};
 use crate::contact::{Cohesion, CoulombLaw, Counterpart, InterfaceStiffness, Obstacle, Side, SurfaceFriction};
 use crate::io::text::{number, triple};
-use crate::run::pose::{ContactFacts, Facts, LoadFacts};
+use crate::run::pose::{ContactFacts, CyclicFacts, Facts, LoadFacts};
 
 /// Width of the labels.
 const LABELS: usize = 10;
@@ -53,6 +53,10 @@ pub(crate) fn problem_rows(facts: &Facts) -> Vec<Row> {
     for b in &facts.bolts {
         let (axis, value) = (triple(b.axis), number(b.value));
         rows.add("bolt", format!("{}: {} {value} along {axis}, cut through {} nodes", b.name, b.by, b.nodes));
+    }
+    for CyclicFacts { cuts: [on, against], nodes, sectors } in &facts.cyclic {
+        let what = format!("{nodes} nodes of {on} follow those of {against}; all results are of one sector");
+        rows.add("cyclic", format!("one of {sectors} sectors: {what}"));
     }
     for c in &facts.couplings {
         let how = if c.distributing { "in the mean" } else { "as one rigid body" };

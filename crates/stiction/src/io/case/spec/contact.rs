@@ -26,6 +26,7 @@ pub(super) static CONTACT: Rules = Rules {
         key("from", Kind::Text, "from = \"draw\"", "Name of the step with which the contact begins: gaps are those of the surfaces as they stand then, bonded ones stay as they are; the first if absent."),
         key("until", Kind::Text, "until = \"press\"", "Name of the step after which the contact is taken out; the last if absent."),
         key("without", NAMES, "without = [\"turn\"]", "Names of steps among these in which the contact is out."),
+        key("bonded_until", Kind::Text, "bonded_until = \"pull\"", "Name of the step through which the surfaces stay as they are, whatever `friction` says: it holds afterwards."),
         key("wear", Kind::Number(POSITIVE), "wear = 1e-8", "Archard's coefficient of wear: the depth worn away is this times the pressure times the path slid, see `contact.csv` of load steps. It changes no other result: the surfaces stay as they are.")
             .unit("1/stress"),
     ],

@@ -4,6 +4,7 @@ mod accuracy;
 mod bolt;
 mod contact;
 mod coupling;
+mod cyclic;
 mod equation;
 mod load;
 mod material;
@@ -18,6 +19,7 @@ pub(super) use accuracy::PART;
 use bolt::BOLT;
 use contact::CONTACT;
 use coupling::COUPLING;
+use cyclic::CYCLIC;
 use equation::EQUATION;
 use load::{FIX, LOAD, SPRING};
 use material::MATERIAL;
@@ -50,6 +52,7 @@ pub(super) static CASE: Rules = Rules {
         key("spring", Kind::Tables(&SPRING), "[[spring]]", "Elastic foundations: springs to the ground."),
         key("load", Kind::Tables(&LOAD), "[[load]]", "Loads."),
         key("equation", Kind::Tables(&EQUATION), "[[equation]]", "Linear equations between displacements."),
+        key("cyclic", Kind::Tables(&CYCLIC), "[[cyclic]]", "Cyclic symmetry: one sector stands for all."),
         key("coupling", Kind::Tables(&COUPLING), "[[coupling]]", "Faces that move with a reference point."),
         key("bolt", Kind::Tables(&BOLT), "[[bolt]]", "Bolts that are tightened."),
         key(
