@@ -120,6 +120,7 @@ fn of_group(mesh: &Mesh, name: &str) -> Result<Vec<u32>, Error> {
 /// The degrees of freedom of the nodes `kept`, where `held` are prescribed.
 fn dofs(kept: &[u32], held: &[u32]) -> DofMap {
     let mut map = DofMap {
+        follows: std::collections::HashMap::new(),
         unknown: Vec::new(),
         free: Vec::new(),
         prescribed: Vec::new(),

@@ -5,6 +5,7 @@ mod division;
 pub mod equilibrium;
 pub mod escape;
 mod flat;
+mod followers;
 mod frame;
 mod friction_law;
 mod isotropic;

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::followers::merge;
 use super::node_to_surface::points_of_nodes;
 use super::pair::points_of_pair;
 use super::points::{Point, points_on_obstacle};
@@ -80,7 +81,8 @@ pub(super) fn all_points(
                 None => points_of_pair(mesh, dofs, surface, master, &taken, &mut points),
             },
         };
-        let facts = facts.map_err(|e| e.at(&quoted(&surface.name)))?;
+        let mut facts = facts.map_err(|e| e.at(&quoted(&surface.name)))?;
+        merge(mesh, surface, &dofs.follows, &mut points, &mut facts).map_err(|e| e.at(&quoted(&surface.name)))?;
         for point in &points {
             taken.insert(point.node);
             taken.extend(point.others.iter().map(|other| other.0));

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::field::point;
 use super::rotated::Constrained;
@@ -34,6 +34,7 @@ pub fn dof_map(mesh: &Mesh, fixes: &[Fix], t: f64) -> Result<DofMap, Error> {
         value: Vec::with_capacity(count),
         rotated,
         layer: Vec::new(),
+        follows: HashMap::new(),
     };
     for (dof, value) in prescribed.into_iter().enumerate() {
         if value.is_nan() {

@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use super::{Axes, Field, RotatedNode};
 use crate::linalg::{Csr, SymmetricCsr};
 
@@ -151,6 +153,8 @@ pub struct DofMap {
     /// Nodes of the mesh with another node in front of them, an interface that yields: the first of these comes after all
     /// nodes of the mesh. It has the axes of the node of the mesh.
     pub layer: Vec<u32>,
+    /// Nodes that follow others by equations, turned about an axis (cyclic symmetry), each with the one it follows.
+    pub follows: HashMap<u32, u32>,
 }
 
 impl DofMap {

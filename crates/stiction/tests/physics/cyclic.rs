@@ -13,7 +13,7 @@ fn plate(whole: bool, element: &str, path: &str) -> String {
          [materials.steel]\nyoung = 1000\npoisson = 0.3\n\
          [[fix]]\non = {{ box = [[-0.25, -0.25, 0.5], [0.25, 0.25, 0.5]] }}\n\
          [[load]]\non = \"z-max\"\npressure = \"10*(x^2 + y^2)\"\n\
-         [[load]]\non = {rim}\ntraction = [\"-3*y\", \"3*x\", 0]\n\
+         [[load]]\non = {rim}\ntraction = [\"-y\", \"x\", 0]\n\
          [[contact]]\non = \"z-min\"\nfriction = {{ coulomb = 0.3 }}\n\
          against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
          [solver]\ntolerance = 1e-11\npath = \"{path}\"\n"
@@ -75,7 +75,7 @@ fn contact_between_bodies_may_meet_the_cuts() {
         part("low", 0.0)
             + &part("high", 0.5)
             + "[materials.steel]\nyoung = 1000\npoisson = 0.3\n[[fix]]\non = \"low.z-min\"\n\
-               [[load]]\non = \"high.z-max\"\ntraction = [\"-2*y\", \"2*x\", \"-10*(x^2 + y^2)\"]\n\
+               [[load]]\non = \"high.z-max\"\ntraction = [\"-2.7*y\", \"2.7*x\", \"-10*(x^2 + y^2)\"]\n\
                [[contact]]\nname = \"seat\"\non = \"high.z-min\"\nagainst = \"low.z-max\"\nfriction = { coulomb = 0.4 }\n\
                [solver]\ntolerance = 1e-11\n"
     };

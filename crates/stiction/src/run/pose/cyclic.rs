@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 use super::regions;
 use super::ties::{Tie, along_at};
 use crate::Error;
-use crate::fem::DofMap;
-use crate::io::case::CyclicSpec;
-use crate::mesh::v3::{V3, add, cross, dot, norm, scale, sub};
+use crate::fem::{Axes, DofMap, Field, Fix};
+use crate::io::case::{CyclicSpec, Spot};
+use crate::mesh::v3::{V3, across, add, cross, dot, norm, scale, sub};
 use crate::mesh::{Bounds, Mesh, Tree, bodies};
 
 /// How far apart nodes of the two cuts may be, over the diagonal of the mesh: meshes are written with some six digits.
 const APART: f64 = 1e-4;
-/// Entries of an equation below this cancel, at the axis for instance.
+/// Entries of an equation below this cancel.
 const ROUNDING: f64 = 1e-12;
 
 /// A rotation about an axis.
@@ -43,43 +43,79 @@ impl Turn {
     }
 }
 
-/// The equations of all cuts.
+/// The two cuts of a sector.
+pub(crate) struct Cuts {
+    /// A node that follows, and the one it follows.
+    pairs: Vec<(u32, u32)>,
+    /// Nodes on the axis.
+    on_axis: Vec<u32>,
+    /// From the nodes that are followed to those that follow.
+    turn: Turn,
+    spot: Spot,
+}
+
+/// The nodes of all cuts.
 ///
 /// # Errors
 /// Cuts whose nodes do not lie upon one another when one is turned.
-pub(crate) fn ties_of_cyclic(mesh: &Mesh, dofs: &DofMap, specs: &[CyclicSpec]) -> Result<Vec<Tie>, Error> {
-    let mut ties = Vec::new();
+pub(crate) fn cuts(mesh: &Mesh, specs: &[CyclicSpec]) -> Result<Vec<Cuts>, Error> {
     let body = if specs.is_empty() { Vec::new() } else { bodies(mesh) };
-    for spec in specs {
-        let angle = std::f64::consts::TAU / spec.sectors as f64;
-        let (sine, cosine) = angle.sin_cos();
+    let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
+    let cuts = |spec: &CyclicSpec| {
+        let (sine, cosine) = (std::f64::consts::TAU / spec.sectors as f64).sin_cos();
         let forth = Turn { point: spec.point, axis: spec.axis, cosine, sine };
-        let cuts = [&spec.on, &spec.against].map(|region| regions::nodes(mesh, region, &spec.spot));
-        let [on, against] = cuts;
+        let [on, against] = [&spec.on, &spec.against].map(|region| regions::nodes(mesh, region, &spec.spot));
         let (on, against) = (on?, against?);
-        let search = spec.search.unwrap_or(APART * Bounds::around(mesh.nodes.iter().copied()).diagonal());
+        let search = spec.search.unwrap_or(APART * diagonal);
         let back = forth.back();
-        let matched = [&forth, &back].map(|turn| (turn, partners(mesh, &body, [&on, &against], turn, search)));
+        let [a, b] = [&forth, &back].map(|turn| partners(mesh, &body, [&on, &against], turn, search));
         let farthest = |pairs: &[(u32, u32, f64)]| pairs.iter().map(|p| p.2).fold(0.0, f64::max);
-        let [(a, first), (b, second)] = matched;
-        let (turn, pairs) = if farthest(&first) <= farthest(&second) { (a, first) } else { (b, second) };
-        refuse_apart(mesh, spec, &on, &against, &pairs, search)?;
-        for &(node, partner, _) in &pairs {
-            for c in 0..3 {
-                let unit = [0, 1, 2].map(|k| f64::from(u8::from(k == c)));
+        let (turn, pairs) = if farthest(&a) <= farthest(&b) { (forth, a) } else { (back, b) };
+        refuse_apart(mesh, spec, [&on, &against], &pairs, search)?;
+        let (on_axis, pairs): (Vec<_>, Vec<_>) = pairs.into_iter().map(|p| (p.0, p.1)).partition(|p| p.0 == p.1);
+        let on_axis = on_axis.into_iter().map(|pair| pair.0).collect();
+        Ok(Cuts { pairs, on_axis, turn, spot: spec.spot.clone() })
+    };
+    specs.iter().map(cuts).collect()
+}
+
+impl Cuts {
+    /// What holds nodes on the axis: they move along it alone.
+    pub(crate) fn on_axis(&self) -> Option<(Fix, Spot)> {
+        let axis = self.turn.axis;
+        let held = || Some(Field::Constant(0.0));
+        let (axes, value) = match (0..3).find(|&c| axis[c].abs() == 1.0) {
+            Some(along) => (Axes::Global, [0, 1, 2].map(|c| if c == along { None } else { held() })),
+            None => {
+                let [a, b] = across(axis);
+                (Axes::Turned([a, b, axis]), [held(), held(), None])
+            }
+        };
+        let fix = Fix { nodes: self.on_axis.clone(), value, axes, faces: Vec::new() };
+        (!self.on_axis.is_empty()).then(|| (fix, self.spot.clone()))
+    }
+
+    /// Each node that follows another, with that one.
+    pub(crate) fn followers(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.pairs.iter().copied()
+    }
+
+    /// The equations of the nodes that follow.
+    pub(crate) fn ties(&self, dofs: &DofMap) -> Vec<Tie> {
+        let (back, mut ties) = (self.turn.back(), Vec::new());
+        for &(node, partner) in &self.pairs {
+            for unit in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
                 let mut entries: BTreeMap<u32, f64> = along_at(dofs, node, unit);
-                for (dof, part) in along_at(dofs, partner, turn.back().vector(unit)) {
+                for (dof, part) in along_at(dofs, partner, back.vector(unit)) {
                     *entries.entry(dof).or_default() -= part;
                 }
                 entries.retain(|_, v| v.abs() > ROUNDING);
-                if !entries.is_empty() {
-                    // Supports may hold both cuts already.
-                    ties.push(Tie { idle: true, ..Tie::always(entries, Vec::new(), spec.spot.clone()) });
-                }
+                // Supports may hold both cuts already.
+                ties.push(Tie { idle: true, ..Tie::always(entries, Vec::new(), self.spot.clone()) });
             }
         }
+        ties
     }
-    Ok(ties)
 }
 
 /// Each node of a cut with the one of the other cut that is nearest to it once that is turned, and their distance. Of bodies
@@ -102,8 +138,7 @@ fn partners(mesh: &Mesh, body: &[u32], cuts: [&[u32]; 2], turn: &Turn, search: f
 fn refuse_apart(
     mesh: &Mesh,
     spec: &CyclicSpec,
-    on: &[u32],
-    against: &[u32],
+    [on, against]: [&[u32]; 2],
     pairs: &[(u32, u32, f64)],
     search: f64,
 ) -> Result<(), Error> {

@@ -7,7 +7,7 @@ use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
 use super::couplings::{Coupling, couplings};
-use super::cyclic::ties_of_cyclic;
+use super::cyclic::{Cuts, cuts};
 use super::facts::{ContactFacts, CouplingFacts, CyclicFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
@@ -76,7 +76,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
     let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
     let mut surfaces = surfaces::surfaces(&mesh, &case.contacts)?;
-    let Fixes { held: fixes, spots: fix_spots, timed, facts: fix_facts } = fixes(&mesh, case)?;
+    let Fixes { held: mut fixes, spots: mut fix_spots, timed, facts: fix_facts } = fixes(&mesh, case)?;
+    let cuts = cuts(&mesh, &case.cyclic)?;
+    for (fix, spot) in cuts.iter().filter_map(Cuts::on_axis) {
+        fixes.push(fix);
+        fix_spots.push(spot);
+    }
     counts::before_assembly(&mesh, &fixes, case, &limit)?;
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
@@ -84,6 +89,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let of_the_mesh = |error| if is_of_memory(&error) { place::at(&case.mesh.spot, limit.named(error)) } else { error };
     let mut model = assemble(&solid, &loads, &fixes, end(case)).map_err(of_the_mesh)?;
     add_springs(&mesh, &springs, &mut model)?;
+    model.dofs.follows = cuts.iter().flat_map(Cuts::followers).collect();
     let assembled = lap();
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
@@ -103,7 +109,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
     let held = ties.iter().flat_map(|tie| tie.entries.keys()).collect::<HashSet<_>>().len();
-    ties.extend(ties_of_cyclic(&mesh, &model.dofs, &case.cyclic)?);
+    ties.extend(cuts.iter().flat_map(|cuts| cuts.ties(&model.dofs)));
     let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
     ties.extend(of_couplings);
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
