@@ -102,21 +102,25 @@ fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Vec
 }
 
 /// The node of a point and its rows there, along x, y, z: normal, tangents.
-pub(super) fn axes(local: &Local, j: usize) -> Option<(u32, [V3; 3])> {
+pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
     let (problem, dofs) = (&local.problem, &local.model.dofs);
-    let mut node = None;
+    let node = local.division.points[j];
     let mut axes = [[0.0; 3]; 3];
     for (axis, i) in axes.iter_mut().zip(problem.rows(j)) {
         let (columns, values) = problem.contact.B.row(i);
         let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
         let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
         let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
-        for (dof, value) in free.chain(held) {
-            node = Some(dof / 3);
+        for (dof, value) in free.chain(held).filter(|(dof, _)| dof / 3 == node) {
             *axis = add(*axis, scale(value, dofs.direction(dof)));
         }
     }
-    Some((node?, axes))
+    (node, axes)
+}
+
+/// The sign of friction at a point as a force on the body of `on`.
+pub(super) fn sign(local: &Local, j: usize) -> f64 {
+    local.signs[local.problem.labels.pairs.partition_point(|pair| pair.points.end <= j)]
 }
 
 /// Sums over the points of this rank.
@@ -133,12 +137,14 @@ fn totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Totals,
             PointState::Slip => (&mut t.slip, &mut t.slip_area),
         };
         *count += 1;
-        *sum += area;
+        // Of what it carries for others its own part stands there already.
+        *sum += area * share.min(1.0);
         let [normal, first, second] = [0, 1, 2].map(|r| solution.lambda[r * m + place]);
         t.normal_force += share * normal;
-        let Some((node, [_, t1, t2])) = axes(local, j as usize) else { continue };
+        let (node, [_, t1, t2]) = axes(local, j as usize);
         let along = add(scale(first, t1), scale(second, t2));
-        (0..3).for_each(|c| t.tangential_force[c] -= share * along[c]);
+        let sign = sign(local, j as usize);
+        (0..3).for_each(|c| t.tangential_force[c] -= sign * share * along[c]);
         t.max_lambda_n = t.max_lambda_n.max(normal);
         t.max_lambda_t = t.max_lambda_t.max(first.hypot(second));
         t.max_shear = t.max_shear.max(norm(along) / area);
