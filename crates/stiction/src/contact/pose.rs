@@ -33,8 +33,7 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    let (points, (of_node, list)) =
-        rayon::join(|| PosedPoints::new(mesh, &model.dofs, surfaces), || bodies_of(mesh));
+    let (points, (of_node, list)) = rayon::join(|| PosedPoints::new(mesh, &model.dofs, surfaces), || bodies_of(mesh));
     let (points, facts) = points?;
     Ok((pose_points(mesh, model, points, centroid(mesh), &of_node, list), facts))
 }

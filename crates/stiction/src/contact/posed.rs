@@ -1,5 +1,6 @@
 //! The contact points of a whole mesh, for problems on pieces of it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::points::Point;
@@ -48,8 +49,25 @@ impl PosedPoints {
     /// The node of each point whose jump is measured from other nodes, and then these.
     pub(crate) fn links(&self) -> Vec<Vec<u32>> {
         let linked = self.points.iter().filter(|point| !point.others.is_empty());
-        let nodes = |point: &Point| std::iter::once(point.node).chain(point.others.iter().map(|other| other.0)).collect();
+        let nodes =
+            |point: &Point| std::iter::once(point.node).chain(point.others.iter().map(|other| other.0)).collect();
         linked.map(nodes).collect()
+    }
+
+    /// Nodes that points are measured from, ascending, each with the node of the point that depends on it most and is not itself one
+    /// of them.
+    pub(crate) fn leaders(&self) -> Vec<[u32; 2]> {
+        let mut heaviest: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+        for point in &self.points {
+            for &(other, weight) in &point.others {
+                let best = heaviest.entry(other).or_insert((0.0, point.node));
+                if weight.abs() > best.0 {
+                    *best = (weight.abs(), point.node);
+                }
+            }
+        }
+        let leads = |leader: &u32| !heaviest.contains_key(leader);
+        heaviest.iter().filter(|(_, (_, leader))| leads(leader)).map(|(&node, &(_, leader))| [node, leader]).collect()
     }
 
     /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.

@@ -80,7 +80,10 @@ pub fn pieces<'a>(
             }
         }
     }
-    cells_of.into_iter().enumerate().map(move |(part, cells)| piece(mesh, owner, links.around(part, mesh, owner, cells)))
+    cells_of
+        .into_iter()
+        .enumerate()
+        .map(move |(part, cells)| piece(mesh, owner, links.around(part, mesh, owner, cells)))
 }
 
 /// Links between nodes, and the cells at these.
@@ -115,7 +118,9 @@ impl Links {
     fn around(&self, part: usize, mesh: &Mesh, owner: &[u32], mut cells: Vec<u32>) -> Vec<u32> {
         let own = self.measured.keys().copied().filter(|&v| owner[v as usize] as usize == part);
         let on_own = reached(own.collect(), &self.measured);
-        let at = |nodes: &HashSet<u32>| -> Vec<u32> { nodes.iter().filter_map(|v| self.cells.get(v)).flatten().copied().collect() };
+        let at = |nodes: &HashSet<u32>| -> Vec<u32> {
+            nodes.iter().filter_map(|v| self.cells.get(v)).flatten().copied().collect()
+        };
         cells.extend(at(&on_own));
         let nodes = cells.iter().flat_map(|&c| mesh.cell(c as usize).1);
         let linked: Vec<u32> = nodes.copied().filter(|v| self.from.contains_key(v)).collect();

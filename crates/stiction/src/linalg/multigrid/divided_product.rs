@@ -85,7 +85,8 @@ pub(super) fn widened<const R: usize, const C: usize>(step: Coarser<R, C>, more:
     let returned = returned_rows(&halo, &found, |j| halo.global(j as usize));
     let last = with_ghosts(&halo, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
     let to_last = |j: u32| place(&last, halo.global(j as usize));
-    let mut of_row: Vec<Vec<u32>> = more[..halo.own()].iter().map(|row| row.iter().map(|&j| to_last(j)).collect()).collect();
+    let mut of_row: Vec<Vec<u32>> =
+        more[..halo.own()].iter().map(|row| row.iter().map(|&j| to_last(j)).collect()).collect();
     for (k, row) in returned {
         of_row[k as usize].extend(row.iter().map(|entry| place(&last, entry.0)));
     }

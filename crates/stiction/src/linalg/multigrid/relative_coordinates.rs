@@ -161,7 +161,9 @@ impl RelativeCoordinates {
     /// Whether a node is relative to one that is itself relative.
     pub(crate) fn has_chains(&self) -> bool {
         let place = places(&self.nodes, self.c.cols);
-        let is_relative = |k: u32| self.c.rows > 0 && place[k as usize] != u32::MAX && !self.c.row(place[k as usize] as usize).0.is_empty();
+        let is_relative = |k: u32| {
+            self.c.rows > 0 && place[k as usize] != u32::MAX && !self.c.row(place[k as usize] as usize).0.is_empty()
+        };
         self.c.column.iter().any(|&k| is_relative(k))
     }
 

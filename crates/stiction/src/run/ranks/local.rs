@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::share::{NO_AXIS, Share, name};
+use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use crate::Error;
 use crate::contact::{ContactProblem, Division, pose_points};
 use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, assemble};
@@ -23,15 +23,17 @@ pub(super) struct Local {
     pub problem: ContactProblem,
     pub division: Division,
     /// For each surface with contact points, whose faces here are the group "contact k", the sign of friction as a force on the
-    /// body of `on`.
+    /// body of `on`, whether its counterpart is another surface, and the nodes here of that.
     pub signs: Vec<f64>,
+    pub between_bodies: Vec<bool>,
+    pub masters: Vec<Vec<u32>>,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
 }
 
 /// Poses what a rank has of the case.
 pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result<Local, Error> {
-    let Share { piece, material_of_cell, symmetry, area, center, sizes, points, reversed, bodies, body_of_node } = share;
+    let Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node } = share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
@@ -46,8 +48,18 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     };
     let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
     problem.validate()?;
-    let signs = reversed.iter().map(|&reversed| if reversed == 1 { -1.0 } else { 1.0 }).collect();
-    Ok(Local { piece, materials, material_of_cell, model, problem, division, signs, sizes })
+    let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
+    let between_bodies = kinds.iter().map(|&kind| kind != OBSTACLE).collect();
+    let of_master = |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| mesh.face_nodes(&group.faces));
+    let masters = (0..kinds.len()).map(of_master).collect();
+    Ok(Local { piece, materials, material_of_cell, model, problem, division, signs, between_bodies, masters, sizes })
+}
+
+impl Local {
+    /// The surface of a point.
+    pub(super) fn pair_of(&self, j: usize) -> usize {
+        self.problem.labels.pairs.partition_point(|pair| pair.points.end <= j)
+    }
 }
 
 /// The group of an entry of the case; none where nothing of it is here.

@@ -7,6 +7,8 @@ mod record;
 mod scope;
 mod share;
 mod solve;
+mod totals;
+mod tractions;
 mod write;
 
 pub use record::{RankRecord, RankedSummary};

@@ -35,12 +35,18 @@ pub(super) struct Share {
     pub sizes: [u64; 2],
     /// The contact points all of whose nodes are in the piece, by their places there; those that its own nodes need are.
     pub points: PosedPoints,
-    /// For each surface with contact points whether it is that of `against`: 1, otherwise 0. Its faces are the group "contact k".
-    pub reversed: Vec<u8>,
+    /// For each surface with contact points what it may touch. Its faces are the group "contact k", those of its counterpart
+    /// "master k".
+    pub kinds: Vec<u8>,
     /// The bodies of the whole, and the number of that of each node of the piece.
     pub bodies: Vec<Body>,
     pub body_of_node: Vec<u32>,
 }
+
+/// A surface that may touch an obstacle, another surface, and another surface that the case names first.
+pub(super) const OBSTACLE: u8 = 0;
+const PAIR: u8 = 1;
+pub(super) const REVERSED: u8 = 2;
 
 /// No axis of symmetry.
 pub(super) const NO_AXIS: u32 = u32::MAX;
@@ -69,7 +75,7 @@ struct Whole {
     symmetry: Vec<u32>,
     area: Vec<f64>,
     points: PosedPoints,
-    reversed: Vec<u8>,
+    kinds: Vec<u8>,
     bodies: Vec<Body>,
     body_of_node: Vec<u32>,
 }
@@ -94,15 +100,15 @@ impl Whole {
             groups.push(Group { name: name("load", k), ..group });
             area.push(of_faces);
         }
-        let (points, reversed) = contact(case, &mesh, (&materials, &material_of_cell), &held, &mut groups)?;
+        let (points, kinds) = contact(case, &mesh, (&materials, &material_of_cell), &held, &mut groups)?;
         mesh.groups = groups;
         let owner = divided(case, &mesh, &points, &held, parts)?;
-        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, reversed, bodies, body_of_node })
+        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node })
     }
 
     /// For each rank in turn.
     fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
-        let Whole { mesh, owner, material_of_cell, symmetry, area, points, reversed, bodies, body_of_node } = self;
+        let Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node } = self;
         let center = centroid(mesh);
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
@@ -112,9 +118,15 @@ impl Whole {
             put(&piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect::<Vec<_>>(), &mut to);
             put(symmetry, &mut to);
             put(area, &mut to);
-            put(reversed, &mut to);
+            put(kinds, &mut to);
             put(&piece.nodes.iter().map(|&node| body_of_node[node as usize]).collect::<Vec<_>>(), &mut to);
-            put(&bodies.iter().map(|body| [body.centre[0], body.centre[1], body.centre[2], body.radius]).collect::<Vec<_>>(), &mut to);
+            put(
+                &bodies
+                    .iter()
+                    .map(|body| [body.centre[0], body.centre[1], body.centre[2], body.radius])
+                    .collect::<Vec<_>>(),
+                &mut to,
+            );
             bodies.iter().for_each(|body| put(body.name.as_bytes(), &mut to));
             to.extend(points.message(&piece.nodes));
             to.extend(piece.to_bytes());
@@ -139,7 +151,7 @@ fn fixed_regions(case: &Case, held: &[Fix], groups: &mut Vec<Group>) -> Result<V
     Ok(symmetry)
 }
 
-/// The contact points, and for each surface whether it is that of `against`; its faces become a group. Which surface carries the
+/// The contact points, and the kind of each surface, whose faces become groups. Which surface carries the
 /// points, and how far it looks for the other one, is a matter of whole surfaces.
 fn contact(
     case: &Case,
@@ -162,14 +174,19 @@ fn contact(
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
-    let reversed = surfaces.iter().map(|surface| match &surface.against {
-        Counterpart::Surface(master) => u8::from(master.slave == Role::Against),
-        Counterpart::Obstacle(_) => 0,
+    let kinds = surfaces.iter().map(|surface| match &surface.against {
+        Counterpart::Surface(master) if master.slave == Role::Against => REVERSED,
+        Counterpart::Surface(_) => PAIR,
+        Counterpart::Obstacle(_) => OBSTACLE,
     });
-    let reversed = reversed.collect();
-    let faces = surfaces.into_iter().enumerate();
-    groups.extend(faces.map(|(k, s)| Group { name: name("contact", k), faces: s.faces, ..Group::default() }));
-    Ok((points, reversed))
+    let kinds = kinds.collect();
+    for (k, surface) in surfaces.into_iter().enumerate() {
+        groups.push(Group { name: name("contact", k), faces: surface.faces, ..Group::default() });
+        if let Counterpart::Surface(master) = surface.against {
+            groups.push(Group { name: name("master", k), faces: master.faces, ..Group::default() });
+        }
+    }
+    Ok((points, kinds))
 }
 
 /// The rank of each node.
@@ -180,7 +197,7 @@ fn divided(case: &Case, mesh: &Mesh, points: &PosedPoints, held: &[Fix], parts: 
     for fix in held.iter().filter(|fix| fix.value.iter().all(Option::is_some)) {
         fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
     }
-    let owner = bisection(&mesh.nodes, &weights, parts);
+    let owner = bisection_with_leaders(mesh, weights, &points.leaders(), parts);
     let mut has_nodes = vec![false; parts];
     owner.iter().for_each(|&part| has_nodes[part as usize] = true);
     if has_nodes.contains(&false) {
@@ -188,6 +205,25 @@ fn divided(case: &Case, mesh: &Mesh, points: &PosedPoints, held: &[Fix], parts: 
         return Err(case.mesh.spot.error(what, "use fewer ranks"));
     }
     Ok(owner)
+}
+
+/// The parts of the nodes where some are in that of a leader: `leaders` are pairs of both.
+fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2]], parts: usize) -> Vec<u32> {
+    if leaders.is_empty() {
+        return bisection(&mesh.nodes, &weights, parts);
+    }
+    let mut follows = vec![u32::MAX; mesh.nodes.len()];
+    for &[node, leader] in leaders {
+        follows[node as usize] = leader;
+        weights[leader as usize] += std::mem::take(&mut weights[node as usize]);
+    }
+    let free: Vec<usize> = (0..mesh.nodes.len()).filter(|&v| follows[v] == u32::MAX).collect();
+    let places: Vec<[f64; 3]> = free.iter().map(|&v| mesh.nodes[v]).collect();
+    let of_free = bisection(&places, &free.iter().map(|&v| weights[v]).collect::<Vec<_>>(), parts);
+    let mut owner = vec![0; mesh.nodes.len()];
+    free.iter().zip(of_free).for_each(|(&v, part)| owner[v] = part);
+    leaders.iter().for_each(|&[node, leader]| owner[node as usize] = owner[leader as usize]);
+    owner
 }
 
 /// The faces, nodes or cells of a load, and the area of the faces.
@@ -213,14 +249,16 @@ impl Share {
         let mut from = &bytes[40..];
         let from = &mut from;
         let (material_of_cell, symmetry, area) = (take(from), take(from), take(from));
-        let (reversed, body_of_node) = (take(from), take(from));
+        let (kinds, body_of_node) = (take(from), take(from));
         let places: Vec<[f64; 4]> = take(from);
-        let body = |[x, y, z, radius]: [f64; 4]| {
-            Body { name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(), centre: [x, y, z], radius }
+        let body = |[x, y, z, radius]: [f64; 4]| Body {
+            name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(),
+            centre: [x, y, z],
+            radius,
         };
         let bodies = places.into_iter().map(body).collect();
         let points = PosedPoints::take(from);
         let piece = MeshPiece::from_bytes(from);
-        Share { piece, material_of_cell, symmetry, area, center, sizes, points, reversed, bodies, body_of_node }
+        Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node }
     }
 }

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedSummary};
+use super::totals::totals;
+use super::tractions::{RankTractions, tractions};
 use super::{scope, share};
 use crate::Error;
 use crate::certificate::ghost_values;
@@ -13,9 +15,9 @@ use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, norm, scale};
-use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum, to_bytes};
+use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
 use crate::run::pose::{Seconds, stopwatch};
-use crate::run::solve::Totals;
+use crate::run::solve::tractions::Traction;
 use crate::solve::multigrid_cycles;
 
 /// The answer of one rank, and what all of them know together.
@@ -26,6 +28,8 @@ pub struct RankedAnswer {
     /// Multipliers of all points here, newton, `3m`, and their states.
     pub(super) lambda: Vec<f64>,
     pub(super) states: Vec<PointState>,
+    /// Pressure and shear of all points here.
+    pub(super) tractions: Vec<Traction>,
     /// The same on every rank.
     pub summary: RankedSummary,
 }
@@ -70,8 +74,9 @@ pub fn solve_on_ranks(
     seconds.iteration = lap();
     let traffic = since(before, counted.traffic());
     let (u, lambda, states) = everywhere(&local, &multigrid, &solution);
-    let summary = summary(case, &local, &multigrid, &solution, &u, &seconds, traffic);
-    Ok(RankedAnswer { local, u, lambda, states, summary })
+    let tractions = tractions(&local, &lambda);
+    let summary = summary(case, &local, &multigrid, &solution, (&u, &tractions), &seconds, traffic);
+    Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary })
 }
 
 fn since(before: Traffic, now: Traffic) -> Traffic {
@@ -118,88 +123,17 @@ pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
     (node, axes)
 }
 
-/// The sign of friction at a point as a force on the body of `on`.
-pub(super) fn sign(local: &Local, j: usize) -> f64 {
-    local.signs[local.problem.labels.pairs.partition_point(|pair| pair.points.end <= j)]
-}
-
-/// Sums over the points of this rank.
-fn totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Totals, [f64; 4]) {
-    let (labels, own) = (&local.problem.labels, multigrid.own_points());
-    let m = own.len();
-    let mut t = Totals { points: m, ..Totals::default() };
-    let mut most = [0.0, f64::NAN, f64::NAN, f64::NAN];
-    for (place, &j) in own.iter().enumerate() {
-        let (area, share) = (labels.area[j as usize], labels.unity_sum[j as usize]);
-        let (count, sum) = match solution.states[place] {
-            PointState::Open => (&mut t.open, &mut t.open_area),
-            PointState::Stick => (&mut t.stick, &mut t.stick_area),
-            PointState::Slip => (&mut t.slip, &mut t.slip_area),
-        };
-        *count += 1;
-        // Of what it carries for others its own part stands there already.
-        *sum += area * share.min(1.0);
-        let [normal, first, second] = [0, 1, 2].map(|r| solution.lambda[r * m + place]);
-        t.normal_force += share * normal;
-        let (node, [_, t1, t2]) = axes(local, j as usize);
-        let along = add(scale(first, t1), scale(second, t2));
-        let sign = sign(local, j as usize);
-        (0..3).for_each(|c| t.tangential_force[c] -= sign * share * along[c]);
-        t.max_lambda_n = t.max_lambda_n.max(normal);
-        t.max_lambda_t = t.max_lambda_t.max(first.hypot(second));
-        t.max_shear = t.max_shear.max(norm(along) / area);
-        if normal / area > most[0] {
-            let [x, y, z] = local.piece.mesh.nodes[node as usize];
-            most = [normal / area, x, y, z];
-        }
-    }
-    (t, most)
-}
-
-/// The totals of all ranks.
-fn joined_totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Totals {
-    let ranks = &*local.division.ranks;
-    let (t, most) = totals(local, multigrid, solution);
-    let [x, y, z] = t.tangential_force;
-    let counts = [t.points, t.open, t.stick, t.slip].map(|count| count as f64);
-    let mut sums = [counts.as_slice(), &[t.open_area, t.stick_area, t.slip_area, t.normal_force, x, y, z]].concat();
-    sum(ranks, &mut sums);
-    let mut largest = [t.max_lambda_n, t.max_lambda_t, t.max_shear];
-    max(ranks, &mut largest);
-    let all = gather_all(ranks, to_bytes(&most));
-    let places = all.iter().map(|bytes| crate::ranks::Wire::read(bytes));
-    let first: [f64; 4] = places.fold([0.0; 4], |best, next: [f64; 4]| if next[0] > best[0] { next } else { best });
-    let [pressure, at @ ..] = first;
-    Totals {
-        points: sums[0] as usize,
-        open: sums[1] as usize,
-        stick: sums[2] as usize,
-        slip: sums[3] as usize,
-        open_area: sums[4],
-        stick_area: sums[5],
-        slip_area: sums[6],
-        normal_force: sums[7],
-        tangential_force: [sums[8], sums[9], sums[10]],
-        max_lambda_n: largest[0],
-        max_lambda_t: largest[1],
-        max_pressure: pressure,
-        max_pressure_at: (pressure > 0.0).then_some(at),
-        max_shear: largest[2],
-        max_other_pressure: 0.0,
-    }
-}
-
 fn summary(
     case: &Case,
     local: &Local,
     multigrid: &Multigrid,
     solution: &Solution,
-    u: &[V3],
+    (u, tractions): (&[V3], &RankTractions),
     seconds: &Seconds,
     traffic: Traffic,
 ) -> RankedSummary {
     let ranks = &*local.division.ranks;
-    let contact = joined_totals(local, multigrid, solution);
+    let contact = totals(local, multigrid, solution, tractions);
     let labels = local.problem.elastic.node_of.iter().flatten();
     let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
     sum(ranks, &mut sums);

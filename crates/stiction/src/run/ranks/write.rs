@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::local::Local;
 use super::share::name;
-use super::solve::{RankedAnswer, axes, sign};
+use super::solve::{RankedAnswer, axes};
+use super::tractions::shear as shear_of;
 use crate::Error;
 use crate::fem::{Solid, cell_stress, von_mises};
 use crate::io::folder;
@@ -175,11 +176,11 @@ fn surface(answer: &RankedAnswer) -> GridFields {
         let (node, [normal, t1, t2]) = axes(&answer.local, j);
         let Ok(at) = nodes.binary_search(&node) else { continue };
         let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
-        let area = problem.labels.area[j];
         let friction = add(scale(a, t1), scale(b, t2));
-        pressure[at] = l / area;
-        let (sign, share) = (sign(&answer.local, j), problem.labels.unity_sum[j]);
-        shear[at] = scale(sign / area, friction);
+        let sign = answer.local.signs[answer.local.pair_of(j)];
+        let (share, traction) = (problem.labels.unity_sum[j], answer.tractions[j]);
+        pressure[at] = traction[0];
+        shear[at] = scale(sign, shear_of(traction));
         slip[at] = scale(-sign / share, add(scale(left[m + j], t1), scale(left[2 * m + j], t2)));
         gap[at] = left[j] / share;
         force[at] = scale(sign * share, add(scale(l, normal), friction));

@@ -1,0 +1,52 @@
+//! Two bodies in contact on several ranks against the same case on one: points and the nodes they touch lie on different ranks.
+
+use super::ranks::{agrees, case_of, on_ranks, serial_cycles};
+use stiction::run::prepare;
+
+/// A block held at one end on another one, with a mesh of its own or the same.
+fn blocks(element: &str, matching: bool, friction: &str) -> String {
+    let below = if matching { "[3, 1, 0.5], cells = [30, 10, 5]" } else { "[3.2, 1.1, 0.5], cells = [23, 7, 4]" };
+    format!(
+        "[mesh.parts.a]\nblock = {{ size = [3, 1, 1], cells = [30, 10, 10], {element} }}\n\
+         [mesh.parts.b]\nblock = {{ size = {below}, {element} }}\nmove = [0, 0, -0.5]\n\
+         [materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n\
+         [[fix]]\non = \"a.x-min\"\n[[fix]]\non = \"b.z-min\"\n[[load]]\non = \"a.x-max\"\ntraction = [0, 0, 1e6]\n\
+         [[load]]\non = \"a.z-max\"\ntraction = [0, 2e5, \"-2/3*1e6*(3 - x)\"]\n\
+         [[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\nfriction = {friction}\n"
+    )
+}
+
+const TET4: &str = "element = \"tet4\", split = \"six\"";
+const HEX8: &str = "element = \"hex8\"";
+
+#[test]
+fn two_bodies_on_ranks_are_those_on_one() {
+    agrees(&blocks(HEX8, false, "{ coulomb = 0.35 }"), &[1, 2, 3, 4, 8]);
+    agrees(&blocks(TET4, false, "{ coulomb = 0.35 }"), &[2, 4, 8]);
+}
+
+#[test]
+fn matching_meshes_and_ties_are_the_same_on_ranks() {
+    agrees(&blocks(TET4, true, "{ coulomb = 0.35 }"), &[3, 8]);
+    agrees(&blocks(HEX8, true, "{ coulomb = 0.35 }"), &[4]);
+    agrees(&blocks(HEX8, false, "\"bonded\""), &[2, 8]);
+    agrees(&blocks(TET4, true, "\"bonded\""), &[4]);
+}
+
+/// The bar of the design: at most two cycles or a quarter more, whatever the ranks.
+#[test]
+fn two_bodies_take_hardly_more_cycles_on_ranks() {
+    for (element, matching) in [(TET4, false), (HEX8, false), (HEX8, true)] {
+        for friction in ["{ coulomb = 0.35 }", "\"bonded\""] {
+            let case = case_of(&blocks(element, matching, friction), "1e-8");
+            let serial = serial_cycles(&prepare(&case).unwrap());
+            for size in [1, 2, 3, 4, 8] {
+                let cycles = on_ranks(&case, size).1.counts.iterations;
+                eprintln!("{element} {matching} {friction}: {cycles} on {size}, serial {serial}");
+                let most = (serial + 2).max(serial * 125 / 100);
+                assert!(cycles <= most, "{element} {friction}: {cycles} cycles on {size} ranks, {serial} on one");
+                assert!(size > 1 || cycles == serial, "{cycles} {serial}");
+            }
+        }
+    }
+}
