@@ -128,14 +128,7 @@ impl PosedPoints {
 
 fn of_point(point: &Point) -> Numbers {
     let Point { gap, area, friction, orthotropy, frame, normal, unity_sum, .. } = point;
-    let law = match *friction {
-        Friction::None => [0.0; 4],
-        Friction::Given { slip_bound } => [1.0, slip_bound, 0.0, 0.0],
-        Friction::Coulomb { coefficient } => [2.0, coefficient, 0.0, 0.0],
-        Friction::Limited { coefficient, limit } => [3.0, coefficient, limit, 0.0],
-        Friction::Cohesive { coefficient, cohesion, tension } => [4.0, coefficient, cohesion, tension],
-        Friction::Bonded => [5.0, 0.0, 0.0, 0.0],
-    };
+    let law = friction.numbers();
     let mut numbers = [0.0; 20];
     let all = [&[*gap, *area, *orthotropy, *unity_sum][..], frame.as_flattened(), normal, &law[..]].concat();
     numbers.copy_from_slice(&all);
@@ -145,15 +138,7 @@ fn of_point(point: &Point) -> Numbers {
 fn point(node: u32, numbers: Numbers, others: Vec<(u32, f64)>) -> Point {
     let [gap, area, orthotropy, unity_sum, rest @ ..] = numbers;
     let row = |k: usize| [rest[k], rest[k + 1], rest[k + 2]];
-    let [law, a, b, c] = [rest[12], rest[13], rest[14], rest[15]];
-    let friction = match law as u8 {
-        1 => Friction::Given { slip_bound: a },
-        2 => Friction::Coulomb { coefficient: a },
-        3 => Friction::Limited { coefficient: a, limit: b },
-        4 => Friction::Cohesive { coefficient: a, cohesion: b, tension: c },
-        5 => Friction::Bonded,
-        _ => Friction::None,
-    };
+    let friction = Friction::of_numbers([rest[12], rest[13], rest[14], rest[15]]);
     let (frame, normal) = ([row(0), row(3), row(6)], row(9));
     let (stiffness, layer) = (None, None);
     Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum, stiffness, layer }

@@ -197,7 +197,12 @@ fn certified(prepared: &Prepared, u: &[f64], lambda: &[f64], size: usize) -> Vec
 #[test]
 fn the_certificate_of_ranks_is_that_of_one_for_right_and_wrong_answers() {
     let text = brick("element = \"tet4\", split = \"six\"", "{ coulomb = 0.35 }").replace("[48, 16, 16]", "[12, 4, 4]");
-    let (outcome, prepared) = solved_case(&case_of(&text, "1e-8"));
+    certificate_agrees(&text);
+}
+
+/// For an answer and for wrong ones.
+pub(super) fn certificate_agrees(text: &str) {
+    let (outcome, prepared) = solved_case(&case_of(text, "1e-8"));
     let (u, lambda) = (&outcome.solution.u, &outcome.solution.lambda);
     let m = prepared.problem.points();
     let (n, closed) = (u.len(), (0..m).find(|&j| lambda[j] > 0.0).unwrap());

@@ -1,6 +1,6 @@
 //! Two bodies in contact on several ranks against the same case on one: points and the nodes they touch lie on different ranks.
 
-use super::ranks::{agrees, case_of, on_ranks, serial_cycles};
+use super::ranks::{agrees, case_of, certificate_agrees, on_ranks, serial_cycles};
 use stiction::run::prepare;
 
 /// A block held at one end on another one, with a mesh of its own or the same.
@@ -33,18 +33,53 @@ fn matching_meshes_and_ties_are_the_same_on_ranks() {
     agrees(&blocks(TET4, true, "\"bonded\""), &[4]);
 }
 
+/// A block that only contact holds, pressed and pushed on another one or on a plane, some of it on a plane of symmetry; or above
+/// it, so that the load closes a gap.
+fn floating(element: &str, against: &str, friction: &str, gap: f64, symmetric: bool) -> String {
+    let other = "[mesh.parts.b]\nblock = { size = [2.2, 1.1, 0.5], cells = [13, 7, 4], element = \"hex8\" }\n\
+                 move = [0, 0, -0.5]\n[[fix]]\non = \"b.z-min\"\n";
+    let symmetry = "[[fix]]\non = \"a.y-min\"\ncondition = \"symmetry\"\n";
+    format!(
+        "[mesh.parts.a]\nblock = {{ size = [2, 1, 1], cells = [16, 8, 8], {element} }}\nmove = [0, 0, {gap}]\n{}{}\
+         [materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n\
+         [[load]]\non = \"a.z-max\"\ntraction = [2e5, 0, \"-1e6*(2 - x/2)\"]\n\
+         [[contact]]\non = \"a.z-min\"\nagainst = {against}\nfriction = {friction}\n",
+        if against.contains("b.z-max") { other } else { "" },
+        if symmetric { symmetry } else { "" },
+    )
+}
+
+const PLANE: &str = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+
+#[test]
+fn bodies_that_contact_alone_holds_are_the_same_on_ranks() {
+    agrees(&floating(HEX8, "\"b.z-max\"", "{ coulomb = 0.4 }", 0.0, false), &[1, 2, 4, 8]);
+    agrees(&floating(TET4, PLANE, "{ coulomb = 0.4 }", 0.0, true), &[3]);
+    agrees(&floating(TET4, "\"b.z-max\"", "\"bonded\"", 0.0, false), &[4]);
+    // Rigid bodies in equilibrium are where this begins.
+    agrees(&floating(HEX8, PLANE, "{ coulomb = 0.4 }", 0.01, false), &[2, 4]);
+}
+
+#[test]
+fn the_certificate_of_ranks_counts_each_point_between_bodies_once() {
+    certificate_agrees(&blocks(HEX8, false, "{ coulomb = 0.35 }").replace("[30, 10, 10]", "[12, 4, 4]"));
+}
+
 /// The bar of the design: at most two cycles or a quarter more, whatever the ranks.
 #[test]
 fn two_bodies_take_hardly_more_cycles_on_ranks() {
     for (element, matching) in [(TET4, false), (HEX8, false), (HEX8, true)] {
-        for friction in ["{ coulomb = 0.35 }", "\"bonded\""] {
-            let case = case_of(&blocks(element, matching, friction), "1e-8");
+        for text in [
+            blocks(element, matching, "{ coulomb = 0.35 }"),
+            blocks(element, matching, "\"bonded\""),
+            floating(element, "\"b.z-max\"", "{ coulomb = 0.4 }", 0.0, matching),
+        ] {
+            let case = case_of(&text, "1e-8");
             let serial = serial_cycles(&prepare(&case).unwrap());
             for size in [1, 2, 3, 4, 8] {
                 let cycles = on_ranks(&case, size).1.counts.iterations;
-                eprintln!("{element} {matching} {friction}: {cycles} on {size}, serial {serial}");
                 let most = (serial + 2).max(serial * 125 / 100);
-                assert!(cycles <= most, "{element} {friction}: {cycles} cycles on {size} ranks, {serial} on one");
+                assert!(cycles <= most, "{text}: {cycles} cycles on {size} ranks, {serial} on one");
                 assert!(size > 1 || cycles == serial, "{cycles} {serial}");
             }
         }

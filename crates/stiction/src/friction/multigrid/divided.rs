@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
+use super::divided_bodies::{divided_motions, refuse_unresisted};
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
-    Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, no_own_node, order,
+    Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, mark_floating, no_own_node, order,
     refuse_stiff_bodies, refused,
 };
 use crate::Error;
@@ -64,7 +65,7 @@ impl Transformed {
     /// The transformed problem of one rank and its hierarchy, and what else is known.
     ///
     /// # Errors
-    /// As [`Transformed::new`], at all ranks; if points hang on nodes of other points, or nothing but contact holds the body.
+    /// As [`Transformed::new`], at all ranks; if points hang on nodes of other points, or nothing resists a motion of a body.
     pub(super) fn divided(
         whole: &ContactProblem,
         division: &Division,
@@ -94,15 +95,18 @@ impl Transformed {
         let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
         let hierarchy = Hierarchy::new(&k, &kernel, &contact, None, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
-        if hierarchy.is_singular() {
-            let what = "nothing but contact holds a body, which is not divided among ranks";
-            return Err(Error::new("", what, "hold it by prescribed displacements, or solve on one machine"));
-        }
         for ((p, coarse), &j) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(&own_points) {
             p.compliance = of_others[j as usize];
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
-        let motions = RigidMotions::default();
+        let motions = match hierarchy.is_singular() {
+            true => divided_motions(whole, division),
+            false => RigidMotions::default(),
+        };
+        if !motions.is_empty() {
+            refuse_unresisted(whole, division, &motions, &own_points)?;
+            mark_floating(whole, &motions, own_points.iter().map(|&j| j as usize).zip(&mut points));
+        }
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&whole.elastic.f);
         let divided = Divided { whole: whole.clone(), division: division.clone(), points: own_points };

@@ -156,14 +156,7 @@ impl Transformed {
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
-        if !motions.is_empty() {
-            let mut floating = vec![false; problem.unknowns()];
-            motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
-            for (j, p) in points.iter_mut().enumerate() {
-                let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
-                p.floats = problem.rows(j).into_iter().any(reached);
-            }
-        }
+        mark_floating(problem, &motions, points.iter_mut().enumerate());
         let border = Border::default();
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&problem.elastic.f);
@@ -227,6 +220,20 @@ impl Transformed {
         }
         x.resize(self.nodes.count, [0.0; 3]);
         self.nodes.scatter(&x)
+    }
+}
+
+/// Marks the points, given with their numbers, that reach a floating body.
+pub(super) fn mark_floating<'a>(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    points: impl Iterator<Item = (usize, &'a mut Point)>,
+) {
+    let mut floating = vec![false; problem.unknowns()];
+    motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
+    for (j, p) in points.filter(|_| !motions.is_empty()) {
+        let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
+        p.floats = problem.rows(j).into_iter().any(reached);
     }
 }
 

@@ -322,8 +322,8 @@ fn aggregated(
     kernel: &[Kernel<3>],
     contact_nodes: &[u32],
 ) -> Result<Option<Coarser<3>>, Error> {
-    let is_small = halo.is_alone() && a.rows <= Threshold::COARSEST_LIMIT;
-    let small = || is_small.then(|| copied(a, kernel, contact_nodes)).flatten();
+    let is_small = halo.total() <= Threshold::COARSEST_LIMIT;
+    let small = || is_small.then(|| copied(a, halo, kernel, contact_nodes)).flatten();
     Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
 }
 
