@@ -2,6 +2,7 @@
 
 use super::ranks::{agrees, case_of, certificate_agrees, on_ranks, serial_cycles};
 use stiction::run::prepare;
+use stiction_fixtures::case_run::solved_case;
 
 /// A block held at one end on another one, with a mesh of its own or the same.
 fn blocks(element: &str, matching: bool, friction: &str) -> String {
@@ -84,4 +85,68 @@ fn two_bodies_take_hardly_more_cycles_on_ranks() {
             }
         }
     }
+}
+
+/// Pressed, pushed one way and half way back: where points stick depends on what they have slid before. Total forces and
+/// prescribed displacements are functions of time.
+fn to_and_fro(against_body: bool) -> String {
+    let mesh = "[mesh.parts.a]\nblock = { size = [2, 1, 1], cells = [16, 8, 8], element = \"hex8\" }\n\
+                [mesh.parts.b]\nblock = { size = [2.2, 1.1, 0.5], cells = [13, 7, 4], element = \"tet4\" }\n\
+                move = [0, 0, -0.5]\n[[fix]]\non = \"b.z-min\"\nvalue = [0, \"1e-6*t\", 0]\n";
+    let alone = "[mesh.parts.a]\nblock = { size = [2, 1, 1], cells = [16, 8, 8], element = \"hex8\" }\n";
+    format!(
+        "{}[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n\
+         [[fix]]\non = \"a.z-max\"\nvalue = [\"1e-5*min(max(t - 1, 0), 3 - t)\", 0, \"-1e-5*min(t, 1)\"]\n\
+         [[load]]\non = \"a.x-max\"\nforce = [0, \"1e5*t\", 0]\n\
+         [[contact]]\non = \"a.z-min\"\nagainst = {}\nfriction = {{ coulomb = 0.3 }}\n\
+         [[step]]\nname = \"press\"\nuntil = 1\n[[step]]\nname = \"push\"\nuntil = 2.5\nincrements = 3\n",
+        if against_body { mesh } else { alone },
+        if against_body { "\"b.z-max\"" } else { PLANE },
+    )
+}
+
+#[test]
+fn load_steps_remember_slip_on_ranks() {
+    for (against_body, sizes) in [(true, &[1, 3, 4][..]), (false, &[2])] {
+        let text = to_and_fro(against_body);
+        agrees(&text, sizes);
+        let case = case_of(&text, "1e-10");
+        let (_, summary) = on_ranks(&case, sizes[0]);
+        let (outcome, _) = solved_case(&case);
+        let expected: Vec<(f64, f64)> = outcome.steps.iter().map(|s| (s.t, s.answer.contact.normal_force)).collect();
+        assert!(expected.len() == 4 && summary.steps.len() == 4, "{expected:?}");
+        for (step, (t, force)) in summary.steps.iter().zip(expected) {
+            assert!(step.t == t && (step.contact.normal_force - force).abs() <= 1e-9 * force, "{step:?} {force}");
+        }
+        assert!(summary.contact.slip > 0 && summary.contact.stick > 0, "{:?}", summary.contact);
+        // Without its history the last state is another one.
+        let at_once = text.replace("until = 1\n[[step]]\nname = \"push\"\n", "").replace("increments = 3", "");
+        let other = on_ranks(&case_of(&at_once, "1e-10"), 2).1.contact.tangential_force[0];
+        let own = summary.contact.tangential_force[0];
+        assert!((other - own).abs() > 1e-3 * own.abs(), "{own} {other}");
+    }
+}
+
+#[test]
+#[ignore]
+fn scratch_random() {
+    use stiction_fixtures::random_case;
+    let [from, to, size] = ["FROM", "TO", "SIZE"].map(|k| std::env::var(k).unwrap().parse::<u64>().unwrap());
+    let mut kinds = std::collections::BTreeMap::<String, usize>::new();
+    for seed in from..to {
+        let text = random_case::text(seed);
+        if !text.contains("mesh.parts.b") || text.contains("10\"") || text.contains("20\"") {
+            continue;
+        }
+        let found = random_case::outcome_on_ranks(&text, size as usize);
+        let key = match &found {
+            Ok(_) => "certified".into(),
+            Err(e) => e.lines().next().unwrap_or("").chars().take(120).collect::<String>(),
+        };
+        if found.is_err() && !key.contains("nothing but contact") && !key.contains("too few") {
+            eprintln!("{seed} {key}");
+        }
+        *kinds.entry(key).or_default() += 1;
+    }
+    eprintln!("{kinds:#?}");
 }

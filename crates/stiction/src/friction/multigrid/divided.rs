@@ -11,7 +11,6 @@ use super::transform::{
 };
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided};
-use crate::contact::rigid::RigidMotions;
 use crate::contact::{Contact, ContactProblem, Division, Elastic, Labels, Pair};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
 use crate::linalg::{Csr, NodeGraph, Stop};
@@ -99,12 +98,12 @@ impl Transformed {
             p.compliance = of_others[j as usize];
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
-        let motions = match hierarchy.is_singular() {
+        let (motions, names) = match hierarchy.is_singular() {
             true => divided_motions(whole, division),
-            false => RigidMotions::default(),
+            false => Default::default(),
         };
         if !motions.is_empty() {
-            refuse_unresisted(whole, division, &motions, &own_points)?;
+            refuse_unresisted(whole, division, (&motions, &names), &own_points)?;
             mark_floating(whole, &motions, own_points.iter().map(|&j| j as usize).zip(&mut points));
         }
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
@@ -259,6 +258,11 @@ fn numbers(division: &Division, own: &[u32], near: &[u32]) -> Result<Vec<u64>, E
 }
 
 impl Divided {
+    /// Takes another problem on the same points.
+    pub(super) fn renew(&mut self, whole: &ContactProblem) {
+        self.whole = whole.clone();
+    }
+
     /// The problem with the points of this rank alone.
     pub(super) fn own(&self) -> ContactProblem {
         let ContactProblem { elastic, contact, labels } = &self.whole;

@@ -63,6 +63,14 @@ impl Multigrid {
         Ok((Multigrid { transformed, hierarchy, divided: Some(divided) }, own))
     }
 
+    /// The problem of the points of this rank of `whole`, which differs from that of the set-up in loads, gaps, slip references and
+    /// laws alone. `None` where the problem is not divided.
+    pub fn renewed(&mut self, whole: &ContactProblem) -> Option<ContactProblem> {
+        let divided = self.divided.as_mut()?;
+        divided.renew(whole);
+        Some(divided.own())
+    }
+
     /// The contact points of this rank among those that its whole problem has; of all of a problem on one rank none are named.
     pub fn own_points(&self) -> &[u32] {
         self.divided.as_ref().map_or(&[], |divided| divided.points())

@@ -9,7 +9,7 @@ use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, assemble};
 use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
-use crate::run::pose::loads::{TIME, load};
+use crate::run::pose::loads::{end, load};
 use crate::run::pose::place;
 
 /// A case on the piece of one rank.
@@ -27,6 +27,11 @@ pub(super) struct Local {
     pub signs: Vec<f64>,
     pub between_bodies: Vec<bool>,
     pub masters: Vec<Vec<u32>>,
+    /// The gap of each point here before anything is prescribed, length.
+    pub undeformed: Vec<f64>,
+    /// As in the share of this rank.
+    pub symmetry: Vec<u32>,
+    pub area: Vec<f64>,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
 }
@@ -37,8 +42,9 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
-    let (fixes, loads) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &area)?);
-    let mut model = assemble(&solid, &loads, &fixes, TIME).map_err(|error| place::at(&case.mesh.spot, error))?;
+    let t = end(case);
+    let (fixes, loads) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &area, t)?);
+    let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| place::at(&case.mesh.spot, error))?;
     let division = Division {
         ranks: Arc::clone(ranks),
         owner: piece.owner.clone(),
@@ -46,13 +52,28 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
         points: points.nodes().collect(),
     };
+    let undeformed = points.gaps(!case.steps.is_empty());
     let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
     problem.validate()?;
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
     let between_bodies = kinds.iter().map(|&kind| kind != OBSTACLE).collect();
     let of_master = |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| mesh.face_nodes(&group.faces));
     let masters = (0..kinds.len()).map(of_master).collect();
-    Ok(Local { piece, materials, material_of_cell, model, problem, division, signs, between_bodies, masters, sizes })
+    Ok(Local {
+        piece,
+        materials,
+        material_of_cell,
+        model,
+        problem,
+        division,
+        signs,
+        between_bodies,
+        masters,
+        undeformed,
+        symmetry,
+        area,
+        sizes,
+    })
 }
 
 impl Local {
@@ -73,7 +94,8 @@ fn region(kind: &str, number: usize, spot: &Spot) -> Region {
     Region::Groups(vec![(name(kind, number), spot.clone())])
 }
 
-fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fix>, Error> {
+/// Prescribed displacements of the nodes here.
+pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fix>, Error> {
     let mut fixes = Vec::new();
     for (k, (spec, &axis)) in case.fixes.iter().zip(symmetry).enumerate() {
         let Some(group) = group(mesh, "fix", k) else { continue };
@@ -86,7 +108,8 @@ fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fix>, Error> 
     Ok(fixes)
 }
 
-fn loads(mesh: &Mesh, case: &Case, area: &[f64]) -> Result<Vec<Load>, Error> {
+/// Loads on what is here; total forces as they are at time `t`.
+pub(super) fn loads(mesh: &Mesh, case: &Case, area: &[f64], t: f64) -> Result<Vec<Load>, Error> {
     let mut loads = Vec::new();
     for (k, (spec, &area)) in case.loads.iter().zip(area).enumerate() {
         if group(mesh, "load", k).is_none() {
@@ -95,7 +118,7 @@ fn loads(mesh: &Mesh, case: &Case, area: &[f64]) -> Result<Vec<Load>, Error> {
         let kind = match &spec.kind {
             // The area of all faces, of which there is a part here.
             LoadKind::Force(total) => {
-                LoadKind::Traction(spread(total, area).map_err(|e| place::instead(&spec.spot, e))?)
+                LoadKind::Traction(spread(total, area, t).map_err(|e| place::instead(&spec.spot, e))?)
             }
             other => other.clone(),
         };
@@ -106,9 +129,9 @@ fn loads(mesh: &Mesh, case: &Case, area: &[f64]) -> Result<Vec<Load>, Error> {
 }
 
 /// A total force as a force per area.
-fn spread(total: &[Field; 3], area: f64) -> Result<[Field; 3], Error> {
+fn spread(total: &[Field; 3], area: f64, t: f64) -> Result<[Field; 3], Error> {
     // A total force has no place: an expression that reads one gives NaN and is refused.
-    let at = |field: &Field| Ok(Field::Constant(field.finite_at([f64::NAN; 3], TIME)? / area));
+    let at = |field: &Field| Ok(Field::Constant(field.finite_at([f64::NAN; 3], t)? / area));
     let [x, y, z] = total;
     Ok([at(x)?, at(y)?, at(z)?])
 }

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, LoadKind, LoadSpec, NodalSpec, Spot};
+use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
 use crate::mesh::{CellKind, Mesh};
 
 /// What every refusal ends with.
@@ -19,7 +19,11 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         Some(spot) => Err(refused(spot, what)),
         None => Ok(()),
     };
-    first(&mut case.steps.iter().map(|step| &step.spot), "a case with load steps")?;
+    let always = |during: &During| during.period(&case.steps) == [f64::NEG_INFINITY, f64::INFINITY];
+    let timed = case.fixes.iter().filter(|fix| !always(&fix.during)).map(|fix| &fix.spot);
+    first(&mut timed.into_iter(), "a support that begins or ends with a step")?;
+    let timed = case.contacts.iter().filter(|contact| !always(&contact.during) || !contact.without.is_empty());
+    first(&mut timed.map(|contact| &contact.spot), "a contact that begins or ends with a step")?;
     first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;

@@ -7,7 +7,7 @@ use crate::fem::{Axes, Fix, Material, Solid, dof_map};
 use crate::io::case::{Case, LoadKind, Region, Spot};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
-use crate::run::pose::loads::{Fixes, TIME, fixes};
+use crate::run::pose::loads::{Fixes, end, fixes};
 use crate::run::pose::materials::materials;
 use crate::run::pose::{MemoryLimit, made_mesh, place, regions, surfaces};
 
@@ -160,7 +160,7 @@ fn contact(
     held: &[Fix],
     groups: &mut Vec<Group>,
 ) -> Result<(PosedPoints, Vec<u8>), Error> {
-    let dofs = dof_map(mesh, held, TIME).map_err(|error| place::at(&case.mesh.spot, error))?;
+    let dofs = dof_map(mesh, held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
     let solid = Solid { mesh, materials, material_of_cell };
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
     surfaces::assign(&solid, &dofs, &mut surfaces);

@@ -3,20 +3,22 @@
 use std::sync::Arc;
 
 use super::local::{Local, local};
-use super::record::{RankRecord, RankedSummary};
+use super::record::{RankRecord, RankedStep, RankedSummary};
+use super::steps::{put_state, slid as sliding, times};
 use super::totals::totals;
-use super::tractions::{RankTractions, tractions};
+use super::tractions::tractions;
 use super::{scope, share};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, PointState, Progress, Solution, solve_multigrid};
+use crate::friction::{self, Multigrid, PointState, Progress, Solution, Status, solve_multigrid};
 use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, norm, scale};
 use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
 use crate::run::pose::{Seconds, stopwatch};
+use crate::run::solve::Totals;
 use crate::run::solve::tractions::Traction;
 use crate::solve::multigrid_cycles;
 
@@ -59,24 +61,42 @@ pub fn solve_on_ranks(
     agree(&*ranks, scope::check(case))?;
     let share = share::share(case, &*ranks)?;
     seconds.mesh = lap();
-    let local = agree(&*ranks, local(case, share, &ranks))?;
+    let mut local = agree(&*ranks, local(case, share, &ranks))?;
     seconds.assembly = lap();
-    let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
+    let (mut multigrid, mut own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     seconds.setup = lap();
     let before = counted.traffic();
-    let settings = friction::Settings {
+    let mut settings = friction::Settings {
         tolerance: case.solver.tolerance,
         max_iterations: multigrid_cycles(case.solver.max_iterations),
         path: friction::SolverPath::Multigrid,
         ..friction::Settings::default()
     };
-    let solution = solve_multigrid(&own, &mut multigrid, &settings, observer);
-    seconds.iteration = lap();
-    let traffic = since(before, counted.traffic());
-    let (u, lambda, states) = everywhere(&local, &multigrid, &solution);
-    let tractions = tractions(&local, &lambda);
-    let summary = summary(case, &local, &multigrid, &solution, (&u, &tractions), &seconds, traffic);
-    Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary })
+    let mut steps = Vec::new();
+    let mut slid = vec![0.0; 2 * local.problem.points()];
+    let mut times = times(case).into_iter();
+    loop {
+        let time = times.next();
+        if let Some((_, t)) = time {
+            agree(&*ranks, put_state(&mut local, case, t, &slid))?;
+            own = multigrid.renewed(&local.problem).unwrap_or(own);
+        }
+        let solution = solve_multigrid(&own, &mut multigrid, &settings, observer);
+        let found = everywhere(&local, &multigrid, &solution);
+        let tractions = tractions(&local, &found.lambda);
+        let contact = totals(&local, &multigrid, &solution, &tractions);
+        steps.extend(time.map(|(step, t)| RankedStep::new(case, step, t, &solution, contact.clone())));
+        if times.len() > 0 && solution.status == Status::Solved {
+            slid = sliding(&local, &found.free);
+            settings.start_displacement = Some(found.free);
+            continue;
+        }
+        seconds.iteration = lap();
+        let traffic = since(before, counted.traffic());
+        let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
+        let Everywhere { u, lambda, states, .. } = found;
+        return Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary });
+    }
 }
 
 fn since(before: Traffic, now: Traffic) -> Traffic {
@@ -90,8 +110,16 @@ fn since(before: Traffic, now: Traffic) -> Traffic {
     }
 }
 
-/// Displacements of all nodes here, multipliers and states of all points here: those of other ranks are asked of them.
-fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Vec<V3>, Vec<f64>, Vec<PointState>) {
+/// An answer here: displacements of all unknowns and of all nodes, multipliers and states of all points.
+struct Everywhere {
+    free: Vec<f64>,
+    u: Vec<V3>,
+    lambda: Vec<f64>,
+    states: Vec<PointState>,
+}
+
+/// The answer at all nodes and points here: what belongs to other ranks is asked of them.
+fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Everywhere {
     let (own, m) = (multigrid.own_points(), local.problem.points());
     let (mut lambda, mut codes) = (vec![0.0; 3 * m], vec![0.0; 3 * m]);
     for (place, &j) in own.iter().enumerate() {
@@ -99,11 +127,12 @@ fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Vec
         (0..3).for_each(|r| lambda[r * m + j] = solution.lambda[r * own.len() + place]);
         codes[j] = f64::from(solution.states[place].code());
     }
-    let (u, lambda) = ghost_values(&local.problem, &local.division, &solution.u, &lambda);
+    let (free, lambda) = ghost_values(&local.problem, &local.division, &solution.u, &lambda);
     let (_, codes) = ghost_values(&local.problem, &local.division, &solution.u, &codes);
     let state = |code: &f64| PointState::of_code(*code as usize).unwrap_or(PointState::Open);
-    let full = full_displacement(&local.model, &u);
-    (full.as_chunks().0.to_vec(), lambda, codes[..m].iter().map(state).collect())
+    let full = full_displacement(&local.model, &free);
+    let (u, states) = (full.as_chunks().0.to_vec(), codes[..m].iter().map(state).collect());
+    Everywhere { free, u, lambda, states }
 }
 
 /// The node of a point and its rows there, along x, y, z: normal, tangents.
@@ -127,13 +156,12 @@ fn summary(
     case: &Case,
     local: &Local,
     multigrid: &Multigrid,
-    solution: &Solution,
-    (u, tractions): (&[V3], &RankTractions),
+    (solution, contact, steps): (&Solution, Totals, Vec<RankedStep>),
+    u: &[V3],
     seconds: &Seconds,
     traffic: Traffic,
 ) -> RankedSummary {
     let ranks = &*local.division.ranks;
-    let contact = totals(local, multigrid, solution, tractions);
     let labels = local.problem.elastic.node_of.iter().flatten();
     let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
     sum(ranks, &mut sums);
@@ -141,7 +169,8 @@ fn summary(
     let mut largest = [own.map(|(_, u)| norm(*u)).fold(0.0, f64::max)];
     max(ranks, &mut largest);
     let [nodes, ghosts] = multigrid.nodes_here();
-    let cycles = solution.counts.cycles.max(1) as f64;
+    let of_steps: usize = steps.iter().map(|step| step.iterations).sum();
+    let cycles = of_steps.max(solution.counts.cycles).max(1) as f64;
     let per_cycle = |count: u64| count as f64 / cycles;
     let record = RankRecord {
         nodes,
@@ -156,4 +185,5 @@ fn summary(
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
     RankedSummary::new(case, local.sizes, solution, contact, sums[0] as usize, largest[0], records, seconds)
         .with_levels(multigrid.level_sizes())
+        .with_steps(steps)
 }
