@@ -98,7 +98,7 @@ fn to_and_fro(against_body: bool) -> String {
         "{}[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\n\
          [[fix]]\non = \"a.z-max\"\nvalue = [\"1e-5*min(max(t - 1, 0), 3 - t)\", 0, \"-1e-5*min(t, 1)\"]\n\
          [[load]]\non = \"a.x-max\"\nforce = [0, \"1e5*t\", 0]\n\
-         [[contact]]\non = \"a.z-min\"\nagainst = {}\nfriction = {{ coulomb = 0.3 }}\n\
+         [[contact]]\non = \"a.z-min\"\nagainst = {}\nfriction = {{ coulomb = 0.15 }}\n\
          [[step]]\nname = \"press\"\nuntil = 1\n[[step]]\nname = \"push\"\nuntil = 2.5\nincrements = 3\n",
         if against_body { mesh } else { alone },
         if against_body { "\"b.z-max\"" } else { PLANE },
@@ -118,35 +118,11 @@ fn load_steps_remember_slip_on_ranks() {
         for (step, (t, force)) in summary.steps.iter().zip(expected) {
             assert!(step.t == t && (step.contact.normal_force - force).abs() <= 1e-9 * force, "{step:?} {force}");
         }
-        assert!(summary.contact.slip > 0 && summary.contact.stick > 0, "{:?}", summary.contact);
+        assert!(summary.steps[2].contact.slip > 0 && summary.contact.stick > 0, "{summary:?}");
         // Without its history the last state is another one.
         let at_once = text.replace("until = 1\n[[step]]\nname = \"push\"\n", "").replace("increments = 3", "");
         let other = on_ranks(&case_of(&at_once, "1e-10"), 2).1.contact.tangential_force[0];
         let own = summary.contact.tangential_force[0];
         assert!((other - own).abs() > 1e-3 * own.abs(), "{own} {other}");
     }
-}
-
-#[test]
-#[ignore]
-fn scratch_random() {
-    use stiction_fixtures::random_case;
-    let [from, to, size] = ["FROM", "TO", "SIZE"].map(|k| std::env::var(k).unwrap().parse::<u64>().unwrap());
-    let mut kinds = std::collections::BTreeMap::<String, usize>::new();
-    for seed in from..to {
-        let text = random_case::text(seed);
-        if !text.contains("mesh.parts.b") || text.contains("10\"") || text.contains("20\"") {
-            continue;
-        }
-        let found = random_case::outcome_on_ranks(&text, size as usize);
-        let key = match &found {
-            Ok(_) => "certified".into(),
-            Err(e) => e.lines().next().unwrap_or("").chars().take(120).collect::<String>(),
-        };
-        if found.is_err() && !key.contains("nothing but contact") && !key.contains("too few") {
-            eprintln!("{seed} {key}");
-        }
-        *kinds.entry(key).or_default() += 1;
-    }
-    eprintln!("{kinds:#?}");
 }
