@@ -142,7 +142,9 @@ pub fn outcome_on_ranks(text: &str, size: usize) -> Result<usize, String> {
 
 /// Whether a case that is not certified is one that ranks refuse.
 pub fn ranks_refuse(reason: &str) -> bool {
-    ["divided among ranks", "use fewer ranks", "aggregation"].iter().any(|part| reason.contains(part))
+    ["divided among ranks", "use fewer ranks", "aggregation", "no contact resists"]
+        .iter()
+        .any(|part| reason.contains(part))
 }
 
 /// As [`outcome`], with what `each` makes of each answer: the time of its load step (1 without load steps), its problem and

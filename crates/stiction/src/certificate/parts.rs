@@ -95,7 +95,10 @@ pub(super) fn pairs(
     lambda: &[f64],
     forces: &NodalForces,
 ) -> Vec<PartMeasure> {
-    let mut inside = vec![0.0; body.iter().map(|&b| b as usize + 1).max().unwrap_or(0)];
+    // Every rank has the list of all bodies, and unknowns of some.
+    let listed = problem.labels.bodies.as_ref().map(|bodies| bodies.list.len());
+    let count = listed.unwrap_or_else(|| body.iter().map(|&b| b as usize + 1).max().unwrap_or(0));
+    let mut inside = vec![0.0; count];
     let of_unknowns = body.iter().zip(forces.internal).enumerate().filter(|(i, _)| share.has_unknown(*i));
     for (_, (&b, force)) in of_unknowns {
         inside[b as usize] += force * force;

@@ -25,12 +25,11 @@ impl Share {
     /// What is at own nodes.
     pub(super) fn of(problem: &ContactProblem, division: &Division) -> Share {
         let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
-        let of_points = division.nodes_of_points(problem).into_iter();
         Share {
             ranks: Some(Arc::clone(&division.ranks)),
             unknown: labels.iter().map(|&label| division.is_own(label)).collect(),
             support: division.supports.iter().map(|&label| division.is_own(label)).collect(),
-            point: of_points.map(|label| label.is_some_and(|label| division.is_own(label))).collect(),
+            point: division.points.iter().map(|&label| division.is_own(label)).collect(),
         }
     }
 
@@ -97,29 +96,25 @@ pub(crate) fn fetched(
     let mut of_unknown = Names::default();
     let unknowns: Vec<Name> = labels.iter().map(|&label| of_unknown.next(0, global(label))).collect();
     let mut of_point = Names::default();
-    let nodes = division.nodes_of_points(problem);
+    let nodes = &division.points;
     let pair_of = |j: usize| problem.labels.pairs.partition_point(|pair| pair.points.end <= j) as u64;
-    let points: Vec<Option<Name>> =
-        nodes.iter().enumerate().map(|(j, label)| Some(of_point.next(1 + pair_of(j), global((*label)?)))).collect();
+    let points: Vec<Name> =
+        nodes.iter().enumerate().map(|(j, &label)| of_point.next(1 + pair_of(j), global(label))).collect();
     let own = |label: u32| division.is_own(label);
     let (m, mut known): (usize, HashMap<Name, [f64; 3]>) = (problem.points(), HashMap::new());
     for (i, _) in labels.iter().enumerate().filter(|(_, label)| own(**label)) {
         known.insert(unknowns[i], [u[i], 0.0, 0.0]);
     }
-    for (j, label) in nodes.iter().enumerate() {
-        if let (Some(name), true) = (points[j], label.is_some_and(own)) {
-            known.insert(name, [0, 1, 2].map(|r| lambda[r * m + j]));
-        }
+    for (j, _) in nodes.iter().enumerate().filter(|(_, label)| own(**label)) {
+        known.insert(points[j], [0, 1, 2].map(|r| lambda[r * m + j]));
     }
     // What is asked of each rank, with where it goes.
     let mut asked: Vec<Vec<(Name, usize)>> = vec![Vec::new(); ranks.size()];
     for (i, &label) in labels.iter().enumerate().filter(|(_, label)| !own(**label)) {
         asked[division.owner[label as usize] as usize].push((unknowns[i], i));
     }
-    for (j, label) in nodes.iter().enumerate() {
-        if let (Some(name), Some(label)) = (points[j], label.filter(|&label| !own(label))) {
-            asked[division.owner[label as usize] as usize].push((name, u.len() + j));
-        }
+    for (j, &label) in nodes.iter().enumerate().filter(|(_, label)| !own(**label)) {
+        asked[division.owner[label as usize] as usize].push((points[j], u.len() + j));
     }
     let names = |list: &Vec<(Name, usize)>| to_bytes(&list.iter().map(|(name, _)| *name).collect::<Vec<Name>>());
     let questions = all_to_all(ranks, asked.iter().map(names).collect());

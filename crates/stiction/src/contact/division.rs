@@ -1,11 +1,11 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::ContactProblem;
 use crate::ranks::Ranks;
 
 /// Which part of a problem belongs to a rank, where each rank has a problem of its own: that of its nodes and of those around
-/// them. The rows of `K` at own nodes, the load and the contact points there are complete.
+/// them. The rows of `K` at own nodes, the load and the contact points there are complete. Where points between bodies reach own
+/// nodes, `K` and the load are also complete at the nodes of these points, and `K` at those that the points of nodes here reach.
 #[derive(Clone)]
 pub struct Division {
     /// The ranks.
@@ -16,6 +16,8 @@ pub struct Division {
     pub global: Vec<u64>,
     /// The label of the node of each prescribed displacement.
     pub supports: Vec<u32>,
+    /// The label of the node of each contact point, on which its rows are a frame.
+    pub points: Vec<u32>,
 }
 
 impl fmt::Debug for Division {
@@ -28,15 +30,5 @@ impl Division {
     /// Whether a node is one of this rank.
     pub fn is_own(&self, label: u32) -> bool {
         self.owner[label as usize] as usize == self.ranks.rank()
-    }
-
-    /// The node of each contact point: the label of the first unknown that its rows reach. None of a point without a row.
-    pub fn nodes_of_points(&self, problem: &ContactProblem) -> Vec<Option<u32>> {
-        let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
-        let unknown = |j: usize| {
-            let mut rows = problem.rows(j).into_iter().map(|i| problem.contact.B.row(i));
-            rows.find_map(|(columns, values)| values.iter().position(|v| *v != 0.0).map(|at| columns[at]))
-        };
-        (0..problem.points()).map(|j| Some(labels[unknown(j)? as usize])).collect()
     }
 }

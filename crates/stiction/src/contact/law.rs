@@ -63,6 +63,30 @@ impl Friction {
         }
     }
 
+    /// As numbers, for messages: which law it is, and what it holds.
+    pub(crate) fn numbers(&self) -> [f64; 4] {
+        match *self {
+            Friction::None => [0.0; 4],
+            Friction::Given { slip_bound } => [1.0, slip_bound, 0.0, 0.0],
+            Friction::Coulomb { coefficient } => [2.0, coefficient, 0.0, 0.0],
+            Friction::Limited { coefficient, limit } => [3.0, coefficient, limit, 0.0],
+            Friction::Cohesive { coefficient, cohesion, tension } => [4.0, coefficient, cohesion, tension],
+            Friction::Bonded => [5.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// The inverse of [`Self::numbers`].
+    pub(crate) fn of_numbers([law, a, b, c]: [f64; 4]) -> Friction {
+        match law as u8 {
+            1 => Friction::Given { slip_bound: a },
+            2 => Friction::Coulomb { coefficient: a },
+            3 => Friction::Limited { coefficient: a, limit: b },
+            4 => Friction::Cohesive { coefficient: a, cohesion: b, tension: c },
+            5 => Friction::Bonded,
+            _ => Friction::None,
+        }
+    }
+
     /// Sets the coefficient where there is one.
     pub fn set_coefficient(&mut self, value: f64) {
         if let Friction::Coulomb { coefficient }

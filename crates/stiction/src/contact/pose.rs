@@ -8,8 +8,10 @@
 use rayon::prelude::*;
 
 use super::layer::add_layer;
-use super::rows::{all_points, jump};
-use super::{Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, Pair, Supports, SurfaceFacts};
+use super::rows::jump;
+use super::{
+    Bodies, Body, Contact, ContactProblem, ContactSurface, Elastic, Labels, PosedPoints, Supports, SurfaceFacts,
+};
 use crate::Error;
 use crate::fem::FeModel;
 use crate::linalg::in_huge_pages;
@@ -31,24 +33,22 @@ pub fn pose(
     model: &mut FeModel,
     surfaces: &[ContactSurface],
 ) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    pose_about(mesh, model, surfaces, centroid(mesh))
+    let (points, (of_node, list)) = rayon::join(|| PosedPoints::new(mesh, &model.dofs, surfaces), || bodies_of(mesh));
+    let (points, facts) = points?;
+    Ok((pose_points(mesh, model, points, centroid(mesh), &of_node, list), facts))
 }
 
-/// The same with rigid motions about `center`, length: those of a piece of a mesh are those of the whole.
-pub(crate) fn pose_about(
+/// Poses contact at `points`, with rigid motions about `center`, length: those of a piece of a mesh are those of the whole.
+/// `bodies` are those of the whole mesh, and `body_of_node` are numbers of them.
+pub(crate) fn pose_points(
     mesh: &Mesh,
     model: &mut FeModel,
-    surfaces: &[ContactSurface],
+    PosedPoints { mut points, pairs }: PosedPoints,
     center: [f64; 3],
-) -> Result<(ContactProblem, Vec<SurfaceFacts>), Error> {
-    let (mut points, facts) = all_points(mesh, &model.dofs, surfaces)?;
+    body_of_node: &[u32],
+    bodies: Vec<Body>,
+) -> ContactProblem {
     add_layer(model, &mut points);
-    let mut first = 0;
-    let pair = |facts: &SurfaceFacts| {
-        first += facts.points;
-        Pair { name: facts.name.clone(), points: first - facts.points..first }
-    };
-    let pairs = facts.iter().map(pair).collect();
     let (free, constrained) = jump(&model.dofs, &points);
     let mut offset = constrained.times(&model.dofs.value);
     let slip_reference = offset.split_off(points.len()).into_iter().map(|slip| 0.0 - slip).collect();
@@ -59,11 +59,10 @@ pub(crate) fn pose_about(
         );
         rows
     };
-    let (bodies, motions) = rayon::join(
-        || bodies(mesh, model, center),
-        || [&model.dofs.free, &model.dofs.prescribed].map(|dofs| rigid(dofs)),
-    );
-    let [motions, of_supports] = motions;
+    let [motions, of_supports] = [&model.dofs.free, &model.dofs.prescribed].map(|dofs| rigid(dofs));
+    let body = |dofs: &[u32]| dofs.iter().map(|&dof| body_of_node[model.dofs.mesh_node(dof / 3) as usize]).collect();
+    let (of, of_support) = (body(&model.dofs.free), body(&model.dofs.prescribed));
+    let bodies = Bodies { list: bodies, of, of_support, origin: center };
     let mut free_load = model.support_stiffness.transpose_times(&model.dofs.value);
     free_load.iter_mut().zip(&model.load).for_each(|(x, f)| *x += f);
     let elastic = Elastic {
@@ -97,7 +96,7 @@ pub(crate) fn pose_about(
         }),
         bodies: Some(bodies),
     };
-    Ok((ContactProblem { elastic, contact, labels }, facts))
+    ContactProblem { elastic, contact, labels }
 }
 
 /// The nodes in the middle of edges with the ends of these; none in a mesh of linear cells.
@@ -117,8 +116,8 @@ fn middles(mesh: &Mesh) -> Option<Vec<[u32; 3]>> {
     (!middles.is_empty()).then_some(middles)
 }
 
-/// The bodies by the names of the groups of cells they are, otherwise by their numbers.
-fn bodies(mesh: &Mesh, model: &FeModel, origin: [f64; 3]) -> Bodies {
+/// The number of the body of each node, and the bodies by the names of the groups of cells they are, otherwise by their numbers.
+pub(crate) fn bodies_of(mesh: &Mesh) -> (Vec<u32>, Vec<Body>) {
     let of_node = mesh::bodies(mesh);
     let count = of_node.iter().max().map_or(0, |&last| last as usize + 1);
     let of_cell: Vec<u32> = mesh.cell_iter().map(|(_, nodes)| of_node[nodes[0] as usize]).collect();
@@ -137,8 +136,8 @@ fn bodies(mesh: &Mesh, model: &FeModel, origin: [f64; 3]) -> Bodies {
         let radius = nodes[body].iter().map(|&x| norm(sub(x, centre))).fold(0.0, f64::max);
         Body { name: group_of(body).unwrap_or_else(|| (body + 1).to_string()), centre, radius }
     });
-    let of = |dofs: &[u32]| dofs.iter().map(|&dof| of_node[model.dofs.mesh_node(dof / 3) as usize]).collect();
-    Bodies { list: list.collect(), of: of(&model.dofs.free), of_support: of(&model.dofs.prescribed), origin }
+    let list = list.collect();
+    (of_node, list)
 }
 
 /// The mean of all nodes.

@@ -25,7 +25,7 @@ pub struct RigidMotions {
 /// A motion of unit length whose energy is below this part of the largest diagonal entry of its body costs none. Far
 /// above rounding, which leaves some 1e-15, and far below the energy of a body that a single node holds, one part in
 /// as many as it has nodes.
-const NO_ENERGY: f64 = 1e-12;
+pub(crate) const NO_ENERGY: f64 = 1e-12;
 
 /// What is left of a rigid motion beside the others, over its own length, below which it is their combination.
 const DEPENDENT: f64 = 1e-9;

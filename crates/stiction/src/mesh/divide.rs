@@ -1,7 +1,9 @@
 //! A mesh divided among ranks: parts by recursive bisection, and the piece of each.
 
+use std::collections::{HashMap, HashSet};
+
 use super::{CellKind, Cells, Face, Group, Mesh, MeshArrays};
-use crate::ranks::{Wire, from_bytes, to_bytes};
+use crate::ranks::{Wire, put, take};
 
 /// The part of each node, of so many parts: places are cut across their longest extent into halves of equal weight, again and
 /// again. Nodes at the same coordinate are divided by their numbers.
@@ -44,8 +46,7 @@ fn bisect(places: &[[f64; 3]], weights: &[f64], nodes: &mut [u32], parts: std::o
     bisect(places, weights, high, middle..parts.end, part);
 }
 
-/// The mesh of one part: its nodes, all cells at them, and around these the cells of named faces, so that what faces say of the
-/// nodes next to own ones is known too. Nodes and cells keep their order.
+/// The mesh of one part: its nodes and all cells at them, and what [`pieces`] adds. Nodes and cells keep their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshPiece {
     /// With the named groups, as far as they are here; some may be empty.
@@ -59,7 +60,17 @@ pub struct MeshPiece {
 }
 
 /// The pieces of a mesh without its arrays, one after the other: `owner` is the part of each node.
-pub fn pieces<'a>(mesh: &'a Mesh, owner: &'a [u32], parts: usize) -> impl Iterator<Item = MeshPiece> + 'a {
+///
+/// Each of `links` is a node whose displacement is measured from those after it. A piece has, beside the cells at own nodes,
+/// those at nodes measured from own ones, and those at all from which a node of these cells is measured: with the displacements
+/// so measured the rows of a matrix at own nodes are complete.
+pub fn pieces<'a>(
+    mesh: &'a Mesh,
+    owner: &'a [u32],
+    parts: usize,
+    links: &[Vec<u32>],
+) -> impl Iterator<Item = MeshPiece> + use<'a> {
+    let links = Links::new(mesh, links);
     let mut cells_of = vec![Vec::new(); parts];
     for (cell, (_, nodes)) in mesh.cell_iter().enumerate() {
         for (k, &v) in nodes.iter().enumerate() {
@@ -69,25 +80,70 @@ pub fn pieces<'a>(mesh: &'a Mesh, owner: &'a [u32], parts: usize) -> impl Iterat
             }
         }
     }
-    let mut named: Vec<u32> = mesh.groups.iter().flat_map(|group| group.faces.iter().copied()).collect();
-    named.sort_unstable();
-    named.dedup();
-    cells_of.into_iter().map(move |cells| piece(mesh, owner, &named, cells))
+    cells_of
+        .into_iter()
+        .enumerate()
+        .map(move |(part, cells)| piece(mesh, owner, links.around(part, mesh, owner, cells)))
 }
 
-fn piece(mesh: &Mesh, owner: &[u32], named: &[u32], mut cells: Vec<u32>) -> MeshPiece {
+/// Links between nodes, and the cells at these.
+struct Links {
+    /// From what a node is measured.
+    from: HashMap<u32, Vec<u32>>,
+    /// The nodes measured from one.
+    measured: HashMap<u32, Vec<u32>>,
+    cells: HashMap<u32, Vec<u32>>,
+}
+
+impl Links {
+    fn new(mesh: &Mesh, links: &[Vec<u32>]) -> Links {
+        let (mut from, mut measured): (HashMap<u32, Vec<u32>>, HashMap<u32, Vec<u32>>) = Default::default();
+        for link in links {
+            for &other in &link[1..] {
+                from.entry(link[0]).or_default().push(other);
+                measured.entry(other).or_default().push(link[0]);
+            }
+        }
+        let mut is_linked = vec![false; mesh.nodes.len()];
+        from.keys().chain(measured.keys()).for_each(|&v| is_linked[v as usize] = true);
+        let mut cells: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (cell, (_, nodes)) in mesh.cell_iter().enumerate().filter(|_| !from.is_empty()) {
+            let linked = nodes.iter().filter(|&&v| is_linked[v as usize]);
+            linked.for_each(|v| cells.entry(*v).or_default().push(cell as u32));
+        }
+        Links { from, measured, cells }
+    }
+
+    /// The cells of a part, from those at its nodes.
+    fn around(&self, part: usize, mesh: &Mesh, owner: &[u32], mut cells: Vec<u32>) -> Vec<u32> {
+        let own = self.measured.keys().copied().filter(|&v| owner[v as usize] as usize == part);
+        let on_own = reached(own.collect(), &self.measured);
+        let at = |nodes: &HashSet<u32>| -> Vec<u32> {
+            nodes.iter().filter_map(|v| self.cells.get(v)).flatten().copied().collect()
+        };
+        cells.extend(at(&on_own));
+        let nodes = cells.iter().flat_map(|&c| mesh.cell(c as usize).1);
+        let linked: Vec<u32> = nodes.copied().filter(|v| self.from.contains_key(v)).collect();
+        cells.extend(at(&reached(linked, &self.from)));
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+}
+
+/// What is reached from some nodes, again and again.
+fn reached(mut begin: Vec<u32>, next: &HashMap<u32, Vec<u32>>) -> HashSet<u32> {
+    let mut found = HashSet::new();
+    while let Some(v) = begin.pop() {
+        let new = next.get(&v).into_iter().flatten().filter(|&&w| found.insert(w));
+        begin.extend(new.collect::<Vec<_>>());
+    }
+    found
+}
+
+fn piece(mesh: &Mesh, owner: &[u32], cells: Vec<u32>) -> MeshPiece {
     let mut here = vec![false; mesh.nodes.len()];
-    let mark = |here: &mut Vec<bool>, cells: &[u32]| {
-        cells.iter().flat_map(|&c| mesh.cell(c as usize).1).for_each(|&v| here[v as usize] = true);
-    };
-    mark(&mut here, &cells);
-    let touches = |face: &Face| face.nodes().iter().any(|&v| here[v as usize]);
-    let around = named.iter().map(|&f| &mesh.faces[f as usize]).filter(|face| touches(face)).map(|face| face.cell);
-    let around: Vec<u32> = around.collect();
-    cells.extend(around);
-    cells.sort_unstable();
-    cells.dedup();
-    mark(&mut here, &cells);
+    cells.iter().flat_map(|&c| mesh.cell(c as usize).1).for_each(|&v| here[v as usize] = true);
     let nodes: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&v| here[v as usize]).collect();
     let place = |list: &[u32], number: u32| list.binary_search(&number).ok().map(|k| k as u32);
     let mut local = vec![u32::MAX; mesh.nodes.len()];
@@ -133,20 +189,6 @@ fn piece(mesh: &Mesh, owner: &[u32], named: &[u32], mut cells: Vec<u32>) -> Mesh
         nodes: nodes.into_iter().map(u64::from).collect(),
         cells: cells.into_iter().map(u64::from).collect(),
     }
-}
-
-/// Appends a list with its length.
-fn put<T: Wire>(list: &[T], to: &mut Vec<u8>) {
-    (list.len() as u64).write(to);
-    to.extend(to_bytes(list));
-}
-
-/// Takes the next list of a message.
-fn take<T: Wire>(from: &mut &[u8]) -> Vec<T> {
-    let (count, rest) = from.split_at(8);
-    let (list, rest) = rest.split_at(u64::read(count) as usize * T::SIZE);
-    *from = rest;
-    from_bytes(list)
 }
 
 impl MeshPiece {
@@ -214,6 +256,9 @@ mod tests {
             let (size, cells, grading) = ([3.0, 2.0, 1.0], [9, 6, 5], [1.0; 3]);
             let mesh = block(&Block { size, cells, origin: [0.0; 3], grading, element }).unwrap();
             let weights = vec![1.0; mesh.nodes.len()];
+            // Some nodes of the last layer hang on some of the first.
+            let last = mesh.nodes.len() as u32 - 1;
+            let links: Vec<Vec<u32>> = (0..20).map(|k| vec![last - k, k, k + 1]).collect();
             for parts in [1, 2, 3, 7] {
                 let owner = bisection(&mesh.nodes, &weights, parts);
                 let mut counts = vec![0; parts];
@@ -221,7 +266,7 @@ mod tests {
                 let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
                 assert!(most - least <= parts, "{counts:?}");
                 let mut volume = 0.0;
-                for (part, piece) in pieces(&mesh, &owner, parts).enumerate() {
+                for (part, piece) in pieces(&mesh, &owner, parts, &links).enumerate() {
                     assert_eq!(piece, MeshPiece::from_bytes(&piece.to_bytes()));
                     let MeshPiece { mesh: here, nodes, cells, .. } = &piece;
                     let own = |v: u32| piece.owner[v as usize] as usize == part;
@@ -231,6 +276,16 @@ mod tests {
                         assert!(whole.iter().zip(expected).all(|(a, b)| *a == u64::from(*b)));
                         // Each cell counts where its first node belongs.
                         volume += if own(list[0]) { here.cell_volume(k) } else { 0.0 };
+                    }
+                    let here_all = |v: u32| {
+                        let all = mesh.cell_iter().zip(0u64..).filter(|((_, list), _)| list.contains(&v));
+                        all.map(|(_, cell)| cell).all(|cell| cells.binary_search(&cell).is_ok())
+                    };
+                    let owned = |v: u32| owner[v as usize] as usize == part;
+                    for link in &links {
+                        let measured = link[1..].iter().any(|&v| owned(v));
+                        assert!(!measured || here_all(link[0]));
+                        assert!(!(owned(link[0]) || measured) || link[1..].iter().all(|&v| here_all(v)));
                     }
                     let at_own = |nodes: &[u32], own: &dyn Fn(u32) -> bool| nodes.iter().any(|&v| own(v));
                     let in_whole = |v: u32| owner[v as usize] as usize == part;

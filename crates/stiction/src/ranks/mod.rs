@@ -16,7 +16,7 @@ pub use alone::Alone;
 pub use counted::{Counted, Traffic};
 pub use halo::Halo;
 pub use threads::threads;
-pub use wire::{Wire, from_bytes, to_bytes};
+pub use wire::{Wire, from_bytes, put, take, to_bytes};
 
 use crate::Error;
 

@@ -51,3 +51,20 @@ pub fn to_bytes<T: Wire>(values: &[T]) -> Vec<u8> {
 pub fn from_bytes<T: Wire>(bytes: &[u8]) -> Vec<T> {
     bytes.chunks_exact(T::SIZE).map(T::read).collect()
 }
+
+/// Appends a list with its length.
+pub fn put<T: Wire>(list: &[T], to: &mut Vec<u8>) {
+    (list.len() as u64).write(to);
+    to.extend(to_bytes(list));
+}
+
+/// Takes the next list of a message that [`put`] has made.
+///
+/// # Panics
+/// If the message is shorter.
+pub fn take<T: Wire>(from: &mut &[u8]) -> Vec<T> {
+    let (count, rest) = from.split_at(8);
+    let (list, rest) = rest.split_at(u64::read(count) as usize * T::SIZE);
+    *from = rest;
+    from_bytes(list)
+}

@@ -18,7 +18,7 @@ pub use pose::{
     Bolt, BoltFacts, ContactFacts, Coupling, CouplingFacts, CyclicFacts, Facts, FixFacts, Initial, LoadFacts, Loading,
     MaterialFacts, MemoryLimit, Prepared, Seconds, Span, SpringFacts, prepare, read_mesh,
 };
-pub use ranks::{RankRecord, RankedAnswer, RankedSummary, solve_on_ranks, write_on_ranks};
+pub use ranks::{RankRecord, RankedAnswer, RankedStep, RankedSummary, solve_on_ranks, write_on_ranks};
 pub use refine::{Indicators, Level, Levels, Sequence, SolvedLevel, solve_to_accuracy};
 pub use results::{
     Ahead, BodyFields, Checked, CheckedStep, FORMAT, FrettingRecord, Origin, REPORT, Report, Row, SUMS, Side,

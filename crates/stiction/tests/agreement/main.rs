@@ -13,4 +13,5 @@ mod multigrid_hard;
 mod random_cases;
 mod random_problems;
 mod ranks;
+mod ranks_bodies;
 mod uniqueness;

@@ -43,13 +43,13 @@ fn on_a_ball() -> String {
     )
 }
 
-fn case_of(text: &str, tolerance: &str) -> Case {
+pub(super) fn case_of(text: &str, tolerance: &str) -> Case {
     let set = |key: &str, value: &str| (format!("solver.{key}"), value.to_string());
     case::parse(text, "case.toml", &[set("tolerance", tolerance), set("path", "\"multigrid\"")]).unwrap()
 }
 
 /// The answer of all ranks: displacements by the nodes of the whole mesh.
-fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
+pub(super) fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
     let parts = threads(size, |ranks| {
         let answer = solve_on_ranks(case, &ranks, &mut |_| ControlFlow::Continue(())).unwrap();
         (answer.displacements(), answer.summary)
@@ -65,7 +65,7 @@ fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummary) {
     (u, summary)
 }
 
-fn serial_cycles(prepared: &Prepared) -> usize {
+pub(super) fn serial_cycles(prepared: &Prepared) -> usize {
     let mut multigrid = Multigrid::new(&prepared.problem).unwrap();
     let settings = Settings { path: SolverPath::Multigrid, max_iterations: 1000, ..Settings::default() };
     let solution = solve_multigrid(&prepared.problem, &mut multigrid, &settings, &mut |_| ControlFlow::Continue(()));
@@ -79,7 +79,7 @@ fn close(found: f64, expected: f64, accuracy: f64) -> bool {
 
 /// Solved to 1e-10 both answers are that close to the one there is; where points between stick and slip are within the
 /// tolerance their states may differ.
-fn agrees(text: &str, sizes: &[usize]) {
+pub(super) fn agrees(text: &str, sizes: &[usize]) {
     let case = case_of(text, "1e-10");
     let serial: (Outcome, Prepared) = solved_case(&case);
     let expected = displacement(&serial);
@@ -99,6 +99,8 @@ fn agrees(text: &str, sizes: &[usize]) {
         let friction = found.tangential_force.iter().zip(resultants.tangential_force);
         assert!(friction.clone().all(|(a, b)| (a - b).abs() <= 1e-9 * resultants.normal_force), "{size} ranks");
         assert!(close(found.max_pressure, resultants.max_pressure, 1e-6));
+        assert!(close(found.max_other_pressure, resultants.max_other_pressure, 1e-6));
+        assert!(close(found.max_shear, resultants.max_shear, 1e-6));
         assert!(close(found.open_area + found.stick_area + found.slip_area, area(&serial.1), 1e-9));
     }
 }
@@ -178,14 +180,14 @@ fn certified(prepared: &Prepared, u: &[f64], lambda: &[f64], size: usize) -> Vec
             owner: owner.clone(),
             global: (0..places.len() as u64).collect(),
             supports: prepared.model.dofs.prescribed.iter().map(|dof| dof / 3).collect(),
+            points: prepared.facts.contacts.iter().flat_map(|c| c.surface.nodes.clone()).collect(),
         };
         let labels = problem.elastic.node_of.as_ref().unwrap();
         // What is not its own is not to be read.
         let own = |(i, &x): (usize, &f64)| if division.is_own(labels[i]) { x } else { f64::NAN };
         let u: Vec<f64> = u.iter().enumerate().map(own).collect();
-        let nodes = division.nodes_of_points(problem);
         let own = |(i, &x): (usize, &f64)| {
-            if division.is_own(nodes[i % nodes.len()].unwrap()) { x } else { f64::NAN }
+            if division.is_own(division.points[i % division.points.len()]) { x } else { f64::NAN }
         };
         let lambda: Vec<f64> = lambda.iter().enumerate().map(own).collect();
         certify_divided(problem, &division, &u, &lambda, 1e-8)
@@ -195,7 +197,12 @@ fn certified(prepared: &Prepared, u: &[f64], lambda: &[f64], size: usize) -> Vec
 #[test]
 fn the_certificate_of_ranks_is_that_of_one_for_right_and_wrong_answers() {
     let text = brick("element = \"tet4\", split = \"six\"", "{ coulomb = 0.35 }").replace("[48, 16, 16]", "[12, 4, 4]");
-    let (outcome, prepared) = solved_case(&case_of(&text, "1e-8"));
+    certificate_agrees(&text);
+}
+
+/// For an answer and for wrong ones.
+pub(super) fn certificate_agrees(text: &str) {
+    let (outcome, prepared) = solved_case(&case_of(text, "1e-8"));
     let (u, lambda) = (&outcome.solution.u, &outcome.solution.lambda);
     let m = prepared.problem.points();
     let (n, closed) = (u.len(), (0..m).find(|&j| lambda[j] > 0.0).unwrap());

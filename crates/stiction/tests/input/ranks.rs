@@ -9,6 +9,7 @@ use stiction::run::solve_on_ranks;
 
 const BODY: &str = "[mesh]\nblock = { size = [3, 1, 1], cells = [6, 2, 2], element = \"hex8\" }\n\
                     [materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"x-min\"\n";
+const STEPS: &str = "[[step]]\nname = \"press\"\nuntil = 1\n[[step]]\nname = \"pull\"\nuntil = 2\n";
 const FLOOR: &str = "[[contact]]\non = \"z-min\"\n\
                      against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
 
@@ -25,7 +26,8 @@ fn refused(text: &str, size: usize) -> Error {
 fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
     let floor = |more: &str| format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3 }}\n{more}");
     let cases = [
-        (floor("[[step]]\nuntil = 1\n"), "load steps"),
+        (floor(&format!("{STEPS}[[fix]]\non = \"y-min\"\nfrom = \"pull\"\n")), "support that begins"),
+        (floor(STEPS).replace("coulomb = 0.3 }", "coulomb = 0.3 }\nuntil = \"press\""), "contact that begins"),
         (floor("[[spring]]\non = \"y-min\"\nnormal = 1e9\n"), "foundation"),
         (floor("[[load]]\ntemperature = 300\n"), "temperature"),
         (floor("[accuracy]\nenergy = \"10%\"\n"), "[accuracy]"),
@@ -34,7 +36,6 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
         (BODY.to_string(), "without contact"),
         (floor("").replace("hex8", "hex20"), "quadratic"),
         (format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3, cohesion = 1e5, tension = 1e4 }}\n"), "cohesion"),
-        (format!("{BODY}[[contact]]\non = \"z-min\"\nagainst = \"z-max\"\nfriction = \"none\"\n"), "deformable"),
     ];
     for (text, what) in cases {
         let error = refused(&text, 3);
@@ -49,14 +50,45 @@ fn an_error_of_one_rank_is_the_error_of_all() {
     let error = refused(&format!("{BODY}{}friction = \"none\"\n", FLOOR.replace("z-min", "floor")), 4);
     assert!(error.what.contains("no group \"floor\""), "{error}");
     // Seen by the rank at the far end alone.
+    let load = "[[load]]\non = \"z-max\"\ntraction = [0, 0, \"-sqrt(2.5 - x)\"]\n";
+    let error = refused(&format!("{BODY}{FLOOR}friction = \"none\"\n{load}"), 4);
+    assert!(error.to_string().contains("sqrt(2.5 - x)"), "{error}");
+    // Of the law of a surface.
     let law = "friction = { coulomb = \"2.5 - x\" }\n";
     let error = refused(&format!("{BODY}{FLOOR}{law}"), 4);
     assert!(error.what.contains("coefficient of friction is -0.5"), "{error}");
     // Nobody's own mistake.
     let error = refused(&format!("{BODY}{FLOOR}friction = \"none\"\n"), 100);
     assert!(error.what.contains("63 nodes") && error.remedy.contains("fewer ranks"), "{error}");
-    // A body that contact alone holds.
-    let loose =
-        format!("{}{FLOOR}friction = {{ coulomb = 0.3 }}\n", BODY.replace("x-min\"", "x-min\"\ncomponents = \"x\""));
-    assert!(refused(&loose, 2).what.contains("nothing but contact holds"));
+    // A body that slides along y without friction: a matter of the points of all ranks.
+    let loose = format!("{}{FLOOR}friction = \"none\"\n", BODY.replace("x-min\"", "x-min\"\ncomponents = \"x\""));
+    let error = refused(&loose, 2);
+    assert!(error.what.contains("no contact resists some rigid motion of body"), "{error}");
+}
+
+/// Two blocks side by side on a third. One is coarser than the surface below, whose nodes carry the points; the other is finer, and
+/// its points are measured from such nodes.
+#[test]
+fn points_on_nodes_from_which_others_are_measured_are_refused() {
+    let block = |name: &str, x: f64, z: f64, size: [f64; 3], cells: [usize; 3]| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = {size:?}, cells = {cells:?}, element = \"hex8\" }}\nmove = [{x}, 0, {z}]\n"
+        )
+    };
+    let contact = |name: &str| {
+        format!(
+            "[[fix]]\non = \"{name}.z-max\"\nvalue = [0, 0, -1e-5]\n[[contact]]\nname = \"{name}\"\non = \"{name}.z-min\"\n\
+             against = \"b.z-max\"\nfriction = {{ coulomb = 0.3 }}\n"
+        )
+    };
+    let text = format!(
+        "{}{}{}[materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"b.z-min\"\n{}{}",
+        block("a", 0.0, 0.0, [1.0, 1.0, 1.0], [3, 3, 3]),
+        block("b", 0.0, -1.0, [2.0, 1.0, 1.0], [12, 6, 6]),
+        block("c", 1.0, 0.0, [1.0, 1.0, 1.0], [9, 9, 9]),
+        contact("a"),
+        contact("c"),
+    );
+    let error = refused(&text, 3);
+    assert!(error.what.contains("other points hang on are not divided among ranks"), "{error}");
 }

@@ -54,8 +54,12 @@ pub fn rigid_equilibrium(
 
 /// `Rᵀ f` without what rounding leaves of loads in balance: bodies that nothing drives are to stay where they are.
 pub(in crate::friction) fn balanced(motions: &RigidMotions, f: &[f64]) -> Vec<f64> {
-    let rounding = Threshold::ROUNDING * motions.work_size(f);
-    motions.work(f).iter().map(|&e| if e.abs() <= rounding { 0.0 } else { e }).collect()
+    without_rounding(motions.work(f), motions.work_size(f))
+}
+
+/// The same of this work, where the sizes of the terms it adds up from have the sum `size`.
+pub(in crate::friction) fn without_rounding(work: Vec<f64>, size: f64) -> Vec<f64> {
+    work.into_iter().map(|e| if e.abs() <= Threshold::ROUNDING * size { 0.0 } else { e }).collect()
 }
 
 /// Narrows all gaps (the first `m` numbers of `3m`) by the length it returns: what nothing presses then lies beside its

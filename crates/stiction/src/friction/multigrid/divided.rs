@@ -3,13 +3,16 @@
 use std::collections::HashMap;
 
 use super::directions::{MOST_DIRECTIONS, Vector};
-use super::points::points;
-use super::transform::{Transformed, frames_of, kernel, order, refused};
+use super::divided_bodies::{divided_motions, refuse_unresisted};
+use super::points::{OtherNodes, Point, points, points_at};
+use super::transform::{
+    Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, mark_floating, no_own_node, order,
+    refuse_stiff_bodies, refused,
+};
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided};
-use crate::contact::rigid::RigidMotions;
 use crate::contact::{Contact, ContactProblem, Division, Elastic, Labels, Pair};
-use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeMatrix, contact_ghosts};
+use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
 use crate::linalg::{Csr, NodeGraph, Stop};
 use crate::ranks::{Halo, agree, all_to_all, from_bytes, to_bytes};
 
@@ -26,6 +29,8 @@ pub(super) struct Divided {
 /// The contact nodes of other ranks that own rows are coupled to.
 #[derive(Debug)]
 pub(super) struct Border {
+    /// The points of other ranks that are here.
+    pub(super) points: Vec<Point>,
     /// The division of the contact points.
     halo: Halo,
     /// A row of this rank, a ghost by its place among the points, and their block.
@@ -34,7 +39,7 @@ pub(super) struct Border {
 
 impl Default for Border {
     fn default() -> Self {
-        Border { halo: Halo::alone(0), entries: Vec::new() }
+        Border { halo: Halo::alone(0), entries: Vec::new(), points: Vec::new() }
     }
 }
 
@@ -46,7 +51,7 @@ impl Transformed {
         mut changes: Vec<[[f64; 3]; MOST_DIRECTIONS]>,
         y: impl Iterator<Item = &'a mut Vector>,
     ) {
-        let Border { halo, entries } = &self.border;
+        let Border { halo, entries, .. } = &self.border;
         halo.update(&mut changes);
         for (d, y) in y.enumerate() {
             for (i, ghost, block) in entries {
@@ -59,69 +64,48 @@ impl Transformed {
     /// The transformed problem of one rank and its hierarchy, and what else is known.
     ///
     /// # Errors
-    /// As [`Transformed::new`], at all ranks; if contact points relate nodes, or nothing but contact holds the body.
+    /// As [`Transformed::new`], at all ranks; if points hang on nodes of other points, or nothing resists a motion of a body.
     pub(super) fn divided(
         whole: &ContactProblem,
         division: &Division,
         stop: &Stop,
     ) -> Result<(Transformed, Hierarchy, Divided), Error> {
         let ranks = &division.ranks;
-        let labels = whole.elastic.node_of.as_deref().unwrap_or_default();
-        let mut graph = NodeGraph::of_symmetric(&whole.elastic.K, Some(labels));
-        let label = |graph: &NodeGraph, v: usize| labels[graph.unknowns_of(v)[0] as usize];
-        let is_own = |v: &u32| division.is_own(label(&graph, *v as usize));
-        let order = order(whole, &graph).unwrap_or_else(|| (0..graph.len() as u32).collect());
-        let (own, others): (Vec<u32>, Vec<u32>) = order.into_iter().partition(is_own);
-        let mut is_near = vec![false; graph.len()];
-        own.iter().flat_map(|&v| graph.neighbours_of(v as usize)).for_each(|&w| is_near[w as usize] = true);
-        let (near, far): (Vec<u32>, Vec<u32>) = others.into_iter().partition(|&v| is_near[v as usize]);
-        let nodes_here = agree(&**ranks, if own.is_empty() { Err(no_nodes()) } else { Ok(()) });
-        nodes_here?;
-        let own_labels: Vec<u32> = own.iter().map(|&v| label(&graph, v as usize)).collect();
-        let near_labels: Vec<u32> = near.iter().map(|&v| label(&graph, v as usize)).collect();
-        let numbers = numbers(division, &own_labels, &near_labels);
-        let mut ghosts: Vec<(u64, u32)> = agree(&**ranks, numbers)?.into_iter().zip(near).collect();
-        ghosts.sort_unstable();
-        let order: Vec<u32> = own.iter().copied().chain(ghosts.iter().map(|g| g.1)).chain(far).collect();
-        graph = graph.reordered(&order);
-        let halo = Halo::divided(ranks, own.len(), ghosts.iter().map(|g| g.0).collect());
-
-        let found = Nodes::new(&graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"));
-        let found = found.and_then(|nodes| match points(whole, &nodes) {
-            Ok((points, others)) if others.iter().all(Vec::is_empty) => Ok((nodes, points)),
-            _ => Err(refused("contact points that relate several nodes are not divided among ranks")),
-        });
-        let (nodes, all_points) = agree(&**ranks, found)?;
+        let (graph, halo) = divided_graph(whole, division)?;
+        let found = points_here(whole, division, &graph);
+        let Points { nodes, points, others } = agree(&**ranks, found)?;
         stop.check()?;
         let mut k = nodes.blocks(&whole.elastic.K, &graph);
-        frames_of(&mut k, &all_points);
-        let entries = k.start[own.len()];
-        k.start.truncate(own.len() + 1);
-        (k.rows, k.cols) = (own.len(), halo.len());
-        k.column.truncate(entries);
-        k.value.truncate(entries);
+        refuse_stiff_bodies(&k, &halo, &points, &others)?;
+        let of_others = compliance_of_others(&k, &others);
+        let others = all_in_frames(&points, others, nodes.count);
+        frames_of(&mut k, &points);
         let mut kernel = kernel(whole, &nodes);
-        kernel.truncate(own.len());
-        let mut own_points = Vec::new();
-        let mut points = Vec::new();
-        for (j, p) in all_points.into_iter().enumerate().filter(|(_, p)| p.node < own.len()) {
-            p.turn_kernel(&mut kernel);
-            own_points.push(j as u32);
-            points.push(p);
-        }
+        kernel.truncate(halo.own());
+        let here = points.iter().filter(|p| p.node < halo.own());
+        here.for_each(|p| p.turn_kernel(&mut kernel));
+        let relative = relative(&halo, &points, &others, nodes.count);
+        let relative = agree(&**ranks, relative)?;
+        let k = RelativeMatrix::divided(k, halo, relative);
+        let is_own = |(_, p): &(usize, Point)| p.node < k.len();
+        let (own, ghosts): (Vec<_>, Vec<_>) = points.into_iter().enumerate().partition(is_own);
+        let (own_points, mut points): (Vec<u32>, Vec<Point>) = own.into_iter().map(|(j, p)| (j as u32, p)).unzip();
         let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
-        let k = RelativeMatrix::divided(k, halo);
-        let border = Border::new(&k, &contact);
+        let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
         let hierarchy = Hierarchy::new(&k, &kernel, &contact, None, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
-        if hierarchy.is_singular() {
-            let what = "nothing but contact holds the body, which is not divided among ranks";
-            return Err(Error::new("", what, "hold it by prescribed displacements, or solve on one machine"));
-        }
-        for (p, coarse) in points.iter_mut().zip(hierarchy.coarse_compliances()) {
+        for ((p, coarse), &j) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(&own_points) {
+            p.compliance = of_others[j as usize];
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
-        let motions = RigidMotions::default();
+        let (motions, names) = match hierarchy.is_singular() {
+            true => divided_motions(whole, division),
+            false => Default::default(),
+        };
+        if !motions.is_empty() {
+            refuse_unresisted(whole, division, (&motions, &names), &own_points)?;
+            mark_floating(whole, &motions, own_points.iter().map(|&j| j as usize).zip(&mut points));
+        }
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&whole.elastic.f);
         let divided = Divided { whole: whole.clone(), division: division.clone(), points: own_points };
@@ -129,13 +113,121 @@ impl Transformed {
     }
 }
 
+/// The nodes here: own ones, then the ghosts, then further ones; with how they are divided. Ghosts are all nodes that the rows of
+/// own ones are coupled to, in relative coordinates too.
+fn divided_graph(whole: &ContactProblem, division: &Division) -> Result<(NodeGraph, Halo), Error> {
+    let ranks = &division.ranks;
+    let labels = whole.elastic.node_of.as_deref().unwrap_or_default();
+    let graph = NodeGraph::of_symmetric(&whole.elastic.K, Some(labels));
+    let label = |v: u32| labels[graph.unknowns_of(v as usize)[0] as usize];
+    let is_own: Vec<bool> = (0..graph.len() as u32).map(|v| division.is_own(label(v))).collect();
+    let is_near = near(&graph, &is_own, &links(whole, division, &graph));
+    let order = order(whole, &graph).unwrap_or_else(|| (0..graph.len() as u32).collect());
+    let (own, others): (Vec<u32>, Vec<u32>) = order.into_iter().partition(|&v| is_own[v as usize]);
+    let (ghosts, far): (Vec<u32>, Vec<u32>) = others.into_iter().partition(|&v| is_near[v as usize]);
+    agree(&**ranks, if own.is_empty() { Err(no_nodes()) } else { Ok(()) })?;
+    let [own_labels, near_labels] = [&own, &ghosts].map(|list| list.iter().map(|&v| label(v)).collect::<Vec<u32>>());
+    let numbers = agree(&**ranks, numbers(division, &own_labels, &near_labels))?;
+    let mut ghosts: Vec<(u64, u32)> = numbers.into_iter().zip(ghosts).collect();
+    ghosts.sort_unstable();
+    let order: Vec<u32> = own.iter().copied().chain(ghosts.iter().map(|g| g.1)).chain(far).collect();
+    let halo = Halo::divided(ranks, own.len(), ghosts.iter().map(|g| g.0).collect());
+    Ok((graph.reordered(&order), halo))
+}
+
+/// The number of the node of each label; [`u32::MAX`] of those without unknowns.
+fn node_of_label(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Vec<u32> {
+    let labels = whole.elastic.node_of.as_deref().unwrap_or_default();
+    let mut node = vec![u32::MAX; division.owner.len()];
+    (0..graph.len()).for_each(|v| node[labels[graph.unknowns_of(v)[0] as usize] as usize] = v as u32);
+    node
+}
+
+/// For each point its node and the others that its rows reach.
+fn links(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Vec<(u32, Vec<u32>)> {
+    let labels = whole.elastic.node_of.as_deref().unwrap_or_default();
+    let node = node_of_label(whole, division, graph);
+    let of_point = |(j, &own): (usize, &u32)| {
+        let columns = whole.rows(j).into_iter().flat_map(|i| whole.contact.B.row(i).0);
+        let mut others: Vec<u32> = columns.map(|&c| labels[c as usize]).filter(|&label| label != own).collect();
+        others.sort_unstable();
+        others.dedup();
+        (node[own as usize], others.into_iter().map(|label| node[label as usize]).collect())
+    };
+    division.points.iter().enumerate().map(of_point).collect()
+}
+
+/// The nodes that rows of own nodes are coupled to where nodes are measured from others: `links` are nodes with these.
+fn near(graph: &NodeGraph, is_own: &[bool], links: &[(u32, Vec<u32>)]) -> Vec<bool> {
+    // The rows of a node measured from others are added to theirs.
+    let mut added = is_own.to_vec();
+    until_unchanged(links, |(v, others)| {
+        let more = !added[*v as usize] && others.iter().any(|&w| added[w as usize]);
+        added[*v as usize] |= more;
+        more
+    });
+    let mut near = added.clone();
+    let rows = (0..graph.len()).filter(|&v| added[v]);
+    rows.flat_map(|v| graph.neighbours_of(v)).for_each(|&w| near[w as usize] = true);
+    // And its column is added to theirs.
+    until_unchanged(links, |(v, others)| {
+        let more = near[*v as usize] && others.iter().any(|&w| !near[w as usize]);
+        others.iter().filter(|_| more).for_each(|&w| near[w as usize] = true);
+        more
+    });
+    near
+}
+
+fn until_unchanged<T>(list: &[T], mut changes: impl FnMut(&T) -> bool) {
+    while list.iter().fold(false, |any, item| changes(item) | any) {}
+}
+
+/// The nodes and all points here, with the other nodes that their rows reach.
+struct Points {
+    nodes: Nodes,
+    points: Vec<Point>,
+    others: Vec<OtherNodes>,
+}
+
+fn points_here(whole: &ContactProblem, division: &Division, graph: &NodeGraph) -> Result<Points, Error> {
+    let nodes = Nodes::new(graph, whole.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
+    // All points together decide which node is whose; a rank sees a part of them, and takes what they were posed on.
+    let found = if division.ranks.size() == 1 {
+        points(whole, &nodes)
+    } else {
+        let node = node_of_label(whole, division, graph);
+        let at: Vec<u32> = division.points.iter().map(|&label| node[label as usize]).collect();
+        points_at(whole, &nodes, &at)
+    };
+    let (points, others) = found.map_err(|of| no_own_node(whole, &nodes, of))?;
+    Ok(Points { nodes, points, others })
+}
+
+/// The relative coordinates of all points here; `None` where no rank has points between bodies.
+fn relative(
+    halo: &Halo,
+    points: &[Point],
+    others: &[OtherNodes],
+    count: usize,
+) -> Result<Option<RelativeCoordinates>, Error> {
+    if !halo.any(others.iter().any(|o| !o.is_empty())) {
+        return Ok(None);
+    }
+    let nodes = points.iter().map(|p| p.node as u32).collect();
+    let relative = RelativeCoordinates::new(nodes, others, count).ok_or_else(chained)?;
+    if halo.is_divided() && relative.has_chains() {
+        return Err(refused("contact points on nodes that other points hang on are not divided among ranks"));
+    }
+    Ok(Some(relative))
+}
+
 impl Border {
-    fn new(k: &RelativeMatrix, contact: &[u32]) -> Border {
+    fn new(k: &RelativeMatrix, contact: &[u32], points: Vec<Point>) -> Border {
         let (halo, ghosts) = contact_ghosts(k, contact);
         let place: HashMap<u32, u32> = ghosts.iter().copied().zip(halo.own() as u32..).collect();
         let row = |i: usize| k.entries_of(i).filter_map(|(j, block)| Some((*place.get(&j)?, *block)));
         let entries = (0..k.len()).flat_map(|i| row(i).map(move |(ghost, block)| (i as u32, ghost, block)));
-        Border { entries: entries.collect(), halo }
+        Border { entries: entries.collect(), halo, points }
     }
 }
 
@@ -166,6 +258,11 @@ fn numbers(division: &Division, own: &[u32], near: &[u32]) -> Result<Vec<u64>, E
 }
 
 impl Divided {
+    /// Takes another problem on the same points.
+    pub(super) fn renew(&mut self, whole: &ContactProblem) {
+        self.whole = whole.clone();
+    }
+
     /// The problem with the points of this rank alone.
     pub(super) fn own(&self) -> ContactProblem {
         let ContactProblem { elastic, contact, labels } = &self.whole;

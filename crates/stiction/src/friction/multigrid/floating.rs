@@ -1,27 +1,61 @@
+use super::active_set::PointLaw;
 use super::directions::Vector;
 use super::iteration::{Iterate, Subproblem};
 use super::transform::Transformed;
-use crate::contact::ContactProblem;
 use crate::contact::rigid::RigidMotions;
-use crate::friction::direct::rigid_start::{Foundation, balanced};
+use crate::contact::{ContactProblem, Friction};
+use crate::friction::direct::rigid_start::{Foundation, keep_apart, without_rounding};
+use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 
-/// Floating bodies, which contact alone supports, with the data of their rigid motions.
+/// Floating bodies, which contact alone supports, with the data of their rigid motions. Where points are divided among ranks each
+/// has the data of all, and finds the same equilibrium.
 pub(super) struct FloatingBodies<'a> {
     motions: &'a RigidMotions,
-    /// Jumps of the motions at the points, length `3m` each.
+    /// Jumps of the motions at all points, length `3m` each, and the laws there.
     jumps: Vec<Vec<f64>>,
+    friction: Vec<Friction>,
     /// Work of the loads on the motions, newton.
     resultant: Vec<f64>,
+}
+
+/// Numbers of the points of this rank, blocks with one for each, as such blocks of the points of all ranks.
+fn of_all_points(halo: &Halo, blocks: usize, own: &[f64]) -> Vec<f64> {
+    if !halo.is_divided() {
+        return own.to_vec();
+    }
+    let parts: Vec<Vec<f64>> =
+        gather_all(&**halo.ranks(), to_bytes(own)).iter().map(|bytes| from_bytes(bytes)).collect();
+    let block = |of: &Vec<f64>, k: usize| {
+        let m = of.len() / blocks;
+        of[k * m..(k + 1) * m].to_vec()
+    };
+    (0..blocks).flat_map(|k| parts.iter().flat_map(move |of| block(of, k))).collect()
 }
 
 impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
     pub(super) fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
-        transformed.points.iter().any(|p| p.floats).then(|| {
-            let motions = &transformed.motions;
-            let jumps = motions.jumps(&problem.isotropic_rows());
-            FloatingBodies { motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
-        })
+        let halo = transformed.halo();
+        if !halo.any(transformed.points.iter().any(|p| p.floats)) {
+            return None;
+        }
+        let motions = &transformed.motions;
+        let jumps = motions.jumps(&problem.isotropic_rows());
+        let jumps = jumps.iter().map(|jump| of_all_points(halo, 3, jump)).collect();
+        let laws: Vec<[f64; 4]> = problem.contact.friction.iter().map(Friction::numbers).collect();
+        let by_blocks: Vec<f64> = (0..4).flat_map(|c| laws.iter().map(move |law| law[c])).collect();
+        let laws = of_all_points(halo, 4, &by_blocks);
+        let m = laws.len() / 4;
+        let friction = (0..m).map(|j| Friction::of_numbers([0, 1, 2, 3].map(|c| laws[c * m + j]))).collect();
+        // Loads at nodes of other ranks are theirs.
+        let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
+        let load: Vec<f64> =
+            problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
+        let mut work = motions.work(&load);
+        work.push(motions.work_size(&load));
+        halo.sum(&mut work);
+        let size = work.pop().unwrap_or(0.0);
+        Some(FloatingBodies { motions, jumps, friction, resultant: without_rounding(work, size) })
     }
 
     /// Moves the bodies as rigid ones to where the admissible augmented multipliers balance their loads: the points then in
@@ -43,13 +77,27 @@ impl<'a> FloatingBodies<'a> {
                 gap[c * m + j] = law.target[c] - at.u[p.node][c] - lambda[c] / law.parameter;
             }
         }
-        let friction: Vec<_> = problem.laws.iter().map(|law| law.friction).collect();
-        let stiffness: Vec<_> = problem.laws.iter().map(|law| law.parameter).collect();
+        let gap = of_all_points(problem.transformed.halo(), 3, &gap);
+        problem.transformed.to_frames(&self.equilibrium(problem.transformed, problem.laws, &gap))
+    }
+
+    /// Displacements of the unknowns here in the equilibrium of rigid bodies without any displacement before.
+    pub(super) fn start(&self, transformed: &Transformed, laws: &[PointLaw]) -> Vec<f64> {
+        let targets: Vec<f64> = (0..3).flat_map(|c| laws.iter().map(move |law| law.target[c])).collect();
+        let mut gap = of_all_points(transformed.halo(), 3, &targets);
+        keep_apart(&mut gap);
+        self.equilibrium(transformed, laws, &gap)
+    }
+
+    /// `gap` is that of all points, `3m`.
+    fn equilibrium(&self, transformed: &Transformed, laws: &[PointLaw], gap: &[f64]) -> Vec<f64> {
+        let stiffness: Vec<f64> = laws.iter().map(|law| law.parameter).collect();
+        let stiffness = of_all_points(transformed.halo(), 1, &stiffness);
         let (jumps, resultant) = (&self.jumps[..], &self.resultant[..]);
-        let (friction, gap, stiffness) = (&friction[..], &gap[..], &stiffness[..]);
+        let (friction, stiffness) = (&self.friction[..], &stiffness[..]);
         let equilibrium = Foundation { friction, jumps, resultant, gap, stiffness }.equilibrium();
-        let mut u = vec![0.0; problem.transformed.nodes.of.len()];
+        let mut u = vec![0.0; transformed.nodes.of.len()];
         self.motions.add(&equilibrium.alpha, &mut u);
-        problem.transformed.to_frames(&u)
+        u
     }
 }

@@ -13,6 +13,7 @@ mod coarse_start;
 mod descent;
 mod directions;
 mod divided;
+mod divided_bodies;
 mod elastic;
 mod fixed_point;
 mod floating;

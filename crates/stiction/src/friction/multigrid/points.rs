@@ -75,8 +75,6 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Poi
     let rows = problem.isotropic_rows();
     let m = problem.points();
     let mut others: Vec<OtherNodes> = (0..m).map(|j| blocks(problem, nodes, j)).collect();
-    // A tangent without friction is no row of the law, but it belongs to the frame.
-    let filled = |of: &Csr, j: usize| problem.rows(j).map(|i| of.row(i).1.iter().any(|&v| v != 0.0));
     // Of the points without a node that reach each node, their count and the sum of their numbers: of one, its number.
     let mut reached = vec![(0u32, 0u64); nodes.count];
     for (j, blocks) in others.iter().enumerate() {
@@ -89,7 +87,7 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Poi
     let mut next: Vec<u32> = (0..m as u32).rev().collect();
     while let Some(j) = next.pop() {
         let j = j as usize;
-        let in_frame = filled(&problem.contact.B, j);
+        let in_frame = filled(problem, &problem.contact.B, j);
         let is_own =
             |(v, block): &(u32, Block<3, 3>)| reached[*v as usize] == (1, j as u64) && is_frame(block, &in_frame);
         let Some(own) = others[j].iter().position(is_own).filter(|_| points[j].is_none()) else { continue };
@@ -98,20 +96,57 @@ pub(super) fn points(problem: &ContactProblem, nodes: &Nodes) -> Result<(Vec<Poi
             (*count, *sum) = (*count - 1, *sum - j as u64);
             next.extend((*count == 1).then_some(*sum as u32));
         }
-        let (node, mut frame) = others[j].swap_remove(own);
-        complete(&mut frame, &in_frame);
-        let has_row = filled(&rows, j);
-        let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
-        points[j] = Some(Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false });
+        let (node, frame) = others[j].swap_remove(own);
+        points[j] = Some(point(problem, node, frame, in_frame, filled(problem, &rows, j), j));
     }
     if let Some(point) = points.iter().position(Option::is_none) {
-        let in_frame = filled(&problem.contact.B, point);
+        let in_frame = filled(problem, &problem.contact.B, point);
         let framed = others[point].iter().find(|(_, block)| is_frame(block, &in_frame)).map(|(v, _)| *v);
         let reaches = |v: u32, j: usize| points[j].is_none() && others[j].iter().any(|(w, _)| *w == v);
         let shares = framed.and_then(|v| Some((v as usize, (0..m).find(|&j| j != point && reaches(v, j))?)));
         return Err(NoOwnNode { point, shares });
     }
     Ok((points.into_iter().flatten().collect(), others))
+}
+
+/// The same where the own node of each point is known.
+///
+/// # Errors
+/// The first point whose rows are no frame there.
+pub(super) fn points_at(
+    problem: &ContactProblem,
+    nodes: &Nodes,
+    at: &[u32],
+) -> Result<(Vec<Point>, Vec<OtherNodes>), NoOwnNode> {
+    let rows = problem.isotropic_rows();
+    let mut all = (Vec::new(), Vec::new());
+    for (j, &node) in at.iter().enumerate() {
+        let mut others = blocks(problem, nodes, j);
+        let in_frame = filled(problem, &problem.contact.B, j);
+        let own = others.iter().position(|(v, block)| *v == node && is_frame(block, &in_frame));
+        let (_, frame) = others.swap_remove(own.ok_or(NoOwnNode { point: j, shares: None })?);
+        all.0.push(point(problem, node, frame, in_frame, filled(problem, &rows, j), j));
+        all.1.push(others);
+    }
+    Ok(all)
+}
+
+/// Which rows of a point are not zero. A tangent without friction is no row of the law, but it belongs to the frame.
+fn filled(problem: &ContactProblem, of: &Csr, j: usize) -> [bool; 3] {
+    problem.rows(j).map(|i| of.row(i).1.iter().any(|&v| v != 0.0))
+}
+
+fn point(
+    problem: &ContactProblem,
+    node: u32,
+    mut frame: Block<3, 3>,
+    in_frame: [bool; 3],
+    has_row: [bool; 3],
+    j: usize,
+) -> Point {
+    complete(&mut frame, &in_frame);
+    let scale = [1.0, 1.0, if has_row[2] { problem.orthotropy_ratio(j) } else { 1.0 }];
+    Point { node: node as usize, frame, scale, has_row, compliance: 0.0, floats: false }
 }
 
 /// The rows of a point by nodes.

@@ -52,7 +52,7 @@ impl Multigrid {
     /// which is the one to solve.
     ///
     /// # Errors
-    /// As [`Multigrid::new`], at all ranks; if contact points relate several nodes, or nothing but contact holds the body.
+    /// As [`Multigrid::new`], at all ranks; if contact points hang on nodes of other points, or no contact resists a motion of a body.
     pub fn divided(
         whole: &ContactProblem,
         division: &Division,
@@ -61,6 +61,14 @@ impl Multigrid {
         let (transformed, hierarchy, divided) = Transformed::divided(whole, division, stop)?;
         let own = divided.own();
         Ok((Multigrid { transformed, hierarchy, divided: Some(divided) }, own))
+    }
+
+    /// The problem of the points of this rank of `whole`, which differs from that of the set-up in loads, gaps, slip references and
+    /// laws alone. `None` where the problem is not divided.
+    pub fn renewed(&mut self, whole: &ContactProblem) -> Option<ContactProblem> {
+        let divided = self.divided.as_mut()?;
+        divided.renew(whole);
+        Some(divided.own())
     }
 
     /// The contact points of this rank among those that its whole problem has; of all of a problem on one rank none are named.
@@ -133,7 +141,7 @@ pub fn solve_multigrid(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.points.iter().any(|p| p.floats);
+    let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
     let (asked, is_divided) = (settings.path == SolverPath::Multigrid, divided.is_some());
@@ -205,8 +213,8 @@ pub(super) fn start(
     hierarchy: &mut Hierarchy,
     settings: &Settings,
 ) -> State {
-    let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed));
-    let floats = transformed.points.iter().any(|p| p.floats);
+    let given = settings.start_displacement.clone().or_else(|| start_of_floating_bodies(problem, transformed, laws));
+    let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
     let u = match given {
         Some(u) => Some(transformed.to_frames(&u)),
         None if floats => None,
@@ -253,10 +261,18 @@ fn keep_best(best: &mut Option<(f64, Iterate)>, problem: &Subproblem<'_>, at: &I
 /// The equilibrium of floating bodies as rigid ones on an elastic foundation, which finds the points that support them. `None`
 /// where no body floats, or where the load would close all gaps: with all points closed a body at the limit of friction does
 /// not slide off.
-fn start_of_floating_bodies(problem: &ContactProblem, transformed: &Transformed) -> Option<Vec<f64>> {
+fn start_of_floating_bodies(
+    problem: &ContactProblem,
+    transformed: &Transformed,
+    laws: &[PointLaw],
+) -> Option<Vec<f64>> {
     let load = norm(transformed.halo(), &transformed.f);
     let wide = |(p, gap): (&Point, &f64)| p.floats && *gap > p.compliance * load;
     let wide = transformed.points.iter().zip(&problem.contact.gap).any(wide);
+    if !transformed.halo().is_alone() {
+        let floating = if transformed.halo().any(wide) { FloatingBodies::new(problem, transformed) } else { None };
+        return floating.map(|floating| floating.start(transformed, laws));
+    }
     wide.then(|| rigid_equilibrium(problem, &transformed.motions, &[], &[], vec![0.0; problem.unknowns()]).0)
 }
 

@@ -31,7 +31,7 @@ pub(super) fn refused(what: &str) -> Error {
 }
 
 /// Without `node_of` every unknown is a node of its own, on which no point has a frame.
-fn no_own_node(problem: &ContactProblem, nodes: &Nodes, NoOwnNode { point, shares }: NoOwnNode) -> Error {
+pub(super) fn no_own_node(problem: &ContactProblem, nodes: &Nodes, NoOwnNode { point, shares }: NoOwnNode) -> Error {
     let needed = "multigrid is for contact points that each have a node of their own";
     let Some(labels) = &problem.elastic.node_of else {
         let what = format!("{needed}, and `elastic.node_of` does not say which unknowns belong to one node");
@@ -52,7 +52,7 @@ fn no_own_node(problem: &ContactProblem, nodes: &Nodes, NoOwnNode { point, share
     Error::new("", what, remedy)
 }
 
-fn chained() -> Error {
+pub(super) fn chained() -> Error {
     refused("contact points are relative to one another along chains too long for multigrid")
 }
 
@@ -73,13 +73,19 @@ const MUCH_STIFFER: f64 = 100.0;
 /// Part of the points between bodies on stiff bodies from which the problem is refused: single nodes at an edge do not count.
 const MOST_ON_STIFF: f64 = 0.25;
 
-/// Whether many points are relative to much softer nodes than their own.
-fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[OtherNodes]) -> bool {
+/// Refuses a problem many of whose points are relative to much softer nodes than their own. The first `own` nodes are those of
+/// this rank, which counts the points there.
+pub(super) fn refuse_stiff_bodies(
+    k: &Blocks<3, 3>,
+    halo: &Halo,
+    points: &[Point],
+    others: &[OtherNodes],
+) -> Result<(), Error> {
     let mut is_own = vec![false; k.rows];
     points.iter().for_each(|p| is_own[p.node] = true);
     // Nodes of the other body, not the ends of a quadratic edge.
     let masters = |o: &OtherNodes| o.iter().any(|(v, _)| !is_own[*v as usize]);
-    let coupled = others.iter().filter(|o| masters(o)).count();
+    let here = || points.iter().zip(others).filter(|(p, _)| p.node < halo.own());
     let stiff = |(p, others): &(&Point, &OtherNodes)| {
         let (mut soft, mut all) = (0.0, 0.0);
         for (v, block) in others.iter().filter(|(v, _)| !is_own[*v as usize]) {
@@ -89,7 +95,24 @@ fn on_stiff_bodies(k: &Blocks<3, 3>, points: &[Point], others: &[OtherNodes]) ->
         }
         all > 0.0 && trace(&k.diagonal(p.node)) * all > MUCH_STIFFER * soft
     };
-    points.iter().zip(others).filter(stiff).count() as f64 > MOST_ON_STIFF * coupled as f64
+    let mut counts = [here().filter(stiff).count() as f64, here().filter(|(_, o)| masters(o)).count() as f64];
+    halo.sum(&mut counts);
+    if counts[0] > MOST_ON_STIFF * counts[1] { Err(on_stiff_body()) } else { Ok(()) }
+}
+
+/// Displacement over force of the other nodes of each point, without the scale, which belongs to friction and not to the body.
+pub(super) fn compliance_of_others(k: &Blocks<3, 3>, others: &[OtherNodes]) -> Vec<f64> {
+    let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
+    let of_node = |(v, b): &(u32, Block<3, 3>)| compliance(&k.diagonal(*v as usize), [1.0; 3], square(b));
+    others.iter().map(|others| others.iter().map(of_node).sum()).collect()
+}
+
+/// The blocks of the other nodes of each point for displacements in the frames; `count` nodes.
+pub(super) fn all_in_frames(points: &[Point], others: Vec<OtherNodes>, count: usize) -> Vec<OtherNodes> {
+    let mut frame_of = vec![u32::MAX; count];
+    points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
+    let point_of = |v: usize| points.get(frame_of[v] as usize);
+    points.iter().zip(others).map(|(p, others)| in_frames(p, others, point_of)).collect()
 }
 
 impl Transformed {
@@ -108,23 +131,12 @@ impl Transformed {
         let nodes =
             Nodes::new(&graph, problem.unknowns()).ok_or_else(|| refused("a node has more than three unknowns"))?;
         let (mut points, others) = points(problem, &nodes).map_err(|of| no_own_node(problem, &nodes, of))?;
-        let mut frame_of = vec![u32::MAX; nodes.count];
-        points.iter().enumerate().for_each(|(j, p)| frame_of[p.node] = j as u32);
         stop.check()?;
         let mut k = nodes.blocks(&problem.elastic.K, &graph);
         stop.check()?;
-        if on_stiff_bodies(&k, &points, &others) {
-            return Err(on_stiff_body());
-        }
-        let point_of = |v: usize| points.get(frame_of[v] as usize);
-        let soft = |others: &OtherNodes| -> f64 {
-            // The other nodes add their compliance, without the scale, which belongs to friction and not to the body.
-            let square = |b: &Block<3, 3>| b.iter().flatten().map(|v| v * v).sum::<f64>();
-            others.iter().map(|(v, b)| compliance(&k.diagonal(*v as usize), [1.0; 3], square(b))).sum()
-        };
-        let of_others: Vec<f64> = others.iter().map(soft).collect();
-        let others: Vec<OtherNodes> =
-            points.iter().zip(others).map(|(p, others)| in_frames(p, others, point_of)).collect();
+        refuse_stiff_bodies(&k, &Halo::alone(nodes.count), &points, &others)?;
+        let of_others = compliance_of_others(&k, &others);
+        let others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(problem, &nodes);
         let linear = linear_space(problem, &nodes, &kernel, &points);
@@ -144,14 +156,7 @@ impl Transformed {
             p.add_compliance(&k.diagonal(p.node), &coarse);
         }
         let motions = if hierarchy.is_singular() { rigid_motions(problem) } else { RigidMotions::default() };
-        if !motions.is_empty() {
-            let mut floating = vec![false; problem.unknowns()];
-            motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
-            for (j, p) in points.iter_mut().enumerate() {
-                let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
-                p.floats = problem.rows(j).into_iter().any(reached);
-            }
-        }
+        mark_floating(problem, &motions, points.iter_mut().enumerate());
         let border = Border::default();
         let mut transformed = Transformed { nodes, k, f: Vec::new(), points, motions, border };
         transformed.set_load(&problem.elastic.f);
@@ -176,26 +181,26 @@ impl Transformed {
     /// Forces on the unknowns in the frames.
     pub(super) fn forces(&self, f: &[f64]) -> Vec<[f64; 3]> {
         let mut f = self.nodes.gather(f);
-        f.truncate(self.k.len());
-        for p in &self.points {
+        for p in self.points.iter().chain(&self.border.points) {
             f[p.node] = times(&p.forces(), &f[p.node]);
         }
         if let Some(relative) = &self.k.relative {
             relative.forces(&mut f);
         }
+        f.truncate(self.k.len());
         f
     }
 
     /// Displacements of unknowns in the frames, at the nodes of this rank.
     pub(super) fn to_frames(&self, u: &[f64]) -> Vec<[f64; 3]> {
         let mut x = self.nodes.gather(u);
-        x.truncate(self.k.len());
-        for p in &self.points {
+        for p in self.points.iter().chain(&self.border.points) {
             x[p.node] = times(&p.displacements(), &x[p.node]);
         }
         if let Some(relative) = &self.k.relative {
             relative.to_relative(&mut x);
         }
+        x.truncate(self.k.len());
         x
     }
 
@@ -203,7 +208,11 @@ impl Transformed {
     pub(super) fn out_of_frames(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let mut x = x.to_vec();
         if let Some(relative) = &self.k.relative {
+            // Nodes may be relative to nodes of other ranks.
+            self.halo().update(&mut x);
+            x.resize(self.nodes.count, [0.0; 3]);
             relative.to_absolute(&mut x);
+            x.truncate(self.k.len());
         }
         for p in &self.points {
             let (y, back) = (x[p.node], p.forces());
@@ -211,6 +220,20 @@ impl Transformed {
         }
         x.resize(self.nodes.count, [0.0; 3]);
         self.nodes.scatter(&x)
+    }
+}
+
+/// Marks the points, given with their numbers, that reach a floating body.
+pub(super) fn mark_floating<'a>(
+    problem: &ContactProblem,
+    motions: &RigidMotions,
+    points: impl Iterator<Item = (usize, &'a mut Point)>,
+) {
+    let mut floating = vec![false; problem.unknowns()];
+    motions.bodies.iter().flat_map(|b| &b.unknowns).for_each(|&i| floating[i as usize] = true);
+    for (j, p) in points.filter(|_| !motions.is_empty()) {
+        let reached = |i: usize| problem.contact.B.row(i).0.iter().any(|&c| floating[c as usize]);
+        p.floats = problem.rows(j).into_iter().any(reached);
     }
 }
 

@@ -6,7 +6,7 @@ use super::aggregate::{aggregates, diagonal_norms, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
 use super::dense::{add_product, add_transpose_product, inverse, square};
 use super::distance::{near, places};
-use super::divided_product::{aggregates_of_ghosts, divided_galerkin};
+use super::divided_product::{Product, aggregates_of_ghosts, divided_galerkin};
 use crate::Error;
 use crate::linalg::in_huge_pages;
 use crate::linalg::memory::ensure;
@@ -74,10 +74,7 @@ pub(super) fn coarsen<const R: usize>(
     let omega = 4.0 / (3.0 * largest_eigenvalue(a, halo, &out, &inverses));
     let smoother = Smoother { inverses: &inverses, omega, of: &of, place: &place, tentative: &tentative, out: &out };
     let prolongation = smoothed(a, &smoother, &all_kernels, &all_coarse);
-    let product = match halo.is_alone() {
-        true => galerkin(a, &prolongation, wanted).map(|(matrix, kept)| (prolongation, matrix, kept, coarse)),
-        false => divided_galerkin(a, halo, prolongation, coarse, wanted),
-    };
+    let product = product_of(a, halo, prolongation, coarse, wanted);
     Ok(product.map(|(prolongation, matrix, a_times_p, halo)| Coarser {
         prolongation,
         a_times_p,
@@ -89,14 +86,33 @@ pub(super) fn coarsen<const R: usize>(
 
 /// A coarse level with the displacements of the fine one, for a matrix that is small enough for a coarsest level: each node is
 /// an aggregate of its own, with idle unknowns that fill it up to six.
-pub(super) fn copied<const R: usize>(a: &Blocks<R, R>, kernel: &[Kernel<R>], wanted: &[u32]) -> Option<Coarser<R>> {
+pub(super) fn copied<const R: usize>(
+    a: &Blocks<R, R>,
+    halo: &Halo,
+    kernel: &[Kernel<R>],
+    wanted: &[u32],
+) -> Option<Coarser<R>> {
     let of: Vec<u32> = (0..a.rows as u32).collect();
     let (tentative, kernel) = tentative(&of, a.rows, kernel);
-    let named = |i: usize, name: &mut dyn FnMut(u32)| name(i as u32);
-    let prolongation = Blocks::from_rows(a.rows, a.rows, named, |i, row| *row.at(i as u32) = tentative[i]);
-    let (matrix, a_times_p) = galerkin(a, &prolongation, wanted)?;
-    let halo = Halo::alone(a.rows);
+    let (of, coarse) = aggregates_of_ghosts(halo, of, a.rows);
+    let named = |i: usize, name: &mut dyn FnMut(u32)| name(of[i]);
+    let prolongation = Blocks::from_rows(a.rows, coarse.len(), named, |i, row| *row.at(of[i]) = tentative[i]);
+    let (prolongation, matrix, a_times_p, halo) = product_of(a, halo, prolongation, coarse, wanted)?;
     Some(Coarser { prolongation, a_times_p, matrix, kernel, halo })
+}
+
+/// The coarse matrix of a prolongation, and what belongs to it.
+fn product_of<const R: usize>(
+    a: &Blocks<R, R>,
+    halo: &Halo,
+    prolongation: Blocks<R, 6>,
+    coarse: Halo,
+    wanted: &[u32],
+) -> Option<Product<R>> {
+    match halo.is_alone() {
+        true => galerkin(a, &prolongation, wanted).map(|(matrix, kept)| (prolongation, matrix, kept, coarse)),
+        false => divided_galerkin(a, halo, prolongation, coarse, wanted),
+    }
 }
 
 /// Thresholds of the coarsening; the trials are in docs/notes/2026-11-23-multigrid-trials.md.
@@ -315,7 +331,10 @@ pub(super) fn products<const R: usize, const C: usize>(
     let (start, entry) = p.by_columns(a.rows);
     let whole = !halo.is_alone();
     let coarse = Pattern::new(p.cols, p.cols, |k, name| {
-        name(k as u32);
+        // Rows of other ranks to which this one adds nothing are none of its matrix.
+        if !whole || start[k] < start[k + 1] {
+            name(k as u32);
+        }
         entry[start[k]..start[k + 1]].iter().for_each(|&(i, _)| middle.row(i as usize).iter().for_each(|&j| name(j)));
     });
     let mut entries = [coarse.column.len() as f64, a.value.len() as f64];

@@ -2,7 +2,7 @@
 
 use super::between_ranks::{ghost_rows, renumbered, returned_rows, summed};
 use super::blocks::{Block, Blocks};
-use super::coarsen::{fill_idle, products};
+use super::coarsen::{Coarser, fill_idle, products};
 use crate::ranks::Halo;
 
 /// The aggregates of own nodes and ghosts, by their places among the own `count` ones and those of the ghosts.
@@ -74,4 +74,32 @@ pub(super) fn divided_galerkin<const R: usize>(
     let mut matrix = summed(own, last.len(), &parts, &of_row);
     fill_idle(&mut matrix);
     Some((renumbered(&p, last.len(), to_last), matrix, renumbered(&kept, last.len(), to_last), last))
+}
+
+/// Extends the pattern of the coarse matrix of a step by `more` columns of each row, ghosts included: what ranks find for rows of
+/// others is sent to them.
+pub(super) fn widened<const R: usize, const C: usize>(step: Coarser<R, C>, more: &[Vec<u32>]) -> Coarser<R, C> {
+    let Coarser { prolongation, a_times_p, matrix, kernel, halo } = step;
+    let named = |k: usize, name: &mut dyn FnMut(u32)| more[k].iter().for_each(|&j| name(j));
+    let found: Blocks<1, 1> = Blocks::from_rows(more.len(), halo.len(), named, |_, _| {});
+    let returned = returned_rows(&halo, &found, |j| halo.global(j as usize));
+    let last = with_ghosts(&halo, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
+    let to_last = |j: u32| place(&last, halo.global(j as usize));
+    let mut of_row: Vec<Vec<u32>> =
+        more[..halo.own()].iter().map(|row| row.iter().map(|&j| to_last(j)).collect()).collect();
+    for (k, row) in returned {
+        of_row[k as usize].extend(row.iter().map(|entry| place(&last, entry.0)));
+    }
+    let own = renumbered(&matrix, last.len(), to_last);
+    let named = |k: usize, name: &mut dyn FnMut(u32)| own.row(k).0.iter().chain(&of_row[k]).for_each(|&j| name(j));
+    let matrix = Blocks::from_rows(own.rows, last.len(), named, |k, row| {
+        own.entries_of(k).for_each(|(j, block)| *row.at(j) = *block);
+    });
+    Coarser {
+        prolongation: renumbered(&prolongation, last.len(), to_last),
+        a_times_p: renumbered(&a_times_p, last.len(), to_last),
+        matrix,
+        kernel,
+        halo: last,
+    }
 }

@@ -137,8 +137,9 @@ impl Hierarchy {
                 let Some(mut step) = aggregated(plain, &a.halo, kernel, contact_nodes)? else { return Ok(None) };
                 stop.check()?;
                 if let Some(relative) = relative {
-                    step = relative.transform_step(step, a);
+                    step = relative.transform_step(step, a, contact_nodes);
                 }
+                let step = joined_if_small(step);
                 let support = Support::of_step(&step, &[contact_nodes, &ghosts].concat());
                 (None, step, support)
             }
@@ -148,12 +149,13 @@ impl Hierarchy {
                 let halo = Halo::alone(matrix.rows);
                 let mut linear = Coarser { prolongation, a_times_p, matrix, kernel, halo };
                 if let Some(relative) = relative {
-                    linear = relative.transform_step(linear, a);
+                    linear = relative.transform_step(linear, a, contact_nodes);
                 }
                 stop.check()?;
                 let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &[])? else {
                     return Ok(None);
                 };
+                let step = joined_if_small(step);
                 let linear = Linear::new(&linear, contact_nodes);
                 let support = linear.support.within(&step.prolongation);
                 (Some(linear), step, support)
@@ -320,9 +322,9 @@ fn aggregated(
     kernel: &[Kernel<3>],
     contact_nodes: &[u32],
 ) -> Result<Option<Coarser<3>>, Error> {
-    let is_small = halo.is_alone() && a.rows <= Threshold::COARSEST_LIMIT;
-    let small = || is_small.then(|| copied(a, kernel, contact_nodes)).flatten();
-    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small).map(joined_if_small))
+    let is_small = halo.total() <= Threshold::COARSEST_LIMIT;
+    let small = || is_small.then(|| copied(a, halo, kernel, contact_nodes)).flatten();
+    Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
 }
 
 /// Joins a coarse level that has too few nodes for each rank.

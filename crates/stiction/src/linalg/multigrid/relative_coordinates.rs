@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product};
+use super::divided_product::widened;
 use super::relative_matrix::RelativeMatrix;
 
 /// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes constraints on differences
@@ -157,16 +158,33 @@ impl RelativeCoordinates {
         (touched, rows)
     }
 
+    /// Whether a node is relative to one that is itself relative.
+    pub(crate) fn has_chains(&self) -> bool {
+        let place = places(&self.nodes, self.c.cols);
+        let is_relative = |k: u32| {
+            self.c.rows > 0 && place[k as usize] != u32::MAX && !self.c.row(place[k as usize] as usize).0.is_empty()
+        };
+        self.c.column.iter().any(|&k| is_relative(k))
+    }
+
     /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
+    /// `contact` are the nodes of the rows of `A P`: on one rank all that are relative, on several those of this rank.
     pub(super) fn transform_step<const C: usize>(
         &self,
         mut step: Coarser<3, C>,
         matrix: &RelativeMatrix,
+        contact: &[u32],
     ) -> Coarser<3, C> {
         self.transform_prolongation(&mut step.prolongation);
-        step.a_times_p = self.transpose_own(&step.a_times_p);
-        self.widen(matrix, &mut step);
-        step
+        if matrix.halo.is_alone() {
+            step.a_times_p = self.transpose_own(&step.a_times_p);
+        }
+        let more = self.more(matrix, contact, &step);
+        if matrix.halo.is_alone() {
+            widen(&mut step.matrix, &more);
+            return step;
+        }
+        widened(step, &more)
     }
 
     /// `Tᵀ X` on the rows of the changed nodes alone, which `x` has in their order.
@@ -193,7 +211,9 @@ impl RelativeCoordinates {
 
     /// Transforms a prolongation into one to relative displacements, `T⁻¹ P`.
     fn transform_prolongation<const C: usize>(&self, p: &mut Blocks<3, C>) {
-        let mut coupled: Vec<usize> = (0..self.nodes.len()).filter(|&i| !self.c.row(i).0.is_empty()).collect();
+        // Of nodes of other ranks that are no ghosts the prolongation has no rows.
+        let is_here = |&i: &usize| !self.c.row(i).0.is_empty() && (self.nodes[i] as usize) < p.rows;
+        let mut coupled: Vec<usize> = (0..self.nodes.len()).filter(is_here).collect();
         coupled.sort_unstable_by_key(|&i| self.nodes[i]);
         let nodes: Vec<u32> = coupled.iter().map(|&i| self.nodes[i]).collect();
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
@@ -209,14 +229,14 @@ impl RelativeCoordinates {
         p.replace_rows(&nodes, &rows);
     }
 
-    /// Extends the pattern of the coarse matrix of a transformed step by the entries that constraints at the changed nodes
-    /// will add: aggregates of both sides become neighbours.
-    fn widen<const C: usize>(&self, a: &RelativeMatrix, step: &mut Coarser<3, C>) {
-        let Coarser { prolongation: p, a_times_p, matrix: m, .. } = step;
+    /// The columns by which the rows of the coarse matrix of a transformed step are extended, for the entries that constraints at
+    /// the `contact` nodes will add: aggregates of both sides become neighbours.
+    fn more<const C: usize>(&self, a: &RelativeMatrix, contact: &[u32], step: &Coarser<3, C>) -> Vec<Vec<u32>> {
+        let Coarser { prolongation: p, a_times_p, halo, .. } = step;
         let place = places(&self.nodes, self.d.cols);
-        let mut more: Vec<Vec<u32>> = vec![Vec::new(); m.rows];
+        let mut more: Vec<Vec<u32>> = vec![Vec::new(); halo.len()];
         let mut near = Vec::new();
-        for (t, &v) in self.nodes.iter().enumerate() {
+        for (t, &v) in contact.iter().enumerate() {
             near.clear();
             near.extend_from_slice(a_times_p.row(t).0);
             for &w in a.row(v as usize).0.iter().filter(|&&w| place[w as usize] != u32::MAX) {
@@ -233,16 +253,21 @@ impl RelativeCoordinates {
             row.sort_unstable();
             row.dedup();
         });
-        let wider: Vec<u32> = (0..m.rows as u32).filter(|&i| !more[i as usize].is_empty()).collect();
-        let named = |t: usize, name: &mut dyn FnMut(u32)| {
-            let i = wider[t] as usize;
-            m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
-        };
-        let rows = Blocks::from_rows(wider.len(), m.cols, named, |t, row| {
-            m.entries_of(wider[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
-        });
-        m.replace_rows(&wider, &rows);
+        more
     }
+}
+
+/// Extends the pattern of a matrix by `more` columns of each row.
+fn widen<const C: usize>(m: &mut Blocks<C, C>, more: &[Vec<u32>]) {
+    let wider: Vec<u32> = (0..m.rows as u32).filter(|&i| !more[i as usize].is_empty()).collect();
+    let named = |t: usize, name: &mut dyn FnMut(u32)| {
+        let i = wider[t] as usize;
+        m.row(i).0.iter().chain(&more[i]).for_each(|&j| name(j));
+    };
+    let rows = Blocks::from_rows(wider.len(), m.cols, named, |t, row| {
+        m.entries_of(wider[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
+    });
+    m.replace_rows(&wider, &rows);
 }
 
 /// A row with one entry a column.
@@ -414,7 +439,7 @@ mod tests {
                 .map(|i| NodeConstraint { constrained: constrained(i), spring: [[0.0; 3]; 3], coulomb: [0.0; 2] })
                 .collect()
         };
-        let coupled = coordinates.transform_step(step, &relative);
+        let coupled = coordinates.transform_step(step, &relative, &coordinates.nodes);
         for constraints in [constraints_of(&|_| [true; 3]), constraints_of(&|i| [i % 3 == 0, i % 4 == 1, false])] {
             assert_local_changes(&explicit, &explicit, &coupled, &coordinates.nodes, &constraints);
         }

@@ -26,9 +26,16 @@ impl RelativeMatrix {
         RelativeMatrix { a, halo, relative, rows, at }
     }
 
-    /// Of the rows of this rank, whose columns are its nodes and the ghosts of `halo`.
-    pub(crate) fn divided(a: Blocks<3, 3>, halo: Halo) -> Self {
-        RelativeMatrix { halo, ..RelativeMatrix::new(a, None) }
+    /// Of one rank: `a` has rows for its nodes, for the ghosts of `halo` and for further nodes that are here, complete at the own
+    /// ones and at those measured from them. The rows that are kept are those of this rank; with relative coordinates too they reach
+    /// no further than the ghosts.
+    pub(crate) fn divided(a: Blocks<3, 3>, halo: Halo, relative: Option<RelativeCoordinates>) -> Self {
+        let (own, here) = (halo.own(), halo.len());
+        let (mut changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
+        changed.truncate(changed.partition_point(|&i| (i as usize) < own));
+        let rows = first_rows(rows, changed.len(), here);
+        let (at, a) = (places(&changed, own), first_rows(a, own, here));
+        RelativeMatrix { a, halo, relative, rows, at }
     }
 
     /// `A` itself.
@@ -63,11 +70,37 @@ impl RelativeMatrix {
 
     /// `Tᵀ A T x`, from and at the nodes of this rank.
     pub(crate) fn times(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let Some(relative) = &self.relative else { return self.a.times(&self.halo.extended(x)) };
+        let Some(relative) = self.relative.as_ref().filter(|_| self.halo.is_alone()) else {
+            return self.times_rows(&self.halo.extended(x));
+        };
         let mut u = x.to_vec();
         relative.to_absolute(&mut u);
         let mut forces = self.a.times(&u);
         relative.forces(&mut forces);
         forces
     }
+
+    /// The product by rows, which takes no exchange but that of `x`.
+    fn times_rows(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut y = self.a.times(x);
+        if self.rows.rows > 0 {
+            let changed = self.rows.times(x);
+            let places = self.at.iter().enumerate().filter(|(_, at)| **at != u32::MAX);
+            places.for_each(|(i, &at)| y[i] = changed[at as usize]);
+        }
+        y
+    }
+}
+
+/// The first `rows` rows, whose columns are below `cols`.
+fn first_rows(mut a: Blocks<3, 3>, rows: usize, cols: usize) -> Blocks<3, 3> {
+    if rows == 0 {
+        return Blocks { cols, start: vec![0], ..Blocks::default() };
+    }
+    let entries = a.start[rows];
+    a.start.truncate(rows + 1);
+    (a.rows, a.cols) = (rows, cols);
+    a.column.truncate(entries);
+    a.value.truncate(entries);
+    a
 }

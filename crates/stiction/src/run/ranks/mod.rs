@@ -7,8 +7,11 @@ mod record;
 mod scope;
 mod share;
 mod solve;
+mod steps;
+mod totals;
+mod tractions;
 mod write;
 
-pub use record::{RankRecord, RankedSummary};
+pub use record::{RankRecord, RankedStep, RankedSummary};
 pub use solve::{RankedAnswer, solve_on_ranks};
 pub use write::write_on_ranks;

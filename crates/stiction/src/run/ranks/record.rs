@@ -59,6 +59,31 @@ impl RankRecord {
     }
 }
 
+/// An increment of a load step, solved on several ranks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RankedStep {
+    /// Name of the step in the case, of which this is an increment.
+    pub name: String,
+    /// The time at its end.
+    pub t: f64,
+    /// How the iteration ended.
+    pub status: Status,
+    /// Cycles it took.
+    pub iterations: usize,
+    /// The certificate, measured by all ranks.
+    pub certificate: CertificateRecord,
+    /// Over all contacts.
+    pub contact: Totals,
+}
+
+impl RankedStep {
+    pub(super) fn new(case: &Case, step: usize, t: f64, solution: &Solution, contact: Totals) -> Self {
+        let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
+        let (status, iterations) = (solution.status, solution.counts.cycles);
+        RankedStep { name, t, status, iterations, certificate: CertificateRecord::of(&solution.certificate), contact }
+    }
+}
+
 /// An answer found on several ranks; lengths, forces and energies in the units of the case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RankedSummary {
@@ -82,6 +107,9 @@ pub struct RankedSummary {
     pub nodes: u64,
     /// Cells of the mesh.
     pub cells: u64,
+    /// The increments of load steps; the last of them is the answer above.
+    #[serde(default)]
+    pub steps: Vec<RankedStep>,
     /// What it cost.
     pub counts: CountsRecord,
     /// Nodes of each level, the finest first, and entries of its matrix.
@@ -126,11 +154,16 @@ impl RankedSummary {
             cells,
             counts: CountsRecord { iterations, restarts, ..CountsRecord::default() },
             levels: Vec::new(),
+            steps: Vec::new(),
             seconds: Named(times),
             peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
             ranks,
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
         }
+    }
+
+    pub(super) fn with_steps(self, steps: Vec<RankedStep>) -> Self {
+        RankedSummary { steps, ..self }
     }
 
     pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
@@ -149,6 +182,10 @@ impl fmt::Display for RankedSummary {
             _ => "not solved: the iteration gains nothing any more".to_string(),
         };
         row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
+        if let Some(last) = self.steps.last() {
+            let cycles: usize = self.steps.iter().map(|step| step.iterations).sum();
+            row(f, "steps", format!("{} increments up to t = {}, {cycles} cycles", self.steps.len(), number(last.t)))?;
+        }
         let CertificateRecord { worst, tolerance, passed, .. } = self.certificate;
         let verdict = if passed { "passed" } else { "not passed" };
         row(f, "certificate", format!("{verdict}: the worst measure is {}, {tolerance:e} is allowed", measure(worst)))?;

@@ -3,13 +3,13 @@
 use crate::Error;
 use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{AgainstSpec, Case, ContactSpec, LoadKind, LoadSpec, NodalSpec, Spot};
-use crate::mesh::{self, CellKind, Mesh};
+use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
+use crate::mesh::{CellKind, Mesh};
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
 
-fn refused(spot: &Spot, what: &str) -> Error {
+pub(super) fn refused(spot: &Spot, what: &str) -> Error {
     spot.error(format!("{what} cannot be divided among ranks in this version"), REMEDY)
 }
 
@@ -19,7 +19,11 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         Some(spot) => Err(refused(spot, what)),
         None => Ok(()),
     };
-    first(&mut case.steps.iter().map(|step| &step.spot), "a case with load steps")?;
+    let always = |during: &During| during.period(&case.steps) == [f64::NEG_INFINITY, f64::INFINITY];
+    let timed = case.fixes.iter().filter(|fix| !always(&fix.during)).map(|fix| &fix.spot);
+    first(&mut timed.into_iter(), "a support that begins or ends with a step")?;
+    let timed = case.contacts.iter().filter(|contact| !always(&contact.during) || !contact.without.is_empty());
+    first(&mut timed.map(|contact| &contact.spot), "a contact that begins or ends with a step")?;
     first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
@@ -70,7 +74,6 @@ fn contact(contact: &ContactSpec) -> Result<(), Error> {
         return Err(refused(&contact.friction_spot, what));
     }
     let what = match contact {
-        ContactSpec { against: AgainstSpec::Surface { .. }, .. } => "contact between deformable surfaces",
         ContactSpec { motion: Some(_), .. } => "an obstacle that moves",
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
         ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
@@ -85,10 +88,6 @@ pub(super) fn check_mesh(case: &Case, whole: &Mesh) -> Result<(), Error> {
     let linear = |kind: CellKind| kind.edges().is_empty();
     if let Some(cells) = whole.cells.iter().find(|cells| !linear(cells.kind)) {
         return Err(refused(&case.mesh.spot, &format!("a mesh of quadratic cells ({})", cells.kind.name())));
-    }
-    let bodies = mesh::bodies(whole).iter().max().map_or(0, |&last| last + 1);
-    if bodies > 1 {
-        return Err(refused(&case.mesh.spot, &format!("a mesh of {bodies} bodies")));
     }
     Ok(())
 }

@@ -2,15 +2,14 @@
 
 use super::scope;
 use crate::Error;
-use crate::contact::centroid;
-use crate::fem::Axes;
+use crate::contact::{Body, Counterpart, PosedPoints, Role, bodies_of, centroid};
+use crate::fem::{Axes, Fix, Material, Solid, dof_map};
 use crate::io::case::{Case, LoadKind, Region, Spot};
-use crate::mesh::v3::{norm, sub};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
-use crate::ranks::{Ranks, Wire, agree, from_bytes, to_bytes};
-use crate::run::pose::loads::{Fixes, fixes};
+use crate::ranks::{Ranks, Wire, agree, put, take};
+use crate::run::pose::loads::{Fixes, end, fixes};
 use crate::run::pose::materials::materials;
-use crate::run::pose::{MemoryLimit, made_mesh, regions};
+use crate::run::pose::{MemoryLimit, made_mesh, place, regions, surfaces};
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
 /// the ranks that have contact alone.
@@ -32,11 +31,22 @@ pub(super) struct Share {
     pub area: Vec<f64>,
     /// What the rigid motions turn about, the mean of all nodes; length.
     pub center: [f64; 3],
-    /// The largest distance of a node from it.
-    pub radius: f64,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
+    /// The contact points all of whose nodes are in the piece, by their places there; those that its own nodes need are.
+    pub points: PosedPoints,
+    /// For each surface with contact points what it may touch. Its faces are the group "contact k", those of its counterpart
+    /// "master k".
+    pub kinds: Vec<u8>,
+    /// The bodies of the whole, and the number of that of each node of the piece.
+    pub bodies: Vec<Body>,
+    pub body_of_node: Vec<u32>,
 }
+
+/// A surface that may touch an obstacle, another surface, and another surface that the case names first.
+pub(super) const OBSTACLE: u8 = 0;
+const PAIR: u8 = 1;
+pub(super) const REVERSED: u8 = 2;
 
 /// No axis of symmetry.
 pub(super) const NO_AXIS: u32 = u32::MAX;
@@ -64,6 +74,10 @@ struct Whole {
     material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
     area: Vec<f64>,
+    points: PosedPoints,
+    kinds: Vec<u8>,
+    bodies: Vec<Body>,
+    body_of_node: Vec<u32>,
 }
 
 impl Whole {
@@ -75,59 +89,141 @@ impl Whole {
             let what = format!("the mesh has {} nodes and there are {parts} ranks", mesh.nodes.len());
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
-        let (_, material_of_cell) = materials(&mesh, &case.materials)?;
+        let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
         let Fixes { held, .. } = fixes(&mesh, case)?;
+        let (body_of_node, bodies) = bodies_of(&mesh);
         let mut groups = Vec::new();
-        let mut symmetry = Vec::new();
-        for (k, (spec, fix)) in case.fixes.iter().zip(&held).enumerate() {
-            groups.push(Group { name: name("fix", k), nodes: fix.nodes.clone(), ..Group::default() });
-            let along = (0..3).find(|&c| fix.value[c].is_some()).filter(|_| spec.symmetry);
-            if along.is_some() && fix.axes != Axes::Global {
-                let what = "a plane of symmetry across no axis cannot be divided among ranks in this version";
-                return Err(spec.spot.error(what, "use `stiction solve` on one machine"));
-            }
-            symmetry.push(along.map_or(NO_AXIS, |c| c as u32));
-        }
+        let symmetry = fixed_regions(case, &held, &mut groups)?;
         let mut area = Vec::new();
         for (k, load) in case.loads.iter().enumerate() {
             let (group, of_faces) = region_of_load(&mesh, load.on.as_ref(), &load.kind, &load.spot)?;
             groups.push(Group { name: name("load", k), ..group });
             area.push(of_faces);
         }
-        let mut weights = vec![1.0; mesh.nodes.len()];
-        for (k, contact) in case.contacts.iter().enumerate() {
-            let faces = regions::faces(&mesh, &contact.on, &contact.spot, "the contact")?;
-            mesh.face_nodes(&faces).iter().for_each(|&v| weights[v as usize] = CONTACT_WEIGHT);
-            groups.push(Group { name: name("contact", k), faces, ..Group::default() });
-        }
+        let (points, kinds) = contact(case, &mesh, (&materials, &material_of_cell), &held, &mut groups)?;
         mesh.groups = groups;
-        // A part needs nodes that move: those held in all directions have no row in any matrix.
-        for fix in held.iter().filter(|fix| fix.value.iter().all(Option::is_some)) {
-            fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
-        }
-        let owner = bisection(&mesh.nodes, &weights, parts);
-        let mut has_nodes = vec![false; parts];
-        owner.iter().for_each(|&part| has_nodes[part as usize] = true);
-        if has_nodes.contains(&false) {
-            let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
-            return Err(case.mesh.spot.error(what, "use fewer ranks"));
-        }
-        Ok(Whole { mesh, owner, material_of_cell, symmetry, area })
+        let owner = divided(case, &mesh, &points, &held, parts)?;
+        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node })
     }
 
     /// For each rank in turn.
     fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
-        let Whole { mesh, owner, material_of_cell, symmetry, area } = self;
+        let Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node } = self;
         let center = centroid(mesh);
-        let radius = mesh.nodes.iter().map(|&x| norm(sub(x, center))).fold(0.0, f64::max);
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
-            let materials = piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect();
-            let (symmetry, area) = (symmetry.clone(), area.clone());
-            Share { piece, material_of_cell: materials, symmetry, area, center, radius, sizes }.to_bytes()
+            let mut to = Vec::new();
+            sizes.write(&mut to);
+            center.write(&mut to);
+            put(&piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect::<Vec<_>>(), &mut to);
+            put(symmetry, &mut to);
+            put(area, &mut to);
+            put(kinds, &mut to);
+            put(&piece.nodes.iter().map(|&node| body_of_node[node as usize]).collect::<Vec<_>>(), &mut to);
+            put(
+                &bodies
+                    .iter()
+                    .map(|body| [body.centre[0], body.centre[1], body.centre[2], body.radius])
+                    .collect::<Vec<_>>(),
+                &mut to,
+            );
+            bodies.iter().for_each(|body| put(body.name.as_bytes(), &mut to));
+            to.extend(points.message(&piece.nodes));
+            to.extend(piece.to_bytes());
+            to
         };
-        pieces(mesh, owner, parts).map(message)
+        pieces(mesh, owner, parts, &points.links()).map(message)
     }
+}
+
+/// The nodes of each prescribed displacement as a group, and the axis that a plane of symmetry holds, or [`NO_AXIS`].
+fn fixed_regions(case: &Case, held: &[Fix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
+    let mut symmetry = Vec::new();
+    for (k, (spec, fix)) in case.fixes.iter().zip(held).enumerate() {
+        groups.push(Group { name: name("fix", k), nodes: fix.nodes.clone(), ..Group::default() });
+        let along = (0..3).find(|&c| fix.value[c].is_some()).filter(|_| spec.symmetry);
+        if along.is_some() && fix.axes != Axes::Global {
+            let what = "a plane of symmetry across no axis cannot be divided among ranks in this version";
+            return Err(spec.spot.error(what, "use `stiction solve` on one machine"));
+        }
+        symmetry.push(along.map_or(NO_AXIS, |c| c as u32));
+    }
+    Ok(symmetry)
+}
+
+/// The contact points, and the kind of each surface, whose faces become groups. Which surface carries the
+/// points, and how far it looks for the other one, is a matter of whole surfaces.
+fn contact(
+    case: &Case,
+    mesh: &Mesh,
+    (materials, material_of_cell): (&[Material], &[u32]),
+    held: &[Fix],
+    groups: &mut Vec<Group>,
+) -> Result<(PosedPoints, Vec<u8>), Error> {
+    let dofs = dof_map(mesh, held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
+    let solid = Solid { mesh, materials, material_of_cell };
+    let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
+    surfaces::assign(&solid, &dofs, &mut surfaces);
+    let of = surfaces::reverse(&solid, &dofs, &mut surfaces);
+    for (surface, &k) in surfaces.iter().zip(&of) {
+        if matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some()) {
+            return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
+        }
+    }
+    let (points, _) = PosedPoints::new(mesh, &dofs, &surfaces).map_err(|error| {
+        let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
+        named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
+    })?;
+    let kinds = surfaces.iter().map(|surface| match &surface.against {
+        Counterpart::Surface(master) if master.slave == Role::Against => REVERSED,
+        Counterpart::Surface(_) => PAIR,
+        Counterpart::Obstacle(_) => OBSTACLE,
+    });
+    let kinds = kinds.collect();
+    for (k, surface) in surfaces.into_iter().enumerate() {
+        groups.push(Group { name: name("contact", k), faces: surface.faces, ..Group::default() });
+        if let Counterpart::Surface(master) = surface.against {
+            groups.push(Group { name: name("master", k), faces: master.faces, ..Group::default() });
+        }
+    }
+    Ok((points, kinds))
+}
+
+/// The rank of each node.
+fn divided(case: &Case, mesh: &Mesh, points: &PosedPoints, held: &[Fix], parts: usize) -> Result<Vec<u32>, Error> {
+    let mut weights = vec![1.0; mesh.nodes.len()];
+    points.nodes().chain(points.links().into_iter().flatten()).for_each(|v| weights[v as usize] = CONTACT_WEIGHT);
+    // A part needs nodes that move: those held in all directions have no row in any matrix.
+    for fix in held.iter().filter(|fix| fix.value.iter().all(Option::is_some)) {
+        fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
+    }
+    let owner = bisection_with_leaders(mesh, weights, &points.leaders(), parts);
+    let mut has_nodes = vec![false; parts];
+    owner.iter().for_each(|&part| has_nodes[part as usize] = true);
+    if has_nodes.contains(&false) {
+        let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
+        return Err(case.mesh.spot.error(what, "use fewer ranks"));
+    }
+    Ok(owner)
+}
+
+/// The parts of the nodes where some are in that of a leader: `leaders` are pairs of both.
+fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2]], parts: usize) -> Vec<u32> {
+    if leaders.is_empty() {
+        return bisection(&mesh.nodes, &weights, parts);
+    }
+    let mut follows = vec![u32::MAX; mesh.nodes.len()];
+    for &[node, leader] in leaders {
+        follows[node as usize] = leader;
+        weights[leader as usize] += std::mem::take(&mut weights[node as usize]);
+    }
+    let free: Vec<usize> = (0..mesh.nodes.len()).filter(|&v| follows[v] == u32::MAX).collect();
+    let places: Vec<[f64; 3]> = free.iter().map(|&v| mesh.nodes[v]).collect();
+    let of_free = bisection(&places, &free.iter().map(|&v| weights[v]).collect::<Vec<_>>(), parts);
+    let mut owner = vec![0; mesh.nodes.len()];
+    free.iter().zip(of_free).for_each(|(&v, part)| owner[v] = part);
+    leaders.iter().for_each(|&[node, leader]| owner[node as usize] = owner[leader as usize]);
+    owner
 }
 
 /// The faces, nodes or cells of a load, and the area of the faces.
@@ -148,24 +244,21 @@ fn region_of_load(mesh: &Mesh, on: Option<&Region>, kind: &LoadKind, spot: &Spot
 }
 
 impl Share {
-    fn to_bytes(&self) -> Vec<u8> {
-        let Share { piece, material_of_cell, symmetry, area, center, radius, sizes } = self;
-        let mut to = Vec::new();
-        [material_of_cell.len(), symmetry.len(), area.len()].map(|n| n as u64).write(&mut to);
-        sizes.write(&mut to);
-        center.write(&mut to);
-        radius.write(&mut to);
-        [to, to_bytes(material_of_cell), to_bytes(symmetry), to_bytes(area), piece.to_bytes()].concat()
-    }
-
     fn from_bytes(bytes: &[u8]) -> Share {
-        let [materials, fixes, loads] = <[u64; 3]>::read(bytes).map(|n| n as usize);
-        let (sizes, center, radius) = (Wire::read(&bytes[24..]), Wire::read(&bytes[40..]), f64::read(&bytes[64..]));
-        let (material_of_cell, rest) = bytes[72..].split_at(4 * materials);
-        let (symmetry, rest) = rest.split_at(4 * fixes);
-        let (area, rest) = rest.split_at(8 * loads);
-        let (material_of_cell, symmetry) = (from_bytes(material_of_cell), from_bytes(symmetry));
-        let (area, piece) = (from_bytes(area), MeshPiece::from_bytes(rest));
-        Share { piece, material_of_cell, symmetry, area, center, radius, sizes }
+        let (sizes, center) = (Wire::read(bytes), Wire::read(&bytes[16..]));
+        let mut from = &bytes[40..];
+        let from = &mut from;
+        let (material_of_cell, symmetry, area) = (take(from), take(from), take(from));
+        let (kinds, body_of_node) = (take(from), take(from));
+        let places: Vec<[f64; 4]> = take(from);
+        let body = |[x, y, z, radius]: [f64; 4]| Body {
+            name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(),
+            centre: [x, y, z],
+            radius,
+        };
+        let bodies = places.into_iter().map(body).collect();
+        let points = PosedPoints::take(from);
+        let piece = MeshPiece::from_bytes(from);
+        Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node }
     }
 }

@@ -3,19 +3,23 @@
 use std::sync::Arc;
 
 use super::local::{Local, local};
-use super::record::{RankRecord, RankedSummary};
+use super::record::{RankRecord, RankedStep, RankedSummary};
+use super::steps::{put_state, slid as sliding, times};
+use super::totals::totals;
+use super::tractions::tractions;
 use super::{scope, share};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, PointState, Progress, Solution, solve_multigrid};
+use crate::friction::{self, Multigrid, PointState, Progress, Solution, Status, solve_multigrid};
 use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, norm, scale};
-use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum, to_bytes};
+use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
 use crate::run::pose::{Seconds, stopwatch};
 use crate::run::solve::Totals;
+use crate::run::solve::tractions::Traction;
 use crate::solve::multigrid_cycles;
 
 /// The answer of one rank, and what all of them know together.
@@ -26,6 +30,8 @@ pub struct RankedAnswer {
     /// Multipliers of all points here, newton, `3m`, and their states.
     pub(super) lambda: Vec<f64>,
     pub(super) states: Vec<PointState>,
+    /// Pressure and shear of all points here.
+    pub(super) tractions: Vec<Traction>,
     /// The same on every rank.
     pub summary: RankedSummary,
 }
@@ -55,23 +61,42 @@ pub fn solve_on_ranks(
     agree(&*ranks, scope::check(case))?;
     let share = share::share(case, &*ranks)?;
     seconds.mesh = lap();
-    let local = agree(&*ranks, local(case, share, &ranks))?;
+    let mut local = agree(&*ranks, local(case, share, &ranks))?;
     seconds.assembly = lap();
-    let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
+    let (mut multigrid, mut own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     seconds.setup = lap();
     let before = counted.traffic();
-    let settings = friction::Settings {
+    let mut settings = friction::Settings {
         tolerance: case.solver.tolerance,
         max_iterations: multigrid_cycles(case.solver.max_iterations),
         path: friction::SolverPath::Multigrid,
         ..friction::Settings::default()
     };
-    let solution = solve_multigrid(&own, &mut multigrid, &settings, observer);
-    seconds.iteration = lap();
-    let traffic = since(before, counted.traffic());
-    let (u, lambda, states) = everywhere(&local, &multigrid, &solution);
-    let summary = summary(case, &local, &multigrid, &solution, &u, &seconds, traffic);
-    Ok(RankedAnswer { local, u, lambda, states, summary })
+    let mut steps = Vec::new();
+    let mut slid = vec![0.0; 2 * local.problem.points()];
+    let mut times = times(case).into_iter();
+    loop {
+        let time = times.next();
+        if let Some((_, t)) = time {
+            agree(&*ranks, put_state(&mut local, case, t, &slid))?;
+            own = multigrid.renewed(&local.problem).unwrap_or(own);
+        }
+        let solution = solve_multigrid(&own, &mut multigrid, &settings, observer);
+        let found = everywhere(&local, &multigrid, &solution);
+        let tractions = tractions(&local, &found.lambda);
+        let contact = totals(&local, &multigrid, &solution, &tractions);
+        steps.extend(time.map(|(step, t)| RankedStep::new(case, step, t, &solution, contact.clone())));
+        if times.len() > 0 && solution.status == Status::Solved {
+            slid = sliding(&local, &found.free);
+            settings.start_displacement = Some(found.free);
+            continue;
+        }
+        seconds.iteration = lap();
+        let traffic = since(before, counted.traffic());
+        let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
+        let Everywhere { u, lambda, states, .. } = found;
+        return Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary });
+    }
 }
 
 fn since(before: Traffic, now: Traffic) -> Traffic {
@@ -85,8 +110,16 @@ fn since(before: Traffic, now: Traffic) -> Traffic {
     }
 }
 
-/// Displacements of all nodes here, multipliers and states of all points here: those of other ranks are asked of them.
-fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Vec<V3>, Vec<f64>, Vec<PointState>) {
+/// An answer here: displacements of all unknowns and of all nodes, multipliers and states of all points.
+struct Everywhere {
+    free: Vec<f64>,
+    u: Vec<V3>,
+    lambda: Vec<f64>,
+    states: Vec<PointState>,
+}
+
+/// The answer at all nodes and points here: what belongs to other ranks is asked of them.
+fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Everywhere {
     let (own, m) = (multigrid.own_points(), local.problem.points());
     let (mut lambda, mut codes) = (vec![0.0; 3 * m], vec![0.0; 3 * m]);
     for (place, &j) in own.iter().enumerate() {
@@ -94,106 +127,41 @@ fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Vec
         (0..3).for_each(|r| lambda[r * m + j] = solution.lambda[r * own.len() + place]);
         codes[j] = f64::from(solution.states[place].code());
     }
-    let (u, lambda) = ghost_values(&local.problem, &local.division, &solution.u, &lambda);
+    let (free, lambda) = ghost_values(&local.problem, &local.division, &solution.u, &lambda);
     let (_, codes) = ghost_values(&local.problem, &local.division, &solution.u, &codes);
     let state = |code: &f64| PointState::of_code(*code as usize).unwrap_or(PointState::Open);
-    let full = full_displacement(&local.model, &u);
-    (full.as_chunks().0.to_vec(), lambda, codes[..m].iter().map(state).collect())
+    let full = full_displacement(&local.model, &free);
+    let (u, states) = (full.as_chunks().0.to_vec(), codes[..m].iter().map(state).collect());
+    Everywhere { free, u, lambda, states }
 }
 
 /// The node of a point and its rows there, along x, y, z: normal, tangents.
-pub(super) fn axes(local: &Local, j: usize) -> Option<(u32, [V3; 3])> {
+pub(super) fn axes(local: &Local, j: usize) -> (u32, [V3; 3]) {
     let (problem, dofs) = (&local.problem, &local.model.dofs);
-    let mut node = None;
+    let node = local.division.points[j];
     let mut axes = [[0.0; 3]; 3];
     for (axis, i) in axes.iter_mut().zip(problem.rows(j)) {
         let (columns, values) = problem.contact.B.row(i);
         let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
         let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
         let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
-        for (dof, value) in free.chain(held) {
-            node = Some(dof / 3);
+        for (dof, value) in free.chain(held).filter(|(dof, _)| dof / 3 == node) {
             *axis = add(*axis, scale(value, dofs.direction(dof)));
         }
     }
-    Some((node?, axes))
-}
-
-/// Sums over the points of this rank.
-fn totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> (Totals, [f64; 4]) {
-    let (labels, own) = (&local.problem.labels, multigrid.own_points());
-    let m = own.len();
-    let mut t = Totals { points: m, ..Totals::default() };
-    let mut most = [0.0, f64::NAN, f64::NAN, f64::NAN];
-    for (place, &j) in own.iter().enumerate() {
-        let (area, share) = (labels.area[j as usize], labels.unity_sum[j as usize]);
-        let (count, sum) = match solution.states[place] {
-            PointState::Open => (&mut t.open, &mut t.open_area),
-            PointState::Stick => (&mut t.stick, &mut t.stick_area),
-            PointState::Slip => (&mut t.slip, &mut t.slip_area),
-        };
-        *count += 1;
-        *sum += area;
-        let [normal, first, second] = [0, 1, 2].map(|r| solution.lambda[r * m + place]);
-        t.normal_force += share * normal;
-        let Some((node, [_, t1, t2])) = axes(local, j as usize) else { continue };
-        let along = add(scale(first, t1), scale(second, t2));
-        (0..3).for_each(|c| t.tangential_force[c] -= share * along[c]);
-        t.max_lambda_n = t.max_lambda_n.max(normal);
-        t.max_lambda_t = t.max_lambda_t.max(first.hypot(second));
-        t.max_shear = t.max_shear.max(norm(along) / area);
-        if normal / area > most[0] {
-            let [x, y, z] = local.piece.mesh.nodes[node as usize];
-            most = [normal / area, x, y, z];
-        }
-    }
-    (t, most)
-}
-
-/// The totals of all ranks.
-fn joined_totals(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Totals {
-    let ranks = &*local.division.ranks;
-    let (t, most) = totals(local, multigrid, solution);
-    let [x, y, z] = t.tangential_force;
-    let counts = [t.points, t.open, t.stick, t.slip].map(|count| count as f64);
-    let mut sums = [counts.as_slice(), &[t.open_area, t.stick_area, t.slip_area, t.normal_force, x, y, z]].concat();
-    sum(ranks, &mut sums);
-    let mut largest = [t.max_lambda_n, t.max_lambda_t, t.max_shear];
-    max(ranks, &mut largest);
-    let all = gather_all(ranks, to_bytes(&most));
-    let places = all.iter().map(|bytes| crate::ranks::Wire::read(bytes));
-    let first: [f64; 4] = places.fold([0.0; 4], |best, next: [f64; 4]| if next[0] > best[0] { next } else { best });
-    let [pressure, at @ ..] = first;
-    Totals {
-        points: sums[0] as usize,
-        open: sums[1] as usize,
-        stick: sums[2] as usize,
-        slip: sums[3] as usize,
-        open_area: sums[4],
-        stick_area: sums[5],
-        slip_area: sums[6],
-        normal_force: sums[7],
-        tangential_force: [sums[8], sums[9], sums[10]],
-        max_lambda_n: largest[0],
-        max_lambda_t: largest[1],
-        max_pressure: pressure,
-        max_pressure_at: (pressure > 0.0).then_some(at),
-        max_shear: largest[2],
-        max_other_pressure: 0.0,
-    }
+    (node, axes)
 }
 
 fn summary(
     case: &Case,
     local: &Local,
     multigrid: &Multigrid,
-    solution: &Solution,
+    (solution, contact, steps): (&Solution, Totals, Vec<RankedStep>),
     u: &[V3],
     seconds: &Seconds,
     traffic: Traffic,
 ) -> RankedSummary {
     let ranks = &*local.division.ranks;
-    let contact = joined_totals(local, multigrid, solution);
     let labels = local.problem.elastic.node_of.iter().flatten();
     let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
     sum(ranks, &mut sums);
@@ -201,7 +169,8 @@ fn summary(
     let mut largest = [own.map(|(_, u)| norm(*u)).fold(0.0, f64::max)];
     max(ranks, &mut largest);
     let [nodes, ghosts] = multigrid.nodes_here();
-    let cycles = solution.counts.cycles.max(1) as f64;
+    let of_steps: usize = steps.iter().map(|step| step.iterations).sum();
+    let cycles = of_steps.max(solution.counts.cycles).max(1) as f64;
     let per_cycle = |count: u64| count as f64 / cycles;
     let record = RankRecord {
         nodes,
@@ -216,4 +185,5 @@ fn summary(
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
     RankedSummary::new(case, local.sizes, solution, contact, sums[0] as usize, largest[0], records, seconds)
         .with_levels(multigrid.level_sizes())
+        .with_steps(steps)
 }

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::local::Local;
+use super::share::name;
 use super::solve::{RankedAnswer, axes};
+use super::tractions::shear as shear_of;
 use crate::Error;
 use crate::fem::{Solid, cell_stress, von_mises};
 use crate::io::folder;
@@ -157,9 +159,10 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
 /// The contact faces of this rank, each of which is that of its first node, with the fields of the contact points at their
 /// nodes; the status is -1 where there is none.
 fn surface(answer: &RankedAnswer) -> GridFields {
-    let Local { piece, division, problem, surfaces, .. } = &answer.local;
+    let Local { piece, division, problem, signs, .. } = &answer.local;
     let mesh = &piece.mesh;
-    let faces = surfaces.iter().flat_map(|(_, surface, _)| &surface.faces).map(|&f| mesh.faces[f as usize].nodes());
+    let groups = (0..signs.len()).filter_map(|k| mesh.group(&name("contact", k)));
+    let faces = groups.flat_map(|group| &group.faces).map(|&f| mesh.faces[f as usize].nodes());
     let own: Vec<(u8, &[u32])> =
         faces.filter(|nodes| division.is_own(nodes[0])).map(|nodes| (face_code(nodes.len()), nodes)).collect();
     let (nodes, cells) = compact(&own);
@@ -170,16 +173,17 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     let free: Vec<f64> = answer.local.model.dofs.free.iter().map(|&dof| along(answer, dof)).collect();
     let left = problem.gap_and_slip(&free);
     for j in 0..m {
-        let Some((node, [normal, t1, t2])) = axes(&answer.local, j) else { continue };
+        let (node, [normal, t1, t2]) = axes(&answer.local, j);
         let Ok(at) = nodes.binary_search(&node) else { continue };
         let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);
-        let area = problem.labels.area[j];
         let friction = add(scale(a, t1), scale(b, t2));
-        pressure[at] = l / area;
-        shear[at] = scale(1.0 / area, friction);
-        slip[at] = add(scale(-left[m + j], t1), scale(-left[2 * m + j], t2));
-        gap[at] = left[j];
-        force[at] = add(scale(l, normal), friction);
+        let sign = answer.local.signs[answer.local.pair_of(j)];
+        let (share, traction) = (problem.labels.unity_sum[j], answer.tractions[j]);
+        pressure[at] = traction[0];
+        shear[at] = scale(sign, shear_of(traction));
+        slip[at] = scale(-sign / share, add(scale(left[m + j], t1), scale(left[2 * m + j], t2)));
+        gap[at] = left[j] / share;
+        force[at] = scale(sign * share, add(scale(l, normal), friction));
         status[at] = answer.states[j].code().into();
     }
     GridFields {

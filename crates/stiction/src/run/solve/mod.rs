@@ -20,7 +20,7 @@ mod steps;
 mod strength;
 mod stretch;
 mod totals;
-pub(super) mod tractions;
+pub(crate) mod tractions;
 
 pub use balance::Balance;
 pub use bolts::{BoltState, bolt_states};

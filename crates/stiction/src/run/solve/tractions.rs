@@ -26,7 +26,7 @@ pub(crate) struct Tractions {
 }
 
 /// Part of the area of a point at a node of the master; area. Negative where the function of the point is.
-type Shared = Vec<(usize, f64)>;
+pub(crate) type Shared = Vec<(usize, f64)>;
 
 /// Sweeps of what is repeated until areas and forces add up.
 const SWEEPS: usize = 20;
@@ -89,7 +89,11 @@ fn shared(
 }
 
 /// From the points to the nodes of the master and back; `quotients` is force over area of each point.
-fn project(shared: &[Shared], quotients: &[Traction], count: usize) -> (Vec<Traction>, Vec<Option<Traction>>) {
+pub(crate) fn project(
+    shared: &[Shared],
+    quotients: &[Traction],
+    count: usize,
+) -> (Vec<Traction>, Vec<Option<Traction>>) {
     let mut nodes = vec![Received::default(); count];
     for (row, traction) in shared.iter().zip(quotients) {
         row.iter().for_each(|&(k, area)| nodes[k].add(area, traction));

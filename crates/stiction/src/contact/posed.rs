@@ -1,0 +1,150 @@
+//! The contact points of a whole mesh, for problems on pieces of it.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::points::Point;
+use super::rows::all_points;
+use super::{ContactSurface, Friction, Pair, SurfaceFacts};
+use crate::Error;
+use crate::fem::DofMap;
+use crate::mesh::Mesh;
+use crate::ranks::{put, take};
+
+/// The contact points of some surfaces: one after the other, with the name of each surface and where its points are.
+pub(crate) struct PosedPoints {
+    pub(super) points: Vec<Point>,
+    pub(super) pairs: Vec<Pair>,
+}
+
+/// A node and its numbers: gap, area, orthotropy, partition of unity, frame, normal, the law.
+type Numbers = [f64; 20];
+
+impl PosedPoints {
+    /// The points of these surfaces on a mesh whose prescribed displacements are those of `dofs`; of the mesh nodes and faces
+    /// are read.
+    ///
+    /// # Errors
+    /// As of [`pose`](super::pose()).
+    pub(crate) fn new(
+        mesh: &Mesh,
+        dofs: &DofMap,
+        surfaces: &[ContactSurface],
+    ) -> Result<(PosedPoints, Vec<SurfaceFacts>), Error> {
+        let (points, facts) = all_points(mesh, dofs, surfaces)?;
+        let mut first = 0;
+        let pair = |facts: &SurfaceFacts| {
+            first += facts.points;
+            Pair { name: facts.name.clone(), points: first - facts.points..first }
+        };
+        let pairs = facts.iter().map(pair).collect();
+        Ok((PosedPoints { points, pairs }, facts))
+    }
+
+    /// The node of each point.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = u32> {
+        self.points.iter().map(|point| point.node)
+    }
+
+    /// The gap of each point before anything is prescribed, length; with `parted` at least zero, as steps begin.
+    pub(crate) fn gaps(&self, parted: bool) -> Vec<f64> {
+        self.points.iter().map(|point| if parted { point.gap.max(0.0) } else { point.gap }).collect()
+    }
+
+    /// The node of each point whose jump is measured from other nodes, and then these.
+    pub(crate) fn links(&self) -> Vec<Vec<u32>> {
+        let linked = self.points.iter().filter(|point| !point.others.is_empty());
+        let nodes =
+            |point: &Point| std::iter::once(point.node).chain(point.others.iter().map(|other| other.0)).collect();
+        linked.map(nodes).collect()
+    }
+
+    /// Nodes that points are measured from, ascending, each with the node of the point that depends on it most and is not itself one
+    /// of them.
+    pub(crate) fn leaders(&self) -> Vec<[u32; 2]> {
+        let mut heaviest: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+        for point in &self.points {
+            for &(other, weight) in &point.others {
+                let best = heaviest.entry(other).or_insert((0.0, point.node));
+                if weight.abs() > best.0 {
+                    *best = (weight.abs(), point.node);
+                }
+            }
+        }
+        let leads = |leader: &u32| !heaviest.contains_key(leader);
+        heaviest.iter().filter(|(_, (_, leader))| leads(leader)).map(|(&node, &(_, leader))| [node, leader]).collect()
+    }
+
+    /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.
+    pub(crate) fn message(&self, nodes: &[u64]) -> Vec<u8> {
+        let place = |node: u32| nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);
+        let here = |point: &Point| -> Option<(u32, Vec<(u32, f64)>)> {
+            let others = point.others.iter().map(|&(node, weight)| Some((place(node)?, weight)));
+            Some((place(point.node)?, others.collect::<Option<_>>()?))
+        };
+        let (mut own, mut numbers): (Vec<u32>, Vec<Numbers>) = Default::default();
+        let (mut counts, mut others, mut weights): (Vec<u32>, Vec<u32>, Vec<f64>) = Default::default();
+        let (mut names, mut ends) = (Vec::new(), Vec::new());
+        for pair in &self.pairs {
+            for point in &self.points[pair.points.clone()] {
+                let Some((node, of)) = here(point) else { continue };
+                own.push(node);
+                numbers.push(of_point(point));
+                counts.push(of.len() as u32);
+                others.extend(of.iter().map(|other| other.0));
+                weights.extend(of.iter().map(|other| other.1));
+            }
+            ends.push(own.len() as u64);
+            put(pair.name.as_bytes(), &mut names);
+        }
+        let mut to = Vec::new();
+        put(&ends, &mut to);
+        to.extend(names);
+        put(&own, &mut to);
+        put(&numbers, &mut to);
+        put(&counts, &mut to);
+        put(&others, &mut to);
+        put(&weights, &mut to);
+        to
+    }
+
+    /// Takes the points out of a message of [`Self::message`].
+    ///
+    /// # Panics
+    /// If the message is none of its making.
+    pub(crate) fn take(from: &mut &[u8]) -> PosedPoints {
+        let ends: Vec<u64> = take(from);
+        let mut first = 0;
+        let pair = |end: u64| {
+            let points: Range<usize> = first..end as usize;
+            first = points.end;
+            Pair { name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(), points }
+        };
+        let pairs = ends.into_iter().map(pair).collect();
+        let (own, numbers, counts): (Vec<u32>, Vec<Numbers>, Vec<u32>) = (take(from), take(from), take(from));
+        let (others, weights): (Vec<u32>, Vec<f64>) = (take(from), take(from));
+        let mut others = others.into_iter().zip(weights);
+        let point = |((node, numbers), count): ((u32, Numbers), u32)| {
+            point(node, numbers, others.by_ref().take(count as usize).collect())
+        };
+        PosedPoints { points: own.into_iter().zip(numbers).zip(counts).map(point).collect(), pairs }
+    }
+}
+
+fn of_point(point: &Point) -> Numbers {
+    let Point { gap, area, friction, orthotropy, frame, normal, unity_sum, .. } = point;
+    let law = friction.numbers();
+    let mut numbers = [0.0; 20];
+    let all = [&[*gap, *area, *orthotropy, *unity_sum][..], frame.as_flattened(), normal, &law[..]].concat();
+    numbers.copy_from_slice(&all);
+    numbers
+}
+
+fn point(node: u32, numbers: Numbers, others: Vec<(u32, f64)>) -> Point {
+    let [gap, area, orthotropy, unity_sum, rest @ ..] = numbers;
+    let row = |k: usize| [rest[k], rest[k + 1], rest[k + 2]];
+    let friction = Friction::of_numbers([rest[12], rest[13], rest[14], rest[15]]);
+    let (frame, normal) = ([row(0), row(3), row(6)], row(9));
+    let (stiffness, layer) = (None, None);
+    Point { node, gap, area, friction, orthotropy, frame, normal, others, unity_sum, stiffness, layer }
+}

@@ -1,0 +1,143 @@
+//! Pressure and shear at contact points that are divided among ranks. Between two bodies they are means over nodes of the other
+//! surface, which rank 0 takes from the areas and forces of all points.
+
+use std::collections::BTreeSet;
+
+use super::local::Local;
+use super::solve::axes;
+use crate::certificate::ghost_values;
+use crate::mesh::v3::{V3, add, dot, scale};
+use crate::ranks::{gather, put, take};
+use crate::run::solve::tractions::{Traction, project};
+
+/// Tractions of all points here, and the largest pressure at a node of another surface, the same on every rank.
+pub(super) struct RankTractions {
+    pub points: Vec<Traction>,
+    pub max_other_pressure: f64,
+}
+
+/// Those of an answer; `lambda` are the multipliers of all points here.
+pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
+    let (problem, division) = (&local.problem, &local.division);
+    let m = problem.points();
+    let quotient = |j: usize| {
+        let (_, [_, t1, t2]) = axes(local, j);
+        let [x, y, z] = add(scale(lambda[m + j], t1), scale(lambda[2 * m + j], t2));
+        [lambda[j], x, y, z].map(|force| force / problem.labels.area[j])
+    };
+    let mut points: Vec<Traction> = (0..m).map(quotient).collect();
+    if !local.between_bodies.contains(&true) {
+        return RankTractions { points, max_other_pressure: 0.0 };
+    }
+    let is_own = |j: &usize| division.is_own(division.points[*j]) && local.between_bodies[local.pair_of(*j)];
+    let own: Vec<usize> = (0..m).filter(is_own).collect();
+    let (means, max_other_pressure) = exchanged(local, &own, &points);
+    own.iter().zip(means).for_each(|(&j, mean)| points[j] = mean);
+    // Three numbers of a point at a time are asked of its owner.
+    let zeros = vec![0.0; problem.unknowns()];
+    let fetch = |of: [usize; 3]| {
+        let values: Vec<f64> = of.iter().flat_map(|&c| points.iter().map(move |t| t[c])).collect();
+        ghost_values(problem, division, &zeros, &values).1
+    };
+    let (first, last) = (fetch([0, 1, 2]), fetch([3, 3, 3]));
+    let points = (0..m).map(|j| [first[j], first[m + j], first[2 * m + j], last[j]]).collect();
+    RankTractions { points, max_other_pressure }
+}
+
+/// The means at the points `own`, found by rank 0 for all ranks.
+fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Traction>, f64) {
+    let ranks = &*local.division.ranks;
+    let shared: Vec<Vec<(u64, f64)>> = own.iter().map(|&j| shared(local, j)).collect();
+    let mut message = Vec::new();
+    put(&own.iter().map(|&j| local.pair_of(j) as u32).collect::<Vec<_>>(), &mut message);
+    put(&own.iter().map(|&j| quotients[j]).collect::<Vec<_>>(), &mut message);
+    put(&shared.iter().map(|row| row.len() as u32).collect::<Vec<_>>(), &mut message);
+    put(&shared.iter().flatten().map(|entry| entry.0).collect::<Vec<u64>>(), &mut message);
+    put(&shared.iter().flatten().map(|entry| entry.1).collect::<Vec<f64>>(), &mut message);
+    let reply = match gather(ranks, message) {
+        None => ranks.exchange(Vec::new(), &[0]).swap_remove(0),
+        Some(messages) => {
+            let mut replies = replies(&messages);
+            let own = replies.remove(0);
+            ranks.exchange(replies.into_iter().zip(1..).map(|(reply, rank)| (rank, reply)).collect(), &[]);
+            own
+        }
+    };
+    let mut from = &reply[..];
+    let (means, most): (Vec<Traction>, Vec<f64>) = (take(&mut from), take(&mut from));
+    (means, most[0])
+}
+
+/// What a point shares with the nodes of the other surface, by their numbers in the whole mesh; area. Linear faces have functions
+/// with positive integrals, whose partition of unity is one.
+fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
+    let (problem, dofs) = (&local.problem, &local.model.dofs);
+    let (own, axes) = axes(local, j);
+    let Some((i, axis)) = problem.rows(j).into_iter().zip(axes).find(|(_, axis)| dot(*axis, *axis) > 0.0) else {
+        return Vec::new();
+    };
+    let master = &local.masters[local.pair_of(j)];
+    let weight = |dof: u32, value: f64| -> f64 {
+        -problem.labels.area[j] * value * dot(dofs.direction(dof), axis) / dot(axis, axis)
+    };
+    let (columns, values) = problem.contact.B.row(i);
+    let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
+    let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
+    let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
+    let on_other = |(dof, _): &(u32, f64)| dof / 3 != own && master.binary_search(&(dof / 3)).is_ok();
+    let parts = free.chain(held).filter(on_other);
+    let mut shared: Vec<(u64, f64)> =
+        parts.map(|(dof, value)| (local.piece.nodes[(dof / 3) as usize], weight(dof, value))).collect();
+    shared.sort_by_key(|entry| entry.0);
+    shared.chunk_by(|a, b| a.0 == b.0).map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
+}
+
+/// A point of a rank: its pair, its quotient of force and area, and what it shares.
+type Sent = (u32, Traction, Vec<(u64, f64)>);
+
+/// The messages of rank 0 to all ranks.
+fn replies(messages: &[Vec<u8>]) -> Vec<Vec<u8>> {
+    let all: Vec<Vec<Sent>> = messages.iter().map(|message| sent(message)).collect();
+    let mut means: Vec<Vec<Traction>> = all.iter().map(|points| vec![[0.0; 4]; points.len()]).collect();
+    let mut most: f64 = 0.0;
+    let pairs: BTreeSet<u32> = all.iter().flatten().map(|point| point.0).collect();
+    for pair in pairs {
+        let of_rank = |(rank, points): (usize, &Vec<Sent>)| {
+            let own = points.iter().enumerate().filter(|(_, point)| point.0 == pair);
+            own.map(|(place, _)| (rank, place)).collect::<Vec<_>>()
+        };
+        let places: Vec<(usize, usize)> = all.iter().enumerate().flat_map(of_rank).collect();
+        let rows = || places.iter().map(|&(rank, place)| &all[rank][place]);
+        let mut nodes: Vec<u64> = rows().flat_map(|point| &point.2).map(|entry| entry.0).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let place = |node: u64| nodes.partition_point(|&other| other < node);
+        let shared: Vec<Vec<(usize, f64)>> =
+            rows().map(|point| point.2.iter().map(|&(node, area)| (place(node), area)).collect()).collect();
+        let quotients: Vec<Traction> = rows().map(|point| point.1).collect();
+        let (of_points, of_nodes) = project(&shared, &quotients, nodes.len());
+        places.iter().zip(of_points).for_each(|(&(rank, place), mean)| means[rank][place] = mean);
+        most = of_nodes.iter().flatten().fold(most, |most, traction| most.max(traction[0]));
+    }
+    let reply = |means: &Vec<Traction>| {
+        let mut to = Vec::new();
+        put(means, &mut to);
+        put(&[most], &mut to);
+        to
+    };
+    means.iter().map(reply).collect()
+}
+
+fn sent(mut message: &[u8]) -> Vec<Sent> {
+    let from = &mut message;
+    let (pairs, quotients, counts): (Vec<u32>, Vec<Traction>, Vec<u32>) = (take(from), take(from), take(from));
+    let (nodes, areas): (Vec<u64>, Vec<f64>) = (take(from), take(from));
+    let mut shared = nodes.into_iter().zip(areas);
+    let rows = counts.into_iter().map(|count| shared.by_ref().take(count as usize).collect());
+    pairs.into_iter().zip(quotients).zip(rows).map(|((pair, quotient), row)| (pair, quotient, row)).collect()
+}
+
+/// The shear of a traction.
+pub(super) fn shear([_, x, y, z]: Traction) -> V3 {
+    [x, y, z]
+}
