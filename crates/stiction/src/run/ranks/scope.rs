@@ -78,6 +78,7 @@ fn contact(contact: &ContactSpec) -> Result<(), Error> {
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
         ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
         ContactSpec { wear: Some(_), .. } => "wear",
+        ContactSpec { bonded_until: Some(_), .. } => "a contact that is bonded at first",
         _ => return Ok(()),
     };
     Err(refused(&contact.spot, what))
