@@ -64,9 +64,9 @@ impl Monitor {
         self.residuals.last().is_some_and(|&last| last <= Threshold::CHATTERING)
     }
 
-    /// Whether steps may use the Coulomb coupling.
-    pub(super) fn is_coupled(&self) -> bool {
-        !self.is_far() && !self.without_halving(Threshold::SLOW)
+    /// Whether steps may use the Coulomb coupling; `nearby` if the run began at the answer of a problem nearby.
+    pub(super) fn is_coupled(&self, nearby: bool) -> bool {
+        (nearby || !self.is_far()) && !self.without_halving(Threshold::SLOW)
     }
 
     /// Judges the last residual, which is that of `iterate` after `cycles`, and keeps the best iterate.

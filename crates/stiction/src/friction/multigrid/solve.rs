@@ -212,7 +212,9 @@ pub(super) fn start(
         None if floats => None,
         None => coarse_start::start(transformed, laws, hierarchy),
     };
+    let is_nearby = settings.start_displacement.is_some();
     match u {
+        Some(u) if is_nearby => State::at(u, &transformed.k).nearby(),
         Some(u) => State::at(u, &transformed.k),
         None => State::zero(transformed.f.len()),
     }
