@@ -3,10 +3,12 @@ use super::iteration::{Iterate, Subproblem};
 use super::transform::Transformed;
 use crate::contact::ContactProblem;
 use crate::contact::rigid::RigidMotions;
+use crate::contact::sliding::least_resisted;
 use crate::friction::direct::rigid_start::{Foundation, balanced};
 
 /// Floating bodies, which contact alone supports, with the data of their rigid motions.
 pub(super) struct FloatingBodies<'a> {
+    problem: &'a ContactProblem,
     motions: &'a RigidMotions,
     /// Jumps of the motions at the points, length `3m` each.
     jumps: Vec<Vec<f64>>,
@@ -16,11 +18,11 @@ pub(super) struct FloatingBodies<'a> {
 
 impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
-    pub(super) fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
+    pub(super) fn new(problem: &'a ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
         transformed.points.iter().any(|p| p.floats).then(|| {
             let motions = &transformed.motions;
             let jumps = motions.jumps(&problem.isotropic_rows());
-            FloatingBodies { motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
+            FloatingBodies { problem, motions, jumps, resultant: balanced(motions, &problem.elastic.f) }
         })
     }
 
@@ -31,6 +33,14 @@ impl<'a> FloatingBodies<'a> {
         // Rigid motions take no forces: `ku` stays.
         let motion = self.motion(problem, at);
         at.u.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(u, d)| *u += d);
+    }
+
+    /// Whether the loads move some body along the surfaces that press against one another with these normal forces (newton, `m`)
+    /// by more than the friction that is given by them resists. The energy then falls without bound along this motion.
+    pub(super) fn slide_off(&self, normals: &[f64]) -> bool {
+        let mut lambda = normals.to_vec();
+        lambda.resize(3 * normals.len(), 0.0);
+        least_resisted(self.problem, self.motions, &lambda).is_some_and(|found| found.load > found.friction)
     }
 
     /// That motion, in the frames.

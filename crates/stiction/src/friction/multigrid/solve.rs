@@ -139,6 +139,7 @@ pub fn solve_multigrid(
     let (asked, is_divided) = (settings.path == SolverPath::Multigrid, divided.is_some());
     let traits = Traits { floats, convex, asked, divided: is_divided, max_iterations };
     let begin = start(problem, transformed, &laws, hierarchy, settings);
+    let begin = if settings.start_displacement.is_some() { begin.given() } else { begin };
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| {
         let progress = progress(cycle, residual, states);
@@ -212,9 +213,7 @@ pub(super) fn start(
         None if floats => None,
         None => coarse_start::start(transformed, laws, hierarchy),
     };
-    let is_nearby = settings.start_displacement.is_some();
     match u {
-        Some(u) if is_nearby => State::at(u, &transformed.k).nearby(),
         Some(u) => State::at(u, &transformed.k),
         None => State::zero(transformed.f.len()),
     }
