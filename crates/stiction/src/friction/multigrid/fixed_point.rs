@@ -25,7 +25,8 @@ impl Threshold {
 
 /// Coulomb friction by the fixed point on the slip bounds (Necas, Jarusek & Haslinger 1980), for active sets that cycle: each
 /// problem with given friction minimises an energy, which the descent does where the active-set iteration fails. Close to the
-/// solution the active-set iteration on Coulomb's law is faster.
+/// solution the active-set iteration on Coulomb's law is faster. It ends where the loads overcome the bounds: the body
+/// slides off, and the bounds of its contact forces there do not hold it either.
 pub(super) fn fixed_point(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,
@@ -45,8 +46,9 @@ pub(super) fn fixed_point(
             .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
             .collect();
         let inner = Subproblem { laws: &given, tolerance: accuracy, ..*problem };
-        let end =
-            attempt(&inner, hierarchy, state, observe).unwrap_or_else(|| descend(&inner, hierarchy, state, observe));
+        let slides_off = || problem.floating.is_some_and(|floating| floating.slide_off(&normals));
+        let end = attempt(&inner, hierarchy, state, observe)
+            .unwrap_or_else(|| descend(&inner, hierarchy, state, &slides_off, observe));
         if end != End::Converged {
             return end;
         }

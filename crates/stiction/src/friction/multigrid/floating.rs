@@ -3,6 +3,7 @@ use super::directions::Vector;
 use super::iteration::{Iterate, Subproblem};
 use super::transform::Transformed;
 use crate::contact::rigid::RigidMotions;
+use crate::contact::sliding::least_resisted;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::rigid_start::{Foundation, keep_apart, without_rounding};
 use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
@@ -10,6 +11,7 @@ use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 /// Floating bodies, which contact alone supports, with the data of their rigid motions. Where points are divided among ranks each
 /// has the data of all, and finds the same equilibrium.
 pub(super) struct FloatingBodies<'a> {
+    problem: &'a ContactProblem,
     motions: &'a RigidMotions,
     /// Jumps of the motions at all points, length `3m` each, and the laws there.
     jumps: Vec<Vec<f64>>,
@@ -34,7 +36,7 @@ fn of_all_points(halo: &Halo, blocks: usize, own: &[f64]) -> Vec<f64> {
 
 impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
-    pub(super) fn new(problem: &ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
+    pub(super) fn new(problem: &'a ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
         let halo = transformed.halo();
         if !halo.any(transformed.points.iter().any(|p| p.floats)) {
             return None;
@@ -55,7 +57,7 @@ impl<'a> FloatingBodies<'a> {
         work.push(motions.work_size(&load));
         halo.sum(&mut work);
         let size = work.pop().unwrap_or(0.0);
-        Some(FloatingBodies { motions, jumps, friction, resultant: without_rounding(work, size) })
+        Some(FloatingBodies { problem, motions, jumps, friction, resultant: without_rounding(work, size) })
     }
 
     /// Moves the bodies as rigid ones to where the admissible augmented multipliers balance their loads: the points then in
@@ -65,6 +67,15 @@ impl<'a> FloatingBodies<'a> {
         // Rigid motions take no forces: `ku` stays.
         let motion = self.motion(problem, at);
         at.u.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(u, d)| *u += d);
+    }
+
+    /// Whether the loads move some body along the surfaces that press against one another with these normal forces (newton, `m`)
+    /// by more than the friction that is given by them resists. The energy then falls without bound along this motion. For a
+    /// problem that is not divided among ranks: only there a descent asks.
+    pub(super) fn slide_off(&self, normals: &[f64]) -> bool {
+        let mut lambda = normals.to_vec();
+        lambda.resize(3 * normals.len(), 0.0);
+        least_resisted(self.problem, self.motions, &lambda).is_some_and(|found| found.load > found.friction)
     }
 
     /// That motion, in the frames.

@@ -147,6 +147,7 @@ pub fn solve_multigrid(
     let (asked, is_divided) = (settings.path == SolverPath::Multigrid, divided.is_some());
     let traits = Traits { floats, convex, asked, divided: is_divided, max_iterations };
     let begin = start(problem, transformed, &laws, hierarchy, settings);
+    let begin = if settings.start_displacement.is_some() { begin.given() } else { begin };
     let mut history = Vec::new();
     let mut observe = |cycle: usize, residual: f64, states: [usize; 3]| {
         let progress = progress(cycle, residual, states);

@@ -95,7 +95,7 @@ fn descend_for(problem: &ContactProblem, cycles: usize) -> (End, usize, Vec<f64>
         floating: None,
         tightening: None,
     };
-    let end = descend(&subproblem, &mut hierarchy, &mut state, &mut |_, _, _| ControlFlow::Continue(()));
+    let end = descend(&subproblem, &mut hierarchy, &mut state, &|| false, &mut |_, _, _| ControlFlow::Continue(()));
     (end, state.cycles, transformed.out_of_frames(&state.iterate.u))
 }
 
