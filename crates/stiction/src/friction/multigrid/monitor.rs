@@ -160,4 +160,15 @@ mod tests {
         assert_eq!(monitor.take_best().unwrap().u, [[0.02; 3]]);
         assert_eq!(verdicts(&mut monitor, [f64::NAN]), [Verdict::Failed]);
     }
+
+    #[test]
+    fn a_run_that_swings_off_stays_coupled_only_if_it_began_near_at_given_displacements() {
+        let coupled = |first: f64, given: bool| {
+            let mut monitor = Monitor::default();
+            [first, 4.0 * Threshold::FAR].into_iter().for_each(|residual| monitor.record(residual));
+            monitor.is_coupled(given)
+        };
+        let near = 0.5 * Threshold::NEARBY;
+        assert_eq!([coupled(near, true), coupled(near, false), coupled(3.0 * near, true)], [true, false, false]);
+    }
 }
