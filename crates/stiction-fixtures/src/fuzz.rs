@@ -252,7 +252,7 @@ fn decks() -> Vec<Vec<u8>> {
         "data/decks/changed-law.inp" "data/decks/equations.inp" "data/decks/held.inp" "data/decks/kinds-of-pairs.inp"
         "data/decks/lining.inp" "data/decks/nodes.inp" "data/decks/parts.inp" "data/decks/plane-stress.inp"
         "data/decks/printed.inp" "data/decks/prisms.inp" "data/decks/sections-first.inp" "data/decks/spread.inp"
-        "data/decks/turned.inp"
+        "data/decks/turned.inp" "data/decks/sector.inp" "data/decks/freed.inp"
     )
 }
 
