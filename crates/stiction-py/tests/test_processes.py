@@ -35,6 +35,8 @@ import os, signal, sys, threading, time
 import numpy as np
 from test_processes import problem
 
+# What a shell runs in the background ignores interrupts, and so do its children.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 phase, method, cells = sys.argv[1], sys.argv[2], int(sys.argv[3])
 large = problem(cells)
 sent = []
