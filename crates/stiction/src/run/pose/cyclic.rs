@@ -59,7 +59,10 @@ pub(crate) struct Cuts {
 /// # Errors
 /// Cuts whose nodes do not lie upon one another when one is turned.
 pub(crate) fn cuts(mesh: &Mesh, specs: &[CyclicSpec]) -> Result<Vec<Cuts>, Error> {
-    let body = if specs.is_empty() { Vec::new() } else { bodies(mesh) };
+    if specs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let body = bodies(mesh);
     let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
     let cuts = |spec: &CyclicSpec| {
         let (sine, cosine) = (std::f64::consts::TAU / spec.sectors as f64).sin_cos();
