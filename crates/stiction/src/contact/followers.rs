@@ -28,7 +28,9 @@ pub(super) fn merge(
     }
     let place: HashMap<u32, usize> = points.iter().enumerate().map(|(j, point)| (point.node, j)).collect();
     let leader = |point: &Point| {
-        let i = *place.get(follows.get(&point.node)?)?;
+        // One that follows a third node itself may be merged: it cannot take another's area.
+        let node = follows.get(&point.node).filter(|node| !follows.contains_key(node))?;
+        let i = *place.get(node)?;
         says_the_same(point, &points[i], follows).then_some(i)
     };
     let leaders: Vec<Option<usize>> = points.iter().map(leader).collect();
