@@ -18,6 +18,7 @@ mod patches;
 
 pub use bound::{Bound, NoBound, Standing, bound};
 pub use cells::Straining;
+pub(crate) use nodal::nodal_stress_at;
 pub use nodal::{NodalStress, nodal_stress};
 
 use cells::Body;

@@ -53,6 +53,12 @@ static FROM_TET10: LazyLock<[[f64; 14]; 4]> = LazyLock::new(|| {
 /// # Panics
 /// If the lengths of `straining` do not fit the mesh.
 pub fn nodal_stress(solid: &Solid, straining: &Straining) -> NodalStress {
+    nodal_stress_at(solid, straining, None)
+}
+
+/// The same at the nodes for which `wanted` is true, NaN at the others; at all of them without `wanted`.
+pub(crate) fn nodal_stress_at<'m>(solid: &Solid<'m>, straining: &Straining, wanted: Option<&[bool]>) -> NodalStress {
+    let is_wanted = |node: u32| wanted.is_none_or(|wanted| wanted[node as usize]);
     let body = Body::new(solid, straining);
     let nodes = solid.mesh.nodes.len();
     let (mut stress, mut strain) = (vec![[0.0; 6]; nodes], vec![[0.0; 6]; nodes]);
@@ -61,12 +67,13 @@ pub fn nodal_stress(solid: &Solid, straining: &Straining) -> NodalStress {
     for (number, block) in solid.mesh.cells.iter().enumerate() {
         let width = block.kind.nodes();
         for (chunk, of_chunk) in block.nodes.chunks(CHUNK * width).enumerate() {
-            let of_cell = |(i, nodes): (usize, &[u32])| {
+            let of_cell = |(i, nodes): (usize, &'m [u32])| {
                 let local = chunk * CHUNK + i;
-                at_nodes(&body, block.kind, &At { block: number, cell: first + local, local, nodes })
+                let at = At { block: number, cell: first + local, local, nodes };
+                nodes.iter().any(|&node| is_wanted(node)).then(|| (nodes, at_nodes(&body, block.kind, &at)))
             };
-            let values: Vec<_> = of_chunk.par_chunks_exact(width).enumerate().map(of_cell).collect();
-            for (nodes, values) in of_chunk.chunks_exact(width).zip(values) {
+            let values: Vec<_> = of_chunk.par_chunks_exact(width).enumerate().filter_map(of_cell).collect();
+            for (nodes, values) in values {
                 for (&node, [of_stress, of_strain]) in nodes.iter().zip(values) {
                     let node = node as usize;
                     count[node] += 1;
@@ -81,6 +88,8 @@ pub fn nodal_stress(solid: &Solid, straining: &Straining) -> NodalStress {
         for (value, &count) in values.iter_mut().zip(&count) {
             *value = from_fn(|k| value[k] / f64::from(count) * if k < 3 { 1.0 } else { half });
         }
+        let others = values.iter_mut().zip(0..).filter(|(_, node)| !is_wanted(*node));
+        others.for_each(|(value, _)| *value = [f64::NAN; 6]);
     }
     NodalStress { stress, strain }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::aggregate::{aggregates, diagonal_norms, marks, neighbours, strong};
 use super::blocks::{Block, Blocks, Row};
-use super::dense::{add_product, add_transpose_product, inverse, square};
+use super::dense::{add_product, add_transpose_product, inverse, inverse_beside, largest_diagonal, square};
 use super::distance::{near, places};
 use super::divided_product::{Product, aggregates_of_ghosts, divided_galerkin};
 use crate::Error;
@@ -60,7 +60,9 @@ pub(super) fn coarsen<const R: usize>(
     let room = ensure(&format!("a coarse level of {count} nodes"), bytes, None);
     if halo.is_alone() { room } else { agree(&**halo.ranks(), room) }?;
     let (mut tentative, coarse_kernel) = tentative(&of, count, kernel);
-    let inverses: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| inverse(&a.diagonal(i))).collect();
+    let diagonals: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| a.diagonal(i)).collect();
+    let largest = largest_diagonal(&diagonals, halo);
+    let inverses: Vec<Block<R, R>> = diagonals.par_iter().map(|block| inverse_beside(block, largest)).collect();
     let (of, coarse) = aggregates_of_ghosts(halo, of, count);
     halo.update(&mut tentative);
     let all_coarse = coarse.extended(&coarse_kernel);

@@ -14,6 +14,8 @@ pub(super) struct CoarsestFactor {
 
 /// A pivot below this multiple of its diagonal entry counts as zero.
 const SINGULAR: f64 = 1e-10;
+/// The same of the largest diagonal entry: bodies that are a single node have the rounding of no stiffness.
+const NO_STIFFNESS: f64 = 1e-13;
 
 impl CoarsestFactor {
     pub(super) fn new(a: &Blocks<6, 6>) -> Self {
@@ -28,6 +30,7 @@ impl CoarsestFactor {
                 }
             }
         }
+        let least = NO_STIFFNESS * (0..n).map(|k| lower[k * n + k]).fold(0.0, f64::max);
         let mut singular = 0;
         for k in 0..n {
             let (done, rest) = lower.split_at_mut(k * n);
@@ -40,7 +43,7 @@ impl CoarsestFactor {
                 }
             }
             let pivot = column[k];
-            if pivot > SINGULAR * diagonal {
+            if pivot > (SINGULAR * diagonal).max(least) {
                 let scale = 1.0 / pivot.sqrt();
                 column[k..].iter_mut().for_each(|c| *c *= scale);
             } else {

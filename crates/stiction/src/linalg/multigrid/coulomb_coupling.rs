@@ -199,32 +199,40 @@ fn first_rows(
             }
         }
     };
-    let rows = Blocks::from_rows(reach.reach.len(), cols, named, |t, target| {
-        if has[t] == 0 {
-            return;
-        }
-        let (lift, own) = (&values[t], owned(t));
-        if let Some(own) = own {
-            let minus = lift.map(|row| row.map(|v| -v));
-            let columns = matrix.row(reach.touched[own] as usize).0;
-            for (&j, a) in columns.iter().zip(&truncation.free[0][free[own]..free[own + 1]]) {
-                add_transpose_product(&minus, a, target.at(j));
+    let rows = Blocks::from_rows(
+        reach.reach.len(),
+        cols,
+        named,
+        #[inline(always)]
+        |t, target| {
+            if has[t] == 0 {
+                return;
             }
-        }
-        for (i, part) in truncation.support.a_times_p_column(reach.reach[t]) {
-            let constrained = constraints[i].constrained;
-            if constrained == [false; 3] {
-                continue;
+            let (lift, own) = (&values[t], owned(t));
+            if let Some(own) = own {
+                let minus = lift.map(|row| row.map(|v| -v));
+                let columns = matrix.row(reach.touched[own] as usize).0;
+                for (&j, a) in columns.iter().zip(&truncation.free[0][free[own]..free[own + 1]]) {
+                    add_transpose_product(&minus, a, target.at(j));
+                }
             }
-            let constrained: Block<3, 6> = std::array::from_fn(|r| if constrained[r] { part[r] } else { [0.0; 6] });
-            let mut lifted = [[0.0; 6]; 3];
-            add_product(&constrained, lift, &mut lifted);
-            let (columns, blocks) = truncation.support.p.row(i);
-            let within =
-                |j: &u32| own.is_none_or(|own| matrix.row(reach.touched[own] as usize).0.binary_search(j).is_ok());
-            let within = columns.iter().zip(blocks).filter(|(j, _)| within(j));
-            within.for_each(|(&j, p)| add_transpose_product(&lifted, p, target.at(j)));
-        }
-    });
+            for (i, part) in truncation.support.a_times_p_column(reach.reach[t]) {
+                let constrained = constraints[i].constrained;
+                if constrained == [false; 3] {
+                    continue;
+                }
+                let constrained: Block<3, 6> = std::array::from_fn(|r| if constrained[r] { part[r] } else { [0.0; 6] });
+                let mut lifted = [[0.0; 6]; 3];
+                add_product(&constrained, lift, &mut lifted);
+                let (columns, blocks) = truncation.support.p.row(i);
+                let within =
+                    |j: &u32| own.is_none_or(|own| matrix.row(reach.touched[own] as usize).0.binary_search(j).is_ok());
+                let within = columns.iter().zip(blocks).filter(|(j, _)| within(j));
+                for (&j, p) in within {
+                    add_transpose_product(&lifted, p, target.at(j));
+                }
+            }
+        },
+    );
     reach.rows(rows)
 }

@@ -200,13 +200,21 @@ impl RelativeCoordinates {
             let rows = taken[t].iter().map(|entry| entry.0).chain([t]);
             rows.for_each(|i| x.row(i).0.iter().for_each(|&j| name(j)));
         };
-        Blocks::from_rows(x.rows, x.cols, reached, |t, row| {
-            x.entries_of(t).for_each(|(j, block)| *row.at(j) = *block);
-            for &(i, d) in &taken[t] {
-                let minus = d.map(|r| r.map(|v| -v));
-                x.entries_of(i).for_each(|(j, block)| add_transpose_product(&minus, block, row.at(j)));
-            }
-        })
+        Blocks::from_rows(
+            x.rows,
+            x.cols,
+            reached,
+            #[inline(always)]
+            |t, row| {
+                x.entries_of(t).for_each(|(j, block)| *row.at(j) = *block);
+                for &(i, d) in &taken[t] {
+                    let minus = d.map(|r| r.map(|v| -v));
+                    for (j, block) in x.entries_of(i) {
+                        add_transpose_product(&minus, block, row.at(j));
+                    }
+                }
+            },
+        )
     }
 
     /// Transforms a prolongation into one to relative displacements, `T⁻¹ P`.
@@ -220,12 +228,20 @@ impl RelativeCoordinates {
             p.row(nodes[t] as usize).0.iter().for_each(|&j| name(j));
             self.c.row(coupled[t]).0.iter().for_each(|&k| p.row(k as usize).0.iter().for_each(|&j| name(j)));
         };
-        let rows = Blocks::from_rows(nodes.len(), p.cols, reached, |t, row| {
-            p.entries_of(nodes[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
-            for (k, c) in self.c.entries_of(coupled[t]) {
-                p.entries_of(k as usize).for_each(|(j, block)| add_product(c, block, row.at(j)));
-            }
-        });
+        let rows = Blocks::from_rows(
+            nodes.len(),
+            p.cols,
+            reached,
+            #[inline(always)]
+            |t, row| {
+                p.entries_of(nodes[t] as usize).for_each(|(j, block)| *row.at(j) = *block);
+                for (k, c) in self.c.entries_of(coupled[t]) {
+                    for (j, block) in p.entries_of(k as usize) {
+                        add_product(c, block, row.at(j));
+                    }
+                }
+            },
+        );
         p.replace_rows(&nodes, &rows);
     }
 

@@ -3,7 +3,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Block, Blocks};
-use super::dense::{add_product, inverse};
+use super::dense::{add_product, inverse_beside, largest_diagonal};
 use super::packed::{Packed, Single, Sum, add, double, single, subtract};
 use crate::linalg::vectorised;
 use crate::ranks::Halo;
@@ -21,6 +21,8 @@ use crate::ranks::Halo;
 pub(super) struct Level<const R: usize, const W: usize> {
     pub matrix: Packed<R, R>,
     pub inverse: Vec<Single<R, R>>,
+    /// The largest diagonal entry of the matrix without constraints, on all ranks.
+    pub largest: f64,
     /// Colour of each chunk.
     colour: Vec<u32>,
     /// Chunks by colour.
@@ -48,7 +50,9 @@ impl<const R: usize, const W: usize> Level<R, W> {
 
     /// Of a matrix, and its diagonal blocks in double precision.
     pub(super) fn of(matrix: Packed<R, R>, halo: Halo, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
-        let inverse = (0..matrix.rows).into_par_iter().map(|i| single(&inverse(&diagonal(i)))).collect();
+        let diagonals: Vec<Block<R, R>> = (0..matrix.rows).into_par_iter().map(diagonal).collect();
+        let largest = largest_diagonal(&diagonals, &halo);
+        let inverse = diagonals.par_iter().map(|block| single(&inverse_beside(block, largest))).collect();
         let colour = colours(&matrix);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
         let mut by_colour = vec![Vec::new(); count];
@@ -61,7 +65,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
                 (0..matrix.rows as u32).filter(|&i| ghosts[i as usize] < matrix.start[i as usize + 1]).collect();
         }
         let damping = vec![1.0; ghosts.len()];
-        let mut level = Level { matrix, inverse, colour, by_colour, halo, interface, ghosts, damping };
+        let mut level = Level { matrix, inverse, largest, colour, by_colour, halo, interface, ghosts, damping };
         level.damp();
         level
     }

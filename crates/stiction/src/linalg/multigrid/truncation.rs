@@ -123,11 +123,19 @@ fn product<const C: usize>(a: &Blocks<3, C>, b: &Blocks<C, 6>) -> Blocks<3, 6> {
     let reached = |i: usize, name: &mut dyn FnMut(u32)| {
         a.row(i).0.iter().for_each(|&j| b.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
-    Blocks::from_rows(a.rows, b.cols, reached, |i, row| {
-        for (j, block) in a.entries_of(i) {
-            b.entries_of(j as usize).for_each(|(k, value)| add_product(block, value, row.at(k)));
-        }
-    })
+    Blocks::from_rows(
+        a.rows,
+        b.cols,
+        reached,
+        #[inline(always)]
+        |i, row| {
+            for (j, block) in a.entries_of(i) {
+                for (k, value) in b.entries_of(j as usize) {
+                    add_product(block, value, row.at(k));
+                }
+            }
+        },
+    )
 }
 
 impl Truncation {
@@ -309,7 +317,7 @@ fn change_rows<const R: usize, const W: usize>(
             }
         }
         if let Ok(place) = own.binary_search(&(i as u32)) {
-            level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place]));
+            level.inverse[i] = single(&inverse_of_truncated(&now[place], &before[place], level.largest));
         }
         let values = &mut level.matrix.value[start..start + now.len()];
         values.iter_mut().zip(&now).for_each(|(value, now)| *value = single(now));
@@ -335,32 +343,41 @@ impl Truncation {
                 near.for_each(|&k| support.p.row(k as usize).0.iter().for_each(|&j| name(j)));
             }
         };
-        let inner: Blocks<3, C> = Blocks::from_rows(self.nodes.len(), cols, reached, |i, row| {
-            let constraint = &constraints[i];
-            let (columns, blocks) = support.p.row(i);
-            if constraint.spring != [[0.0; 3]; 3] {
-                columns.iter().zip(blocks).for_each(|(&j, p)| add_product(&constraint.spring, p, row.at(j)));
-            }
-            if constraint.constrained == [false; 3] {
-                return;
-            }
-            for (k, a) in self.among.entries_of(i) {
-                let other = constraints[k as usize].constrained;
-                if other == [false; 3] {
-                    continue;
+        let inner: Blocks<3, C> = Blocks::from_rows(
+            self.nodes.len(),
+            cols,
+            reached,
+            #[inline(always)]
+            |i, row| {
+                let constraint = &constraints[i];
+                if constraint.spring != [[0.0; 3]; 3] {
+                    for (j, p) in support.p.entries_of(i) {
+                        add_product(&constraint.spring, p, row.at(j));
+                    }
                 }
-                let constrained =
-                    |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
-                let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
-                support.p.entries_of(k as usize).for_each(|(j, p)| add_product(&part, p, row.at(j)));
-            }
-            for (j, block) in support.a_times_p.entries_of(i) {
-                let target = row.at(j);
-                for r in (0..3).filter(|&r| constraint.constrained[r]) {
-                    (0..C).for_each(|c| target[r][c] -= block[r][c]);
+                if constraint.constrained == [false; 3] {
+                    return;
                 }
-            }
-        });
+                for (k, a) in self.among.entries_of(i) {
+                    let other = constraints[k as usize].constrained;
+                    if other == [false; 3] {
+                        continue;
+                    }
+                    let constrained =
+                        |r: usize, c: usize| if constraint.constrained[r] && other[c] { a[r][c] } else { 0.0 };
+                    let part = std::array::from_fn(|r| std::array::from_fn(|c| constrained(r, c)));
+                    for (j, p) in support.p.entries_of(k as usize) {
+                        add_product(&part, p, row.at(j));
+                    }
+                }
+                for (j, block) in support.a_times_p.entries_of(i) {
+                    let target = row.at(j);
+                    for r in (0..3).filter(|&r| constraint.constrained[r]) {
+                        (0..C).for_each(|c| target[r][c] -= block[r][c]);
+                    }
+                }
+            },
+        );
         let reached = |t: usize, name: &mut dyn FnMut(u32)| {
             let k = touched[t];
             let mut near = |i: usize, of: &Blocks<3, C>| of.row(i).0.iter().for_each(|&j| name(j));
@@ -368,21 +385,31 @@ impl Truncation {
             let constrained = support.a_times_p_column(k).filter(|&(i, _)| constraints[i].constrained != [false; 3]);
             constrained.for_each(|(i, _)| near(i, &support.p));
         };
-        Blocks::from_rows(touched.len(), cols, reached, |t, row| {
-            let k = touched[t];
-            for (i, p) in support.p_column(k) {
-                inner.entries_of(i).for_each(|(j, block)| add_transpose_product(p, block, row.at(j)));
-            }
-            for (i, part) in support.a_times_p_column(k) {
-                let constrained = constraints[i].constrained;
-                if constrained == [false; 3] {
-                    continue;
+        Blocks::from_rows(
+            touched.len(),
+            cols,
+            reached,
+            #[inline(always)]
+            |t, row| {
+                let k = touched[t];
+                for (i, p) in support.p_column(k) {
+                    for (j, block) in inner.entries_of(i) {
+                        add_transpose_product(p, block, row.at(j));
+                    }
                 }
-                let mut part = *part;
-                (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; C] });
-                support.p.entries_of(i).for_each(|(j, p)| add_transpose_product(&part, p, row.at(j)));
-            }
-        })
+                for (i, part) in support.a_times_p_column(k) {
+                    let constrained = constraints[i].constrained;
+                    if constrained == [false; 3] {
+                        continue;
+                    }
+                    let mut part = *part;
+                    (0..3).for_each(|r| part[r] = if constrained[r] { part[r].map(|v| -v) } else { [0.0; C] });
+                    for (j, p) in support.p.entries_of(i) {
+                        add_transpose_product(&part, p, row.at(j));
+                    }
+                }
+            },
+        )
     }
 }
 
@@ -392,11 +419,19 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
     let reached = |t: usize, name: &mut dyn FnMut(u32)| {
         change.row(t).0.iter().for_each(|&j| p.row(j as usize).0.iter().for_each(|&k| name(k)));
     };
-    let right: Blocks<6, 6> = Blocks::from_rows(rows.len(), cols, reached, |t, row| {
-        for (j, d) in change.entries_of(t) {
-            p.entries_of(j as usize).for_each(|(k, value)| add_product(d, &double(value), row.at(k)));
-        }
-    });
+    let right: Blocks<6, 6> = Blocks::from_rows(
+        rows.len(),
+        cols,
+        reached,
+        #[inline(always)]
+        |t, row| {
+            for (j, d) in change.entries_of(t) {
+                for (k, value) in p.entries_of(j as usize) {
+                    add_product(d, &double(value), row.at(k));
+                }
+            }
+        },
+    );
     let mut by_column: Vec<Vec<(u32, Block<6, 6>)>> = vec![Vec::new(); cols];
     for (t, &i) in rows.iter().enumerate() {
         p.entries_of(i as usize).for_each(|(k, value)| by_column[k as usize].push((t as u32, double(value))));
@@ -405,9 +440,17 @@ pub(super) fn coarser_change(change: &Blocks<6, 6>, rows: &[u32], p: &Packed<6, 
         let above = by_column[touched[k] as usize].iter();
         above.for_each(|(t, _)| right.row(*t as usize).0.iter().for_each(|&j| name(j)));
     };
-    Blocks::from_rows(touched.len(), cols, reached, |k, row| {
-        for (t, value) in &by_column[touched[k] as usize] {
-            right.entries_of(*t as usize).for_each(|(j, b)| add_transpose_product(value, b, row.at(j)));
-        }
-    })
+    Blocks::from_rows(
+        touched.len(),
+        cols,
+        reached,
+        #[inline(always)]
+        |k, row| {
+            for (t, value) in &by_column[touched[k] as usize] {
+                for (j, b) in right.entries_of(*t as usize) {
+                    add_transpose_product(value, b, row.at(j));
+                }
+            }
+        },
+    )
 }

@@ -11,7 +11,7 @@ use crate::io::folder;
 use crate::io::units::Units;
 use crate::run::pose::Prepared;
 use crate::run::solve::Outcome;
-use crate::run::solve::quantities::nodal_stress_of;
+use crate::run::solve::quantities::stress_at;
 
 /// The file of an answer without load steps.
 pub(crate) const CONTACT_CSV: &str = "contact.csv";
@@ -97,9 +97,14 @@ impl Unit {
 
 /// The largest tension along the surface at each node of the surfaces; NaN where no point is.
 pub(crate) fn tensions(prepared: &Prepared, outcome: &Outcome, surfaces: &[SurfaceFields]) -> Vec<f64> {
-    let nodal = nodal_stress_of(prepared, &outcome.solution.u);
-    let of = |s: &SurfaceFields, at: usize| match s.side == Side::Slave && s.status[at] >= 0 {
-        true => tension_along(&nodal.stress[s.nodes[at] as usize], s.normal[at]),
+    let is_point = |s: &SurfaceFields, at: usize| s.side == Side::Slave && s.status[at] >= 0;
+    let mut wanted = vec![false; prepared.mesh.nodes.len()];
+    for s in surfaces {
+        (0..s.nodes.len()).filter(|&at| is_point(s, at)).for_each(|at| wanted[s.nodes[at] as usize] = true);
+    }
+    let stress = stress_at(prepared, &outcome.solution.u, &wanted);
+    let of = |s: &SurfaceFields, at: usize| match is_point(s, at) {
+        true => tension_along(&stress[s.nodes[at] as usize], s.normal[at]),
         false => f64::NAN,
     };
     surfaces.iter().flat_map(|s| (0..s.nodes.len()).map(move |at| of(s, at))).collect()

@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use super::quantities::smallness;
-use crate::accuracy::{Estimate, NodalStress, Straining, estimate, nodal_stress};
-use crate::fem::{Load, Solid, full_displacement};
+use crate::accuracy::{Estimate, NodalStress, Straining, estimate, nodal_stress, nodal_stress_at};
+use crate::fem::{Load, Solid, Voigt, full_displacement};
 use crate::friction::Status;
 use crate::run::pose::{Prepared, stopwatch};
 
@@ -24,6 +24,12 @@ pub fn discretisation_error(prepared: &Prepared, u: &[f64]) -> Estimate {
 /// If `u` has not one entry per unknown.
 pub fn nodal_stress_of(prepared: &Prepared, u: &[f64]) -> NodalStress {
     strained(prepared, u, &prepared.material_of_cell, nodal_stress)
+}
+
+/// The stress at the nodes for which `wanted` is true, NaN at the others.
+pub(crate) fn stress_at(prepared: &Prepared, u: &[f64], wanted: &[bool]) -> Vec<Voigt> {
+    let find = |solid: &Solid, straining: &Straining| nodal_stress_at(solid, straining, Some(wanted)).stress;
+    strained(prepared, u, &prepared.material_of_cell, find)
 }
 
 /// What `find` makes of the body under its loads, displaced by `u`.

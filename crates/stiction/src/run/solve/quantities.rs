@@ -5,6 +5,7 @@ mod micromotion;
 mod smallness;
 
 pub use super::discretisation::nodal_stress_of;
+pub(crate) use super::discretisation::stress_at;
 pub use micromotion::Micromotion;
 pub(super) use micromotion::micromotions;
 pub(super) use smallness::smallness;
