@@ -105,8 +105,10 @@ pub(super) fn agrees(text: &str, sizes: &[usize]) {
     }
 }
 
+/// Of what a point carries for others its own part stands there already.
 fn area(prepared: &Prepared) -> f64 {
-    prepared.problem.labels.area.iter().sum()
+    let labels = &prepared.problem.labels;
+    labels.area.iter().zip(&labels.unity_sum).map(|(area, share)| area * share.min(1.0)).sum()
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Multigrid {
     /// which is the one to solve.
     ///
     /// # Errors
-    /// As [`Multigrid::new`], at all ranks; if contact points hang on nodes of other points, or no contact resists a motion of a body.
+    /// As [`Multigrid::new`], at all ranks; if no contact resists a motion of a body.
     pub fn divided(
         whole: &ContactProblem,
         division: &Division,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use crate::Error;
-use crate::contact::{ContactProblem, Division, pose_points};
+use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
 use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, assemble};
 use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot};
 use crate::mesh::{Group, Mesh, MeshPiece};
@@ -23,10 +23,11 @@ pub(super) struct Local {
     pub problem: ContactProblem,
     pub division: Division,
     /// For each surface with contact points, whose faces here are the group "contact k", the sign of friction as a force on the
-    /// body of `on`, whether its counterpart is another surface, and the nodes here of that.
+    /// body of `on`, whether its counterpart is another surface, and the nodes here of that with
+    /// what they stand for; their areas are those of the faces here.
     pub signs: Vec<f64>,
     pub between_bodies: Vec<bool>,
-    pub masters: Vec<Vec<u32>>,
+    pub masters: Vec<Vec<TributaryArea>>,
     /// The gap of each point here before anything is prescribed, length.
     pub undeformed: Vec<f64>,
     /// As in the share of this rank.
@@ -57,7 +58,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     problem.validate()?;
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
     let between_bodies = kinds.iter().map(|&kind| kind != OBSTACLE).collect();
-    let of_master = |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| mesh.face_nodes(&group.faces));
+    let of_master = |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| tributary_areas(mesh, &group.faces));
     let masters = (0..kinds.len()).map(of_master).collect();
     Ok(Local {
         piece,

@@ -4,7 +4,6 @@ use crate::Error;
 use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
 use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
-use crate::mesh::{CellKind, Mesh};
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
@@ -82,13 +81,4 @@ fn contact(contact: &ContactSpec) -> Result<(), Error> {
         _ => return Ok(()),
     };
     Err(refused(&contact.spot, what))
-}
-
-/// Refuses meshes that ranks cannot divide.
-pub(super) fn check_mesh(case: &Case, whole: &Mesh) -> Result<(), Error> {
-    let linear = |kind: CellKind| kind.edges().is_empty();
-    if let Some(cells) = whole.cells.iter().find(|cells| !linear(cells.kind)) {
-        return Err(refused(&case.mesh.spot, &format!("a mesh of quadratic cells ({})", cells.kind.name())));
-    }
-    Ok(())
 }

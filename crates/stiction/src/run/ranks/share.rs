@@ -84,7 +84,6 @@ impl Whole {
     fn new(case: &Case, parts: usize) -> Result<Whole, Error> {
         let limit = MemoryLimit::of(&case.solver);
         let (mut mesh, _) = made_mesh(&case.mesh, &limit)?;
-        scope::check_mesh(case, &mesh)?;
         if mesh.nodes.len() < parts {
             let what = format!("the mesh has {} nodes and there are {parts} ranks", mesh.nodes.len());
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
