@@ -55,20 +55,23 @@ fn quadratic_bodies_that_contact_alone_holds_are_the_same_on_ranks() {
 fn quadratic_cells_take_hardly_more_cycles_on_ranks() {
     let coulomb = "{ coulomb = 0.35 }";
     let mut texts = Vec::new();
-    for element in [TET10, HEX20] {
+    // With parts of 300 nodes, most of them at a border, two bodies of hexahedra take a third more.
+    for (element, bodies) in [(TET10, 125), (HEX20, 135)] {
         texts.push((brick(element, coulomb), 115));
-        texts.push((coarser(&blocks(element, false, coulomb)), 125));
-        texts.push((coarser(&blocks(element, true, "\"bonded\"")), 125));
-        texts.push((coarser(&floating(element, "\"b.z-max\"", "{ coulomb = 0.4 }", 0.0, false)), 125));
+        texts.push((coarser(&blocks(element, false, coulomb)), bodies));
+        texts.push((coarser(&blocks(element, true, "\"bonded\"")), bodies));
+        texts.push((coarser(&floating(element, "\"b.z-max\"", "{ coulomb = 0.4 }", 0.0, false)), bodies));
     }
+    let mut above = Vec::new();
     for (text, percent) in texts {
         let case = case_of(&text, "1e-8");
         let serial = serial_cycles(&prepare(&case).unwrap());
-        for size in [1, 2, 3, 4, 8] {
-            let cycles = on_ranks(&case, size).1.counts.iterations;
-            let most = (serial + 2).max(serial * percent / 100);
-            assert!(cycles <= most, "{text}: {cycles} cycles on {size} ranks, {serial} on one");
-            assert!(size > 1 || cycles == serial, "{cycles} {serial}");
+        let found = [1, 2, 3, 4, 8].map(|size| on_ranks(&case, size).1.counts.iterations);
+        let most = (serial + 2).max(serial * percent / 100);
+        println!("{serial} {found:?}");
+        if found[0] != serial || found.iter().any(|&cycles| cycles > most) {
+            above.push(format!("{text}: {found:?} cycles, {serial} without ranks"));
         }
     }
+    assert!(above.is_empty(), "{above:#?}");
 }

@@ -171,7 +171,10 @@ impl Hierarchy {
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
         drop(step.prolongation);
-        let fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        let mut fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        if linear.is_some() {
+            fine.damp_less();
+        }
         let (mut matrix, mut kernel, mut halos) = (step.matrix, step.kernel, vec![step.halo]);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {

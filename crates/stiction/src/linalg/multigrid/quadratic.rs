@@ -1,10 +1,10 @@
+use super::between_ranks::Reach;
 use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, Kernel};
 use super::dense::add_product;
 use super::distance::place;
 use super::packed::Packed;
 use super::smoother::Level;
-use super::between_ranks::Reach;
 use super::truncation::Support;
 use crate::ranks::Halo;
 
@@ -132,7 +132,9 @@ impl Linear {
         let support = Support::of_step(step, contact_nodes);
         let reach = Reach::new(&step.halo, support.touched());
         let free = reach.touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
-        let (level, prolongation) = (Level::new(&step.matrix, step.halo.clone()), Packed::new(&step.prolongation));
+        let mut level = Level::new(&step.matrix, step.halo.clone());
+        level.damp_less();
+        let prolongation = Packed::new(&step.prolongation);
         Linear { level, prolongation, support, reach, free }
     }
 }

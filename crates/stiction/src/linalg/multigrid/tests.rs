@@ -1,5 +1,5 @@
 use super::blocks::{Block, Blocks};
-use super::coarsen::{Coarser, Kernel};
+use super::coarsen::{Coarser, Kernel, galerkin};
 use super::dense::{add_product, add_transpose_product};
 use super::distance::place;
 use super::*;

@@ -23,11 +23,9 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut timed.into_iter(), "a support that begins or ends with a step")?;
     let timed = case.contacts.iter().filter(|contact| !always(&contact.during) || !contact.without.is_empty());
     first(&mut timed.map(|contact| &contact.spot), "a contact that begins or ends with a step")?;
-    first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
-    first(&mut case.bolts.iter().map(|bolt| &bolt.spot), "a bolt")?;
     case.loads.iter().try_for_each(load)?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
