@@ -126,3 +126,29 @@ fn load_steps_remember_slip_on_ranks() {
         assert!((other - own).abs() > 1e-3 * own.abs(), "{own} {other}");
     }
 }
+
+/// Two blocks side by side on a third. One is coarser than the surface below, whose nodes carry the points; the other is finer, and
+/// its points are measured from such nodes.
+#[test]
+fn points_on_nodes_from_which_others_are_measured_are_the_same_on_ranks() {
+    let block = |name: &str, x: f64, z: f64, size: [f64; 3], cells: [usize; 3]| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = {size:?}, cells = {cells:?}, element = \"hex8\" }}\nmove = [{x}, 0, {z}]\n"
+        )
+    };
+    let contact = |name: &str| {
+        format!(
+            "[[fix]]\non = \"{name}.z-max\"\nvalue = [0, 0, -1e-5]\n[[contact]]\nname = \"{name}\"\non = \"{name}.z-min\"\n\
+             against = \"b.z-max\"\nfriction = {{ coulomb = 0.3 }}\n"
+        )
+    };
+    let text = format!(
+        "{}{}{}[materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"b.z-min\"\n{}{}",
+        block("a", 0.0, 0.0, [1.0, 1.0, 1.0], [3, 3, 3]),
+        block("b", 0.0, -1.0, [2.0, 1.0, 1.0], [12, 6, 6]),
+        block("c", 1.0, 0.0, [1.0, 1.0, 1.0], [9, 9, 9]),
+        contact("a"),
+        contact("c"),
+    );
+    agrees(&text, &[2, 3, 5]);
+}
