@@ -18,10 +18,16 @@ fn main() {
         .filter(|_| ranks.is_none())
         .map_or(String::new(), |path| format!("[solver]\npath = \"{path}\"\n"));
     let text = |seed| if assemblies { random_assembly::text(seed, &random_assembly::ELEMENTS) } else { text(seed) };
-    let (mut steps, mut left, mut unsolved, mut refused) = (Vec::new(), 0, 0, 0);
+    let (mut steps, mut left, mut unsolved, mut refused, mut by_first) = (Vec::new(), 0, 0, 0, 0);
     for seed in first..last {
         let text = text(seed) + &path;
-        let found = ranks.map_or_else(|| outcome(&text), |size| outcome_on_ranks(&text, size));
+        let found = match ranks {
+            None => outcome(&text),
+            Some(size) => outcome_on_ranks(&text, size).map(|(taken, alone)| {
+                by_first += usize::from(alone);
+                taken
+            }),
+        };
         match found {
             Ok(taken) => steps.push(taken),
             Err(reason) if leaves(&reason) => left += 1,
@@ -32,6 +38,9 @@ fn main() {
                 println!("seed {seed}: {reason}\n{text}");
             }
         }
+    }
+    if ranks.is_some() {
+        println!("{by_first} of the certified ones by rank 0 alone");
     }
     steps.sort_unstable();
     let share = |part: f64| steps.get((part * steps.len() as f64) as usize).copied().unwrap_or(0);

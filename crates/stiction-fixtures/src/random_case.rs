@@ -120,14 +120,15 @@ pub fn outcome(text: &str) -> Result<usize, String> {
     solved(text, &mut |_, _, _| ())
 }
 
-/// The cycles it took on so many ranks, which are threads, to be certified, or why it is not.
+/// The cycles it took on so many ranks, which are threads, to be certified, and whether rank 0 alone has found it; or why it is
+/// not.
 ///
 /// # Errors
 /// Why it is not certified.
 ///
 /// # Panics
 /// If the case cannot be read.
-pub fn outcome_on_ranks(text: &str, size: usize) -> Result<usize, String> {
+pub fn outcome_on_ranks(text: &str, size: usize) -> Result<(usize, bool), String> {
     let case = case::parse(text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let answers = threads(size, |ranks| {
         let answer = solve_on_ranks(&case, &ranks, &mut |_| ControlFlow::Continue(()));
@@ -135,7 +136,7 @@ pub fn outcome_on_ranks(text: &str, size: usize) -> Result<usize, String> {
     });
     let summary = answers.into_iter().next().ok_or("no ranks")??;
     match summary.status {
-        Status::Solved => Ok(summary.counts.iterations),
+        Status::Solved => Ok((summary.counts.iterations, summary.found_by_first)),
         status => Err(format!("{status:?}, worst {:.1e}", summary.certificate.worst)),
     }
 }

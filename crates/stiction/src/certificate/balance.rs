@@ -111,7 +111,11 @@ pub(super) fn balances(
     // Springs are supports whose force the stiffness holds already: here they act from outside.
     let springs = supports.spring_forces(u);
     for (i, &force) in springs.iter().enumerate() {
-        let (motion, body) = match i.checked_sub(free_rigid.len()) {
+        let support = i.checked_sub(free_rigid.len());
+        if !support.map_or_else(|| share.has_unknown(i), |p| share.has_support(p)) {
+            continue;
+        }
+        let (motion, body) = match support {
             None => (&free_rigid[i], of(bodies.map(|b| &b.of), i)),
             Some(p) => (&supports.rigid[p], of(bodies.map(|b| &b.of_support), p)),
         };

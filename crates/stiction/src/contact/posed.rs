@@ -17,6 +17,10 @@ pub(crate) struct PosedPoints {
     pub(super) pairs: Vec<Pair>,
 }
 
+/// Points between more bodies than so many are not followed: middles of edges are measured from their ends, and these from another
+/// body.
+const LONGEST_CHAIN: usize = 8;
+
 /// A node and its numbers: gap, area, orthotropy, partition of unity, frame, normal, the law.
 type Numbers = [f64; 20];
 
@@ -59,8 +63,8 @@ impl PosedPoints {
         linked.map(nodes).collect()
     }
 
-    /// Nodes that points are measured from, ascending, each with the node of the point that depends on it most and is not itself one
-    /// of them.
+    /// Nodes that points are measured from, ascending, each with the node of a point that is not itself one of them: the one at the
+    /// end of a chain in which every point depends on the node before it most.
     pub(crate) fn leaders(&self) -> Vec<[u32; 2]> {
         let mut heaviest: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
         for point in &self.points {
@@ -71,8 +75,18 @@ impl PosedPoints {
                 }
             }
         }
-        let leads = |leader: &u32| !heaviest.contains_key(leader);
-        heaviest.iter().filter(|(_, (_, leader))| leads(leader)).map(|(&node, &(_, leader))| [node, leader]).collect()
+        let last = |node: u32| -> Option<[u32; 2]> {
+            let mut leader = heaviest.get(&node)?.1;
+            // Chains that are closed have no end.
+            for _ in 0..LONGEST_CHAIN {
+                match heaviest.get(&leader) {
+                    Some(&(_, next)) => leader = next,
+                    None => return Some([node, leader]),
+                }
+            }
+            None
+        };
+        heaviest.keys().filter_map(|&node| last(node)).collect()
     }
 
     /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.

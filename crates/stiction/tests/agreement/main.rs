@@ -14,4 +14,6 @@ mod random_cases;
 mod random_problems;
 mod ranks;
 mod ranks_bodies;
+mod ranks_bolts;
+mod ranks_quadratic;
 mod uniqueness;

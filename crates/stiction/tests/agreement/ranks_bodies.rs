@@ -5,7 +5,7 @@ use stiction::run::prepare;
 use stiction_fixtures::case_run::solved_case;
 
 /// A block held at one end on another one, with a mesh of its own or the same.
-fn blocks(element: &str, matching: bool, friction: &str) -> String {
+pub(super) fn blocks(element: &str, matching: bool, friction: &str) -> String {
     let below = if matching { "[3, 1, 0.5], cells = [30, 10, 5]" } else { "[3.2, 1.1, 0.5], cells = [23, 7, 4]" };
     format!(
         "[mesh.parts.a]\nblock = {{ size = [3, 1, 1], cells = [30, 10, 10], {element} }}\n\
@@ -36,7 +36,7 @@ fn matching_meshes_and_ties_are_the_same_on_ranks() {
 
 /// A block that only contact holds, pressed and pushed on another one or on a plane, some of it on a plane of symmetry; or above
 /// it, so that the load closes a gap.
-fn floating(element: &str, against: &str, friction: &str, gap: f64, symmetric: bool) -> String {
+pub(super) fn floating(element: &str, against: &str, friction: &str, gap: f64, symmetric: bool) -> String {
     let other = "[mesh.parts.b]\nblock = { size = [2.2, 1.1, 0.5], cells = [13, 7, 4], element = \"hex8\" }\n\
                  move = [0, 0, -0.5]\n[[fix]]\non = \"b.z-min\"\n";
     let symmetry = "[[fix]]\non = \"a.y-min\"\ncondition = \"symmetry\"\n";
@@ -50,7 +50,7 @@ fn floating(element: &str, against: &str, friction: &str, gap: f64, symmetric: b
     )
 }
 
-const PLANE: &str = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+pub(super) const PLANE: &str = "{ plane = { point = [0, 0, 0], normal = [0, 0, 1] } }";
 
 #[test]
 fn bodies_that_contact_alone_holds_are_the_same_on_ranks() {
@@ -125,4 +125,30 @@ fn load_steps_remember_slip_on_ranks() {
         let own = summary.contact.tangential_force[0];
         assert!((other - own).abs() > 1e-3 * own.abs(), "{own} {other}");
     }
+}
+
+/// Two blocks side by side on a third. One is coarser than the surface below, whose nodes carry the points; the other is finer, and
+/// its points are measured from such nodes.
+#[test]
+fn points_on_nodes_from_which_others_are_measured_are_the_same_on_ranks() {
+    let block = |name: &str, x: f64, z: f64, size: [f64; 3], cells: [usize; 3]| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = {size:?}, cells = {cells:?}, element = \"hex8\" }}\nmove = [{x}, 0, {z}]\n"
+        )
+    };
+    let contact = |name: &str| {
+        format!(
+            "[[fix]]\non = \"{name}.z-max\"\nvalue = [0, 0, -1e-5]\n[[contact]]\nname = \"{name}\"\non = \"{name}.z-min\"\n\
+             against = \"b.z-max\"\nfriction = {{ coulomb = 0.3 }}\n"
+        )
+    };
+    let text = format!(
+        "{}{}{}[materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"b.z-min\"\n{}{}",
+        block("a", 0.0, 0.0, [1.0, 1.0, 1.0], [3, 3, 3]),
+        block("b", 0.0, -1.0, [2.0, 1.0, 1.0], [12, 6, 6]),
+        block("c", 1.0, 0.0, [1.0, 1.0, 1.0], [9, 9, 9]),
+        contact("a"),
+        contact("c"),
+    );
+    agrees(&text, &[2, 3, 5]);
 }

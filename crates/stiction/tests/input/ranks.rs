@@ -28,13 +28,11 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
     let cases = [
         (floor(&format!("{STEPS}[[fix]]\non = \"y-min\"\nfrom = \"pull\"\n")), "support that begins"),
         (floor(STEPS).replace("coulomb = 0.3 }", "coulomb = 0.3 }\nuntil = \"press\""), "contact that begins"),
-        (floor("[[spring]]\non = \"y-min\"\nnormal = 1e9\n"), "foundation"),
         (floor("[[load]]\ntemperature = 300\n"), "temperature"),
         (floor("[accuracy]\nenergy = \"10%\"\n"), "[accuracy]"),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
         (BODY.to_string(), "without contact"),
-        (floor("").replace("hex8", "hex20"), "quadratic"),
         (format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3, cohesion = 1e5, tension = 1e4 }}\n"), "cohesion"),
     ];
     for (text, what) in cases {
@@ -64,31 +62,4 @@ fn an_error_of_one_rank_is_the_error_of_all() {
     let loose = format!("{}{FLOOR}friction = \"none\"\n", BODY.replace("x-min\"", "x-min\"\ncomponents = \"x\""));
     let error = refused(&loose, 2);
     assert!(error.what.contains("no contact resists some rigid motion of body"), "{error}");
-}
-
-/// Two blocks side by side on a third. One is coarser than the surface below, whose nodes carry the points; the other is finer, and
-/// its points are measured from such nodes.
-#[test]
-fn points_on_nodes_from_which_others_are_measured_are_refused() {
-    let block = |name: &str, x: f64, z: f64, size: [f64; 3], cells: [usize; 3]| {
-        format!(
-            "[mesh.parts.{name}]\nblock = {{ size = {size:?}, cells = {cells:?}, element = \"hex8\" }}\nmove = [{x}, 0, {z}]\n"
-        )
-    };
-    let contact = |name: &str| {
-        format!(
-            "[[fix]]\non = \"{name}.z-max\"\nvalue = [0, 0, -1e-5]\n[[contact]]\nname = \"{name}\"\non = \"{name}.z-min\"\n\
-             against = \"b.z-max\"\nfriction = {{ coulomb = 0.3 }}\n"
-        )
-    };
-    let text = format!(
-        "{}{}{}[materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"b.z-min\"\n{}{}",
-        block("a", 0.0, 0.0, [1.0, 1.0, 1.0], [3, 3, 3]),
-        block("b", 0.0, -1.0, [2.0, 1.0, 1.0], [12, 6, 6]),
-        block("c", 1.0, 0.0, [1.0, 1.0, 1.0], [9, 9, 9]),
-        contact("a"),
-        contact("c"),
-    );
-    let error = refused(&text, 3);
-    assert!(error.what.contains("other points hang on are not divided among ranks"), "{error}");
 }

@@ -6,6 +6,7 @@ use crate::contact::Friction;
 use crate::friction::End;
 use crate::friction::PointState;
 use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, inverse};
+use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 
 /// Cycles of a descent after which it is asked whether there is anything to arrive at. Those of problems whose loads are a
 /// little more than friction resists reach a low accuracy earlier, and better bounds follow from them.
@@ -18,6 +19,9 @@ const CYCLES_UNASKED: usize = 20;
 /// Krylov directions and takes more cycles than the active-set iteration. The rigid motion of floating bodies is one more
 /// direction with an exact line search. Where `is_unbounded` the energy has no least value: it is asked once, of a descent
 /// that has not converged in some cycles, which ends as [`End::Stalled`] then.
+///
+/// Where nodes are divided, ranks sweep one colour after the other, with the values of those before at their ghosts: in some order
+/// of all nodes that is the same sweep.
 pub(super) fn descend(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,
@@ -29,13 +33,16 @@ pub(super) fn descend(
     let mut point_of = vec![u32::MAX; nodes];
     problem.points().enumerate().for_each(|(j, (p, _))| point_of[p.node] = j as u32);
     let inverses: Vec<Block<3, 3>> = (0..nodes).map(|i| inverse(&k.diagonal(i))).collect();
+    let (halo, turns) = (&k.halo, turns(&k.halo));
     make_feasible(problem, &mut state.iterate.u);
     state.restart();
     let asked_at = state.cycles + CYCLES_UNASKED;
     loop {
         state.iterate.ku = k.times(&state.iterate.u);
         let violated = judge(problem, &mut state.iterate);
-        if observe(state.cycles, violated, states(&state.iterate.conditions).map(|count| count as usize)).is_break() {
+        let mut counts = states(&state.iterate.conditions);
+        halo.sum(&mut counts);
+        if halo.any(observe(state.cycles, violated, counts.map(|count| count as usize)).is_break()) {
             return End::Interrupted;
         }
         match violated {
@@ -49,12 +56,18 @@ pub(super) fn descend(
             let mut v = floating.motion(problem, &state.iterate);
             go_along(problem, &mut state.iterate, &mut v);
         }
-        sweep(problem, &point_of, &inverses, &mut state.iterate.u);
+        for mine in &turns {
+            halo.update(&mut state.iterate.u);
+            if *mine {
+                sweep(problem, &point_of, &inverses, &mut state.iterate.u);
+            }
+        }
+        state.iterate.u.truncate(nodes);
         state.iterate.ku = k.times(&state.iterate.u);
         let u = &state.iterate.u;
         state.iterate.conditions = problem.points().map(|(p, law)| smooth_part(law, p, u[p.node])).collect();
         let [_, coarse] = state.coarse_levels_change(problem);
-        state.constrain(hierarchy, coarse);
+        state.constrain(hierarchy, halo.any(coarse));
         let mut v = hierarchy.cycle(&residual(problem, &state.iterate));
         go_along(problem, &mut state.iterate, &mut v);
         state.cycles += 1;
@@ -68,6 +81,24 @@ fn go_along(problem: &Subproblem<'_>, at: &mut Iterate, v: &mut Vector) {
     at.u.iter_mut().flatten().zip(v.iter().flatten()).for_each(|(u, v)| *u += step * v);
     // Rounding of u + step v must not leave a bound or a kink that v does not leave.
     make_feasible(problem, &mut at.u);
+}
+
+/// For each colour of the ranks whether it is that of this one. Ranks of one colour are not coupled.
+fn turns(halo: &Halo) -> Vec<bool> {
+    if !halo.is_divided() {
+        return vec![true];
+    }
+    let (receive, send) = halo.neighbours();
+    let coupled: Vec<u32> = receive.iter().map(|r| r.0).chain(send.iter().map(|s| s.0)).map(|r| r as u32).collect();
+    let lists = gather_all(&**halo.ranks(), to_bytes(&coupled));
+    let mut colours: Vec<usize> = Vec::new();
+    for list in &lists {
+        let before = from_bytes::<u32>(list).into_iter().filter_map(|other| colours.get(other as usize).copied());
+        let taken: Vec<usize> = before.collect();
+        colours.push((0..).find(|colour| !taken.contains(colour)).unwrap_or(0));
+    }
+    let count = colours.iter().max().map_or(1, |most| most + 1);
+    (0..count).map(|colour| colours[halo.ranks().rank()] == colour).collect()
 }
 
 fn is_bonded(law: &PointLaw) -> bool {
@@ -90,9 +121,10 @@ fn make_feasible(problem: &Subproblem<'_>, u: &mut Vector) {
 
 /// One nonlinear Gauss-Seidel sweep: each block of components is set to the minimum of the energy over it. The normal
 /// component of a point and its tangential ones are blocks of their own, for which the energy's kinks are separable.
+/// `u` has the values at ghosts too.
 fn sweep(problem: &Subproblem<'_>, point_of: &[u32], inverses: &[Block<3, 3>], u: &mut Vector) {
     let transformed = problem.transformed;
-    for i in 0..u.len() {
+    for i in 0..inverses.len() {
         let mut r = transformed.f[i];
         for (j, a) in transformed.k.entries_of(i) {
             let x = u[j as usize];
@@ -198,7 +230,9 @@ fn line_search(problem: &Subproblem<'_>, at: &Iterate, v: &Vector) -> f64 {
     let transformed = problem.transformed;
     let balance: Vector =
         (transformed.f.iter().zip(&at.ku)).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect();
-    let (linear, quadratic) = (dot(&balance, v), dot(v, &transformed.k.times(v)));
+    let mut products = [dot(&balance, v), dot(v, &transformed.k.times(v))];
+    transformed.halo().sum(&mut products);
+    let [linear, quadratic] = products;
     let kinks: Vec<(f64, [f64; 2], [f64; 2])> = (problem.points())
         .filter_map(|(p, law)| {
             let g = law.friction.bound(0.0);
@@ -214,7 +248,9 @@ fn line_search(problem: &Subproblem<'_>, at: &Iterate, v: &Vector) -> f64 {
             let length = x[0].hypot(x[1]);
             if length > 0.0 { g * (x[0] * v[0] + x[1] * v[1]) / length } else { g * v[0].hypot(v[1]) }
         };
-        t * quadratic - linear + kinks.iter().map(kink).sum::<f64>()
+        let mut of_kinks = [kinks.iter().map(kink).sum::<f64>()];
+        transformed.halo().sum(&mut of_kinks);
+        t * quadratic - linear + of_kinks[0]
     };
     if slope(1.0) <= 0.0 {
         return 1.0;

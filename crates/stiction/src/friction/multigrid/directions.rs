@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::iteration::Iterate;
 use super::points::Point;
-use super::tightening::Tightening;
+use super::tightening::{Tightening, share};
 use crate::linalg::multigrid::NodeConstraint;
 use crate::ranks::Halo;
 
@@ -54,10 +54,10 @@ pub(super) fn minimise(
 ) {
     let (mut a, mut b) = gram(directions, r);
     if let Some(tightening) = tightening {
-        let missing = tightening.missing(at);
+        let missing = tightening.missing(halo, at);
         for (i, x) in directions.iter().enumerate() {
-            b[i] += x.shortening.iter().zip(&missing).map(|(s, m)| s * m).sum::<f64>();
-            directions.iter().enumerate().for_each(|(j, y)| a[i][j] += tightening.coupled(x, y));
+            b[i] += share(halo) * x.shortening.iter().zip(&missing).map(|(s, m)| s * m).sum::<f64>();
+            directions.iter().enumerate().for_each(|(j, y)| a[i][j] += tightening.coupled(halo, x, y));
         }
     }
     let Iterate { u, ku, shortening, conditions } = at;

@@ -6,8 +6,8 @@ use super::directions::{MOST_DIRECTIONS, Vector};
 use super::divided_bodies::{divided_motions, refuse_unresisted};
 use super::points::{OtherNodes, Point, points, points_at};
 use super::transform::{
-    Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, mark_floating, no_own_node, order,
-    refuse_stiff_bodies, refused,
+    Transformed, all_in_frames, chained, compliance_of_others, frames_of, kernel, linear_space, mark_floating,
+    no_own_node, order, refuse_stiff_bodies, refused,
 };
 use crate::Error;
 use crate::certificate::{Certificate, certify_divided};
@@ -81,6 +81,7 @@ impl Transformed {
         let others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(whole, &nodes);
+        let linear = linear_space(whole, &nodes, &kernel, &points, &halo);
         kernel.truncate(halo.own());
         let here = points.iter().filter(|p| p.node < halo.own());
         here.for_each(|p| p.turn_kernel(&mut kernel));
@@ -92,7 +93,7 @@ impl Transformed {
         let (own_points, mut points): (Vec<u32>, Vec<Point>) = own.into_iter().map(|(j, p)| (j as u32, p)).unzip();
         let contact: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let border = Border::new(&k, &contact, ghosts.into_iter().map(|(_, p)| p).collect());
-        let hierarchy = Hierarchy::new(&k, &kernel, &contact, None, stop)?;
+        let hierarchy = Hierarchy::new(&k, &kernel, &contact, linear, stop)?;
         let hierarchy = hierarchy.ok_or_else(|| refused("the stiffness matrix does not get coarser by aggregation"))?;
         for ((p, coarse), &j) in points.iter_mut().zip(hierarchy.coarse_compliances()).zip(&own_points) {
             p.compliance = of_others[j as usize];
@@ -214,11 +215,7 @@ fn relative(
         return Ok(None);
     }
     let nodes = points.iter().map(|p| p.node as u32).collect();
-    let relative = RelativeCoordinates::new(nodes, others, count).ok_or_else(chained)?;
-    if halo.is_divided() && relative.has_chains() {
-        return Err(refused("contact points on nodes that other points hang on are not divided among ranks"));
-    }
-    Ok(Some(relative))
+    RelativeCoordinates::new(nodes, others, count).ok_or_else(chained).map(Some)
 }
 
 impl Border {

@@ -46,7 +46,8 @@ pub(super) fn fixed_point(
             .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
             .collect();
         let inner = Subproblem { laws: &given, tolerance: accuracy, ..*problem };
-        let slides_off = || problem.floating.is_some_and(|floating| floating.slide_off(&normals));
+        let known = problem.floating.filter(|_| !problem.transformed.halo().is_divided());
+        let slides_off = || known.is_some_and(|floating| floating.slide_off(&normals));
         let end = attempt(&inner, hierarchy, state, observe)
             .unwrap_or_else(|| descend(&inner, hierarchy, state, &slides_off, observe));
         if end != End::Converged {

@@ -1,11 +1,13 @@
 use super::active_set::PointLaw;
 use super::directions::Vector;
 use super::iteration::{Iterate, Subproblem};
+use super::solve::{Multigrid, point_laws};
 use super::transform::Transformed;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::sliding::least_resisted;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::rigid_start::{Foundation, keep_apart, without_rounding};
+use crate::linalg::axpy;
 use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
 
 /// Floating bodies, which contact alone supports, with the data of their rigid motions. Where points are divided among ranks each
@@ -34,6 +36,59 @@ fn of_all_points(halo: &Halo, blocks: usize, own: &[f64]) -> Vec<f64> {
     (0..blocks).flat_map(|k| parts.iter().flat_map(move |of| block(of, k))).collect()
 }
 
+/// The laws of the points of all ranks.
+fn friction_of_all(halo: &Halo, problem: &ContactProblem) -> Vec<Friction> {
+    let laws: Vec<[f64; 4]> = problem.contact.friction.iter().map(Friction::numbers).collect();
+    let by_blocks: Vec<f64> = (0..4).flat_map(|c| laws.iter().map(move |law| law[c])).collect();
+    let laws = of_all_points(halo, 4, &by_blocks);
+    let m = laws.len() / 4;
+    (0..m).map(|j| Friction::of_numbers([0, 1, 2, 3].map(|c| laws[c * m + j]))).collect()
+}
+
+/// Work of the loads on the motions of floating bodies, newton.
+fn resultant(problem: &ContactProblem, transformed: &Transformed) -> Vec<f64> {
+    let (halo, motions) = (transformed.halo(), &transformed.motions);
+    // Loads at nodes of other ranks are theirs.
+    let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
+    let load: Vec<f64> = problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
+    let mut work = motions.work(&load);
+    work.push(motions.work_size(&load));
+    halo.sum(&mut work);
+    let size = work.pop().unwrap_or(0.0);
+    without_rounding(work, size)
+}
+
+impl Multigrid {
+    /// As [`rigid_equilibrium`](crate::friction::rigid_equilibrium) of the problem of the points of this rank: `u` and `slices` are
+    /// displacements of all unknowns here. All ranks find the same.
+    pub(crate) fn rigid_equilibrium(
+        &self,
+        problem: &ContactProblem,
+        slices: &[Vec<f64>],
+        pull: &[f64],
+        mut u: Vec<f64>,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let transformed = &self.transformed;
+        let (halo, motions, rows) = (transformed.halo(), &transformed.motions, problem.isotropic_rows());
+        let mut jumps = motions.jumps(&rows);
+        jumps.extend(slices.iter().map(|slice| rows.times(slice)));
+        let jumps: Vec<Vec<f64>> = jumps.iter().map(|jump| of_all_points(halo, 3, jump)).collect();
+        let mut gap = of_all_points(halo, 3, &problem.isotropic().gap_and_slip(&u));
+        keep_apart(&mut gap);
+        let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
+        let stiffness = of_all_points(halo, 1, &stiffness);
+        let friction = friction_of_all(halo, problem);
+        let resultant = [resultant(problem, transformed), pull.to_vec()].concat();
+        let (friction, jumps, resultant) = (&friction[..], &jumps[..], &resultant[..]);
+        let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
+        let alpha = foundation.equilibrium().alpha;
+        let (rigid, way) = alpha.split_at(motions.len());
+        motions.add(rigid, &mut u);
+        slices.iter().zip(way).for_each(|(slice, &way)| axpy(way, slice, &mut u));
+        (u, way.to_vec())
+    }
+}
+
 impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
     pub(super) fn new(problem: &'a ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
@@ -44,20 +99,8 @@ impl<'a> FloatingBodies<'a> {
         let motions = &transformed.motions;
         let jumps = motions.jumps(&problem.isotropic_rows());
         let jumps = jumps.iter().map(|jump| of_all_points(halo, 3, jump)).collect();
-        let laws: Vec<[f64; 4]> = problem.contact.friction.iter().map(Friction::numbers).collect();
-        let by_blocks: Vec<f64> = (0..4).flat_map(|c| laws.iter().map(move |law| law[c])).collect();
-        let laws = of_all_points(halo, 4, &by_blocks);
-        let m = laws.len() / 4;
-        let friction = (0..m).map(|j| Friction::of_numbers([0, 1, 2, 3].map(|c| laws[c * m + j]))).collect();
-        // Loads at nodes of other ranks are theirs.
-        let is_own = |i: usize| (transformed.nodes.of[i].0 as usize) < halo.own();
-        let load: Vec<f64> =
-            problem.elastic.f.iter().enumerate().map(|(i, &f)| if is_own(i) { f } else { 0.0 }).collect();
-        let mut work = motions.work(&load);
-        work.push(motions.work_size(&load));
-        halo.sum(&mut work);
-        let size = work.pop().unwrap_or(0.0);
-        Some(FloatingBodies { problem, motions, jumps, friction, resultant: without_rounding(work, size) })
+        let (friction, resultant) = (friction_of_all(halo, problem), resultant(problem, transformed));
+        Some(FloatingBodies { problem, motions, jumps, friction, resultant })
     }
 
     /// Moves the bodies as rigid ones to where the admissible augmented multipliers balance their loads: the points then in
@@ -70,8 +113,8 @@ impl<'a> FloatingBodies<'a> {
     }
 
     /// Whether the loads move some body along the surfaces that press against one another with these normal forces (newton, `m`)
-    /// by more than the friction that is given by them resists. The energy then falls without bound along this motion. For a
-    /// problem that is not divided among ranks: only there a descent asks.
+    /// by more than the friction that is given by them resists. The energy then falls without bound along this motion. Not known
+    /// where points are divided among ranks: such a descent ends with its cycles.
     pub(super) fn slide_off(&self, normals: &[f64]) -> bool {
         let mut lambda = normals.to_vec();
         lambda.resize(3 * normals.len(), 0.0);

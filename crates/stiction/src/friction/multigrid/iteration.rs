@@ -5,7 +5,7 @@ use super::directions::{Direction, MOST_DIRECTIONS, Vector, dot, minimise, norm}
 use super::floating::FloatingBodies;
 use super::monitor::{Monitor, Verdict};
 use super::points::Point;
-use super::tightening::Tightening;
+use super::tightening::{Tightening, share};
 use super::transform::Transformed;
 use crate::friction::{End, PointState};
 use crate::linalg::multigrid::{Block, Hierarchy, NodeConstraint, RelativeMatrix};
@@ -166,7 +166,7 @@ pub(super) fn run(
             let kp = problem.transformed.k.times(&p);
             let mut direction = Direction { p, kp, shortening: Vec::new() };
             if let Some(tightening) = problem.tightening {
-                tightening.make_conjugate(&mut direction);
+                tightening.make_conjugate(problem.transformed.halo(), &mut direction);
             }
             state.directions.insert(0, direction);
             let points = &problem.transformed.points;
@@ -414,9 +414,10 @@ fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
             }
         }
     }
-    let missing = problem.tightening.map_or(0.0, |t| t.missing(at).iter().map(|m| m * m).sum());
+    let halo = problem.transformed.halo();
+    let missing: f64 = problem.tightening.map_or(0.0, |t| t.missing(halo, at).iter().map(|m| m * m).sum());
     let [load, contact] = load_squares(problem.transformed, &at.ku);
-    [dot(&r, &r) + missing, load, contact]
+    [dot(&r, &r) + share(halo) * missing, load, contact]
 }
 
 /// The larger of the load and the contact forces, newton.

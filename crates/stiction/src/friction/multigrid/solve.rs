@@ -52,7 +52,7 @@ impl Multigrid {
     /// which is the one to solve.
     ///
     /// # Errors
-    /// As [`Multigrid::new`], at all ranks; if contact points hang on nodes of other points, or no contact resists a motion of a body.
+    /// As [`Multigrid::new`], at all ranks; if no contact resists a motion of a body.
     pub fn divided(
         whole: &ContactProblem,
         division: &Division,
@@ -144,8 +144,8 @@ pub fn solve_multigrid(
     let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
-    let (asked, is_divided) = (settings.path == SolverPath::Multigrid, divided.is_some());
-    let traits = Traits { floats, convex, asked, divided: is_divided, max_iterations };
+    let asked = settings.path == SolverPath::Multigrid;
+    let traits = Traits { floats, convex, asked, max_iterations };
     let begin = start(problem, transformed, &laws, hierarchy, settings);
     let begin = if settings.start_displacement.is_some() { begin.given() } else { begin };
     let mut history = Vec::new();

@@ -14,8 +14,6 @@ pub(super) struct Traits {
     pub convex: bool,
     /// Whether multigrid is asked for, so that no other path follows.
     pub asked: bool,
-    /// Whether the problem is divided among ranks: the descent sweeps point by point and is monotone on one rank alone.
-    pub divided: bool,
     /// The user's bound on the cycles.
     pub max_iterations: usize,
 }
@@ -69,7 +67,7 @@ pub(super) const STAGES: [Stage; 4] = [
     // cycles are used up, with as many again; with Coulomb friction a limit of cycles is the user's.
     Stage {
         run: fixed_point,
-        entry: |end, traits| !traits.divided && (end == End::Stalled || end == End::Limit && traits.convex),
+        entry: |end, traits| end == End::Stalled || end == End::Limit && traits.convex,
         budget: |cycles, traits| match (traits.convex, traits.asked) {
             (true, _) => cycles.saturating_add(traits.max_iterations),
             (false, true) => traits.max_iterations,
@@ -86,7 +84,7 @@ mod tests {
 
     /// The stage that follows the first one.
     fn next(end: End, floats: bool, convex: bool) -> Option<usize> {
-        let traits = Traits { floats, convex, asked: false, divided: false, max_iterations: 400 };
+        let traits = Traits { floats, convex, asked: false, max_iterations: 400 };
         (1..STAGES.len()).find(|&stage| (STAGES[stage].entry)(end, &traits))
     }
 
@@ -104,7 +102,7 @@ mod tests {
     #[test]
     fn the_fixed_point_keeps_to_the_cycles_of_the_user_and_a_descent_gets_as_many_again() {
         let budget = |convex, asked, cycles| {
-            (STAGES[3].budget)(cycles, &Traits { floats: false, convex, asked, divided: false, max_iterations: 400 })
+            (STAGES[3].budget)(cycles, &Traits { floats: false, convex, asked, max_iterations: 400 })
         };
         assert_eq!([budget(false, false, 60), budget(false, false, 350), budget(true, false, 350)], [180, 400, 750]);
         assert_eq!([budget(false, true, 60), budget(true, true, 350)], [400, 750]);

@@ -1,13 +1,15 @@
 use std::ops::ControlFlow;
 
+use super::active_set::PointLaw;
 use super::descent::descend;
 use super::iteration::{State, Subproblem};
 use super::solve::point_laws;
 use super::transform::Transformed;
-use crate::contact::{ContactProblem, Friction};
+use crate::contact::{ContactProblem, Division, Friction};
 use crate::dual::{Dual, DualSettings, choose};
 use crate::friction::{End, Settings, Status, solve};
 use crate::linalg::{Csr, Stop, SymmetricCsr};
+use crate::ranks::threads;
 
 const SIZE: [usize; 3] = [9, 5, 4];
 
@@ -80,23 +82,49 @@ fn energy(problem: &ContactProblem, u: &[f64]) -> f64 {
     0.5 * dot(u, &problem.elastic.K.times(u)) - dot(&problem.elastic.f, u) + friction.sum::<f64>()
 }
 
-/// Descends from displacements without order, with nodes inside the obstacle.
+/// Descends from displacements without order.
 fn descend_for(problem: &ContactProblem, cycles: usize) -> (End, usize, Vec<f64>) {
     let (transformed, mut hierarchy) = Transformed::new(problem, &Stop::never()).unwrap();
     let laws = point_laws(problem, &transformed);
-    let start: Vec<f64> = (0..problem.unknowns()).map(|i| (i as f64 * 0.618).fract() - 0.5).collect();
-    let mut state = State::at(transformed.to_frames(&start), &transformed.k);
-    let subproblem = Subproblem {
-        transformed: &transformed,
-        laws: &laws,
-        tolerance: 1e-10,
-        max_cycles: cycles,
-        max_resets: 0,
-        floating: None,
-        tightening: None,
-    };
+    let mut state = State::at(transformed.to_frames(&disorder(problem)), &transformed.k);
+    let subproblem = subproblem(&transformed, &laws, cycles);
     let end = descend(&subproblem, &mut hierarchy, &mut state, &|| false, &mut |_, _, _| ControlFlow::Continue(()));
     (end, state.cycles, transformed.out_of_frames(&state.iterate.u))
+}
+
+/// The same on several ranks, each of which is given all of the problem and owns some of its slices.
+fn descend_on_ranks(problem: &ContactProblem, size: usize, cycles: usize) -> (End, Vec<f64>) {
+    let nodes = problem.unknowns() / 3;
+    let parts = threads(size, |ranks| {
+        let node_of = |j: usize| problem.contact.B.row(problem.rows(j)[0]).0[0] / 3;
+        let division = Division {
+            ranks,
+            owner: (0..nodes).map(|v| (v * size / nodes) as u32).collect(),
+            global: (0..nodes as u64).collect(),
+            supports: Vec::new(),
+            points: (0..problem.points()).map(node_of).collect(),
+        };
+        let (transformed, mut hierarchy, divided) = Transformed::divided(problem, &division, &Stop::never()).unwrap();
+        let laws = point_laws(&divided.own(), &transformed);
+        let mut state = State::at(transformed.to_frames(&disorder(problem)), &transformed.k);
+        let subproblem = subproblem(&transformed, &laws, cycles);
+        let end = descend(&subproblem, &mut hierarchy, &mut state, &|| false, &mut |_, _, _| ControlFlow::Continue(()));
+        (end, transformed.out_of_frames(&state.iterate.u))
+    });
+    let mut u = vec![0.0; problem.unknowns()];
+    parts.iter().for_each(|(_, part)| u.iter_mut().zip(part).for_each(|(u, x)| *u += x));
+    assert!(parts.iter().all(|part| part.0 == parts[0].0));
+    (parts[0].0, u)
+}
+
+/// Displacements without order, with nodes inside the obstacle.
+fn disorder(problem: &ContactProblem) -> Vec<f64> {
+    (0..problem.unknowns()).map(|i| (i as f64 * 0.618).fract() - 0.5).collect()
+}
+
+fn subproblem<'a>(transformed: &'a Transformed, laws: &'a [PointLaw], cycles: usize) -> Subproblem<'a> {
+    let (max_cycles, max_resets, floating, tightening) = (cycles, 0, None, None);
+    Subproblem { transformed, laws, tolerance: 1e-10, max_cycles, max_resets, floating, tightening }
 }
 
 /// The direct path is the second road.
@@ -130,5 +158,24 @@ fn the_descent_for_given_friction_loses_energy_in_every_step_and_ends_at_the_sol
         let size = reference.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         let error = u.iter().zip(&reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
         assert!(error < 1e-7 * size, "{friction:?} {ratio:?}: {error:e} of {size:e}");
+    }
+}
+
+#[test]
+fn the_descent_loses_energy_in_every_step_on_ranks_too() {
+    let problem = lattice(Friction::Given { slip_bound: 0.02 });
+    let reference = by_factor(&problem);
+    let least = energy(&problem, &reference);
+    let size = reference.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    for ranks in [2, 3, 6] {
+        let mut before = f64::INFINITY;
+        for cycles in 0..6 {
+            let now = energy(&problem, &descend_on_ranks(&problem, ranks, cycles).1);
+            assert!(now <= before + 1e-13 * least.abs() && now >= least - 1e-9 * least.abs(), "{before} {now} {least}");
+            before = now;
+        }
+        let (end, u) = descend_on_ranks(&problem, ranks, 300);
+        let error = u.iter().zip(&reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
+        assert!(end == End::Converged && error < 1e-7 * size, "{ranks} ranks: {end:?}, {error:e} of {size:e}");
     }
 }

@@ -14,6 +14,7 @@ use super::transform::Transformed;
 use crate::contact::ContactProblem;
 use crate::friction::{Counts, End, Progress, Settings, SolverPath};
 use crate::linalg::{SmallLu, Watch};
+use crate::ranks::Halo;
 
 /// A bolt whose force is given, with what its shortening does beyond the one that the load of the problem contains.
 #[derive(Debug, Clone)]
@@ -28,6 +29,11 @@ pub(crate) struct SoughtForce {
     pub stretch: Vec<(u32, f64)>,
 }
 
+/// The part of this rank in what all of them know: that of the first is all of it.
+pub(super) fn share(halo: &Halo) -> f64 {
+    if halo.is_divided() && halo.ranks().rank() > 0 { 0.0 } else { 1.0 }
+}
+
 /// Entries of a vector of nodes.
 type Entries = Vec<(u32, [f64; 3])>;
 
@@ -35,6 +41,7 @@ fn entries(of: &Vector) -> Entries {
     (0u32..).zip(of).filter(|(_, x)| **x != [0.0; 3]).map(|(v, x)| (v, *x)).collect()
 }
 
+/// Of what this rank has.
 fn dot(x: &Entries, y: &Vector) -> f64 {
     x.iter().map(|(v, x)| (0..3).map(|c| x[c] * y[*v as usize][c]).sum::<f64>()).sum()
 }
@@ -64,6 +71,7 @@ struct Bolt {
 }
 
 impl Tightening {
+    /// Where nodes are divided each rank has the entries at its own.
     fn new(transformed: &Transformed, sought: &[SoughtForce]) -> Tightening {
         let dense = |entries: &[(u32, f64)]| {
             let mut all = vec![0.0; transformed.nodes.of.len()];
@@ -79,31 +87,42 @@ impl Tightening {
             Bolt { force, stiffness: sought.stiffness, target: sought.target, stretch, image }
         };
         let bolts: Vec<Bolt> = sought.iter().map(bolt).collect();
-        let nodes = transformed.f.len();
+        let (nodes, share) = (transformed.f.len(), share(transformed.halo()));
         let row = |(i, of): (usize, &Bolt)| {
             let mut image = vec![[0.0; 3]; nodes];
             add(1.0, &of.image, &mut image);
             let mut stretched = vec![[0.0; 3]; nodes];
             add(1.0, &of.stretch, &mut stretched);
             let entry = |(j, other): (usize, &Bolt)| {
-                let own = if i == j { other.stiffness } else { 0.0 };
+                let own = if i == j { share * other.stiffness } else { 0.0 };
                 dot(&other.stretch, &image) + own - dot(&other.force, &stretched)
             };
-            bolts.iter().enumerate().map(entry).collect()
+            bolts.iter().enumerate().map(entry).collect::<Vec<f64>>()
         };
-        let energy = SmallLu::new(bolts.iter().enumerate().map(row).collect());
+        let mut rows = bolts.iter().enumerate().map(row).collect::<Vec<_>>().concat();
+        transformed.halo().sum(&mut rows);
+        let energy = SmallLu::new(rows.chunks(bolts.len().max(1)).map(<[f64]>::to_vec).collect());
         Tightening { bolts, energy }
     }
 
-    /// What is missing of each force, newton.
-    pub(super) fn missing(&self, at: &Iterate) -> Vec<f64> {
-        let missing = |(bolt, s): (&Bolt, &f64)| bolt.target - bolt.stiffness * s + dot(&bolt.force, &at.u);
-        self.bolts.iter().zip(&at.shortening).map(missing).collect()
+    /// What is missing of each force, newton, the same on every rank.
+    pub(super) fn missing(&self, halo: &Halo, at: &Iterate) -> Vec<f64> {
+        let from_body = self.with_forces(halo, &at.u);
+        let missing = |((bolt, s), body): ((&Bolt, &f64), f64)| bolt.target - bolt.stiffness * s + body;
+        self.bolts.iter().zip(&at.shortening).zip(from_body).map(missing).collect()
     }
 
-    /// Energy of `x` with `y`, what their shortenings take part in.
-    pub(super) fn coupled(&self, x: &Direction, y: &Direction) -> f64 {
-        let of = |((bolt, x), s): ((&Bolt, &f64), &f64)| x * (bolt.stiffness * s - dot(&bolt.force, &y.p));
+    /// Products of the forces of each bolt with displacements.
+    fn with_forces(&self, halo: &Halo, u: &Vector) -> Vec<f64> {
+        let mut products: Vec<f64> = self.bolts.iter().map(|bolt| dot(&bolt.force, u)).collect();
+        halo.sum(&mut products);
+        products
+    }
+
+    /// This rank's part of the energy of `x` with `y` that their shortenings take part in.
+    pub(super) fn coupled(&self, halo: &Halo, x: &Direction, y: &Direction) -> f64 {
+        let share = share(halo);
+        let of = |((bolt, x), s): ((&Bolt, &f64), &f64)| x * (share * bolt.stiffness * s - dot(&bolt.force, &y.p));
         self.bolts.iter().zip(&x.shortening).zip(&y.shortening).map(of).sum()
     }
 
@@ -117,7 +136,10 @@ impl Tightening {
             };
             bolt.stretch.iter().map(left).sum()
         };
-        let gradient: Vec<f64> = self.bolts.iter().zip(self.missing(at)).map(|(bolt, m)| m + along(bolt)).collect();
+        let halo = transformed.halo();
+        let mut stretches: Vec<f64> = self.bolts.iter().map(along).collect();
+        halo.sum(&mut stretches);
+        let gradient: Vec<f64> = self.missing(halo, at).iter().zip(stretches).map(|(m, along)| m + along).collect();
         for ((bolt, change), s) in self.bolts.iter().zip(self.energy.solve(&gradient)).zip(&mut at.shortening) {
             *s += change;
             add(change, &bolt.stretch, &mut at.u);
@@ -126,8 +148,9 @@ impl Tightening {
     }
 
     /// Makes a direction without shortenings conjugate to them.
-    pub(super) fn make_conjugate(&self, direction: &mut Direction) {
-        let work: Vec<f64> = self.bolts.iter().map(|bolt| dot(&bolt.image, &direction.p)).collect();
+    pub(super) fn make_conjugate(&self, halo: &Halo, direction: &mut Direction) {
+        let mut work: Vec<f64> = self.bolts.iter().map(|bolt| dot(&bolt.image, &direction.p)).collect();
+        halo.sum(&mut work);
         direction.shortening = self.energy.solve(&work).into_iter().map(|change| -change).collect();
         for (bolt, &change) in self.bolts.iter().zip(&direction.shortening) {
             add(change, &bolt.stretch, &mut direction.p);
@@ -181,12 +204,11 @@ pub(crate) fn tighten_by_multigrid(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.points.iter().any(|p| p.floats);
+    let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
     let traits = Traits {
         floats,
         convex: false,
         asked: settings.path == SolverPath::Multigrid,
-        divided: false,
         max_iterations: settings.max_iterations,
     };
     let tightening = Tightening::new(transformed, sought);

@@ -139,7 +139,7 @@ impl Transformed {
         let others = all_in_frames(&points, others, nodes.count);
         frames_of(&mut k, &points);
         let mut kernel = kernel(problem, &nodes);
-        let linear = linear_space(problem, &nodes, &kernel, &points);
+        let linear = linear_space(problem, &nodes, &kernel, &points, &Halo::alone(nodes.count));
         points.iter().for_each(|p| p.turn_kernel(&mut kernel));
         let own: Vec<u32> = points.iter().map(|p| p.node as u32).collect();
         let between_bodies = others.iter().any(|o| !o.is_empty());
@@ -281,14 +281,19 @@ pub(super) fn order(problem: &ContactProblem, graph: &NodeGraph) -> Option<Vec<u
     Some(order)
 }
 
-/// The displacements that are linear on the edges of quadratic elements; `kernel` is that out of the frames of the points.
-fn linear_space(
+/// The displacements that are linear on the edges of quadratic elements, where some rank has such elements; `kernel` is that out
+/// of the frames of the points, at all nodes here.
+pub(super) fn linear_space(
     problem: &ContactProblem,
     nodes: &Nodes,
     kernel: &[Kernel<3>],
     points: &[Point],
+    halo: &Halo,
 ) -> Option<LinearSpace> {
-    let (middles, labels) = (problem.elastic.middles.as_ref()?, problem.elastic.node_of.as_ref()?);
+    if !halo.any(problem.elastic.middles.is_some()) {
+        return None;
+    }
+    let (middles, labels) = (problem.elastic.middles.as_deref().unwrap_or_default(), problem.elastic.node_of.as_ref()?);
     let node_of: HashMap<u32, u32> = labels.iter().zip(&nodes.of).map(|(&label, &(v, _))| (label, v)).collect();
     let mut ends = vec![None; nodes.count];
     for [middle, a, b] in middles {
@@ -296,8 +301,8 @@ fn linear_space(
             ends[v as usize] = Some([a, b].map(|end| node_of.get(end).copied().unwrap_or(NO_NODE)));
         }
     }
-    let mut space = LinearSpace::new(&ends, kernel);
-    points.iter().for_each(|p| space.turn(p.node, &p.displacements()));
+    let mut space = LinearSpace::new(&ends, kernel, halo);
+    points.iter().filter(|p| p.node < halo.own()).for_each(|p| space.turn(p.node, &p.displacements()));
     Some(space)
 }
 

@@ -122,7 +122,11 @@ impl<'a> CoarseProblem<'a> {
         let Hierarchy { fine, linear, first, halos, .. } = &*self.hierarchy;
         let (scale, f) = unit(&fine.halo, f);
         let f = match linear {
-            Some(linear) => linear.prolongation.transpose_times(&f, linear.level.matrix.rows),
+            Some(linear) => {
+                let mut f = linear.prolongation.transpose_times(&f, linear.level.halo.len());
+                linear.level.halo.add(&mut f, add_to);
+                f
+            }
             None => f,
         };
         let mut coarse = first.transpose_times(&f, halos[0].len());
@@ -143,7 +147,8 @@ impl<'a> CoarseProblem<'a> {
         let mut u = vec![[0.0; 3]; linear.as_ref().map_or(fine.matrix.rows, |linear| linear.level.matrix.rows)];
         first.add_times(&coarse, &mut u);
         if let Some(linear) = linear {
-            let on_corners = std::mem::replace(&mut u, vec![[0.0; 3]; fine.matrix.rows]);
+            let mut on_corners = std::mem::replace(&mut u, vec![[0.0; 3]; fine.matrix.rows]);
+            linear.level.halo.update(&mut on_corners);
             linear.prolongation.add_times(&on_corners, &mut u);
         }
         scaled(scale, &u)

@@ -104,13 +104,13 @@ pub(super) fn copied<const R: usize>(
 }
 
 /// The coarse matrix of a prolongation, and what belongs to it.
-fn product_of<const R: usize>(
+pub(super) fn product_of<const R: usize, const C: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,
-    prolongation: Blocks<R, 6>,
+    prolongation: Blocks<R, C>,
     coarse: Halo,
     wanted: &[u32],
-) -> Option<Product<R>> {
+) -> Option<Product<R, C>> {
     match halo.is_alone() {
         true => galerkin(a, &prolongation, wanted).map(|(matrix, kept)| (prolongation, matrix, kept, coarse)),
         false => divided_galerkin(a, halo, prolongation, coarse, wanted),

@@ -81,12 +81,10 @@ impl Hierarchy {
         self.coulomb_coupling.active
     }
 
-    /// Adds the forces of other ranks to those on the truncated functions of the first aggregated level, after a sweep to `x` on
-    /// the finest, and subtracts those on the lifts.
-    pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut Vec<[f32; 6]>) {
+    /// Subtracts the forces on the lifts from those on the truncated functions of the first aggregated level, after a sweep to `x`
+    /// on the finest.
+    pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut [[f32; 6]]) {
         let halo = &self.halos[0];
-        let add = |sum: &mut [f32; 6], more: &[f32; 6]| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b);
-        halo.add(coarse, add);
         if !self.has_lifts() {
             return;
         }
@@ -97,7 +95,7 @@ impl Hierarchy {
                 (0..6).for_each(|c| normal[j as usize][c] += p[0][c] as f32 * force);
             }
         }
-        halo.add(&mut normal, add);
+        halo.add(&mut normal, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
         for (k, lift) in &self.coulomb_coupling.lifts {
             let here = &mut coarse[*k as usize];
             let force: [f32; 6] = std::array::from_fn(|c| here[c] + normal[*k as usize][c]);

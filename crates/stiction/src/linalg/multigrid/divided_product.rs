@@ -36,22 +36,22 @@ fn with_ghosts(halo: &Halo, more: impl Iterator<Item = u64>) -> Halo {
 }
 
 /// A prolongation with the coarse matrix, the wanted rows of `A P` and the division of the coarse level.
-pub(super) type Product<const R: usize> = (Blocks<R, 6>, Blocks<6, 6>, Blocks<R, 6>, Halo);
+pub(super) type Product<const R: usize, const C: usize> = (Blocks<R, C>, Blocks<C, C>, Blocks<R, C>, Halo);
 
 /// [`galerkin`] where the nodes are divided: with the rows of the prolongation at ghosts, and with what ranks find for the
 /// coarse rows of others. The columns of the prolongation `p` have the places of `coarse`.
-pub(super) fn divided_galerkin<const R: usize>(
+pub(super) fn divided_galerkin<const R: usize, const C: usize>(
     a: &Blocks<R, R>,
     halo: &Halo,
-    p: Blocks<R, 6>,
+    p: Blocks<R, C>,
     coarse: Halo,
     wanted: &[u32],
-) -> Option<Product<R>> {
+) -> Option<Product<R, C>> {
     let ghosts = ghost_rows(halo, &p, |j| coarse.global(j as usize));
     let wider = with_ghosts(&coarse, ghosts.iter().flatten().map(|entry| entry.0));
     let mut p = renumbered(&p, wider.len(), |j| place(&wider, coarse.global(j as usize)));
     for row in ghosts {
-        let mut row: Vec<(u32, Block<R, 6>)> = row.into_iter().map(|(j, block)| (place(&wider, j), block)).collect();
+        let mut row: Vec<(u32, Block<R, C>)> = row.into_iter().map(|(j, block)| (place(&wider, j), block)).collect();
         row.sort_unstable_by_key(|entry| entry.0);
         p.column.extend(row.iter().map(|entry| entry.0));
         p.value.extend(row.iter().map(|entry| entry.1));
@@ -63,7 +63,7 @@ pub(super) fn divided_galerkin<const R: usize>(
     let last = with_ghosts(&wider, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
     let to_last = |j: u32| place(&last, wider.global(j as usize));
     let own = wider.own();
-    let mut parts: Vec<Vec<(u32, Block<6, 6>)>> =
+    let mut parts: Vec<Vec<(u32, Block<C, C>)>> =
         (0..own).map(|k| found.entries_of(k).map(|(j, block)| (to_last(j), *block)).collect()).collect();
     let mut of_row: Vec<Vec<u32>> = (0..own as u32).map(|k| vec![k]).collect();
     for (k, row) in returned {
@@ -99,6 +99,35 @@ pub(super) fn widened<const R: usize, const C: usize>(step: Coarser<R, C>, more:
         prolongation: renumbered(&prolongation, last.len(), to_last),
         a_times_p: renumbered(&a_times_p, last.len(), to_last),
         matrix,
+        kernel,
+        halo: last,
+    }
+}
+
+/// A step whose rows of `A P` at contact nodes get what others of them are measured by: `moved` are the parts that the rows of
+/// this rank add to those of contact nodes, the own ones and then the ghosts of `contact`. They are sent to their owners.
+pub(super) fn moved<const C: usize>(step: Coarser<3, C>, contact: &Halo, moved: &Blocks<3, C>) -> Coarser<3, C> {
+    let Coarser { prolongation, a_times_p, matrix, kernel, halo } = step;
+    let returned = returned_rows(contact, moved, |j| halo.global(j as usize));
+    let last = with_ghosts(&halo, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
+    let to_last = |j: u32| place(&last, halo.global(j as usize));
+    let (mut parts, mut of_row) = (Vec::new(), vec![Vec::new(); a_times_p.rows]);
+    let mut take = |t: usize, row: Vec<(u32, Block<3, C>)>| {
+        of_row[t].push(parts.len() as u32);
+        parts.push(row);
+    };
+    for t in 0..a_times_p.rows {
+        let rows = a_times_p.entries_of(t).chain(moved.entries_of(t));
+        take(t, rows.map(|(j, block)| (to_last(j), *block)).collect());
+    }
+    for (t, row) in returned {
+        take(t as usize, row.into_iter().map(|(j, block)| (place(&last, j), block)).collect());
+    }
+    let a_times_p = summed(a_times_p.rows, last.len(), &parts, &of_row);
+    Coarser {
+        prolongation: renumbered(&prolongation, last.len(), to_last),
+        a_times_p,
+        matrix: renumbered(&matrix, last.len(), to_last),
         kernel,
         halo: last,
     }

@@ -43,7 +43,7 @@ use super::Stop;
 use crate::Error;
 use crate::ranks::Halo;
 use between_ranks::joined;
-use coarsen::{Coarser, coarsen, copied, galerkin};
+use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
 use packed::{Packed, scaled, unit};
@@ -143,10 +143,13 @@ impl Hierarchy {
                 let support = Support::of_step(&step, &[contact_nodes, &ghosts].concat());
                 (None, step, support)
             }
-            Some(LinearSpace { prolongation, kernel }) => {
-                let Some((matrix, a_times_p)) = galerkin(plain, &prolongation, contact_nodes) else { return Ok(None) };
+            Some(LinearSpace { prolongation, kernel, halo }) => {
+                let Some((prolongation, matrix, a_times_p, halo)) =
+                    product_of(plain, &a.halo, prolongation, halo, contact_nodes)
+                else {
+                    return Ok(None);
+                };
                 stop.check()?;
-                let halo = Halo::alone(matrix.rows);
                 let mut linear = Coarser { prolongation, a_times_p, matrix, kernel, halo };
                 if let Some(relative) = relative {
                     linear = relative.transform_step(linear, a, contact_nodes);
@@ -156,7 +159,7 @@ impl Hierarchy {
                     return Ok(None);
                 };
                 let step = joined_if_small(step);
-                let linear = Linear::new(&linear, contact_nodes);
+                let linear = Linear::new(&linear, &[contact_nodes, &ghosts].concat());
                 let support = linear.support.within(&step.prolongation);
                 (Some(linear), step, support)
             }
@@ -168,7 +171,10 @@ impl Hierarchy {
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
         drop(step.prolongation);
-        let fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        let mut fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
+        if linear.is_some() {
+            fine.damp_less();
+        }
         let (mut matrix, mut kernel, mut halos) = (step.matrix, step.kernel, vec![step.halo]);
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
@@ -242,33 +248,45 @@ impl Hierarchy {
         let residual = self.truncated_residual(&x, residual);
         match &self.linear {
             None => {
-                let mut coarse = self.first.transpose_times(&residual, self.first_coarse());
+                let mut coarse = self.restricted(&residual);
                 self.subtract_lifted(&x, &mut coarse);
                 self.first.add_times(&self.cycles_from(0, &coarse), &mut x[..b.len()]);
             }
-            Some(linear) => linear.prolongation.add_times(&self.linear_cycle(linear, &x, &residual), &mut x),
+            Some(linear) => {
+                let y = self.linear_cycle(linear, &x, &residual);
+                linear.prolongation.add_times(&y, &mut x[..b.len()]);
+            }
         }
         self.zero_constrained(&mut x);
         self.fine.backward(&b, &mut x);
         scaled(scale, &x[..b.len()])
     }
 
-    /// One cycle from the linear level on, for the residual that `x` leaves on the finest one.
+    /// A residual of the level above the first aggregated one, at own nodes, on the functions of that.
+    fn restricted(&self, residual: &[[f32; 3]]) -> Vec<[f32; 6]> {
+        let mut coarse = self.first.transpose_times(residual, self.first_coarse());
+        self.halos[0].add(&mut coarse, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        coarse
+    }
+
+    /// One cycle from the linear level on, for the residual that `x` leaves on the finest one; the result at ghosts as well.
     fn linear_cycle(&self, linear: &Linear, x: &[[f32; 3]], residual: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let b = linear.prolongation.transpose_times(residual, linear.level.matrix.rows);
+        let halo = &linear.level.halo;
+        let mut b = linear.prolongation.transpose_times(residual, halo.len());
+        halo.add(&mut b, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
         let (mut y, residual) = linear.level.forward(&b);
-        let restrict = |residual: &[[f32; 3]]| self.first.transpose_times(residual, self.first_coarse());
-        let mut coarse = restrict(&residual);
+        let mut coarse = self.restricted(&residual);
         if self.has_lifts() {
             // Lifts test the forces of the finest level, as they are before the sweep on this one.
-            let before = restrict(&b);
+            let before = self.restricted(&b);
             let mut after = before.clone();
             self.subtract_lifted(x, &mut after);
             let change = after.iter().flatten().zip(before.iter().flatten()).map(|(after, before)| after - before);
             coarse.iter_mut().flatten().zip(change).for_each(|(coarse, change)| *coarse += change);
         }
-        self.first.add_times(&self.cycles_from(0, &coarse), &mut y);
+        self.first.add_times(&self.cycles_from(0, &coarse), &mut y[..b.len()]);
         linear.level.backward(&b, &mut y);
+        halo.update(&mut y);
         y
     }
 

@@ -1,3 +1,4 @@
+use super::between_ranks::Reach;
 use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, Kernel};
 use super::dense::add_product;
@@ -5,6 +6,7 @@ use super::distance::place;
 use super::packed::Packed;
 use super::smoother::Level;
 use super::truncation::Support;
+use crate::ranks::Halo;
 
 /// The displacements of a mesh of quadratic elements that are linear on its corners, as the first coarse space: three
 /// unknowns a corner.
@@ -14,10 +16,12 @@ use super::truncation::Support;
 /// of edges much longer than others at their ends stay as they are.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearSpace {
-    /// From its nodes to all nodes.
+    /// From its nodes, and its ghosts, to the nodes of this rank.
     pub prolongation: Blocks<3, 3>,
     /// The near-kernel at its nodes.
     pub kernel: Vec<Kernel<3>>,
+    /// How its nodes are divided among ranks: each belongs to the rank of the corner.
+    pub halo: Halo,
 }
 
 /// An end of an edge that is no node: it is prescribed.
@@ -28,27 +32,28 @@ pub(crate) const NO_NODE: u32 = u32::MAX;
 const LONG: f64 = 2.0;
 
 impl LinearSpace {
-    /// From the ends of the edge for each node in the middle of one, [`NO_NODE`] for those that are prescribed.
-    pub(crate) fn new(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>]) -> LinearSpace {
-        let keeps = keep_middles(ends, kernel);
-        let corners: Vec<usize> = (0..ends.len()).filter(|&v| keeps[v]).collect();
-        let mut corner_of = vec![NO_NODE; ends.len()];
-        corners.iter().enumerate().for_each(|(k, &v)| corner_of[v] = k as u32);
+    /// From the ends of the edge for each node in the middle of one, [`NO_NODE`] for those that are prescribed. The nodes are
+    /// divided by `halo`; further ones that are here count where edges are compared.
+    pub(crate) fn new(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>], halo: &Halo) -> LinearSpace {
+        let keeps = keep_middles(ends, kernel, halo);
+        let corners: Vec<usize> = (0..halo.own()).filter(|&v| keeps[v]).collect();
+        let (corner_of, coarse) = numbered(&corners, halo);
         // The first three motions are the translations: a row of them is the direction of an unknown.
         let half = |v: usize, end: u32| -> Block<3, 3> {
             let along = |r: usize, c: usize| (0..3).map(|q| kernel[v][r][q] * kernel[end as usize][c][q]).sum::<f64>();
             std::array::from_fn(|r| std::array::from_fn(|c| 0.5 * along(r, c)))
         };
-        let ends_of = |v: usize| ends[v].into_iter().flatten().filter(|&end| end != NO_NODE);
+        let is_known = |end: &u32| corner_of.get(*end as usize).is_some_and(|&corner| corner != NO_NODE);
+        let ends_of = |v: usize| ends[v].into_iter().flatten().filter(is_known);
         let named = |v: usize, name: &mut dyn FnMut(u32)| match corner_of[v] {
             NO_NODE => ends_of(v).for_each(|end| name(corner_of[end as usize])),
             own => name(own),
         };
-        let prolongation = Blocks::from_rows(ends.len(), corners.len(), named, |v, row| match corner_of[v] {
+        let prolongation = Blocks::from_rows(halo.own(), coarse.len(), named, |v, row| match corner_of[v] {
             NO_NODE => ends_of(v).for_each(|end| *row.at(corner_of[end as usize]) = half(v, end)),
             own => (0..3).for_each(|c| row.at(own)[c][c] = 1.0),
         });
-        LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect() }
+        LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo: coarse }
     }
 
     /// Displacements of a node in other coordinates.
@@ -61,8 +66,32 @@ impl LinearSpace {
     }
 }
 
-/// Which nodes the linear space keeps: corners and middles of long edges.
-fn keep_middles(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>]) -> Vec<bool> {
+/// The place in the linear space of each node and ghost, [`NO_NODE`] of those that it does not keep, from its nodes among those of
+/// this rank; and how they are divided.
+fn numbered(corners: &[usize], halo: &Halo) -> (Vec<u32>, Halo) {
+    /// The number of a node that is not kept.
+    const NONE: u64 = u64::MAX;
+    let first = match halo.is_alone() {
+        true => 0,
+        false => Halo::divided(halo.ranks(), corners.len(), Vec::new()).first(),
+    };
+    let mut number = vec![NONE; halo.own()];
+    corners.iter().zip(first..).for_each(|(&v, k)| number[v] = k);
+    halo.update(&mut number);
+    let coarse = match halo.is_alone() {
+        true => Halo::alone(corners.len()),
+        false => {
+            let mut ghosts: Vec<u64> = number[halo.own()..].iter().copied().filter(|&k| k != NONE).collect();
+            ghosts.sort_unstable();
+            Halo::divided(halo.ranks(), corners.len(), ghosts)
+        }
+    };
+    let place = |&k: &u64| coarse.place(k).map_or(NO_NODE, |place| place as u32);
+    (number.iter().map(place).collect(), coarse)
+}
+
+/// Which nodes of this rank the linear space keeps: corners and middles of long edges.
+fn keep_middles(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>], halo: &Halo) -> Vec<bool> {
     let length = |v: usize, end: u32| -> f64 {
         let (a, b) = (place(&kernel[v]), place(&kernel[end as usize]));
         2.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
@@ -74,11 +103,14 @@ fn keep_middles(ends: &[Option<[u32; 2]>], kernel: &[Kernel<3>]) -> Vec<bool> {
             shortest[end as usize] = shortest[end as usize].min(length(v, end));
         }
     }
+    // All edges at a corner are at hand on its own rank.
+    halo.update(&mut shortest);
+    let known = |v: usize| known(v).filter(|&end| (end as usize) < shortest.len());
     let is_long = |v: usize| {
         let limit = known(v).map(|end| shortest[end as usize]).fold(0.0, f64::max);
         known(v).any(|end| length(v, end) > LONG * limit)
     };
-    (0..ends.len()).map(|v| ends[v].is_none() || is_long(v)).collect()
+    (0..halo.own()).map(|v| ends[v].is_none() || is_long(v)).collect()
 }
 
 /// The level of the linear space.
@@ -90,16 +122,19 @@ pub(super) struct Linear {
     /// What the nodes that may be constrained contribute.
     pub support: Support<3>,
     /// The nodes whose rows may change, and the values of these rows without constraints.
-    pub touched: Vec<u32>,
+    pub reach: Reach,
     pub free: Vec<Block<3, 3>>,
 }
 
 impl Linear {
+    /// With the contact nodes of this rank, and then its ghosts among those of others.
     pub(super) fn new(step: &Coarser<3, 3>, contact_nodes: &[u32]) -> Linear {
         let support = Support::of_step(step, contact_nodes);
-        let touched = support.touched();
-        let free = touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
-        let (level, prolongation) = (Level::new(&step.matrix, step.halo.clone()), Packed::new(&step.prolongation));
-        Linear { level, prolongation, support, touched, free }
+        let reach = Reach::new(&step.halo, support.touched());
+        let free = reach.touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
+        let mut level = Level::new(&step.matrix, step.halo.clone());
+        level.damp_less();
+        let prolongation = Packed::new(&step.prolongation);
+        Linear { level, prolongation, support, reach, free }
     }
 }

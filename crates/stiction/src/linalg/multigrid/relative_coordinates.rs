@@ -3,8 +3,9 @@ use rayon::prelude::*;
 use super::blocks::{Block, Blocks};
 use super::coarsen::Coarser;
 use super::dense::{add_product, add_transpose_product};
-use super::divided_product::widened;
+use super::divided_product::{moved, widened};
 use super::relative_matrix::RelativeMatrix;
+use super::truncation::contact_ghosts;
 
 /// A change of unknowns, `x' = x + C x` at some nodes and the same elsewhere, that makes constraints on differences
 /// between nodes constraints on single unknowns: with relative displacements at the nodes of one side of an interface
@@ -158,15 +159,6 @@ impl RelativeCoordinates {
         (touched, rows)
     }
 
-    /// Whether a node is relative to one that is itself relative.
-    pub(crate) fn has_chains(&self) -> bool {
-        let place = places(&self.nodes, self.c.cols);
-        let is_relative = |k: u32| {
-            self.c.rows > 0 && place[k as usize] != u32::MAX && !self.c.row(place[k as usize] as usize).0.is_empty()
-        };
-        self.c.column.iter().any(|&k| is_relative(k))
-    }
-
     /// Transforms a coarsening step for the displacements into one for the relative displacements, whose matrix is `matrix`.
     /// `contact` are the nodes of the rows of `A P`: on one rank all that are relative, on several those of this rank.
     pub(super) fn transform_step<const C: usize>(
@@ -178,6 +170,8 @@ impl RelativeCoordinates {
         self.transform_prolongation(&mut step.prolongation);
         if matrix.halo.is_alone() {
             step.a_times_p = self.transpose_own(&step.a_times_p);
+        } else {
+            step = self.transpose_divided(step, matrix, contact);
         }
         let more = self.more(matrix, contact, &step);
         if matrix.halo.is_alone() {
@@ -215,6 +209,38 @@ impl RelativeCoordinates {
                 }
             },
         )
+    }
+
+    /// The same of the rows of `A P` of a step whose nodes are divided among ranks; `contact` are those of this rank.
+    fn transpose_divided<const C: usize>(
+        &self,
+        step: Coarser<3, C>,
+        matrix: &RelativeMatrix,
+        contact: &[u32],
+    ) -> Coarser<3, C> {
+        let (halo, ghosts) = contact_ghosts(matrix, contact);
+        let (at, place) = (places(&[contact, &ghosts].concat(), self.d.cols), places(&self.nodes, self.d.cols));
+        let mut taken: Vec<Vec<(usize, &Block<3, 3>)>> = vec![Vec::new(); halo.len()];
+        for (t, &v) in contact.iter().enumerate() {
+            let others = self.d.entries_of(place[v as usize] as usize);
+            for (k, d) in others.filter(|(k, _)| at[*k as usize] != u32::MAX) {
+                taken[at[k as usize] as usize].push((t, d));
+            }
+        }
+        if !halo.any(taken.iter().any(|rows| !rows.is_empty())) {
+            return step;
+        }
+        let x = &step.a_times_p;
+        let reached = |t: usize, name: &mut dyn FnMut(u32)| {
+            taken[t].iter().for_each(|&(i, _)| x.row(i).0.iter().for_each(|&j| name(j)));
+        };
+        let rows = Blocks::from_rows(halo.len(), x.cols, reached, |t, row| {
+            for &(i, d) in &taken[t] {
+                let minus = d.map(|r| r.map(|v| -v));
+                x.entries_of(i).for_each(|(j, block)| add_transpose_product(&minus, block, row.at(j)));
+            }
+        });
+        moved(step, &halo, &rows)
     }
 
     /// Transforms a prolongation into one to relative displacements, `T⁻¹ P`.

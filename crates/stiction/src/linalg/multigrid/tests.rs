@@ -1,5 +1,5 @@
 use super::blocks::{Block, Blocks};
-use super::coarsen::{Coarser, Kernel};
+use super::coarsen::{Coarser, Kernel, galerkin};
 use super::dense::{add_product, add_transpose_product};
 use super::distance::place;
 use super::*;
@@ -233,7 +233,8 @@ fn linear_space(size: [usize; 3]) -> LinearSpace {
     let named = |v: usize, name: &mut dyn FnMut(u32)| rows[v].iter().for_each(|entry| name(entry.0));
     let fill = |v: usize, row: &mut blocks::Row<'_, 3, 3>| rows[v].iter().for_each(|(k, block)| *row.at(*k) = *block);
     let prolongation = Blocks::from_rows(a * b * c, corners.len(), named, fill);
-    LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect() }
+    let halo = Halo::alone(corners.len());
+    LinearSpace { prolongation, kernel: corners.iter().map(|&v| kernel[v]).collect(), halo }
 }
 
 #[test]
@@ -249,8 +250,7 @@ fn local_changes_of_the_linear_level_and_below_it_are_those_of_the_truncated_fun
     ];
     let constraints: Vec<NodeConstraint> = (0..nodes.len()).map(|k| kinds[k % 3]).collect();
     let (matrix, a_times_p) = galerkin(&a, &space.prolongation, &nodes).unwrap();
-    let LinearSpace { prolongation, kernel: corners } = space.clone();
-    let halo = Halo::alone(matrix.rows);
+    let LinearSpace { prolongation, kernel: corners, halo } = space.clone();
     let step = Coarser { prolongation, a_times_p, matrix, kernel: corners, halo };
     assert_local_changes(&a, &a, &step, &nodes, &constraints);
     // The aggregated level below: functions of the linear level, truncated on the finest one.

@@ -245,8 +245,10 @@ impl Hierarchy {
     fn update_coarse(&mut self, constraints: &[NodeConstraint]) {
         let truncation = &self.truncation;
         if let Some(linear) = &mut self.linear {
-            let change = truncation.change(&linear.support, &linear.touched, constraints, linear.level.matrix.rows);
-            change_rows(&mut linear.level, &linear.touched, &linear.free, &change);
+            let reach = &linear.reach;
+            let change = truncation.change(&linear.support, &reach.reach, constraints, linear.level.halo.len());
+            change_rows(&mut linear.level, &reach.touched, &linear.free, &reach.rows(change));
+            linear.level.damp();
         }
         let reach = &truncation.touched[0];
         let change = truncation.change(&truncation.support, &reach.reach, constraints, self.first_coarse());

@@ -40,6 +40,15 @@ impl Bolt {
         matches!(self.by, Tightening::Force(_))
     }
 
+    /// What is prescribed of it at time `t` in step number `step` (from 0).
+    pub(crate) fn target(&self, step: usize, t: f64) -> Result<Target, Error> {
+        match self.lock {
+            Some(lock) if step > lock => Ok(Target::Locked),
+            _ if self.is_by_force() => self.value(t).map(Target::Force),
+            _ => self.value(t).map(Target::Shortening),
+        }
+    }
+
     fn value(&self, t: f64) -> Result<f64, Error> {
         let (Tightening::Force(field) | Tightening::Shortening(field)) = &self.by;
         // It has no place: an expression that reads one gives NaN and is refused.
@@ -50,12 +59,7 @@ impl Bolt {
 impl Loading {
     /// What is prescribed of each bolt at time `t` in step number `step` (from 0).
     pub(crate) fn targets(&self, step: usize, t: f64) -> Result<Vec<Target>, Error> {
-        let target = |bolt: &Bolt| match bolt.lock {
-            Some(lock) if step > lock => Ok(Target::Locked),
-            _ if bolt.is_by_force() => bolt.value(t).map(Target::Force),
-            _ => bolt.value(t).map(Target::Shortening),
-        };
-        self.bolts.iter().map(target).collect()
+        self.bolts.iter().map(|bolt| bolt.target(step, t)).collect()
     }
 
     /// The shortening of each bolt at time `t`, zero where it is to be found or is locked.

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::bolts::RankBolt;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use crate::Error;
-use crate::contact::{ContactProblem, Division, pose_points};
-use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, assemble};
-use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot};
+use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
+use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
+use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
 use crate::run::pose::loads::{end, load};
@@ -23,10 +24,11 @@ pub(super) struct Local {
     pub problem: ContactProblem,
     pub division: Division,
     /// For each surface with contact points, whose faces here are the group "contact k", the sign of friction as a force on the
-    /// body of `on`, whether its counterpart is another surface, and the nodes here of that.
+    /// body of `on`, whether its counterpart is another surface, and the nodes here of that with
+    /// what they stand for; their areas are those of the faces here.
     pub signs: Vec<f64>,
     pub between_bodies: Vec<bool>,
-    pub masters: Vec<Vec<u32>>,
+    pub masters: Vec<Vec<TributaryArea>>,
     /// The gap of each point here before anything is prescribed, length.
     pub undeformed: Vec<f64>,
     /// As in the share of this rank.
@@ -34,17 +36,20 @@ pub(super) struct Local {
     pub area: Vec<f64>,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
+    pub bolts: Vec<RankBolt>,
 }
 
 /// Poses what a rank has of the case.
 pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result<Local, Error> {
-    let Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node } = share;
+    let Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node, bolts } =
+        share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
     let t = end(case);
     let (fixes, loads) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &area, t)?);
     let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| place::at(&case.mesh.spot, error))?;
+    add_springs(mesh, &springs(mesh, case), &mut model)?;
     let division = Division {
         ranks: Arc::clone(ranks),
         owner: piece.owner.clone(),
@@ -57,7 +62,8 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     problem.validate()?;
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
     let between_bodies = kinds.iter().map(|&kind| kind != OBSTACLE).collect();
-    let of_master = |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| mesh.face_nodes(&group.faces));
+    let of_master =
+        |k: usize| mesh.group(&name("master", k)).map_or(Vec::new(), |group| tributary_areas(mesh, &group.faces));
     let masters = (0..kinds.len()).map(of_master).collect();
     Ok(Local {
         piece,
@@ -73,6 +79,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         symmetry,
         area,
         sizes,
+        bolts,
     })
 }
 
@@ -126,6 +133,15 @@ pub(super) fn loads(mesh: &Mesh, case: &Case, area: &[f64], t: f64) -> Result<Ve
         loads.push(load(mesh, &spec)?);
     }
     Ok(loads)
+}
+
+/// The elastic foundations that have faces here.
+fn springs(mesh: &Mesh, case: &Case) -> Vec<Spring> {
+    let of = |(k, spec): (usize, &SpringSpec)| {
+        let faces = group(mesh, "spring", k)?.faces.clone();
+        Some(Spring { faces, normal: spec.normal, tangential: spec.tangential })
+    };
+    case.springs.iter().enumerate().filter_map(of).collect()
 }
 
 /// A total force as a force per area.

@@ -2,12 +2,15 @@
 //!
 //! What ranks cannot do yet is refused by name (`scope`).
 
+mod bolts;
 mod local;
 mod record;
 mod scope;
 mod share;
+mod small;
 mod solve;
 mod steps;
+mod tighten;
 mod totals;
 mod tractions;
 mod write;

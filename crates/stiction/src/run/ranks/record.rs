@@ -10,7 +10,7 @@ use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{FORMAT, Versions};
-use crate::run::solve::{CertificateRecord, CountsRecord, Named, Totals};
+use crate::run::solve::{BoltState, CertificateRecord, CountsRecord, Named, Totals};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -74,13 +74,21 @@ pub struct RankedStep {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Force and shortening of each bolt.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bolts: Vec<BoltState>,
 }
 
 impl RankedStep {
     pub(super) fn new(case: &Case, step: usize, t: f64, solution: &Solution, contact: Totals) -> Self {
         let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
         let (status, iterations) = (solution.status, solution.counts.cycles);
-        RankedStep { name, t, status, iterations, certificate: CertificateRecord::of(&solution.certificate), contact }
+        let (certificate, bolts) = (CertificateRecord::of(&solution.certificate), Vec::new());
+        RankedStep { name, t, status, iterations, certificate, contact, bolts }
+    }
+
+    pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
+        RankedStep { bolts, ..self }
     }
 }
 
@@ -97,6 +105,9 @@ pub struct RankedSummary {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Force and shortening of each bolt.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bolts: Vec<BoltState>,
     /// The largest displacement of a node.
     pub displacement_max: f64,
     /// Unknown displacements.
@@ -107,6 +118,9 @@ pub struct RankedSummary {
     pub nodes: u64,
     /// Cells of the mesh.
     pub cells: u64,
+    /// Whether rank 0 has found the answer alone, as `stiction solve` does, after all ranks together had not.
+    #[serde(default)]
+    pub found_by_first: bool,
     /// The increments of load steps; the last of them is the answer above.
     #[serde(default)]
     pub steps: Vec<RankedStep>,
@@ -148,6 +162,7 @@ impl RankedSummary {
             certificate: CertificateRecord::of(&solution.certificate),
             dual_dofs: 3 * contact.points,
             contact,
+            bolts: Vec::new(),
             displacement_max,
             dofs,
             nodes,
@@ -155,6 +170,7 @@ impl RankedSummary {
             counts: CountsRecord { iterations, restarts, ..CountsRecord::default() },
             levels: Vec::new(),
             steps: Vec::new(),
+            found_by_first: false,
             seconds: Named(times),
             peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
             ranks,
@@ -164,6 +180,14 @@ impl RankedSummary {
 
     pub(super) fn with_steps(self, steps: Vec<RankedStep>) -> Self {
         RankedSummary { steps, ..self }
+    }
+
+    pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
+        RankedSummary { bolts, ..self }
+    }
+
+    pub(super) fn found_by_first(self, found_by_first: bool) -> Self {
+        RankedSummary { found_by_first, ..self }
     }
 
     pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
@@ -182,6 +206,9 @@ impl fmt::Display for RankedSummary {
             _ => "not solved: the iteration gains nothing any more".to_string(),
         };
         row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
+        if self.found_by_first {
+            row(f, "", "by rank 0 alone, which takes other ways too: all ranks together did not arrive".to_string())?;
+        }
         if let Some(last) = self.steps.last() {
             let cycles: usize = self.steps.iter().map(|step| step.iterations).sum();
             row(f, "steps", format!("{} increments up to t = {}, {cycles} cycles", self.steps.len(), number(last.t)))?;
@@ -195,6 +222,9 @@ impl fmt::Display for RankedSummary {
             format!("normal force {}, friction on the body {}", number(normal_force), triple(tangential_force)),
         )?;
         row(f, "", format!("open {open} points, stick {stick}, slip {slip}"))?;
+        for BoltState { name, force, shortening } in &self.bolts {
+            row(f, "bolt", format!("\"{name}\": force {}, shortening {}", number(*force), number(*shortening)))?;
+        }
         row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
         let nodes = self.ranks.iter().map(|rank| rank.nodes);
         let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));

@@ -4,7 +4,6 @@ use crate::Error;
 use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
 use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
-use crate::mesh::{CellKind, Mesh};
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
@@ -24,11 +23,9 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut timed.into_iter(), "a support that begins or ends with a step")?;
     let timed = case.contacts.iter().filter(|contact| !always(&contact.during) || !contact.without.is_empty());
     first(&mut timed.map(|contact| &contact.spot), "a contact that begins or ends with a step")?;
-    first(&mut case.springs.iter().map(|spring| &spring.spot), "an elastic foundation")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
-    first(&mut case.bolts.iter().map(|bolt| &bolt.spot), "a bolt")?;
     case.loads.iter().try_for_each(load)?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
@@ -82,13 +79,4 @@ fn contact(contact: &ContactSpec) -> Result<(), Error> {
         _ => return Ok(()),
     };
     Err(refused(&contact.spot, what))
-}
-
-/// Refuses meshes that ranks cannot divide.
-pub(super) fn check_mesh(case: &Case, whole: &Mesh) -> Result<(), Error> {
-    let linear = |kind: CellKind| kind.edges().is_empty();
-    if let Some(cells) = whole.cells.iter().find(|cells| !linear(cells.kind)) {
-        return Err(refused(&case.mesh.spot, &format!("a mesh of quadratic cells ({})", cells.kind.name())));
-    }
-    Ok(())
 }

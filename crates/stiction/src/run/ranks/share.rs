@@ -1,9 +1,10 @@
 //! What rank 0 finds in the whole mesh, and sends to each rank for its piece.
 
+use super::bolts::{self, RankBolt, put_bolts, take_bolts};
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, Counterpart, PosedPoints, Role, bodies_of, centroid};
-use crate::fem::{Axes, Fix, Material, Solid, dof_map};
+use crate::fem::{Axes, DofMap, Fix, Solid, dof_map};
 use crate::io::case::{Case, LoadKind, Region, Spot};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
@@ -41,6 +42,7 @@ pub(super) struct Share {
     /// The bodies of the whole, and the number of that of each node of the piece.
     pub bodies: Vec<Body>,
     pub body_of_node: Vec<u32>,
+    pub bolts: Vec<RankBolt>,
 }
 
 /// A surface that may touch an obstacle, another surface, and another surface that the case names first.
@@ -55,7 +57,7 @@ pub(super) const NO_AXIS: u32 = u32::MAX;
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
     let whole = if ranks.rank() == 0 { Whole::new(case, ranks.size()).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
-    let Some(whole) = whole else { return Ok(Share::from_bytes(&ranks.exchange(Vec::new(), &[0])[0])) };
+    let Some(whole) = whole else { return Ok(Share::from_bytes(case, &ranks.exchange(Vec::new(), &[0])[0])) };
     let mut own = None;
     for (rank, message) in whole.messages(ranks.size()).enumerate() {
         // One after the other: rank 0 never holds all pieces beside the mesh.
@@ -64,7 +66,7 @@ pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
             _ => drop(ranks.exchange(vec![(rank, message)], &[])),
         }
     }
-    Ok(Share::from_bytes(&own.unwrap_or_default()))
+    Ok(Share::from_bytes(case, &own.unwrap_or_default()))
 }
 
 /// The whole mesh, whose groups are the regions of the case.
@@ -78,13 +80,13 @@ struct Whole {
     kinds: Vec<u8>,
     bodies: Vec<Body>,
     body_of_node: Vec<u32>,
+    bolts: Vec<RankBolt>,
 }
 
 impl Whole {
     fn new(case: &Case, parts: usize) -> Result<Whole, Error> {
         let limit = MemoryLimit::of(&case.solver);
         let (mut mesh, _) = made_mesh(&case.mesh, &limit)?;
-        scope::check_mesh(case, &mesh)?;
         if mesh.nodes.len() < parts {
             let what = format!("the mesh has {} nodes and there are {parts} ranks", mesh.nodes.len());
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
@@ -100,15 +102,22 @@ impl Whole {
             groups.push(Group { name: name("load", k), ..group });
             area.push(of_faces);
         }
-        let (points, kinds) = contact(case, &mesh, (&materials, &material_of_cell), &held, &mut groups)?;
+        for (k, spring) in case.springs.iter().enumerate() {
+            let faces = regions::faces(&mesh, &spring.on, &spring.spot, "the spring")?;
+            groups.push(Group { name: name("spring", k), faces, ..Group::default() });
+        }
+        let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
+        let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let (points, kinds) = contact(case, &solid, &dofs, &mut groups)?;
+        let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
         let owner = divided(case, &mesh, &points, &held, parts)?;
-        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node })
+        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node, bolts })
     }
 
     /// For each rank in turn.
     fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
-        let Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node } = self;
+        let Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node, bolts } = self;
         let center = centroid(mesh);
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
@@ -128,6 +137,7 @@ impl Whole {
                 &mut to,
             );
             bodies.iter().for_each(|body| put(body.name.as_bytes(), &mut to));
+            put_bolts(bolts, &piece, &mut to);
             to.extend(points.message(&piece.nodes));
             to.extend(piece.to_bytes());
             to
@@ -155,22 +165,20 @@ fn fixed_regions(case: &Case, held: &[Fix], groups: &mut Vec<Group>) -> Result<V
 /// points, and how far it looks for the other one, is a matter of whole surfaces.
 fn contact(
     case: &Case,
-    mesh: &Mesh,
-    (materials, material_of_cell): (&[Material], &[u32]),
-    held: &[Fix],
+    solid: &Solid,
+    dofs: &DofMap,
     groups: &mut Vec<Group>,
 ) -> Result<(PosedPoints, Vec<u8>), Error> {
-    let dofs = dof_map(mesh, held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
-    let solid = Solid { mesh, materials, material_of_cell };
+    let mesh = solid.mesh;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
-    surfaces::assign(&solid, &dofs, &mut surfaces);
-    let of = surfaces::reverse(&solid, &dofs, &mut surfaces);
+    surfaces::assign(solid, dofs, &mut surfaces);
+    let of = surfaces::reverse(solid, dofs, &mut surfaces);
     for (surface, &k) in surfaces.iter().zip(&of) {
         if matches!(&surface.against, Counterpart::Surface(master) if master.nodes.is_some()) {
             return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
         }
     }
-    let (points, _) = PosedPoints::new(mesh, &dofs, &surfaces).map_err(|error| {
+    let (points, _) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
@@ -244,7 +252,7 @@ fn region_of_load(mesh: &Mesh, on: Option<&Region>, kind: &LoadKind, spot: &Spot
 }
 
 impl Share {
-    fn from_bytes(bytes: &[u8]) -> Share {
+    fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
         let (sizes, center) = (Wire::read(bytes), Wire::read(&bytes[16..]));
         let mut from = &bytes[40..];
         let from = &mut from;
@@ -257,8 +265,9 @@ impl Share {
             radius,
         };
         let bodies = places.into_iter().map(body).collect();
+        let bolts = take_bolts(&case.bolts, from);
         let points = PosedPoints::take(from);
         let piece = MeshPiece::from_bytes(from);
-        Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node }
+        Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node, bolts }
     }
 }

@@ -1,22 +1,28 @@
 //! A case on several ranks: divided, posed, solved, certified.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::bolts::states;
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
-use super::steps::{put_state, slid as sliding, times};
+use super::steps::slid as sliding;
+use super::tighten::{Answer, Found, March, Solver};
 use super::totals::totals;
 use super::tractions::tractions;
-use super::{scope, share};
+use super::{scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
+use crate::contact::ContactProblem;
 use crate::fem::full_displacement;
-use crate::friction::{self, Multigrid, PointState, Progress, Solution, Status, solve_multigrid};
+use crate::friction::{self, Multigrid, PointState, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::mesh::v3::{V3, add, norm, scale};
 use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
+use crate::run::pose::axis::Position;
+use crate::run::pose::loads::end;
 use crate::run::pose::{Seconds, stopwatch};
 use crate::run::solve::Totals;
 use crate::run::solve::tractions::Traction;
@@ -32,6 +38,8 @@ pub struct RankedAnswer {
     pub(super) states: Vec<PointState>,
     /// Pressure and shear of all points here.
     pub(super) tractions: Vec<Traction>,
+    /// Shortening of each bolt, length.
+    pub(super) shortening: Vec<f64>,
     /// The same on every rank.
     pub summary: RankedSummary,
 }
@@ -63,40 +71,97 @@ pub fn solve_on_ranks(
     seconds.mesh = lap();
     let mut local = agree(&*ranks, local(case, share, &ranks))?;
     seconds.assembly = lap();
-    let (mut multigrid, mut own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
+    let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     seconds.setup = lap();
     let before = counted.traffic();
-    let mut settings = friction::Settings {
+    let settings = friction::Settings {
         tolerance: case.solver.tolerance,
         max_iterations: multigrid_cycles(case.solver.max_iterations),
         path: friction::SolverPath::Multigrid,
         ..friction::Settings::default()
     };
+    let (mut found, mut steps) = march(case, (&mut local, &mut multigrid, own), settings, observer)?;
+    let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
+    let mut alone = false;
+    if unsolved
+        && unknowns(&local) <= small::MOST_UNKNOWNS
+        && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
+    {
+        let before = found.solution.counts.cycles;
+        (found, steps, alone) = (other.0, other.1, true);
+        found.solution.counts.cycles += before;
+    }
+    let Found { solution, everywhere: found, shortening } = found;
+    let tractions = tractions(&local, &found.lambda);
+    let contact = totals(&local, &multigrid, &solution, &tractions);
+    seconds.iteration = lap();
+    let traffic = since(before, counted.traffic());
+    let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
+    let summary = summary.with_bolts(states(&local, &found.u, &shortening)).found_by_first(alone);
+    let Everywhere { u, lambda, states, .. } = found;
+    Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, shortening, summary })
+}
+
+/// Solves the increments of all load steps, or without steps what acts at once.
+fn march(
+    case: &Case,
+    (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
+    settings: friction::Settings,
+    observer: &mut Watch<Progress>,
+) -> Result<(Found, Vec<RankedStep>), Error> {
+    let ranks = Arc::clone(&local.division.ranks);
+    let mut stopped = false;
+    let mut watch = |progress: &Progress| {
+        stopped |= observer(progress).is_break();
+        if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
+    let mut march = March { at: Position::start(), slid, shortening, answers: Vec::new() };
+    let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch };
     let mut steps = Vec::new();
-    let mut slid = vec![0.0; 2 * local.problem.points()];
-    let mut times = times(case).into_iter();
     loop {
-        let time = times.next();
-        if let Some((_, t)) = time {
-            agree(&*ranks, put_state(&mut local, case, t, &slid))?;
-            own = multigrid.renewed(&local.problem).unwrap_or(own);
+        let span = march.at.span(&case.steps);
+        let t = span.map_or(end(case), |[_, t]| t);
+        let targets = solver.local.bolts.iter().map(|b| b.bolt.target(march.at.step, t)).collect::<Result<Vec<_>, _>>();
+        let targets = agree(&*ranks, targets)?;
+        let found = solver.step(&march, &targets, t)?;
+        if span.is_none() {
+            return Ok((found, steps));
         }
-        let solution = solve_multigrid(&own, &mut multigrid, &settings, observer);
-        let found = everywhere(&local, &multigrid, &solution);
-        let tractions = tractions(&local, &found.lambda);
-        let contact = totals(&local, &multigrid, &solution, &tractions);
-        steps.extend(time.map(|(step, t)| RankedStep::new(case, step, t, &solution, contact.clone())));
-        if times.len() > 0 && solution.status == Status::Solved {
-            slid = sliding(&local, &found.free);
-            settings.start_displacement = Some(found.free);
+        let solved = found.solution.status == Status::Solved;
+        let may_be_shorter = matches!(found.solution.status, Status::MaxIterations | Status::Stalled);
+        if may_be_shorter
+            && !found.solution.certificate.is_as_good_as_the_data()
+            && let Some(shorter) = march.at.halve()
+        {
+            march.at = shorter;
             continue;
         }
-        seconds.iteration = lap();
-        let traffic = since(before, counted.traffic());
-        let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
-        let Everywhere { u, lambda, states, .. } = found;
-        return Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary });
+        let tractions = tractions(solver.local, &found.everywhere.lambda);
+        let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
+        let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
+        steps.push(RankedStep::new(case, march.at.step, t, &found.solution, contact).with_bolts(bolts));
+        march.at = march.at.advance(&case.steps);
+        if !solved || march.at.span(&case.steps).is_none() {
+            return Ok((found, steps));
+        }
+        march.slid = sliding(solver.local, &found.everywhere.free);
+        let problem = &solver.local.problem;
+        let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
+        march.answers.push(Answer { t, f, gap, u: found.everywhere.free });
+        if march.answers.len() > 2 {
+            march.answers.remove(0);
+        }
+        march.shortening = found.shortening;
     }
+}
+
+/// Unknown displacements of all ranks.
+fn unknowns(local: &Local) -> usize {
+    let labels = local.problem.elastic.node_of.iter().flatten();
+    let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
+    sum(&*local.division.ranks, &mut sums);
+    sums[0] as usize
 }
 
 fn since(before: Traffic, now: Traffic) -> Traffic {
@@ -111,15 +176,15 @@ fn since(before: Traffic, now: Traffic) -> Traffic {
 }
 
 /// An answer here: displacements of all unknowns and of all nodes, multipliers and states of all points.
-struct Everywhere {
-    free: Vec<f64>,
-    u: Vec<V3>,
-    lambda: Vec<f64>,
-    states: Vec<PointState>,
+pub(super) struct Everywhere {
+    pub free: Vec<f64>,
+    pub u: Vec<V3>,
+    pub lambda: Vec<f64>,
+    pub states: Vec<PointState>,
 }
 
 /// The answer at all nodes and points here: what belongs to other ranks is asked of them.
-fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Everywhere {
+pub(super) fn everywhere(local: &Local, multigrid: &Multigrid, solution: &Solution) -> Everywhere {
     let (own, m) = (multigrid.own_points(), local.problem.points());
     let (mut lambda, mut codes) = (vec![0.0; 3 * m], vec![0.0; 3 * m]);
     for (place, &j) in own.iter().enumerate() {
@@ -162,9 +227,6 @@ fn summary(
     traffic: Traffic,
 ) -> RankedSummary {
     let ranks = &*local.division.ranks;
-    let labels = local.problem.elastic.node_of.iter().flatten();
-    let mut sums = [labels.filter(|&&label| local.division.is_own(label)).count() as f64];
-    sum(ranks, &mut sums);
     let own = u.iter().enumerate().filter(|(v, _)| local.division.is_own(*v as u32));
     let mut largest = [own.map(|(_, u)| norm(*u)).fold(0.0, f64::max)];
     max(ranks, &mut largest);
@@ -183,7 +245,7 @@ fn summary(
         peak_memory_bytes: machine::peak_memory(),
     };
     let records = gather_all(ranks, record.to_bytes()).iter().map(|bytes| RankRecord::from_bytes(bytes)).collect();
-    RankedSummary::new(case, local.sizes, solution, contact, sums[0] as usize, largest[0], records, seconds)
+    RankedSummary::new(case, local.sizes, solution, contact, unknowns(local), largest[0], records, seconds)
         .with_levels(multigrid.level_sizes())
         .with_steps(steps)
 }

@@ -1,30 +1,22 @@
 //! Load steps on several ranks: what acts at a time is put into the problem of each, and slip is measured from the last step.
 //! Stiffness and `B` stand, so that one hierarchy serves all steps.
 
+use super::bolts::add_forces;
 use super::local::{Local, fixes, loads};
 use crate::Error;
 use crate::fem::{Solid, dof_map, external_forces};
 use crate::io::case::Case;
-use crate::run::pose::axis::Position;
 
-/// The ends of all increments, with the number of the step of the case that each is of.
-pub(super) fn times(case: &Case) -> Vec<(usize, f64)> {
-    let (mut at, mut times) = (Position::start(), Vec::new());
-    while let Some([_, t]) = at.span(&case.steps) {
-        times.push((at.step, t));
-        at = at.advance(&case.steps);
-    }
-    times
-}
-
-/// Puts loads and prescribed displacements at time `t` into the problem, where each point has slid by `slid` before; length, `2m`.
-pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64]) -> Result<(), Error> {
+/// Puts loads and prescribed displacements at time `t` into the problem, with the bolts drawn together by `shortening`, where each
+/// point has slid by `slid` before; length, `2m`.
+pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], shortening: &[f64]) -> Result<(), Error> {
     let mesh = &local.piece.mesh;
     let (fixes, loads) = (fixes(mesh, case, &local.symmetry)?, loads(mesh, case, &local.area, t)?);
     let dofs = dof_map(mesh, &fixes, t)?;
     let solid = Solid { mesh, materials: &local.materials, material_of_cell: &local.material_of_cell };
     let mut forces = external_forces(&solid, &loads, t)?;
     dofs.to_components(&mut forces);
+    add_forces(local, shortening, &mut forces);
     let Local { model, problem, .. } = local;
     let at = |list: &[u32]| -> Vec<f64> { list.iter().map(|&dof| forces[dof as usize]).collect() };
     let (load, support_load) = (at(&dofs.free), at(&dofs.prescribed));

@@ -68,8 +68,8 @@ fn exchanged(local: &Local, own: &[usize], quotients: &[Traction]) -> (Vec<Tract
     (means, most[0])
 }
 
-/// What a point shares with the nodes of the other surface, by their numbers in the whole mesh; area. Linear faces have functions
-/// with positive integrals, whose partition of unity is one.
+/// What a point shares with the nodes of the other surface, by their numbers in the whole mesh, with the partition of unity in it;
+/// area. On quadratic faces it is that of the functions with positive integrals.
 fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
     let (problem, dofs) = (&local.problem, &local.model.dofs);
     let (own, axes) = axes(local, j);
@@ -84,10 +84,14 @@ fn shared(local: &Local, j: usize) -> Vec<(u64, f64)> {
     let free = columns.iter().zip(values).map(|(&k, v)| (dofs.free[k as usize], *v));
     let held = problem.labels.supports.as_ref().map_or((&[][..], &[][..]), |s| s.B.row(i));
     let held = held.0.iter().zip(held.1).map(|(&k, v)| (dofs.prescribed[k as usize], *v));
-    let on_other = |(dof, _): &(u32, f64)| dof / 3 != own && master.binary_search(&(dof / 3)).is_ok();
-    let parts = free.chain(held).filter(on_other);
-    let mut shared: Vec<(u64, f64)> =
-        parts.map(|(dof, value)| (local.piece.nodes[(dof / 3) as usize], weight(dof, value))).collect();
+    let number = |node: u32| local.piece.nodes[node as usize];
+    let mut shared: Vec<(u64, f64)> = Vec::new();
+    for (dof, value) in free.chain(held).filter(|(dof, _)| dof / 3 != own) {
+        let Ok(at) = master.binary_search_by_key(&(dof / 3), |area| area.node) else { continue };
+        let part = weight(dof, value);
+        shared.push((number(dof / 3), part * master[at].unity_sum()));
+        shared.extend(master[at].others.iter().map(|&(end, weight)| (number(end), -part * weight)));
+    }
     shared.sort_by_key(|entry| entry.0);
     shared.chunk_by(|a, b| a.0 == b.0).map(|terms| (terms[0].0, terms.iter().map(|term| term.1).sum())).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bolts::strain;
 use super::local::Local;
 use super::share::name;
 use super::solve::{RankedAnswer, axes};
@@ -133,7 +134,7 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
     let Local { piece, materials, material_of_cell, division, .. } = &answer.local;
     let mesh = &piece.mesh;
     let solid = Solid { mesh, materials, material_of_cell };
-    let stress = cell_stress(&solid, answer.u.as_flattened(), &[]);
+    let stress = cell_stress(&solid, answer.u.as_flattened(), &strain(&answer.local, &answer.shortening));
     let whole = Grid::from_mesh(mesh);
     let own: Vec<usize> = (mesh.cell_iter().enumerate())
         .filter(|(_, (_, nodes))| division.is_own(nodes[0]))

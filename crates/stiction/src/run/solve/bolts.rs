@@ -60,13 +60,13 @@ pub(crate) struct BoltSearch {
 const FORCE_TOLERANCE: f64 = 10.0;
 
 impl BoltSearch {
-    /// From the shortenings `before` (empty: none).
-    pub(super) fn new(bolts: &[Bolt], targets: &[Target], before: &[f64], tolerance: f64) -> Self {
+    /// From the shortenings `before` (empty: none); `stiffness` is that of each cut.
+    pub(crate) fn new(stiffness: &[f64], targets: &[Target], before: &[f64], tolerance: f64) -> Self {
         let old = |number: usize| before.get(number).copied().unwrap_or(0.0);
         let start = |(number, target): (usize, &Target)| match target {
             Target::Shortening(s) => *s,
             // From rest where nothing could be learnt: the least shortening the force can take.
-            Target::Force(force) if old(number) == 0.0 => force / bolts[number].cut.stiffness,
+            Target::Force(force) if old(number) == 0.0 => force / stiffness[number],
             Target::Force(_) | Target::Locked => old(number),
         };
         let shortening = targets.iter().enumerate().map(start).collect();
@@ -77,24 +77,24 @@ impl BoltSearch {
         let sought: Vec<(usize, f64)> = targets.iter().enumerate().filter_map(force).collect();
         let count = sought.len();
         let mut slope = vec![vec![0.0; count]; count];
-        (0..count).for_each(|k| slope[k][k] = bolts[sought[k].0].cut.stiffness);
+        (0..count).for_each(|k| slope[k][k] = stiffness[sought[k].0]);
         let allowed = FORCE_TOLERANCE * tolerance * sought.iter().fold(0.0, |a: f64, s| a.max(s.1.abs()));
         // A linear problem takes twice as many steps as there are bolts; contact opens and closes on top of that.
         BoltSearch { shortening, sought, slope, last: None, allowed, left: 20 + 4 * count }
     }
 
     /// The bolts whose force is sought, and how large it shall be.
-    pub(super) fn sought(&self) -> &[(usize, f64)] {
+    pub(crate) fn sought(&self) -> &[(usize, f64)] {
         &self.sought
     }
 
     /// Goes on from shortenings that a solver has found, by what they are longer.
-    pub(super) fn lengthen(&mut self, by: &[f64]) {
+    pub(crate) fn lengthen(&mut self, by: &[f64]) {
         self.sought.iter().zip(by).for_each(|(&(bolt, _), by)| self.shortening[bolt] += by);
     }
 
     /// Takes the forces found; breaks with whether they are those wanted, or goes on with other shortenings.
-    pub(super) fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
+    pub(crate) fn next(&mut self, forces: &[f64]) -> ControlFlow<bool> {
         let found: Vec<f64> = self.sought.iter().map(|&(bolt, _)| forces[bolt]).collect();
         let missing: Vec<f64> = self.sought.iter().zip(&found).map(|(s, f)| s.1 - f).collect();
         if missing.iter().all(|m| m.abs() <= self.allowed) {

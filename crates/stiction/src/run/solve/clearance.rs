@@ -11,7 +11,7 @@ use crate::run::pose::Prepared;
 use crate::run::pose::bolts::{Bolt, Target};
 
 /// Forces at a cut that are left of a motion, over those of the shortening itself, below which it strains nothing.
-const NO_STRAIN: f64 = 1e-8;
+pub(crate) const NO_STRAIN: f64 = 1e-8;
 
 /// Displacements of the unknowns by which a unit of shortening strains nothing, for each bolt; `None` where the parts of
 /// the bolt are held or hang together elsewhere.
@@ -41,7 +41,7 @@ fn rigid_mode(prepared: &Prepared, bolt: &Bolt) -> Option<Vec<f64>> {
 }
 
 /// Nodes on the side of the cut its axis comes from, those of the cut included, and on the other.
-pub(super) fn sides(mesh: &Mesh, bolt: &Bolt) -> [Vec<bool>; 2] {
+pub(crate) fn sides(mesh: &Mesh, bolt: &Bolt) -> [Vec<bool>; 2] {
     let at_cut = |node: u32| bolt.cut.nodes.binary_search(&node).is_ok();
     let mut beyond = reached(mesh, &bolt.cut.cells, &at_cut);
     let mut before = reached(mesh, &cells_before(mesh, bolt), &at_cut);

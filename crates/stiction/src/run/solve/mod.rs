@@ -2,9 +2,9 @@
 
 pub(super) mod algebraic;
 pub(super) mod balance;
-mod bolts;
+pub(super) mod bolts;
 mod bound;
-mod clearance;
+pub(super) mod clearance;
 mod contact_edge;
 mod contact_terms;
 mod couplings;
@@ -18,7 +18,7 @@ mod record;
 mod solutions;
 mod steps;
 mod strength;
-mod stretch;
+pub(super) mod stretch;
 mod totals;
 pub(crate) mod tractions;
 

@@ -280,7 +280,8 @@ fn tighten(
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
     let before = &march.body.loads.initial.shortening;
-    let mut search = BoltSearch::new(&prepared.loading.bolts, &targets, before, settings.solver.tolerance);
+    let stiffness: Vec<f64> = prepared.loading.bolts.iter().map(|bolt| bolt.cut.stiffness).collect();
+    let mut search = BoltSearch::new(&stiffness, &targets, before, settings.solver.tolerance);
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     close_clearance(prepared, &targets, &from_rest, &mut search.shortening);

@@ -4,6 +4,7 @@
 use super::clearance::sides;
 use crate::fem::full_displacement;
 use crate::friction::SoughtForce;
+use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, mean, sub};
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Bolt;
@@ -28,7 +29,7 @@ pub(crate) fn sought_forces(prepared: &Prepared, wanted: &[(usize, f64)]) -> Vec
             force: unknowns(&bolt.cut.force),
             stiffness,
             target: force - initial.thermal_force[number] + from_held - stiffness * initial.shortening[number],
-            stretch: unknowns(&stretch(prepared, bolt, &ends)),
+            stretch: unknowns(&along_axis(bolt, &stretch(&prepared.mesh, bolt, &ends))),
         }
     };
     wanted.iter().map(of).collect()
@@ -43,10 +44,16 @@ fn ends(prepared: &Prepared) -> Vec<bool> {
     ends
 }
 
-/// Displacements by degree of freedom that take a unit of shortening up by a uniform strain between the next of `ends` on
-/// either side of the cut.
-fn stretch(prepared: &Prepared, bolt: &Bolt, ends: &[bool]) -> Vec<(u32, f64)> {
-    let (mesh, cut) = (&prepared.mesh, &bolt.cut);
+/// Ways along the axis of a bolt as displacements by degree of freedom.
+pub(crate) fn along_axis(bolt: &Bolt, ways: &[(u32, f64)]) -> Vec<(u32, f64)> {
+    let axis = bolt.cut.axis;
+    ways.iter().flat_map(|&(node, way)| (0..3).map(move |c| (3 * node + c as u32, way * axis[c]))).collect()
+}
+
+/// Ways of nodes along the axis that take a unit of shortening up by a uniform strain between the next of `ends` on either side of
+/// the cut.
+pub(crate) fn stretch(mesh: &Mesh, bolt: &Bolt, ends: &[bool]) -> Vec<(u32, f64)> {
+    let cut = &bolt.cut;
     let middle = mean(cut.nodes.iter().map(|&node| mesh.nodes[node as usize]));
     let [before, beyond] = sides(mesh, bolt);
     let away = |node: usize, sign: f64| sign * dot(cut.axis, sub(mesh.nodes[node], middle));
@@ -70,6 +77,5 @@ fn stretch(prepared: &Prepared, bolt: &Bolt, ends: &[bool]) -> Vec<(u32, f64)> {
     if whole == 0.0 {
         return Vec::new();
     }
-    let moved = (0..mesh.nodes.len()).map(|node| (node as u32, at(node))).filter(|(_, way)| *way != 0.0);
-    moved.flat_map(|(node, way)| (0..3).map(move |c| (3 * node + c as u32, way * cut.axis[c]))).collect()
+    (0..mesh.nodes.len()).map(|node| (node as u32, at(node))).filter(|(_, way)| *way != 0.0).collect()
 }

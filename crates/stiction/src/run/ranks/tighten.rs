@@ -1,0 +1,171 @@
+//! The march along the load steps on several ranks, and the search for the shortenings of bolts whose force is given: the steps of
+//! `run/solve/steps.rs` with what each rank has.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::bolts;
+use super::local::Local;
+use super::solve::{Everywhere, everywhere};
+use super::steps::put_state;
+use crate::Error;
+use crate::certificate::ghost_values;
+use crate::contact::ContactProblem;
+use crate::friction::{self, Multigrid, Progress, Solution, Status, solve_multigrid, tighten_by_multigrid};
+use crate::io::case::Case;
+use crate::linalg::Watch;
+use crate::ranks::{agree, sum};
+use crate::run::pose::axis::Position;
+use crate::run::pose::bolts::Target;
+use crate::run::solve::bolts::BoltSearch;
+
+/// Where the march stands.
+pub(super) struct March {
+    pub at: Position,
+    /// How far each point here has slid since the start, length, `2m`.
+    pub slid: Vec<f64>,
+    /// Of each bolt, length.
+    pub shortening: Vec<f64>,
+    /// The last two answers, the later one last.
+    pub answers: Vec<Answer>,
+}
+
+/// What acts at a time, and the answer, of all unknowns and points here.
+pub(super) struct Answer {
+    pub t: f64,
+    pub f: Vec<f64>,
+    pub gap: Vec<f64>,
+    pub u: Vec<f64>,
+}
+
+impl March {
+    /// Displacements at `t` to start from, with what acts then in `local`: those of the last step, or on the line through the last
+    /// two where what acts is nearer to that line.
+    fn predicted(&self, local: &Local, t: f64) -> Option<Vec<f64>> {
+        let [before, last] = &self.answers[..] else { return self.answers.last().map(|answer| answer.u.clone()) };
+        let scale = (t - last.t) / (last.t - before.t);
+        let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
+            before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()
+        };
+        let problem = &local.problem;
+        let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+        let own_unknown = |i: usize| local.division.is_own(labels[i]);
+        let own_point = |j: usize| local.division.is_own(local.division.points[j]);
+        let squares = |a: &[f64], b: &[f64], own: &dyn Fn(usize) -> bool| -> f64 {
+            a.iter().zip(b).enumerate().filter(|(i, _)| own(*i)).map(|(_, (a, b))| (a - b) * (a - b)).sum()
+        };
+        let (f, gap) = (&problem.elastic.f, &problem.contact.gap);
+        let mut away = [
+            squares(&line(&before.f, &last.f), f, &own_unknown),
+            squares(&last.f, f, &own_unknown),
+            squares(&line(&before.gap, &last.gap), gap, &own_point),
+            squares(&last.gap, gap, &own_point),
+        ];
+        sum(&*local.division.ranks, &mut away);
+        let nearer = away[0] <= away[1] && away[2] <= away[3];
+        Some(if nearer { line(&before.u, &last.u) } else { last.u.clone() })
+    }
+}
+
+/// What is solved, and by what.
+pub(super) struct Solver<'a, 'b> {
+    pub local: &'a mut Local,
+    pub multigrid: &'a mut Multigrid,
+    /// The problem of the points of this rank.
+    pub own: ContactProblem,
+    pub case: &'a Case,
+    pub settings: friction::Settings,
+    pub observer: &'a mut Watch<'b, Progress>,
+}
+
+/// An answer, what of it is known here, and the shortenings of the bolts.
+pub(super) struct Found {
+    pub solution: Solution,
+    pub everywhere: Everywhere,
+    pub shortening: Vec<f64>,
+}
+
+impl Solver<'_, '_> {
+    /// The answer at time `t`, where `targets` are prescribed of the bolts.
+    ///
+    /// # Errors
+    /// Expressions that are not finite at that time, at every rank.
+    pub(super) fn step(&mut self, march: &March, targets: &[Target], t: f64) -> Result<Found, Error> {
+        let stiffness: Vec<f64> = self.local.bolts.iter().map(|b| b.bolt.cut.stiffness).collect();
+        let tolerance = self.settings.tolerance;
+        let mut search = BoltSearch::new(&stiffness, targets, &march.shortening, tolerance);
+        let from_rest: Vec<bool> = march.shortening.iter().map(|&s| s == 0.0).collect();
+        if !search.sought().is_empty() {
+            self.put(t, &march.slid, &[])?;
+            let with = (&mut *self.multigrid, &self.own);
+            bolts::close_clearance(self.local, with, targets, &from_rest, &mut search.shortening);
+        }
+        let (mut from, mut cycles) = (None, 0);
+        let mut tries_together = if search.sought().is_empty() { 0 } else { 2 };
+        loop {
+            self.put(t, &march.slid, &search.shortening)?;
+            from = from.or_else(|| march.predicted(self.local, t));
+            if tries_together > 0 {
+                tries_together -= 1;
+                let sought = bolts::sought(self.local, search.sought(), &search.shortening);
+                let settings = self.starting(from.as_deref(), &search.shortening);
+                let found = tighten_by_multigrid(&self.own, self.multigrid, &sought, &settings, self.observer);
+                cycles += found.counts.cycles;
+                if found.solved {
+                    tries_together = 0;
+                    search.lengthen(&found.shortening);
+                    self.put(t, &march.slid, &search.shortening)?;
+                    let zeros = vec![0.0; 3 * self.local.problem.points()];
+                    from = Some(ghost_values(&self.local.problem, &self.local.division, &found.u, &zeros).0);
+                }
+            }
+            let mut solution = self.attempt(from.as_deref(), &search.shortening);
+            cycles += solution.counts.cycles;
+            let found = everywhere(self.local, self.multigrid, &solution);
+            let states = bolts::states(self.local, &found.u, &search.shortening);
+            let next = search.next(&states.iter().map(|bolt| bolt.force).collect::<Vec<f64>>());
+            let solved = solution.status == Status::Solved;
+            if !solved || next.is_break() {
+                if solved && next == ControlFlow::Break(false) {
+                    solution.status = Status::Stalled;
+                }
+                solution.counts.cycles = cycles;
+                return Ok(Found { solution, everywhere: found, shortening: search.shortening });
+            }
+            from = Some(found.free);
+        }
+    }
+
+    /// Puts what acts at time `t` into the problem, which without steps and bolts contains it.
+    fn put(&mut self, t: f64, slid: &[f64], shortening: &[f64]) -> Result<(), Error> {
+        if self.case.steps.is_empty() && shortening.is_empty() {
+            return Ok(());
+        }
+        let ranks = Arc::clone(&self.local.division.ranks);
+        agree(&*ranks, put_state(self.local, self.case, t, slid, shortening))?;
+        if let Some(own) = self.multigrid.renewed(&self.local.problem) {
+            self.own = own;
+        }
+        Ok(())
+    }
+
+    /// Settings that start from `from`, or from bolts that bear.
+    fn starting(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> friction::Settings {
+        let given = from.map(<[f64]>::to_vec);
+        let given = given.or_else(|| bolts::start(self.local, (&mut *self.multigrid, &self.own), shortening));
+        friction::Settings { start_displacement: given, ..self.settings.clone() }
+    }
+
+    /// Solves from the displacements given, and if that fails from the beginning.
+    pub(super) fn attempt(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> Solution {
+        let settings = self.starting(from, shortening);
+        let first = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        if from.is_none() || !matches!(first.status, Status::MaxIterations | Status::Stalled) {
+            return first;
+        }
+        let settings = self.starting(None, shortening);
+        let mut second = solve_multigrid(&self.own, self.multigrid, &settings, self.observer);
+        second.counts.cycles += first.counts.cycles;
+        second
+    }
+}
