@@ -14,4 +14,5 @@ mod random_cases;
 mod random_problems;
 mod ranks;
 mod ranks_bodies;
+mod ranks_files;
 mod uniqueness;

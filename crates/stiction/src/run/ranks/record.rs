@@ -10,7 +10,7 @@ use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{FORMAT, Versions};
-use crate::run::solve::{CertificateRecord, CountsRecord, Named, Totals};
+use crate::run::solve::{BodyRecord, CertificateRecord, CountsRecord, Named, Totals};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -74,14 +74,22 @@ pub struct RankedStep {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Balance of each body.
+    #[serde(default)]
+    pub bodies: Vec<BodyRecord>,
 }
 
 impl RankedStep {
     pub(super) fn new(case: &Case, step: usize, t: f64, solution: &Solution, contact: Totals) -> Self {
         let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
         let (status, iterations) = (solution.status, solution.counts.cycles);
-        RankedStep { name, t, status, iterations, certificate: CertificateRecord::of(&solution.certificate), contact }
+        let (certificate, bodies) = (CertificateRecord::of(&solution.certificate), bodies(solution));
+        RankedStep { name, t, status, iterations, certificate, contact, bodies }
     }
+}
+
+fn bodies(solution: &Solution) -> Vec<BodyRecord> {
+    solution.certificate.bodies.iter().map(BodyRecord::of).collect()
 }
 
 /// An answer found on several ranks; lengths, forces and energies in the units of the case.
@@ -97,6 +105,9 @@ pub struct RankedSummary {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Balance of each body.
+    #[serde(default)]
+    pub bodies: Vec<BodyRecord>,
     /// The largest displacement of a node.
     pub displacement_max: f64,
     /// Unknown displacements.
@@ -148,6 +159,7 @@ impl RankedSummary {
             certificate: CertificateRecord::of(&solution.certificate),
             dual_dofs: 3 * contact.points,
             contact,
+            bodies: bodies(solution),
             displacement_max,
             dofs,
             nodes,

@@ -82,7 +82,7 @@ struct Whole {
 
 impl Whole {
     fn new(case: &Case, parts: usize) -> Result<Whole, Error> {
-        let limit = MemoryLimit::of(&case.solver);
+        let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         let (mut mesh, _) = made_mesh(&case.mesh, &limit)?;
         scope::check_mesh(case, &mesh)?;
         if mesh.nodes.len() < parts {

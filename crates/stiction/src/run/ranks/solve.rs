@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use super::keep::{Finished, Keep, Kept};
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::steps::{put_state, slid as sliding, times};
 use super::totals::totals;
 use super::tractions::tractions;
-use super::{scope, share};
+use super::{room, scope, share};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::fem::full_displacement;
@@ -27,6 +28,8 @@ pub struct RankedAnswer {
     pub(super) local: Local,
     /// Displacements of all nodes here, along x, y, z.
     pub(super) u: Vec<V3>,
+    /// The same of all unknowns here.
+    pub(super) free: Vec<f64>,
     /// Multipliers of all points here, newton, `3m`, and their states.
     pub(super) lambda: Vec<f64>,
     pub(super) states: Vec<PointState>,
@@ -54,6 +57,20 @@ pub fn solve_on_ranks(
     ranks: &Arc<dyn Ranks>,
     observer: &mut Watch<Progress>,
 ) -> Result<RankedAnswer, Error> {
+    solve_steps_on_ranks(case, ranks, None, observer)
+}
+
+/// The same with the load steps kept in a folder as they are solved, if there are any, and those kept there before it gone on
+/// from.
+///
+/// # Errors
+/// As [`solve_on_ranks`]; and if files of steps cannot be written, or those to go on from are of another case.
+pub fn solve_steps_on_ranks(
+    case: &Case,
+    ranks: &Arc<dyn Ranks>,
+    keep: Option<&Keep>,
+    observer: &mut Watch<Progress>,
+) -> Result<RankedAnswer, Error> {
     let mut lap = stopwatch();
     let mut seconds = Seconds::default();
     let counted = Arc::new(Counted::new(Arc::clone(ranks)));
@@ -61,7 +78,10 @@ pub fn solve_on_ranks(
     agree(&*ranks, scope::check(case))?;
     let share = share::share(case, &*ranks)?;
     seconds.mesh = lap();
+    let limit = room::limit(case, &*ranks);
+    room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
     let mut local = agree(&*ranks, local(case, share, &ranks))?;
+    room::hierarchy_fits(&local, &limit, &*ranks)?;
     seconds.assembly = lap();
     let (mut multigrid, mut own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     seconds.setup = lap();
@@ -72,9 +92,17 @@ pub fn solve_on_ranks(
         path: friction::SolverPath::Multigrid,
         ..friction::Settings::default()
     };
-    let mut steps = Vec::new();
+    let mut kept = keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
+    let (mut steps, mut times) = (Vec::new(), times(case).into_iter());
     let mut slid = vec![0.0; 2 * local.problem.points()];
-    let mut times = times(case).into_iter();
+    if let Some(Finished { records, u }) = kept.as_mut().and_then(Kept::finished) {
+        let last = times.nth(records.len() - 1);
+        if let Some((_, t)) = last {
+            agree(&*ranks, put_state(&mut local, case, t, &slid))?;
+        }
+        slid = sliding(&local, &u);
+        (steps, settings.start_displacement) = (records, Some(u));
+    }
     loop {
         let time = times.next();
         if let Some((_, t)) = time {
@@ -86,6 +114,9 @@ pub fn solve_on_ranks(
         let tractions = tractions(&local, &found.lambda);
         let contact = totals(&local, &multigrid, &solution, &tractions);
         steps.extend(time.map(|(step, t)| RankedStep::new(case, step, t, &solution, contact.clone())));
+        if let (Some(kept), Some(_)) = (&mut kept, time) {
+            kept.add(&local, (&found.free, &found.lambda, &found.states), &steps)?;
+        }
         if times.len() > 0 && solution.status == Status::Solved {
             slid = sliding(&local, &found.free);
             settings.start_displacement = Some(found.free);
@@ -94,8 +125,8 @@ pub fn solve_on_ranks(
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
         let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
-        let Everywhere { u, lambda, states, .. } = found;
-        return Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, summary });
+        let Everywhere { u, free, lambda, states } = found;
+        return Ok(RankedAnswer { local, u, free, lambda, tractions: tractions.points, states, summary });
     }
 }
 
