@@ -1,5 +1,6 @@
 //! The program `stiction-mpi`: a case on the ranks of MPI.
 
+mod memory;
 mod mpi;
 
 use std::ops::ControlFlow;
@@ -13,7 +14,7 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::io::lock::Lock;
 use stiction::ranks::{Ranks, agree};
-use stiction::run::{solve_on_ranks, write_on_ranks};
+use stiction::run::{Keep, solve_steps_on_ranks, write_on_ranks};
 use stiction::{Error, Progress};
 
 /// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
@@ -43,6 +44,9 @@ struct Solve {
     /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set: Vec<(String, String)>,
+    /// Go on after the last finished load step that the folder of results holds, on any number of ranks
+    #[arg(long)]
+    resume: bool,
     /// Print a line for every cycle, on standard error
     #[arg(long)]
     progress: bool,
@@ -65,6 +69,7 @@ fn main() -> ExitCode {
             return REFUSED.into();
         }
     };
+    memory::end_without_memory();
     let code = run(&mpi);
     mpi.finish();
     code.into()
@@ -113,7 +118,8 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         }
         ControlFlow::Continue(())
     };
-    let answer = solve_on_ranks(&case, ranks, &mut observer)?;
+    let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell: |what| eprintln!("note: {what}") };
+    let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let files = write_on_ranks(&answer, &folder, &**ranks)?;
     if first {
         print!("{}\n{}", case.title, answer.summary);

@@ -31,6 +31,7 @@ pub mod lock;
 pub mod machine;
 pub mod matrix_market;
 pub mod npz;
+pub mod pieces;
 #[cfg(feature = "plots")]
 pub mod plot;
 pub mod problem;

@@ -32,6 +32,8 @@ pub enum Data<'a> {
     U8(Vec<u8>),
     /// The numbers at these places of a longer list, one part after the other; only written.
     U32Parts(&'a [u32], &'a [Range<usize>]),
+    /// Likewise.
+    F64Parts(&'a [f64], &'a [Range<usize>]),
 }
 
 /// An array with its shape, the last axis running fastest; a scalar has the shape `[]`.
@@ -67,6 +69,16 @@ impl<'a> Array<'a> {
         Array { shape: vec![values.len()], data: Data::I64(values.iter().map(|&v| v as i64).collect()) }
     }
 
+    /// A list of numbers that is given away.
+    pub(crate) fn f64_owned(values: Vec<f64>) -> Array<'static> {
+        Array { shape: vec![values.len()], data: Data::F64(values.into()) }
+    }
+
+    /// What stands in `parts` of a list, which are within it.
+    pub(crate) fn f64_parts(values: &'a [f64], parts: &'a [Range<usize>]) -> Self {
+        Array { shape: vec![parts.iter().map(Range::len).sum()], data: Data::F64Parts(values, parts) }
+    }
+
     /// One number.
     pub fn scalar(value: f64) -> Self {
         Array { shape: Vec::new(), data: Data::F64(vec![value].into()) }
@@ -88,13 +100,13 @@ impl<'a> Array<'a> {
             Data::I64(v) => v.len(),
             Data::U32(v) => v.len(),
             Data::U8(v) => v.len(),
-            Data::U32Parts(_, parts) => parts.iter().map(Range::len).sum(),
+            Data::U32Parts(_, parts) | Data::F64Parts(_, parts) => parts.iter().map(Range::len).sum(),
         }
     }
 
     fn kind(&self) -> &'static str {
         match &self.data {
-            Data::F64(_) => "float64",
+            Data::F64(_) | Data::F64Parts(..) => "float64",
             Data::I64(_) => "int64",
             Data::U32(_) | Data::U32Parts(..) => "uint32",
             Data::U8(_) => "uint8",
@@ -132,6 +144,7 @@ pub(crate) fn begin<S: AsRef<str> + PartialEq + Display>(path: &Path, arrays: &[
                 Data::U32(v) => put(to, shape, [&v[..]].into_iter())?,
                 Data::U8(v) => put(to, shape, [&v[..]].into_iter())?,
                 Data::U32Parts(v, parts) => put(to, shape, parts.iter().map(|part| &v[part.clone()]))?,
+                Data::F64Parts(v, parts) => put(to, shape, parts.iter().map(|part| &v[part.clone()]))?,
             }
         }
         archive.finish()?;

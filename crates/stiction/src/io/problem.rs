@@ -223,7 +223,7 @@ pub(super) fn code(law: Friction) -> (usize, f64, f64) {
 }
 
 /// The list of `length` numbers called `name`, if there is one.
-fn optional(arrays: &Arrays, name: &str, length: usize) -> Result<Option<Vec<f64>>, Error> {
+pub(super) fn optional(arrays: &Arrays, name: &str, length: usize) -> Result<Option<Vec<f64>>, Error> {
     let read = || f64s(arrays, name, Some(length)).map(<[f64]>::to_vec);
     arrays.contains_key(name).then(read).transpose()
 }
@@ -240,13 +240,13 @@ pub(super) fn law(code: usize, value: f64, limit: f64, tension: f64) -> Result<F
     }
 }
 
-fn matrix<'a>(arrays: &mut Vec<(String, Array<'a>)>, name: &str, matrix: &'a Csr) {
+pub(super) fn matrix<'a>(arrays: &mut Vec<(String, Array<'a>)>, name: &str, matrix: &'a Csr) {
     arrays.push((format!("{name}_start"), Array::usize(&matrix.start)));
     arrays.push((format!("{name}_column"), Array::u32(&matrix.column)));
     arrays.push((format!("{name}_value"), Array::f64(&matrix.value)));
 }
 
-fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Error> {
+pub(super) fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Error> {
     let matrix = Csr {
         rows,
         cols,
@@ -258,11 +258,11 @@ fn csr(arrays: &Arrays, name: &str, rows: usize, cols: usize) -> Result<Csr, Err
     Ok(matrix)
 }
 
-fn sixes(rows: &[[f64; 6]]) -> Array<'_> {
+pub(super) fn sixes(rows: &[[f64; 6]]) -> Array<'_> {
     Array { shape: vec![rows.len(), 6], data: Data::F64(rows.as_flattened().into()) }
 }
 
-fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>, Error> {
+pub(super) fn read_sixes(arrays: &Arrays, name: &str, rows: usize) -> Result<Vec<[f64; 6]>, Error> {
     let array = npz::get(arrays, name)?;
     match &array.data {
         Data::F64(values) if array.shape == [rows, 6] => Ok(values.as_chunks().0.to_vec()),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::npz::{self, Array, Data, count, f64s, scalar, usizes};
+use super::npz::{self, Array, Arrays, Data, count, f64s, scalar, usizes};
 use super::problem::{code, damaged, law};
 use crate::Error;
 use crate::contact::{ContactProblem, Friction};
@@ -83,37 +83,39 @@ impl StepFile {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
+    npz::write(path, &step_arrays(step))
+}
+
+/// The arrays of a step by their names.
+pub(super) fn step_arrays(step: &StepFile) -> Vec<(&'static str, Array<'_>)> {
     let laws = || step.laws.iter().map(|&law| code(law));
-    npz::write(
-        path,
-        &[
-            ("format", Array::count(FORMAT)),
-            ("t", Array::scalar(step.t)),
-            ("f", Array::f64(&step.f)),
-            ("gap", Array::f64(&step.gap)),
-            ("slip_reference", Array::f64(&step.slip_reference)),
-            ("strength", Array::f64(&step.strength)),
-            ("law", Array::usize(&laws().map(|law| law.0).collect::<Vec<_>>())),
-            ("law_value", Array::f64(&laws().map(|law| law.1).collect::<Vec<_>>())),
-            ("law_limit", Array::f64(&laws().map(|law| law.2).collect::<Vec<_>>())),
-            ("law_tension", Array::f64(&step.laws.iter().map(Friction::tension).collect::<Vec<_>>())),
-            ("out", Array::usize(&step.out)),
-            ("stood", Array::f64(&step.stood)),
-            ("motion", Array::f64(&step.motion)),
-            ("support_load", Array::f64(&step.support_load)),
-            ("support_free_load", Array::f64(&step.support_free_load)),
-            ("support_displacement", Array::f64(&step.support_displacement)),
-            ("data_rounding", Array::scalar(step.rounding)),
-            ("initial_load", Array::f64(&step.initial_load)),
-            ("initial_energy", Array::scalar(step.initial_energy)),
-            ("shortening", Array::f64(&step.shortening)),
-            ("u", Array::f64(&step.u)),
-            ("lambda", Array::f64(&step.lambda)),
-            ("states", Array::usize(&step.states)),
-            ("energy", Array::f64(&step.energy)),
-            ("position", Array::usize(&step.position)),
-        ],
-    )
+    vec![
+        ("format", Array::count(FORMAT)),
+        ("t", Array::scalar(step.t)),
+        ("f", Array::f64(&step.f)),
+        ("gap", Array::f64(&step.gap)),
+        ("slip_reference", Array::f64(&step.slip_reference)),
+        ("strength", Array::f64(&step.strength)),
+        ("law", Array::usize(&laws().map(|law| law.0).collect::<Vec<_>>())),
+        ("law_value", Array::f64_owned(laws().map(|law| law.1).collect())),
+        ("law_limit", Array::f64_owned(laws().map(|law| law.2).collect())),
+        ("law_tension", Array::f64_owned(step.laws.iter().map(Friction::tension).collect())),
+        ("out", Array::usize(&step.out)),
+        ("stood", Array::f64(&step.stood)),
+        ("motion", Array::f64(&step.motion)),
+        ("support_load", Array::f64(&step.support_load)),
+        ("support_free_load", Array::f64(&step.support_free_load)),
+        ("support_displacement", Array::f64(&step.support_displacement)),
+        ("data_rounding", Array::scalar(step.rounding)),
+        ("initial_load", Array::f64(&step.initial_load)),
+        ("initial_energy", Array::scalar(step.initial_energy)),
+        ("shortening", Array::f64(&step.shortening)),
+        ("u", Array::f64(&step.u)),
+        ("lambda", Array::f64(&step.lambda)),
+        ("states", Array::usize(&step.states)),
+        ("energy", Array::f64(&step.energy)),
+        ("position", Array::usize(&step.position)),
+    ]
 }
 
 /// Reads a step of a problem with `n` unknowns, `p` prescribed displacements and `m` contact points.
@@ -122,69 +124,71 @@ pub fn write_step(path: &Path, step: &StepFile) -> Result<(), Error> {
 /// If the file is missing, damaged, or of another problem.
 pub fn read_step(path: &Path, n: usize, p: usize, m: usize) -> Result<StepFile, Error> {
     let arrays = npz::read(path)?;
-    let list = |name: &str, length: usize| f64s(&arrays, name, Some(length)).map(<[f64]>::to_vec);
-    let read = || -> Result<StepFile, Error> {
-        if count(&arrays, "format")? != FORMAT {
-            return Err(damaged("the file has another format than this version reads"));
+    step_of(&arrays, [n, p, m]).map_err(|error| error.at(&path.display().to_string()))
+}
+
+/// The same from its arrays, among which others may be.
+pub(super) fn step_of(arrays: &Arrays, [n, p, m]: [usize; 3]) -> Result<StepFile, Error> {
+    let list = |name: &str, length: usize| f64s(arrays, name, Some(length)).map(<[f64]>::to_vec);
+    if count(arrays, "format")? != FORMAT {
+        return Err(damaged("the file has another format than this version reads"));
+    }
+    let states = usizes(arrays, "states", Some(m))?;
+    if let Some(state) = states.iter().find(|&&state| state > 2) {
+        return Err(damaged(format!("there is no state of contact {state}")));
+    }
+    // Displacements and forces are judged by the certificate, the rest enters the problem or stands beside it.
+    for (name, array) in arrays {
+        if let (Data::F64(values), false) = (&array.data, ["u", "lambda"].contains(&&name[..]))
+            && let Some(i) = values.iter().position(|v| !v.is_finite())
+        {
+            return Err(damaged(format!("entry {i} of array \"{name}\" is {}", values[i])));
         }
-        let states = usizes(&arrays, "states", Some(m))?;
-        if let Some(state) = states.iter().find(|&&state| state > 2) {
-            return Err(damaged(format!("there is no state of contact {state}")));
-        }
-        // Displacements and forces are judged by the certificate, the rest enters the problem or stands beside it.
-        for (name, array) in &arrays {
-            if let (Data::F64(values), false) = (&array.data, ["u", "lambda"].contains(&&name[..]))
-                && let Some(i) = values.iter().position(|v| !v.is_finite())
-            {
-                return Err(damaged(format!("entry {i} of array \"{name}\" is {}", values[i])));
+    }
+    let energy = list("energy", 3)?;
+    let position = usizes(arrays, "position", Some(4))?;
+    Ok(StepFile {
+        t: scalar(arrays, "t")?,
+        f: list("f", n)?,
+        gap: list("gap", m)?,
+        slip_reference: list("slip_reference", 2 * m)?,
+        laws: match usizes(arrays, "law", None)?.as_slice() {
+            [] => Vec::new(),
+            _ => {
+                let (codes, values) = (usizes(arrays, "law", Some(m))?, list("law_value", m)?);
+                let strengths = list("law_limit", m)?.into_iter().zip(list("law_tension", m)?);
+                let all = codes.iter().zip(values).zip(strengths);
+                all.map(|((&code, value), (limit, tension))| law(code, value, limit, tension))
+                    .collect::<Result<_, _>>()?
             }
-        }
-        let energy = list("energy", 3)?;
-        let position = usizes(&arrays, "position", Some(4))?;
-        Ok(StepFile {
-            t: scalar(&arrays, "t")?,
-            f: list("f", n)?,
-            gap: list("gap", m)?,
-            slip_reference: list("slip_reference", 2 * m)?,
-            laws: match usizes(&arrays, "law", None)?.as_slice() {
-                [] => Vec::new(),
-                _ => {
-                    let (codes, values) = (usizes(&arrays, "law", Some(m))?, list("law_value", m)?);
-                    let strengths = list("law_limit", m)?.into_iter().zip(list("law_tension", m)?);
-                    let all = codes.iter().zip(values).zip(strengths);
-                    all.map(|((&code, value), (limit, tension))| law(code, value, limit, tension))
-                        .collect::<Result<_, _>>()?
-                }
-            },
-            strength: match f64s(&arrays, "strength", None)? {
-                [] => Vec::new(),
-                _ => list("strength", 2 * m)?,
-            },
-            out: {
-                let out = usizes(&arrays, "out", None)?.to_vec();
-                if out.iter().any(|&point| point >= m) {
-                    return Err(damaged("a point that is out is none of the problem"));
-                }
-                out
-            },
-            stood: f64s(&arrays, "stood", None)?.to_vec(),
-            motion: list("motion", 3 * m)?,
-            support_load: list("support_load", p)?,
-            support_free_load: list("support_free_load", n)?,
-            support_displacement: list("support_displacement", p)?,
-            rounding: scalar(&arrays, "data_rounding")?,
-            initial_load: match f64s(&arrays, "initial_load", None)? {
-                [] => Vec::new(),
-                _ => list("initial_load", n + p)?,
-            },
-            initial_energy: scalar(&arrays, "initial_energy")?,
-            shortening: f64s(&arrays, "shortening", None)?.to_vec(),
-            u: list("u", n)?,
-            lambda: list("lambda", 3 * m)?,
-            states,
-            energy: [energy[0], energy[1], energy[2]],
-            position: [position[0], position[1], position[2], position[3]],
-        })
-    };
-    read().map_err(|error| error.at(&path.display().to_string()))
+        },
+        strength: match f64s(arrays, "strength", None)? {
+            [] => Vec::new(),
+            _ => list("strength", 2 * m)?,
+        },
+        out: {
+            let out = usizes(arrays, "out", None)?.to_vec();
+            if out.iter().any(|&point| point >= m) {
+                return Err(damaged("a point that is out is none of the problem"));
+            }
+            out
+        },
+        stood: f64s(arrays, "stood", None)?.to_vec(),
+        motion: list("motion", 3 * m)?,
+        support_load: list("support_load", p)?,
+        support_free_load: list("support_free_load", n)?,
+        support_displacement: list("support_displacement", p)?,
+        rounding: scalar(arrays, "data_rounding")?,
+        initial_load: match f64s(arrays, "initial_load", None)? {
+            [] => Vec::new(),
+            _ => list("initial_load", n + p)?,
+        },
+        initial_energy: scalar(arrays, "initial_energy")?,
+        shortening: f64s(arrays, "shortening", None)?.to_vec(),
+        u: list("u", n)?,
+        lambda: list("lambda", 3 * m)?,
+        states,
+        energy: [energy[0], energy[1], energy[2]],
+        position: [position[0], position[1], position[2], position[3]],
+    })
 }

@@ -2,7 +2,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{Alone, Ranks, Wire, all_to_all, from_bytes, gather_all, max, sum, to_bytes};
+use super::{Alone, Ranks, Wire, all_to_all, broadcast, from_bytes, gather, gather_all, max, sum, to_bytes};
 
 /// How values are divided among ranks, and the plan of the messages that this takes.
 ///
@@ -193,13 +193,15 @@ impl Halo {
                 }
             }
             Kind::Joined => {
-                let all = gather_all(&*self.ranks, to_bytes(x));
                 self.ranks.count_halo(x.len() * T::SIZE);
-                let mut parts = all.iter();
-                *x = parts.next().map_or(Vec::new(), |bytes| from_bytes(bytes));
-                for bytes in parts {
-                    x.iter_mut().zip(bytes.chunks_exact(T::SIZE).map(T::read)).for_each(|(x, y)| add(x, &y));
-                }
+                // Rank 0 adds and tells the sums alone: with the parts of all ranks the messages would grow with their number.
+                let sums = gather(&*self.ranks, to_bytes(x)).map_or(Vec::new(), |all| {
+                    for bytes in &all[1..] {
+                        x.iter_mut().zip(bytes.chunks_exact(T::SIZE).map(T::read)).for_each(|(x, y)| add(x, &y));
+                    }
+                    to_bytes(x)
+                });
+                *x = from_bytes(&broadcast(&*self.ranks, sums));
             }
         }
     }

@@ -15,5 +15,6 @@ mod random_problems;
 mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
+mod ranks_files;
 mod ranks_quadratic;
 mod uniqueness;

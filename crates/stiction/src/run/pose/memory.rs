@@ -25,6 +25,8 @@ impl Bytes {
     const TET10: f64 = 1800.0;
     const WEDGE6: f64 = 1550.0;
     const WEDGE15: f64 = 2600.0;
+    /// A node of a mesh that is made and divided, and assembled elsewhere.
+    const DIVIDED: f64 = 450.0;
     /// What comes on top of small meshes.
     const POSING: f64 = 6e6;
     /// Files of results: fields of nodes and cells in all their forms.
@@ -51,6 +53,8 @@ pub struct MemoryLimit {
     pub of: String,
     /// Whether the case asks for it: such a limit is one of stored matrices, not of what their files take.
     pub by_case: bool,
+    /// Whether the mesh is made to be divided: no matrix of all of it follows.
+    pub(crate) divided: bool,
 }
 
 impl MemoryLimit {
@@ -58,12 +62,13 @@ impl MemoryLimit {
     pub fn of(spec: &SolverSpec) -> Self {
         if let Some(gigabytes) = spec.memory {
             let (bytes, of) = (Some((gigabytes * 1e9) as u64), "`memory` under [solver]".into());
-            return MemoryLimit { bytes, of, by_case: true };
+            return MemoryLimit { bytes, of, by_case: true, divided: false };
         }
         machine::available_memory().map_or_else(Self::default, |available| MemoryLimit {
             bytes: Some((SHARE * available.bytes as f64) as u64),
             of: format!("{:.0} % of {}", 100.0 * SHARE, available.of),
             by_case: false,
+            divided: false,
         })
     }
 
@@ -84,8 +89,11 @@ pub(crate) fn is_of_memory(error: &Error) -> bool {
 
 /// Refuses a mesh whose matrix alone would not fit, before it is made or assembled: nobody should find that out by the machine
 /// running out of memory.
-pub(super) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<(), Error> {
-    let what = format!("a mesh of {nodes:.0} nodes with its stiffness matrix");
+pub(crate) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<(), Error> {
+    let (what, each) = match limit.divided {
+        true => (format!("a mesh of {nodes:.0} nodes, which one rank divides,"), Bytes::DIVIDED),
+        false => (format!("a mesh of {nodes:.0} nodes with its stiffness matrix"), each),
+    };
     ensure(&what, Bytes::POSING + nodes * each, limit.bytes).map_err(|error| limit.named(error))
 }
 
@@ -102,7 +110,7 @@ pub(super) fn of_block(element: BlockElement) -> f64 {
 }
 
 /// The same of a mesh, by the kinds of its cells.
-pub(super) fn of_mesh(mesh: &Mesh) -> f64 {
+pub(crate) fn of_mesh(mesh: &Mesh) -> f64 {
     let of_kind = |kind: CellKind| match kind {
         CellKind::Tet4 => Bytes::TET4,
         CellKind::Hex8 => Bytes::HEX8,
@@ -150,9 +158,18 @@ pub(crate) fn report_fits(folder: &Path, mesh: Option<&Mesh>) -> Result<(), Erro
 
 /// Refuses a check for which there is no memory.
 pub(crate) fn check_fits(folder: &Path) -> Result<(), Error> {
-    let problem = Bytes::PROBLEM * length(&folder.join("problem.npz"));
-    let body = Bytes::RESULT * length(&folder.join("result.vtu"));
-    ensure("the check", Bytes::POSING + problem + body, None).map_err(in_terms_of_the_case)
+    judging_fits(length(&folder.join("problem.npz")), length(&folder.join("result.vtu")))
+}
+
+/// The same by the bytes of the problem and of the body.
+fn judging_fits(problem: f64, body: f64) -> Result<(), Error> {
+    let bytes = Bytes::POSING + Bytes::PROBLEM * problem + Bytes::RESULT * body;
+    ensure("the check", bytes, None).map_err(in_terms_of_the_case)
+}
+
+/// Refuses a check of the pieces called `names` for which there is no memory.
+pub(crate) fn check_of_pieces_fits(folder: &Path, names: &[String]) -> Result<(), Error> {
+    judging_fits(names.iter().map(|name| length(&folder.join(name))).sum(), 0.0)
 }
 
 /// Bytes of a file; none of one that cannot be looked at, which its reader tells.

@@ -3,8 +3,12 @@
 //! What ranks cannot do yet is refused by name (`scope`).
 
 mod bolts;
+mod check;
+mod hash;
+mod keep;
 mod local;
 mod record;
+mod room;
 mod scope;
 mod share;
 mod small;
@@ -15,6 +19,8 @@ mod totals;
 mod tractions;
 mod write;
 
+pub use check::check;
+pub use keep::Keep;
 pub use record::{RankRecord, RankedStep, RankedSummary};
-pub use solve::{RankedAnswer, solve_on_ranks};
+pub use solve::{RankedAnswer, solve_on_ranks, solve_steps_on_ranks};
 pub use write::write_on_ranks;

@@ -10,7 +10,7 @@ use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{FORMAT, Versions};
-use crate::run::solve::{BoltState, CertificateRecord, CountsRecord, Named, Totals};
+use crate::run::solve::{BodyRecord, BoltState, CertificateRecord, CountsRecord, Named, Totals};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -74,6 +74,9 @@ pub struct RankedStep {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Balance of each body.
+    #[serde(default)]
+    pub bodies: Vec<BodyRecord>,
     /// Force and shortening of each bolt.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bolts: Vec<BoltState>,
@@ -83,13 +86,17 @@ impl RankedStep {
     pub(super) fn new(case: &Case, step: usize, t: f64, solution: &Solution, contact: Totals) -> Self {
         let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
         let (status, iterations) = (solution.status, solution.counts.cycles);
-        let (certificate, bolts) = (CertificateRecord::of(&solution.certificate), Vec::new());
-        RankedStep { name, t, status, iterations, certificate, contact, bolts }
+        let (certificate, bodies) = (CertificateRecord::of(&solution.certificate), bodies(solution));
+        RankedStep { name, t, status, iterations, certificate, contact, bodies, bolts: Vec::new() }
     }
 
     pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
         RankedStep { bolts, ..self }
     }
+}
+
+fn bodies(solution: &Solution) -> Vec<BodyRecord> {
+    solution.certificate.bodies.iter().map(BodyRecord::of).collect()
 }
 
 /// An answer found on several ranks; lengths, forces and energies in the units of the case.
@@ -105,6 +112,9 @@ pub struct RankedSummary {
     pub certificate: CertificateRecord,
     /// Over all contacts.
     pub contact: Totals,
+    /// Balance of each body.
+    #[serde(default)]
+    pub bodies: Vec<BodyRecord>,
     /// Force and shortening of each bolt.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bolts: Vec<BoltState>,
@@ -162,6 +172,7 @@ impl RankedSummary {
             certificate: CertificateRecord::of(&solution.certificate),
             dual_dofs: 3 * contact.points,
             contact,
+            bodies: bodies(solution),
             bolts: Vec::new(),
             displacement_max,
             dofs,

@@ -85,7 +85,7 @@ struct Whole {
 
 impl Whole {
     fn new(case: &Case, parts: usize) -> Result<Whole, Error> {
-        let limit = MemoryLimit::of(&case.solver);
+        let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         let (mut mesh, _) = made_mesh(&case.mesh, &limit)?;
         if mesh.nodes.len() < parts {
             let what = format!("the mesh has {} nodes and there are {parts} ranks", mesh.nodes.len());

@@ -94,6 +94,7 @@ fn of_outcome(prepared: &Prepared, outcome: &Outcome) -> Answer {
         iterations: step.answer.counts.steps(),
         certificate: step.answer.certificate.clone(),
         contact: step.answer.contact.clone(),
+        bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),
     });
     let all = full_displacement(&prepared.model, u);

@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::bolts::states;
+use super::keep::{Keep, Kept};
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
 use super::totals::totals;
 use super::tractions::tractions;
-use super::{scope, share, small};
+use super::{room, scope, share, small};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -33,6 +34,8 @@ pub struct RankedAnswer {
     pub(super) local: Local,
     /// Displacements of all nodes here, along x, y, z.
     pub(super) u: Vec<V3>,
+    /// The same of all unknowns here.
+    pub(super) free: Vec<f64>,
     /// Multipliers of all points here, newton, `3m`, and their states.
     pub(super) lambda: Vec<f64>,
     pub(super) states: Vec<PointState>,
@@ -62,6 +65,20 @@ pub fn solve_on_ranks(
     ranks: &Arc<dyn Ranks>,
     observer: &mut Watch<Progress>,
 ) -> Result<RankedAnswer, Error> {
+    solve_steps_on_ranks(case, ranks, None, observer)
+}
+
+/// The same with the load steps kept in a folder as they are solved, if there are any, and those kept there before it gone on
+/// from.
+///
+/// # Errors
+/// As [`solve_on_ranks`]; and if files of steps cannot be written, or those to go on from are of another case.
+pub fn solve_steps_on_ranks(
+    case: &Case,
+    ranks: &Arc<dyn Ranks>,
+    keep: Option<&Keep>,
+    observer: &mut Watch<Progress>,
+) -> Result<RankedAnswer, Error> {
     let mut lap = stopwatch();
     let mut seconds = Seconds::default();
     let counted = Arc::new(Counted::new(Arc::clone(ranks)));
@@ -69,7 +86,10 @@ pub fn solve_on_ranks(
     agree(&*ranks, scope::check(case))?;
     let share = share::share(case, &*ranks)?;
     seconds.mesh = lap();
+    let limit = room::limit(case, &*ranks);
+    room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
     let mut local = agree(&*ranks, local(case, share, &ranks))?;
+    room::hierarchy_fits(&local, &limit, &*ranks)?;
     seconds.assembly = lap();
     let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
     seconds.setup = lap();
@@ -80,10 +100,13 @@ pub fn solve_on_ranks(
         path: friction::SolverPath::Multigrid,
         ..friction::Settings::default()
     };
-    let (mut found, mut steps) = march(case, (&mut local, &mut multigrid, own), settings, observer)?;
+    let mut kept = keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
+    let (mut found, mut steps) = march(case, (&mut local, &mut multigrid, own), settings, kept.as_mut(), observer)?;
     let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
     let mut alone = false;
+    // Of load steps that are kept every one has its files, and rank 0 has them of the last alone.
     if unsolved
+        && kept.is_none()
         && unknowns(&local) <= small::MOST_UNKNOWNS
         && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
     {
@@ -98,8 +121,8 @@ pub fn solve_on_ranks(
     let traffic = since(before, counted.traffic());
     let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
     let summary = summary.with_bolts(states(&local, &found.u, &shortening)).found_by_first(alone);
-    let Everywhere { u, lambda, states, .. } = found;
-    Ok(RankedAnswer { local, u, lambda, tractions: tractions.points, states, shortening, summary })
+    let Everywhere { u, free, lambda, states } = found;
+    Ok(RankedAnswer { local, u, free, lambda, tractions: tractions.points, states, shortening, summary })
 }
 
 /// Solves the increments of all load steps, or without steps what acts at once.
@@ -107,6 +130,7 @@ fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
     settings: friction::Settings,
+    mut kept: Option<&mut Kept>,
     observer: &mut Watch<Progress>,
 ) -> Result<(Found, Vec<RankedStep>), Error> {
     let ranks = Arc::clone(&local.division.ranks);
@@ -117,8 +141,11 @@ fn march(
     };
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
     let mut march = March { at: Position::start(), slid, shortening, answers: Vec::new() };
-    let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch };
     let mut steps = Vec::new();
+    if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
+        steps = march.go_on(finished, local, case)?;
+    }
+    let mut solver = Solver { local, multigrid, own, case, settings, observer: &mut watch };
     loop {
         let span = march.at.span(&case.steps);
         let t = span.map_or(end(case), |[_, t]| t);
@@ -142,6 +169,10 @@ fn march(
         let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
         steps.push(RankedStep::new(case, march.at.step, t, &found.solution, contact).with_bolts(bolts));
         march.at = march.at.advance(&case.steps);
+        if let Some(kept) = &mut kept {
+            let Everywhere { free, lambda, states, .. } = &found.everywhere;
+            kept.add(solver.local, (free, lambda, states), &steps, march.at)?;
+        }
         if !solved || march.at.span(&case.steps).is_none() {
             return Ok((found, steps));
         }

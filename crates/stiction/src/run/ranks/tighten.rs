@@ -5,9 +5,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::bolts;
+use super::keep::Finished;
 use super::local::Local;
+use super::record::RankedStep;
 use super::solve::{Everywhere, everywhere};
-use super::steps::put_state;
+use super::steps::{put_state, slid};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -39,6 +41,25 @@ pub(super) struct Answer {
 }
 
 impl March {
+    /// Goes on after increments that were finished before, whose records it returns.
+    ///
+    /// # Errors
+    /// Expressions that are not finite at their times, at every rank.
+    pub(super) fn go_on(&mut self, before: Finished, local: &mut Local, case: &Case) -> Result<Vec<RankedStep>, Error> {
+        let Finished { records, u, at } = before;
+        let ranks = Arc::clone(&local.division.ranks);
+        for (record, u) in records[records.len() - u.len()..].iter().zip(u) {
+            self.shortening = record.bolts.iter().map(|bolt| bolt.shortening).collect();
+            // Slip is counted from the start, and what acts does not depend on it.
+            agree(&*ranks, put_state(local, case, record.t, &self.slid, &self.shortening))?;
+            self.slid = slid(local, &u);
+            let (f, gap) = (local.problem.elastic.f.clone(), local.problem.contact.gap.clone());
+            self.answers.push(Answer { t: record.t, f, gap, u });
+        }
+        self.at = at;
+        Ok(records)
+    }
+
     /// Displacements at `t` to start from, with what acts then in `local`: those of the last step, or on the line through the last
     /// two where what acts is nearer to that line.
     fn predicted(&self, local: &Local, t: f64) -> Option<Vec<f64>> {

@@ -3,21 +3,28 @@
 use std::path::Path;
 
 use super::bolts::strain;
+use super::hash::Hash;
 use super::local::Local;
 use super::share::name;
 use super::solve::{RankedAnswer, axes};
 use super::tractions::shear as shear_of;
 use crate::Error;
 use crate::fem::{Solid, cell_stress, von_mises};
-use crate::io::folder;
+use crate::io::pieces::{
+    Head, NamedPiece, is_piece, problem_name, solution_name, write_problem_piece, write_solution_piece,
+};
 use crate::io::pvtu::write_pieces;
 use crate::io::vtu::{self, Array, Grid, face_code};
+use crate::io::{checksum, folder};
 use crate::mesh::v3::{V3, add, scale};
-use crate::ranks::{Ranks, agree, gather_all};
+use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
+use crate::run::results::step_file::STATE;
+use crate::run::results::sums::{self, Sums};
+use crate::run::results::write::{PVTU, remove_pieces};
 use crate::run::results::{REPORT, SUMS, json};
 
 /// The summary of a folder: a folder that has one is complete.
-const SUMMARY: &str = "summary.json";
+pub(super) const SUMMARY: &str = "summary.json";
 
 fn piece_name(kind: &str, rank: usize) -> String {
     format!("{kind}-{rank:04}.vtu")
@@ -30,7 +37,8 @@ fn piece_name(kind: &str, rank: usize) -> String {
 /// If a file cannot be written, at every rank.
 pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -> Result<Vec<String>, Error> {
     let first = ranks.rank() == 0;
-    agree(ranks, if first { prepare(folder, ranks.size()) } else { Ok(()) })?;
+    let stepped = !answer.summary.steps.is_empty();
+    agree(ranks, if first { prepare(folder, ranks.size(), stepped) } else { Ok(()) })?;
     let body = body(answer, ranks.rank());
     let surface = surface(answer);
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
@@ -42,7 +50,12 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         folder::sync(folder, &[name.to_string()])
     };
     agree(ranks, write(&body_name, &body).and_then(|()| write(&surface_name, &surface)))?;
+    let judged = agree(ranks, judged(answer, folder))?;
     let has: Vec<Vec<u8>> = gather_all(ranks, vec![u8::from(!body.is_empty()), u8::from(!surface.is_empty())]);
+    let mut own = judged;
+    own.extend((!body.is_empty()).then_some(body_name));
+    own.extend((!surface.is_empty()).then_some(surface_name));
+    let sums = sums_of_all(ranks, folder, &own)?;
     let named = |kind: &str, which: usize| -> Vec<String> {
         (0..ranks.size()).filter(|&rank| has[rank][which] == 1).map(|rank| piece_name(kind, rank)).collect()
     };
@@ -51,19 +64,80 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         for (name, pieces, fields) in pieces {
             write_pieces(&folder.join(name), &pieces, &fields.point_arrays(), &fields.cell_arrays())?;
         }
-        folder::sync(folder, &["result.pvtu".to_string(), "contact.pvtu".to_string()])?;
-        folder::write_text_durably(&folder.join(SUMMARY), &json::text(&answer.summary))
+        folder::sync(folder, &PVTU)?;
+        let (mut sums, text) = (sums.clone(), json::text(&answer.summary));
+        sums.extend(sums::of_files(folder, &PVTU.map(String::from))?);
+        // The load steps may be of runs on other numbers of ranks, which this one has gone on from.
+        let of_steps = |name: &String| name == STATE || is_piece(name) && name.starts_with("step-");
+        let of_steps: Vec<String> = folder::names(folder)?.into_iter().filter(of_steps).collect();
+        sums.extend(sums::of_files(folder, &of_steps)?);
+        sums.insert(SUMMARY.into(), checksum::of_text(&text));
+        sums::write(folder, &sums)?;
+        folder::write_text_durably(&folder.join(SUMMARY), &text)
     };
     agree(ranks, if first { finish() } else { Ok(()) })?;
     Ok([SUMMARY, "result.pvtu", "contact.pvtu"].map(String::from).to_vec())
 }
 
-/// Makes the folder and takes away what tells of another run.
-fn prepare(folder: &Path, size: usize) -> Result<(), Error> {
+/// Writes what the independent judge needs of this rank, and returns the names of the files.
+fn judged(answer: &RankedAnswer, folder: &Path) -> Result<Vec<String>, Error> {
+    let Local { problem, division, .. } = &answer.local;
+    let ranks = &*division.ranks;
+    let named = named(&answer.local);
+    let head = Head { run: run_number(answer, &named), rank: ranks.rank(), ranks: ranks.size() };
+    let names = [problem_name(head.rank), solution_name(head.rank)];
+    let write = || {
+        let tolerance = answer.summary.certificate.tolerance;
+        write_problem_piece(&folder.join(&names[0]), &head, &named, problem, tolerance)?;
+        write_solution_piece(&folder.join(&names[1]), &head, &named, &answer.free, &answer.lambda)?;
+        folder::sync(folder, &names)
+    };
+    write()?;
+    Ok(names.to_vec())
+}
+
+/// A number that is the same at every rank, and another one where the answer or what it answers differs.
+fn run_number(answer: &RankedAnswer, named: &NamedPiece) -> u64 {
+    let (problem, ranks) = (&answer.local.problem, &*answer.local.division.ranks);
+    let mut hash = Hash::default();
+    named.of_unknowns(&named.unknowns).into_iter().for_each(|name| hash.word(name));
+    let (K, B) = (&problem.elastic.K, &problem.contact.B);
+    for &i in &named.own_unknowns {
+        K.row(i as usize).1.iter().for_each(|value| hash.word(value.to_bits()));
+    }
+    let lists: [&[f64]; 5] =
+        [&B.value, &problem.contact.gap, &problem.contact.slip_reference, &answer.lambda, &answer.free];
+    lists.into_iter().flatten().for_each(|value| hash.word(value.to_bits()));
+    named.of_unknowns(&problem.elastic.f).iter().for_each(|value| hash.word(value.to_bits()));
+    hash.text(&format!("{:?} {}", problem.contact.friction, answer.summary.certificate.tolerance));
+    let mut all = Hash::default();
+    gather_all(ranks, to_bytes(&[hash.value()])).iter().for_each(|bytes| all.word(u64::read(bytes)));
+    all.value()
+}
+
+/// Checksums of the files of all ranks, at every rank.
+pub(super) fn sums_of_all(ranks: &dyn Ranks, folder: &Path, own: &[String]) -> Result<Sums, Error> {
+    let found = agree(ranks, sums::of_files(folder, own))?;
+    let text: String = found.iter().map(|(name, sum)| format!("{sum} {name}\n")).collect();
+    let all = gather_all(ranks, text.into_bytes()).concat();
+    let lines = String::from_utf8_lossy(&all).into_owned();
+    let entries = lines.lines().filter_map(|line| line.split_once(' '));
+    Ok(entries.map(|(sum, name)| (name.to_string(), sum.to_string())).collect())
+}
+
+/// Names of what a rank has, for its files.
+pub(super) fn named(local: &Local) -> NamedPiece {
+    let dofs = &local.model.dofs;
+    NamedPiece::new(&local.problem, &local.division, [&dofs.free, &dofs.prescribed])
+}
+
+/// Makes the folder and takes away what tells of another run. Load steps that have been kept are of this one.
+fn prepare(folder: &Path, size: usize, stepped: bool) -> Result<(), Error> {
     folder::create(folder)?;
     // The summary first: without one the folder is none of a finished run.
-    for name in [SUMMARY, REPORT, SUMS, "result.vtu", "contact.vtu", "result.pvtu", "contact.pvtu"] {
-        folder::remove(&folder.join(name))?;
+    withdraw(folder, &|name| !(stepped && name.starts_with("step-")))?;
+    if !stepped {
+        folder::withdraw(&folder.join(STATE))?;
     }
     // Pieces of an earlier run on more ranks.
     for kind in ["result", "contact"] {
@@ -76,6 +150,15 @@ fn prepare(folder: &Path, size: usize) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Makes the result in a folder none, whoever has written it, and removes its pieces as far as `which` says so.
+pub(super) fn withdraw(folder: &Path, which: &dyn Fn(&str) -> bool) -> Result<(), Error> {
+    folder::withdraw(&folder.join(SUMMARY))?;
+    for name in [SUMS, REPORT, "result.vtu", "contact.vtu", "problem.npz", "solution.npz"] {
+        folder::remove(&folder.join(name))?;
+    }
+    remove_pieces(folder, which)
 }
 
 /// A piece of a file: cells and fields.

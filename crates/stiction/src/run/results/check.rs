@@ -2,17 +2,19 @@
 
 use std::path::Path;
 
-use super::check_steps::{CheckedStep, check_steps};
+use super::check_steps::{CheckedStep, StoredStep, check_steps};
 use super::overlap_text::{is_refused, sentence};
+use super::step_file::step_file;
 use super::write::{BOUND, other_solution};
-use super::{summary, sums};
+use super::{Summary, summary, sums};
 use crate::Error;
 use crate::certificate::{BOUND_TOLERANCE, Certificate, JudgedBound, certify, judge_bound, judge_tie};
 use crate::contact::ContactProblem;
 use crate::io::bound::read_bound;
 use crate::io::problem;
+use crate::io::step::read_step;
 use crate::run::pose::memory::check_fits;
-use crate::run::solve::{AnswerRecord, BoundRecord};
+use crate::run::solve::{AnswerRecord, BodyRecord, BoundRecord, CertificateRecord};
 
 /// What a folder's files amount to.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +57,7 @@ const SAME: f64 = 1e-3;
 ///
 /// # Errors
 /// If a file is missing, damaged, or does not fit the others.
-pub fn check(folder: &Path) -> Result<Checked, Error> {
+pub(crate) fn check(folder: &Path) -> Result<Checked, Error> {
     let file = folder.join("problem.npz");
     if folder.join("steps.json").exists() && !folder.join("summary.json").exists() {
         let what = "it holds the finished load steps of a run that has not ended";
@@ -68,7 +70,8 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
     check_fits(folder)?;
-    let pictures = summary::read(&folder.join("summary.json")).map_or(Vec::new(), |summary| summary.pictures);
+    let summary = summary::read::<Summary>(&folder.join("summary.json"));
+    let pictures = summary.map_or(Vec::new(), |summary| summary.pictures);
     let files = sums::verify(folder, &pictures)?;
     match judge(folder) {
         Ok(judged) => Ok(Checked { files, ..judged }),
@@ -87,9 +90,9 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
     let (mut problem, tolerance) = problem::read_problem(&folder.join("problem.npz"))?;
     let (u, lambda) = problem::read_solution(&folder.join("solution.npz"), &problem)?;
     let certificate = certify(&problem, &u, &lambda, tolerance);
-    let summary = summary::read(&folder.join("summary.json"))?;
+    let summary: Summary = summary::read(&folder.join("summary.json"))?;
     let normal_force: f64 = lambda.iter().zip(&problem.labels.unity_sum).map(|(force, share)| share * force).sum();
-    let mut differences = compare(&summary.answer, &certificate, normal_force)?;
+    let mut differences = compare(&Stored::of(&summary.answer), &certificate, normal_force)?;
     for (number, other) in (1..).zip(summary.answer.solutions.iter().flat_map(|found| &found.distinct)).skip(1) {
         let name = other_solution(number);
         let (u, lambda) = problem::read_solution(&folder.join(&name), &problem)?;
@@ -99,7 +102,11 @@ fn judge(folder: &Path) -> Result<Checked, Error> {
         }
     }
     let bound = check_bound(folder, summary.bound.as_ref(), &problem, &u, &mut differences)?;
-    let steps = check_steps(folder, &summary.steps, &mut problem, tolerance)?;
+    let stored: Vec<StoredStep> = summary.steps.iter().map(StoredStep::of).collect();
+    let [n, p, m] =
+        [problem.unknowns(), problem.labels.supports.as_ref().map_or(0, |s| s.load.len()), problem.points()];
+    let read = |number: usize| read_step(&step_file(folder, number), n, p, m);
+    let steps = check_steps(&stored, &read, &mut problem, tolerance)?;
     let refused = summary.answer.overlaps.iter().filter(|overlap| is_refused(overlap));
     let passes_through = refused.map(sentence).collect();
     Ok(Checked { certificate, differences, files: Vec::new(), passes_through, bound, steps })
@@ -141,16 +148,26 @@ fn check_bound(
     Ok(Some(judged))
 }
 
+/// What a summary says of an answer.
+pub(crate) struct Stored<'a> {
+    pub certificate: &'a CertificateRecord,
+    pub bodies: &'a [BodyRecord],
+    pub normal_force: f64,
+}
+
+impl Stored<'_> {
+    pub(crate) fn of(answer: &AnswerRecord) -> Stored<'_> {
+        let AnswerRecord { certificate, bodies, contact, .. } = answer;
+        Stored { certificate, bodies, normal_force: contact.normal_force }
+    }
+}
+
 /// What differs between the record of an answer and what was recomputed.
 ///
 /// # Errors
 /// If the record lacks a measure of the certificate.
-pub(crate) fn compare(
-    stored: &AnswerRecord,
-    new: &Certificate,
-    normal_force: f64,
-) -> Result<Vec<(String, f64, f64)>, Error> {
-    let old = &stored.certificate;
+pub(crate) fn compare(stored: &Stored, new: &Certificate, normal_force: f64) -> Result<Vec<(String, f64, f64)>, Error> {
+    let old = stored.certificate;
     let mut differences = Vec::new();
     let mut differ = |name: &str, old: f64, new: f64, scale: f64| {
         let same = old == new || (old - new).abs() <= SAME * scale.max(old.abs().max(new.abs()));
@@ -186,7 +203,7 @@ pub(crate) fn compare(
             differ(name, old.map(|body| body.contact[c]), new.contact[c], size);
         }
     }
-    differ("normal_force", stored.contact.normal_force, normal_force, 0.0);
+    differ("normal_force", stored.normal_force, normal_force, 0.0);
     differ("passed", f64::from(u8::from(old.passed)), f64::from(u8::from(new.passed)), 0.0);
     Ok(differences)
 }

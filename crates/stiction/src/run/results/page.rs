@@ -32,7 +32,7 @@ pub fn write_report_on(folder: &Path, mesh: Option<&Mesh>) -> Result<usize, Erro
         return Err(Error::new(folder.display().to_string(), what, remedy));
     }
     report_fits(folder, mesh)?;
-    let summary = summary::read(&path)?;
+    let summary: super::Summary = summary::read(&path)?;
     // The case of a run may have been given another way than as a file.
     let case = folder.join("case.toml");
     let case_text = if case.exists() { folder::read_text(&case)? } else { String::new() };

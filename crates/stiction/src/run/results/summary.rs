@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::facts_text::problem_rows;
@@ -101,7 +102,7 @@ impl Summary {
 ///
 /// # Errors
 /// If the file is missing, no summary, or one of another format.
-pub(crate) fn read(path: &Path) -> Result<Summary, Error> {
+pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     #[derive(Deserialize)]
     struct Head {
         versions: Versions,

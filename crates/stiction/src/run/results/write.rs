@@ -17,6 +17,7 @@ use crate::Error;
 use crate::contact::{Counterpart, Obstacle};
 use crate::friction::{Phase, Progress};
 use crate::io::bound::write_bound;
+use crate::io::pieces::is_piece;
 use crate::io::vtu::{self, Array, EncodedGrid, Grid};
 use crate::io::{checksum, folder, machine, problem};
 use crate::run::pose::memory::output_fits;
@@ -148,8 +149,21 @@ pub(crate) fn withdraw_result(folder: &Path) -> Result<(), Error> {
         folder::remove(&folder.join(name))?;
     }
     folder::remove(&folder.join(BOUND))?;
-    folder::withdraw(&folder.join(SUMS))
+    folder::withdraw(&folder.join(SUMS))?;
+    remove_pieces(folder, &|_| true)
 }
+
+/// Removes what a run on several ranks has left beside the files that others write too, as far as `which` says so.
+pub(crate) fn remove_pieces(folder: &Path, which: &dyn Fn(&str) -> bool) -> Result<(), Error> {
+    // Load steps count from 1.
+    let first = ["result-0000.vtu", "contact-0000.vtu"];
+    let pieces = |name: &String| is_piece(name) || PVTU.contains(&&name[..]) || first.contains(&&name[..]);
+    let names = folder::names(folder)?.into_iter().filter(pieces).filter(|name| which(name));
+    names.map(|name| folder.join(name)).try_for_each(|path| folder::remove(&path))
+}
+
+/// The files that name the pieces of a run on several ranks.
+pub(crate) const PVTU: [&str; 2] = ["result.pvtu", "contact.pvtu"];
 
 /// The file of what proves a bound.
 pub(crate) const BOUND: &str = "bound.npz";

@@ -463,7 +463,7 @@ impl OverlapRecord {
 }
 
 impl BodyRecord {
-    fn of(body: &BodyBalance) -> Self {
+    pub(crate) fn of(body: &BodyBalance) -> Self {
         let BodyBalance { load, support, contact, .. } = *body;
         let (force_balance, moment_balance) = (body.balance.force, body.balance.moment);
         BodyRecord { name: body.name.clone(), load, support, contact, force_balance, moment_balance }

@@ -1,0 +1,98 @@
+use std::path::Path;
+
+use super::join::{Places, WholeProblem, columns, gathered, lists};
+use super::piece::Piece;
+use super::{Head, step_name};
+use crate::Error;
+use crate::io::problem::damaged;
+use crate::io::step::{StepFile, step_of};
+
+impl WholeProblem {
+    /// A load step of the whole, from the pieces of step `number`, from 1, in `folder`; there may be more or fewer of them than of
+    /// the problem.
+    ///
+    /// # Errors
+    /// If a piece is missing or damaged, or does not fit the problem.
+    pub fn step(&self, folder: &Path, number: usize) -> Result<StepFile, Error> {
+        let first = Piece::read(folder, &step_name(number, 0))?;
+        let head = first.head()?;
+        let mut pieces = vec![first];
+        for rank in 1..head.ranks {
+            pieces.push(Piece::read(folder, &step_name(number, rank))?);
+        }
+        let heads = pieces.iter().enumerate();
+        heads
+            .map(|(rank, piece)| piece.expect(&Head { rank, ..head }, &step_name(number, 0)))
+            .collect::<Result<(), _>>()?;
+        let places: Vec<Places> = pieces.iter().map(|piece| self.places_of(piece)).collect::<Result<_, _>>()?;
+        let read = |(piece, places): (&Piece, &Places)| {
+            let [n, p, m] = [&places.unknowns, &places.supports, &places.points].map(Vec::len);
+            piece.get(|arrays| step_of(arrays, [n, p, m]))
+        };
+        let all: Vec<StepFile> = pieces.iter().zip(&places).map(read).collect::<Result<_, _>>()?;
+        let counts = |of: fn(&Places) -> &Vec<u32>| places.iter().map(|places| of(places).len()).sum::<usize>();
+        let found = [counts(|p| &p.unknowns), counts(|p| &p.supports), counts(|p| &p.points)];
+        if found != [self.names.unknowns.len(), self.names.supports.len(), self.names.points.len()] {
+            return pieces[0].get(|_| Err(damaged("the pieces of its step are not all of the problem")));
+        }
+        if let Some(k) = all.iter().position(|step| step.t != all[0].t) {
+            return pieces[k].get(|_| Err(damaged(format!("its time is not that of {}", step_name(number, 0)))));
+        }
+        Ok(joined_step(&all, &places))
+    }
+
+    /// Where what is in a piece of a load step stands.
+    fn places_of(&self, piece: &Piece) -> Result<Places, Error> {
+        let points = piece.numbers("points")?;
+        let no_point = || damaged("it has a point that the problem has not");
+        let place = |name: &[u64; 3]| self.names.points.binary_search(name).map(|k| k as u32).map_err(|_| no_point());
+        let points = points.as_chunks().0.iter().map(place).collect::<Result<_, Error>>();
+        Ok(Places {
+            unknowns: columns(piece, &piece.numbers("unknowns")?, &self.names.unknowns)?,
+            supports: columns(piece, &piece.numbers("supports")?, &self.names.supports)?,
+            points: piece.get(|_| points)?,
+        })
+    }
+}
+
+fn joined_step(all: &[StepFile], places: &[Places]) -> StepFile {
+    let [unknowns, supports, points] = lists(places);
+    let list = |of: fn(&StepFile) -> &Vec<f64>, places: &[Vec<u32>], lists: usize| {
+        gathered(&all.iter().map(|step| of(step).clone()).collect::<Vec<_>>(), places, lists)
+    };
+    let states: Vec<Vec<usize>> = all.iter().map(|step| step.states.clone()).collect();
+    StepFile {
+        t: all[0].t,
+        f: list(|s| &s.f, &unknowns, 1),
+        gap: list(|s| &s.gap, &points, 1),
+        slip_reference: list(|s| &s.slip_reference, &points, 2),
+        motion: list(|s| &s.motion, &points, 3),
+        support_load: list(|s| &s.support_load, &supports, 1),
+        support_free_load: list(|s| &s.support_free_load, &unknowns, 1),
+        support_displacement: list(|s| &s.support_displacement, &supports, 1),
+        rounding: all.iter().map(|step| step.rounding).fold(0.0, f64::max),
+        u: list(|s| &s.u, &unknowns, 1),
+        lambda: list(|s| &s.lambda, &points, 3),
+        states: gathered(&states, &points, 1),
+        ..StepFile::default()
+    }
+}
+
+/// The displacements of a load step by the names of their unknowns, from the pieces called `files` in `folder`: each is
+/// handed to `put`.
+///
+/// # Errors
+/// If a piece is missing or damaged.
+pub(crate) fn displacements_of_step(
+    folder: &Path,
+    files: &[String],
+    mut put: impl FnMut(u64, f64),
+) -> Result<(), Error> {
+    for name in files {
+        let piece = Piece::read(folder, name)?;
+        let unknowns = piece.numbers("unknowns")?;
+        let values = piece.f64s("u", unknowns.len())?;
+        unknowns.into_iter().zip(values).for_each(|(unknown, value)| put(unknown, value));
+    }
+    Ok(())
+}

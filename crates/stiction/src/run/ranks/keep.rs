@@ -1,0 +1,296 @@
+//! Load steps on several ranks, kept in a folder as they are solved: any number of ranks goes on from them.
+//!
+//! Each rank writes what is its own of a step, by the numbers of nodes in the whole mesh. A step counts from the moment when rank
+//! 0 has put it on the list, `steps.json`, after the files of all ranks are on the disk.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::hash::Hash;
+use super::local::Local;
+use super::record::RankedStep;
+use super::write::{named, sums_of_all, withdraw};
+use crate::Error;
+use crate::friction::{PointState, Status};
+use crate::io::case::Case;
+use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, write_step_piece};
+use crate::io::step::StepFile;
+use crate::io::{checksum, folder};
+use crate::ranks::{Wire, agree, broadcast, gather_all, to_bytes};
+use crate::run::pose::axis::Position;
+use crate::run::results::json;
+use crate::run::results::step_file::{STATE, remove_steps};
+use crate::run::results::sums::{self, Sums};
+
+/// Where load steps are kept.
+#[derive(Debug, Clone)]
+pub struct Keep {
+    /// All ranks see it.
+    pub folder: PathBuf,
+    /// Whether to go on from the steps that are there; otherwise they are removed.
+    pub resume: bool,
+    /// Called at rank 0 with what there is to say about the steps that are there.
+    pub tell: fn(&str),
+}
+
+/// Number of the format of the list; that of one rank has another kind of value here.
+const FORMAT: &str = "ranks 1";
+const WHAT: &str = "a list of finished load steps of several ranks";
+const AGAIN: &str = "solve the case from its beginning, without --resume";
+
+/// The list of finished steps.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct List {
+    format: String,
+    /// A number of mesh, loads, contacts and steps, in hexadecimal digits.
+    case: String,
+    steps: Vec<Entry>,
+}
+
+/// A finished step.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Entry {
+    record: RankedStep,
+    /// Where the next increment begins, as [`Position::write`] says it.
+    at: [usize; 4],
+    /// Checksums of its files.
+    files: Sums,
+    /// That of all this and of what stands before it.
+    checksum: String,
+}
+
+impl Entry {
+    fn new(record: RankedStep, at: [usize; 4], files: Sums, before: &str) -> Entry {
+        let checksum = seal(&record, at, &files, before);
+        Entry { record, at, files, checksum }
+    }
+}
+
+fn seal(record: &RankedStep, at: [usize; 4], files: &Sums, before: &str) -> String {
+    checksum::of_text(&format!("{before}\n{}", json!([record, at, files])))
+}
+
+/// Increments that were finished before: what is known of them, the displacements of all unknowns here at the end of the last two
+/// (the later one last), and where the next begins.
+pub(super) struct Finished {
+    pub records: Vec<RankedStep>,
+    pub u: Vec<Vec<f64>>,
+    pub at: Position,
+}
+
+/// The steps of a run.
+pub(super) struct Kept {
+    folder: PathBuf,
+    list: List,
+    named: NamedPiece,
+    /// The number of the case, which the files of its steps carry.
+    run: u64,
+    finished: Option<Finished>,
+}
+
+impl Kept {
+    /// Makes the folder ready, and reads what is to be gone on from.
+    ///
+    /// # Errors
+    /// If files cannot be read or written, or the steps there are of another case; the same at every rank.
+    pub(super) fn begin(keep: &Keep, case: &Case, local: &Local) -> Result<Kept, Error> {
+        let ranks = &*local.division.ranks;
+        let (named, run) = (named(local), fingerprint(case, local));
+        let empty = List { format: FORMAT.into(), case: format!("{run:016x}"), steps: Vec::new() };
+        let list = match ranks.rank() {
+            0 => prepared(keep, &empty, case),
+            _ => Ok(empty.clone()),
+        };
+        let own = agree(ranks, list)?;
+        let text = broadcast(ranks, json::text(&own).into_bytes());
+        let list: List = serde_json::from_slice(&text).unwrap_or(empty);
+        let mut kept = Kept { folder: keep.folder.clone(), list, named, run, finished: None };
+        if let Some(at) = kept.list.steps.last().and_then(|last| Position::read(last.at, &case.steps)) {
+            let last = kept.list.steps.len().saturating_sub(2);
+            let of_entry = |entry| agree(ranks, displacements(&kept.folder, &kept.named, entry));
+            let u = kept.list.steps[last..].iter().map(of_entry).collect::<Result<_, Error>>()?;
+            let records = kept.list.steps.iter().map(|entry| entry.record.clone()).collect();
+            kept.finished = Some(Finished { records, u, at });
+        }
+        Ok(kept)
+    }
+
+    /// What was finished before; once.
+    pub(super) fn finished(&mut self) -> Option<Finished> {
+        self.finished.take()
+    }
+
+    /// Keeps the last of `steps`: its displacements, multipliers and states are those of all that is here. One that was not solved
+    /// is not put on the list. The next increment begins `at`.
+    ///
+    /// # Errors
+    /// If a file cannot be written, at every rank.
+    pub(super) fn add(
+        &mut self,
+        local: &Local,
+        (u, lambda, states): (&[f64], &[f64], &[PointState]),
+        steps: &[RankedStep],
+        at: Position,
+    ) -> Result<(), Error> {
+        let Some(record) = steps.last() else { return Ok(()) };
+        let ranks = &*local.division.ranks;
+        let head = Head { run: self.run, rank: ranks.rank(), ranks: ranks.size() };
+        let name = step_name(steps.len(), head.rank);
+        let own = own_part(local, &self.named, record.t, u, lambda, states);
+        let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own);
+        agree(ranks, written.and_then(|()| folder::sync(&self.folder, &[name.clone()])))?;
+        let sums = sums_of_all(ranks, &self.folder, &[name])?;
+        if record.status == Status::Solved {
+            let before = self.list.steps.last().map_or("", |entry| &entry.checksum).to_string();
+            self.list.steps.push(Entry::new(record.clone(), at.write(), sums, &before));
+            let first = head.rank == 0;
+            agree(ranks, if first { write_list(&self.folder, &self.list) } else { Ok(()) })?;
+        }
+        Ok(())
+    }
+}
+
+fn write_list(folder: &Path, list: &List) -> Result<(), Error> {
+    folder::write_text_durably(&folder.join(STATE), &json::text(list))
+}
+
+/// The list of the steps to go on from, with everything removed from the folder that is none of it.
+fn prepared(keep: &Keep, empty: &List, case: &Case) -> Result<List, Error> {
+    let folder = &keep.folder;
+    folder::create(folder)?;
+    let mut list = if keep.resume { read(keep, empty)? } else { empty.clone() };
+    let next = |entry: &Entry| Position::read(entry.at, &case.steps).and_then(|at| at.span(&case.steps));
+    if list.steps.last().is_some_and(|last| next(last).is_none()) {
+        // An answer has fields that no file of a step holds: the last increment is solved again.
+        list.steps.pop();
+    }
+    let files: Vec<&String> = list.steps.iter().flat_map(|entry| entry.files.keys()).collect();
+    withdraw(folder, &|name| !files.iter().any(|file| *file == name))?;
+    match list.steps.is_empty() {
+        true => remove_steps(folder)?,
+        false => {
+            let reached = list.steps.last().map_or(0.0, |last| last.record.t);
+            (keep.tell)(&format!("going on after {} increments, at t = {reached}", list.steps.len()));
+            write_list(folder, &list)?;
+        }
+    }
+    Ok(list)
+}
+
+/// The list in the folder up to the first step of which something is damaged; an empty one if there is none.
+fn read(keep: &Keep, empty: &List) -> Result<List, Error> {
+    let path = keep.folder.join(STATE);
+    if !path.exists() {
+        return Ok(empty.clone());
+    }
+    let fail = |what: &str, remedy: &str| Err(Error::new(path.display().to_string(), what, remedy));
+    let mut list: List = json::read(&path, WHAT, AGAIN)?;
+    if list.format != FORMAT {
+        return fail("the list of finished steps has another format than this version reads", AGAIN);
+    }
+    if list.case != empty.case {
+        let remedy = "resume with the case and the mesh that the run began with, choose another folder with -o DIR, or \
+                      solve without --resume";
+        return fail(
+            "the finished steps in this folder are of another case: mesh, loads, contacts or steps differ",
+            remedy,
+        );
+    }
+    let mut before = String::new();
+    for k in 0..list.steps.len() {
+        let entry = &list.steps[k];
+        let damaged = match entry.checksum == seal(&entry.record, entry.at, &entry.files, &before) {
+            true => sums::differing(&keep.folder, &entry.files).into_iter().next(),
+            false => Some((format!("what {STATE} says"), "damaged".into())),
+        };
+        if let Some((name, what)) = damaged {
+            (keep.tell)(&format!("{name} of increment {} is {what}: it is solved again", k + 1));
+            list.steps.truncate(k);
+            break;
+        }
+        before.clone_from(&entry.checksum);
+    }
+    Ok(list)
+}
+
+/// The displacements of all unknowns here at the end of a step.
+fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<f64>, Error> {
+    let mut u = vec![f64::NAN; named.unknowns.len()];
+    let files: Vec<String> = step.files.keys().cloned().collect();
+    // A file at a time: no rank ever has the whole.
+    displacements_of_step(folder, &files, |name, value| {
+        if let Ok(place) = named.unknowns.binary_search(&name) {
+            u[place] = value;
+        }
+    })?;
+    match u.iter().any(|u| u.is_nan()) {
+        true => {
+            Err(Error::new(folder.join(STATE).display().to_string(), "the files of a finished step lack nodes", AGAIN))
+        }
+        false => Ok(u),
+    }
+}
+
+/// What is this rank's own of a step at time `t`.
+fn own_part(local: &Local, named: &NamedPiece, t: f64, u: &[f64], lambda: &[f64], states: &[PointState]) -> StepFile {
+    let (elastic, contact) = (&local.problem.elastic, &local.problem.contact);
+    let supports = local.problem.labels.supports.as_ref();
+    let of_supports = |list: Option<&Vec<f64>>| list.map_or(Vec::new(), |list| named.of_supports(list));
+    let codes: Vec<usize> = states.iter().map(|state| usize::from(state.code())).collect();
+    StepFile {
+        t,
+        f: named.of_unknowns(&elastic.f),
+        gap: named.of_points(&contact.gap),
+        slip_reference: named.of_points(&contact.slip_reference),
+        motion: vec![0.0; 3 * named.own_points.len()],
+        support_load: of_supports(supports.map(|s| &s.load)),
+        support_free_load: named.of_unknowns(supports.map_or(&elastic.f, |s| &s.free_load)),
+        support_displacement: of_supports(supports.map(|s| &s.displacement)),
+        rounding: contact.rounding,
+        u: named.of_unknowns(u),
+        lambda: named.of_points(lambda),
+        states: named.of_points(&codes),
+        ..StepFile::default()
+    }
+}
+
+/// A number that is the same on any number of ranks, and another one where mesh, loads, contacts or steps differ.
+fn fingerprint(case: &Case, local: &Local) -> u64 {
+    let (piece, ranks) = (&local.piece, &*local.division.ranks);
+    let (mesh, is_own) = (&piece.mesh, |v: u32| local.division.is_own(v));
+    let global = |v: u32| piece.nodes[v as usize];
+    let mut total: u64 = 0;
+    // Each thing is hashed by the rank that owns it, and the sum knows no order.
+    let mut thing = |words: &mut dyn Iterator<Item = u64>| {
+        let mut hash = Hash::default();
+        words.for_each(|word| hash.word(word));
+        total = total.wrapping_add(hash.value());
+    };
+    for (v, place) in mesh.nodes.iter().enumerate().filter(|(v, _)| is_own(*v as u32)) {
+        thing(&mut [0, global(v as u32)].into_iter().chain(place.map(f64::to_bits)));
+    }
+    for ((_, nodes), &material) in mesh.cell_iter().zip(&local.material_of_cell).filter(|((_, n), _)| is_own(n[0])) {
+        thing(&mut [1, material.into()].into_iter().chain(nodes.iter().map(|&v| global(v))));
+    }
+    for group in &mesh.groups {
+        let mut name = Hash::default();
+        name.text(&group.name);
+        for &v in group.nodes.iter().filter(|v| is_own(**v)) {
+            thing(&mut [2, name.value(), global(v)].into_iter());
+        }
+        for nodes in group.faces.iter().map(|&f| mesh.faces[f as usize].nodes()).filter(|nodes| is_own(nodes[0])) {
+            thing(&mut [3, name.value()].into_iter().chain(nodes.iter().map(|&v| global(v))));
+        }
+    }
+    for (j, &node) in local.division.points.iter().enumerate().filter(|(_, node)| is_own(**node)) {
+        thing(&mut [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()].into_iter());
+    }
+    let sum = gather_all(ranks, to_bytes(&[total])).iter().fold(0u64, |sum, bytes| sum.wrapping_add(u64::read(bytes)));
+    let Case { materials, fixes, springs, loads, bolts, contacts, steps, .. } = case;
+    let mut all = Hash::default();
+    all.word(sum);
+    all.text(&format!("{materials:?} {fixes:?} {springs:?} {loads:?} {bolts:?} {contacts:?} {steps:?}"));
+    all.value()
+}

@@ -1,0 +1,39 @@
+//! Memory of each rank, asked for before it is taken: all ranks end where one of them finds too little.
+
+use super::local::Local;
+use crate::Error;
+use crate::friction::multigrid_fits;
+use crate::io::case::Case;
+use crate::io::machine;
+use crate::mesh::Mesh;
+use crate::ranks::{Ranks, agree, gather_all};
+use crate::run::pose::MemoryLimit;
+use crate::run::pose::memory::{of_mesh, posing_fits};
+
+/// What this rank may use: what the case allows each, or its part of what its machine has.
+pub(super) fn limit(case: &Case, ranks: &dyn Ranks) -> MemoryLimit {
+    let host = machine::host_name().unwrap_or_default().into_bytes();
+    let here = gather_all(ranks, host.clone()).iter().filter(|other| **other == host).count();
+    let limit = MemoryLimit::of(&case.solver);
+    if limit.by_case {
+        return limit;
+    }
+    let of = if here > 1 { format!("{}, divided by {here} ranks", limit.of) } else { limit.of.clone() };
+    MemoryLimit { bytes: limit.bytes.map(|bytes| bytes / here.max(1) as u64), of, ..limit }
+}
+
+/// Refuses a piece of a mesh whose matrix some rank has no memory for.
+pub(super) fn piece_fits(mesh: &Mesh, limit: &MemoryLimit, ranks: &dyn Ranks) -> Result<(), Error> {
+    agree(ranks, posing_fits(mesh.nodes.len() as f64, of_mesh(mesh), limit).map_err(|error| named(error, ranks)))
+}
+
+/// Refuses a hierarchy that some rank has no memory for.
+pub(super) fn hierarchy_fits(local: &Local, limit: &MemoryLimit, ranks: &dyn Ranks) -> Result<(), Error> {
+    let fits = multigrid_fits(&local.problem, limit.bytes);
+    agree(ranks, fits.map_err(|error| named(limit.named(error), ranks)))
+}
+
+fn named(mut error: Error, ranks: &dyn Ranks) -> Error {
+    error.what = format!("rank {}: {}", ranks.rank(), error.what);
+    error
+}

@@ -1,0 +1,290 @@
+//! The files of several ranks: joined they are the problem that one rank poses, the judge of one file judges them, and load steps
+//! go on from them on any number of ranks.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use stiction::contact::ContactProblem;
+use stiction::io::case::Case;
+use stiction::io::pieces::read_pieces;
+use stiction::ranks::threads;
+use stiction::run::{Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
+
+use super::ranks::case_of;
+
+const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\ndensity = 7800\n";
+
+/// A block held at one end on another one with a mesh of its own, beside a wall; a plane of symmetry and prescribed
+/// displacements.
+fn blocks(element: &str) -> String {
+    format!(
+        "[mesh.parts.a]\nblock = {{ size = [2, 1, 1], cells = [12, 6, 6], element = \"{element}\" }}\n\
+         [mesh.parts.b]\nblock = {{ size = [2.2, 1, 0.5], cells = [9, 5, 3], element = \"hex8\" }}\nmove = [0, 0, -0.5]\n{STEEL}\
+         [[fix]]\non = \"a.x-min\"\n[[fix]]\non = \"b.z-min\"\nvalue = [0, 0, 1e-6]\n\
+         [[fix]]\non = [\"a.y-min\", \"b.y-min\"]\ncondition = \"symmetry\"\n[[load]]\ngravity = [0, 0, -9.81]\n\
+         [[load]]\non = \"a.z-max\"\ntraction = [2e5, 0, \"-1e6*(2 - x)\"]\n\
+         [[contact]]\nname = \"wall\"\non = \"a.x-max\"\nfriction = \"none\"\n\
+         against = {{ plane = {{ point = [2, 0, 0], normal = [-1, 0, 0] }} }}\n\
+         [[contact]]\nname = \"blocks\"\non = \"a.z-min\"\nagainst = \"b.z-max\"\nfriction = {{ coulomb = [0.5, 0.2], direction = [1, 0.5, 0] }}\n"
+    )
+}
+
+/// The brick pressed, then pulled along its foundation and back: what is open, sticks and slips changes with every increment.
+fn stepped() -> String {
+    format!(
+        "[mesh]\nblock = {{ size = [3, 1, 1], cells = [18, 6, 6], element = \"hex8\" }}\n{STEEL}\
+         [[fix]]\non = \"x-min\"\ncomponents = \"y\"\n[[fix]]\non = \"z-max\"\nvalue = [\"1e-5*max(0, t - 1)*(3 - t)\", 0, \"-1e-5*min(t, 1)\"]\n\
+         [[load]]\non = \"x-max\"\ntraction = [0, \"3e5*t\", 0]\n\
+         [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+         friction = {{ coulomb = 0.3 }}\n[[step]]\nname = \"press\"\nuntil = 1\nincrements = 2\n\
+         [[step]]\nname = \"pull\"\nuntil = 3\nincrements = 3\n"
+    )
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("ranks-files-{name}"));
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+/// Solves on ranks and writes the folder; ends at the cycle `stop` of all if there is one.
+fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
+    let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
+    let mut all = threads(size, |ranks| {
+        let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |_| ControlFlow::Continue(())).unwrap();
+        write_on_ranks(&answer, folder, &*ranks).unwrap();
+        answer.summary
+    });
+    all.swap_remove(0)
+}
+
+fn passes(folder: &Path) {
+    let checked = check(folder).unwrap_or_else(|error| panic!("{error}"));
+    let steps: Vec<_> =
+        checked.steps.iter().map(|step| (step.number, step.certificate.worst, &step.differences)).collect();
+    assert!(checked.passed(), "{:?} {:?} {:?} {steps:?}", checked.certificate, checked.differences, checked.files);
+}
+
+fn same(found: &[f64], expected: &[f64]) {
+    let largest = expected.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    assert_eq!(found.len(), expected.len());
+    let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart <= 1e-13 * largest, "{apart:e} of {largest:e}");
+}
+
+/// Numbers that no two unknowns share.
+fn numbers(count: usize) -> Vec<f64> {
+    (0..count).map(|i| ((i * 7919 % 1009) as f64 - 500.0) / 503.0).collect()
+}
+
+/// What does not depend on the order of the points.
+fn as_the_one_of_one_rank(found: &ContactProblem, expected: &ContactProblem) {
+    let (x, m) = (numbers(expected.unknowns()), expected.points());
+    same(&found.elastic.K.times(&x), &expected.elastic.K.times(&x));
+    same(&found.elastic.f, &expected.elastic.f);
+    assert_eq!(found.elastic.node_of, expected.elastic.node_of);
+    let motions = |p: &ContactProblem| p.elastic.near_kernel.as_ref().unwrap().as_flattened().to_vec();
+    same(&motions(found), &motions(expected));
+    let (held, of) = (found.labels.supports.as_ref().unwrap(), expected.labels.supports.as_ref().unwrap());
+    let y = numbers(of.load.len());
+    same(&held.K.times(&x), &of.K.times(&x));
+    same(&held.K_own.times(&y), &of.K_own.times(&y));
+    same(&held.displacement, &of.displacement);
+    same(&[&held.load[..], &held.free_load].concat(), &[&of.load[..], &of.free_load].concat());
+    assert_eq!(found.labels.bodies, expected.labels.bodies);
+    assert_eq!(found.labels.pairs, expected.labels.pairs);
+    assert_eq!(found.contact.orthotropy.is_some(), expected.contact.orthotropy.is_some());
+    // Each point by the numbers that it has: gap, area, what its rows make of the displacements, its law.
+    let points = |p: &ContactProblem| {
+        let (jump, held) = (p.contact.B.times(&x), p.labels.supports.as_ref().unwrap().B.times(&y));
+        let of_point = |j: usize| {
+            let across = p.contact.orthotropy.as_ref().map_or(1.0, |across| across[j]);
+            let [a, b, c] = [j, m + j, 2 * m + j];
+            let pair = p.labels.pairs.partition_point(|pair| pair.points.end <= j) as f64;
+            let law = format!("{:?}", p.contact.friction[j]).len() as f64;
+            [
+                pair,
+                jump[a],
+                jump[b],
+                jump[c],
+                held[a],
+                held[b],
+                p.contact.gap[j],
+                p.labels.area[j],
+                p.labels.unity_sum[j],
+                across,
+                law,
+            ]
+        };
+        let mut all: Vec<[f64; 11]> = (0..m).map(of_point).collect();
+        all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        all
+    };
+    let close = |a: &f64, b: &f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
+    let pairs = points(found).into_iter().zip(points(expected));
+    pairs.for_each(|(a, b)| assert!(a.iter().zip(&b).all(|(a, b)| close(a, b)), "{a:?} {b:?}"));
+}
+
+#[test]
+fn the_pieces_make_the_problem_of_one_rank_and_pass_its_judge() {
+    for element in ["hex8", "tet4"] {
+        let case = case_of(&blocks(element), "1e-8");
+        let prepared = prepare(&case).unwrap();
+        for size in [1, 3, 6] {
+            let folder = folder(&format!("{element}-{size}"));
+            let summary = solved(&case, size, &folder, false);
+            passes(&folder);
+            let whole = read_pieces(&folder).unwrap();
+            assert_eq!(whole.tolerance, 1e-8);
+            as_the_one_of_one_rank(&whole.problem, &prepared.problem);
+            let lambda = whole.solution(&folder).unwrap().1;
+            let force: f64 = lambda.iter().zip(&whole.problem.labels.unity_sum).map(|(l, share)| l * share).sum();
+            assert!((force - summary.contact.normal_force).abs() <= 1e-12 * force);
+        }
+    }
+}
+
+/// What `check` says of a folder: an error, or what is wrong.
+fn complaint(folder: &Path) -> String {
+    match check(folder) {
+        Err(error) => error.to_string(),
+        Ok(checked) => {
+            assert!(!checked.passed());
+            format!("{:?} {:?}", checked.files, checked.differences)
+        }
+    }
+}
+
+#[test]
+fn a_flipped_bit_a_missing_piece_and_a_piece_of_another_run_are_named() {
+    let (case, home) = (case_of(&blocks("hex8"), "1e-8"), folder("damage"));
+    solved(&case, 3, &home, false);
+    passes(&home);
+    let names: Vec<String> =
+        fs::read_dir(&home).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    for kind in ["problem-0002.npz", "solution-0000.npz", "result-0001.vtu", "contact.pvtu", "summary.json"] {
+        assert!(names.iter().any(|name| name == kind), "{names:?}");
+    }
+    for name in names.iter().filter(|name| *name != SUMS) {
+        let (path, bytes) = (home.join(name), fs::read(home.join(name)).unwrap());
+        for place in [bytes.len() / 3, bytes.len() / 2, bytes.len() - 3] {
+            let mut wrong = bytes.clone();
+            wrong[place] ^= 4;
+            fs::write(&path, wrong).unwrap();
+            let said = complaint(&home);
+            assert!(said.contains(name.as_str()), "{name} at {place}: {said}");
+        }
+        fs::remove_file(&path).unwrap();
+        let said = complaint(&home);
+        assert!(said.contains(name.as_str()) || name == "summary.json", "{name}: {said}");
+        fs::write(&path, bytes).unwrap();
+    }
+    passes(&home);
+    // The same case with another load, its pieces listed as if they were of this run.
+    let other = folder("other");
+    solved(&case_of(&blocks("hex8").replace("2e5", "1e5"), "1e-8"), 3, &other, false);
+    for name in ["problem-0001.npz", "solution-0002.npz"] {
+        let bytes = fs::read(home.join(name)).unwrap();
+        fs::copy(other.join(name), home.join(name)).unwrap();
+        let (sums, theirs) =
+            (fs::read_to_string(home.join(SUMS)).unwrap(), fs::read_to_string(other.join(SUMS)).unwrap());
+        let line = |text: &str| text.lines().find(|line| line.ends_with(name)).unwrap().to_string();
+        fs::write(home.join(SUMS), sums.replace(&line(&sums), &line(&theirs))).unwrap();
+        let said = complaint(&home);
+        assert!(said.contains(name) && said.contains("another run than problem-0000.npz"), "{said}");
+        fs::write(home.join(name), bytes).unwrap();
+        fs::write(home.join(SUMS), sums).unwrap();
+    }
+    // A run of fewer ranks in the same folder leaves nothing of this one.
+    solved(&case, 2, &home, false);
+    passes(&home);
+    assert!(!home.join("problem-0002.npz").exists() && !home.join("result-0002.vtu").exists());
+}
+
+/// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
+fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
+    let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
+    let found = threads(size, |ranks| {
+        // Where a run is killed the list has what was finished before.
+        let mut seen = 0;
+        let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |progress| {
+            seen += usize::from(progress.iteration == 0);
+            if seen > increments { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        answer.unwrap().summary.status
+    });
+    assert!(found.iter().all(|status| *status == stiction::Status::Interrupted), "{found:?}");
+    assert!(folder.join("steps.json").exists() && !folder.join("summary.json").exists());
+    let said = check(folder).unwrap_err().to_string();
+    assert!(said.contains("--resume"), "{said}");
+}
+
+#[test]
+fn load_steps_go_on_from_their_files_on_any_number_of_ranks() {
+    let (case, whole) = (case_of(&stepped(), "1e-10"), folder("steps"));
+    let expected = solved(&case, 3, &whole, false);
+    assert_eq!(expected.steps.len(), 5);
+    passes(&whole);
+    assert_eq!(check(&whole).unwrap().steps.len(), 5);
+    let answer = |folder: &Path| read_pieces(folder).unwrap().solution(folder).unwrap();
+    let (u, lambda) = answer(&whole);
+    for size in [3, 1, 4] {
+        let part = folder(&format!("steps-{size}"));
+        killed(&case, 3, &part, false, 2);
+        // Killed a second time, on other ranks.
+        killed(&case, size, &part, true, 1);
+        let found = solved(&case, size, &part, true);
+        passes(&part);
+        assert_eq!(found.steps.len(), 5);
+        let (other_u, other_lambda) = answer(&part);
+        let bits = |list: &[f64]| list.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+        if size == 3 {
+            // The same ranks: as if nothing had happened.
+            assert!(bits(&u) == bits(&other_u) && bits(&lambda) == bits(&other_lambda));
+            assert_eq!(found.steps, expected.steps);
+            continue;
+        }
+        for (found, expected) in [(&other_u, &u), (&other_lambda, &lambda)] {
+            let largest = expected.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart <= 1e-8 * largest, "{size} ranks: {apart:e} of {largest:e}");
+        }
+    }
+}
+
+#[test]
+fn steps_of_another_case_are_refused_and_damaged_ones_solved_again() {
+    let (case, home) = (case_of(&stepped(), "1e-8"), folder("steps-damaged"));
+    killed(&case, 2, &home, false, 3);
+    for (from, to) in [
+        ("3e5", "2e5"),
+        ("[18, 6, 6]", "[18, 6, 7]"),
+        ("coulomb = 0.3", "coulomb = 0.31"),
+        ("[3, 1, 1]", "[3, 1, 1.1]"),
+    ] {
+        let other = case_of(&stepped().replace(from, to), "1e-8");
+        let keep = Keep { folder: home.clone(), resume: true, tell: |_| {} };
+        let errors = threads(3, |ranks| {
+            solve_steps_on_ranks(&other, &ranks, Some(&keep), &mut |_| ControlFlow::Continue(()))
+                .map(|_| ())
+                .unwrap_err()
+        });
+        assert!(errors.iter().all(|error| *error == errors[0]));
+        assert!(errors[0].what.contains("of another case") && errors[0].place.contains("steps.json"), "{}", errors[0]);
+    }
+    // A comment is no part of a case, a bit of a finished step is.
+    let path = home.join("step-0002-0001.npz");
+    let mut bytes = fs::read(&path).unwrap();
+    let place = bytes.len() / 2;
+    bytes[place] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    let found = solved(&case_of(&format!("# Once more.\n\n{}", stepped()), "1e-8"), 4, &home, true);
+    assert_eq!(found.steps.len(), 5);
+    passes(&home);
+    assert!(!path.with_file_name("step-0002-0004.npz").exists());
+    // A run that is not resumed begins anew, and one rank can have the folder after several.
+    solved(&case, 2, &home, false);
+    passes(&home);
+    assert!(!home.join("step-0001-0003.npz").exists());
+}
