@@ -11,6 +11,8 @@ use stiction::fem::{Field, Fix};
 use stiction::friction::{Given, Method, MethodSettings, Status, solve_with};
 use stiction::linalg::{Csr, SymmetricCsr, max_abs, norm};
 use stiction::mesh::BlockElement;
+use stiction::run::totals;
+use stiction_fixtures::case_run;
 use stiction_fixtures::*;
 
 const YOUNG: f64 = 2.1e11;
@@ -370,4 +372,35 @@ fn a_motion_that_a_wall_will_stop_is_not_told() {
             assert_eq!(in_words(&p, &motions, &found.alpha), "the body: translation along (-1, 0, 0)");
         }
     }
+}
+
+/// A column of blocks that contact alone holds, on meshes that do not match. On the coarse levels each of them becomes a single
+/// node, whose rigid motions cost nothing: the inverse of that rounding was infinite, or made 124 cycles of 20.
+#[test]
+fn a_column_of_fifty_blocks_is_solved_in_the_cycles_of_a_few() {
+    const BLOCKS: usize = 52;
+    let mut text = "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n[[fix]]\non = \"b0.z-min\"\n".to_string();
+    let mut side = 20.0;
+    for i in 0..BLOCKS {
+        side = 20.0 - 0.02 * i as f64;
+        let (cells, corner) = (2 + i % 2, 0.5 * (20.0 - side));
+        text += &format!(
+            "[mesh.parts.b{i}]\nblock = {{ size = [{side}, {side}, 4], cells = [{cells}, {cells}, 1], element = \"hex8\" }}\n\
+             move = [{corner}, {corner}, {z}]\n",
+            z = 4 * i
+        );
+        if i > 0 {
+            let below = i - 1;
+            text += &format!(
+                "[[contact]]\non = \"b{i}.z-min\"\nagainst = \"b{below}.z-max\"\nfriction = {{ coulomb = 0.3 }}\n"
+            );
+        }
+    }
+    text += &format!("[[load]]\non = \"b{}.z-max\"\npressure = 20\n[solver]\npath = \"multigrid\"\n", BLOCKS - 1);
+    let (outcome, prepared) = case_run::solved(&text);
+    assert!(outcome.solution.counts.cycles <= 30, "{} cycles", outcome.solution.counts.cycles);
+    // Each contact carries the whole load.
+    let wanted = (BLOCKS - 1) as f64 * 20.0 * side * side;
+    let found = totals(&prepared, &outcome).normal_force;
+    assert!((found / wanted - 1.0).abs() < 1e-7, "{found} for {wanted}");
 }
