@@ -196,7 +196,7 @@ def chart(runs):
         right.plot(ranks, values, label=name)
     right.plot(ranks, [sum(parts.values()) for parts in by_rank], "k", linewidth=2, label="all")
     right.set(xscale="log", yscale="log", ylim=(1e-5, 1e3), xlabel="ranks", ylabel="seconds", title="Model: a cycle of 1e9 unknowns, LUMI-C")
-    right.legend(fontsize=7, loc="lower left")
+    right.legend(fontsize=7, loc="upper right")
     for axes in (left, right):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
