@@ -62,6 +62,11 @@ pub struct Available {
 /// Memory that could be taken now without swapping: the least of what the system has left, of what the control groups this
 /// process runs in have left, and of what the limits on its addresses leave.
 pub fn available_memory() -> Option<Available> {
+    available_to(1)
+}
+
+/// The same for each of so many processes like this one on this machine, which are about to share what it has.
+pub(crate) fn available_to(processes: usize) -> Option<Available> {
     let number = |bytes: Option<u64>, of, shared| bytes.map(|bytes| Available { bytes, of, shared });
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let (status, groups) = (read("/proc/self/status"), read("/proc/self/cgroup"));
