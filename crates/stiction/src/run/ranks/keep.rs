@@ -132,7 +132,7 @@ impl Kept {
         let name = step_name(steps.len(), head.rank);
         let own = own_part(local, &self.named, record.t, u, lambda, states);
         let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own);
-        agree(ranks, written.and_then(|()| folder::sync(&self.folder, &[name.clone()])))?;
+        agree(ranks, written.and_then(|()| folder::sync(&self.folder, std::slice::from_ref(&name))))?;
         let sums = sums_of_all(ranks, &self.folder, &[name])?;
         if record.status == Status::Solved {
             let before = self.list.steps.last().map_or("", |entry| &entry.checksum).to_string();
