@@ -55,23 +55,38 @@ pub struct Available {
     pub bytes: u64,
     /// What sets the limit, to be read after a number: "of free memory".
     pub of: &'static str,
+    /// Whether other processes take of the same.
+    pub shared: bool,
 }
 
 /// Memory that could be taken now without swapping: the least of what the system has left, of what the control groups this
 /// process runs in have left, and of what the limits on its addresses leave.
 pub fn available_memory() -> Option<Available> {
-    let number = |bytes: Option<u64>, of| bytes.map(|bytes| Available { bytes, of });
+    available_to(1)
+}
+
+/// The same for each of so many processes like this one on this machine, which are about to share what it has.
+pub(crate) fn available_to(processes: usize) -> Option<Available> {
+    let number = |bytes: Option<u64>, of, shared| bytes.map(|bytes| Available { bytes, of, shared });
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let (status, groups) = (read("/proc/self/status"), read("/proc/self/cgroup"));
     let [addresses, data] = address_limits();
     let below = |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(kilobytes(&status, used)?));
     let limits = [
-        number(kilobytes(&read("/proc/meminfo"), "MemAvailable:"), "the memory that is free"),
-        number(control_groups(&groups, Path::new("/sys/fs/cgroup")), "what the control group of this process leaves"),
-        number(below(addresses, "VmSize:"), "what the limit on addresses (`ulimit -v`) leaves"),
-        number(below(data, "VmData:"), "what the limit on data (`ulimit -d`) leaves"),
+        number(kilobytes(&read("/proc/meminfo"), "MemAvailable:"), "the memory that is free", true),
+        number(
+            control_groups(&groups, Path::new("/sys/fs/cgroup")),
+            "what the control group of this process leaves",
+            true,
+        ),
+        number(below(addresses, "VmSize:"), "what the limit on addresses (`ulimit -v`) leaves", false),
+        number(below(data, "VmData:"), "what the limit on data (`ulimit -d`) leaves", false),
     ];
-    limits.into_iter().flatten().min_by_key(|available| available.bytes)
+    let part = |available: Available| match available.shared {
+        true => Available { bytes: available.bytes / processes.max(1) as u64, ..available },
+        false => available,
+    };
+    limits.into_iter().flatten().map(part).min_by_key(|available| available.bytes)
 }
 
 /// `RLIMIT_AS` and `RLIMIT_DATA` where they are set, bytes.

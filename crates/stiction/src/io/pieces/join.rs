@@ -205,7 +205,7 @@ fn joined(pieces: &[Piece]) -> Result<(ContactProblem, Vec<Places>, WholeNames),
         both.clone().map(|(piece, names)| columns(piece, &names.unknowns, &unknowns)).collect::<Result<_, _>>()?;
     let to_s: Vec<Vec<u32>> =
         both.map(|(piece, names)| columns(piece, &names.supports, &held)).collect::<Result<_, _>>()?;
-    let whole = Joined { pieces, names: &names, u_places: &u_places, s_places: &s_places, p_places: &p_places };
+    let whole = Joined { pieces, u_places: &u_places, s_places: &s_places, p_places: &p_places };
     let n = unknowns.len();
     let supports = whole.supports(n, held.len(), &to_u, &to_s)?;
     let K = whole.matrix("K_lower", &u_places, &to_u, n)?;
@@ -248,7 +248,6 @@ fn joined(pieces: &[Piece]) -> Result<(ContactProblem, Vec<Places>, WholeNames),
 /// The pieces with their places in the whole.
 struct Joined<'a> {
     pieces: &'a [Piece],
-    names: &'a [Names],
     u_places: &'a [Vec<u32>],
     s_places: &'a [Vec<u32>],
     p_places: &'a [Vec<u32>],
@@ -380,7 +379,6 @@ impl Joined<'_> {
 
     /// A text that is the same in all pieces.
     fn same_text(&self, name: &str) -> Result<String, Error> {
-        debug_assert_eq!(self.pieces.len(), self.names.len());
         let first = self.pieces[0].get(|arrays| text(arrays, name).map(str::to_string))?;
         for piece in self.pieces {
             if piece.get(|arrays| text(arrays, name).map(|other| other != first))? {

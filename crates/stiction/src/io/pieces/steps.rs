@@ -20,8 +20,9 @@ impl WholeProblem {
         for rank in 1..head.ranks {
             pieces.push(Piece::read(folder, &step_name(number, rank))?);
         }
-        let mut heads = pieces.iter().enumerate();
-        heads.try_for_each(|(rank, piece)| piece.expect(&Head { rank, ..head }, &step_name(number, 0)))?;
+        for (rank, piece) in pieces.iter().enumerate() {
+            piece.expect(&Head { rank, ..head }, &step_name(number, 0))?;
+        }
         let places: Vec<Places> = pieces.iter().map(|piece| self.places_of(piece)).collect::<Result<_, _>>()?;
         let read = |(piece, places): (&Piece, &Places)| {
             let [n, p, m] = [&places.unknowns, &places.supports, &places.points].map(Vec::len);

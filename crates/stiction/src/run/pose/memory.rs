@@ -60,15 +60,27 @@ pub struct MemoryLimit {
 impl MemoryLimit {
     /// What the case asks for; without that nine tenths of what is available now.
     pub fn of(spec: &SolverSpec) -> Self {
+        Self::of_each(spec, 1)
+    }
+
+    /// The same for each of so many processes on this machine.
+    pub(crate) fn of_each(spec: &SolverSpec, processes: usize) -> Self {
         if let Some(gigabytes) = spec.memory {
             let (bytes, of) = (Some((gigabytes * 1e9) as u64), "`memory` under [solver]".into());
             return MemoryLimit { bytes, of, by_case: true, divided: false };
         }
-        machine::available_memory().map_or_else(Self::default, |available| MemoryLimit {
-            bytes: Some((SHARE * available.bytes as f64) as u64),
-            of: format!("{:.0} % of {}", 100.0 * SHARE, available.of),
-            by_case: false,
-            divided: false,
+        machine::available_to(processes).map_or_else(Self::default, |available| {
+            let among = if available.shared && processes > 1 {
+                format!(", for each of {processes} ranks")
+            } else {
+                String::new()
+            };
+            MemoryLimit {
+                bytes: Some((SHARE * available.bytes as f64) as u64),
+                of: format!("{:.0} % of {}{among}", 100.0 * SHARE, available.of),
+                by_case: false,
+                divided: false,
+            }
         })
     }
 

@@ -14,12 +14,7 @@ use crate::run::pose::memory::{of_mesh, posing_fits};
 pub(super) fn limit(case: &Case, ranks: &dyn Ranks) -> MemoryLimit {
     let host = machine::host_name().unwrap_or_default().into_bytes();
     let here = gather_all(ranks, host.clone()).iter().filter(|other| **other == host).count();
-    let limit = MemoryLimit::of(&case.solver);
-    if limit.by_case {
-        return limit;
-    }
-    let of = if here > 1 { format!("{}, divided by {here} ranks", limit.of) } else { limit.of.clone() };
-    MemoryLimit { bytes: limit.bytes.map(|bytes| bytes / here.max(1) as u64), of, ..limit }
+    MemoryLimit::of_each(&case.solver, here)
 }
 
 /// Refuses a piece of a mesh whose matrix some rank has no memory for.
