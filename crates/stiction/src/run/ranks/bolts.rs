@@ -6,13 +6,12 @@ use crate::contact::{ContactProblem, PosedPoints};
 use crate::fem::{Cut, DofMap, Solid, full_displacement};
 use crate::friction::{Multigrid, SoughtForce};
 use crate::io::case::{BoltSpec, Case};
-use crate::linalg::axpy;
 use crate::mesh::MeshPiece;
 use crate::ranks::{max, put, sum, take};
 use crate::run::pose::bolts::{Bolt, Target, bolts};
 use crate::run::pose::loads::end;
 use crate::run::solve::BoltState;
-use crate::run::solve::clearance::{NO_STRAIN, sides};
+use crate::run::solve::clearance::{Loose, rigid_mode, sides};
 use crate::run::solve::stretch::{along_axis, stretch};
 
 /// A bolt of the whole mesh, or what of it is on a piece, whose numbers it has then.
@@ -160,80 +159,34 @@ pub(super) fn sought(local: &Local, wanted: &[(usize, f64)], shortening: &[f64])
     wanted.iter().map(of).collect()
 }
 
-/// Displacements of the unknowns here by which a unit of shortening strains nothing, for each bolt.
-fn rigid_modes(local: &Local) -> Vec<Option<Vec<f64>>> {
-    local.bolts.iter().map(|bolt| rigid_mode(local, bolt)).collect()
-}
-
-fn rigid_mode(local: &Local, RankBolt { bolt, sides: [before, beyond], .. }: &RankBolt) -> Option<Vec<f64>> {
-    let (dofs, k, ranks) = (&local.model.dofs, &local.problem.elastic.K, &*local.division.ranks);
-    let is_own = |i: usize| local.division.is_own(dofs.free[i] / 3);
-    let mut wanted = vec![0.0; k.rows];
-    for &(dof, force) in &bolt.cut.force {
-        if let Some(wanted) = wanted.get_mut(dofs.unknown[dof as usize] as usize) {
-            *wanted = force;
-        }
-    }
-    let mut largest = [wanted.iter().fold(0.0, |a: f64, f| a.max(f.abs()))];
-    max(ranks, &mut largest);
-    let moving = |part: &[bool], way: f64| {
-        let of = |&dof: &u32| if part[(dof / 3) as usize] { way * bolt.cut.axis[dof as usize % 3] } else { 0.0 };
-        let motion: Vec<f64> = dofs.free.iter().map(of).collect();
-        let left = k.times(&motion).iter().zip(&wanted).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
-        let mut most = [left.iter().enumerate().filter(|(i, _)| is_own(*i)).fold(0.0, |a: f64, (_, x)| a.max(*x))];
-        max(ranks, &mut most);
-        (most[0] <= NO_STRAIN * largest[0]).then_some(motion)
-    };
-    moving(beyond, -1.0).or_else(|| moving(before, 1.0))
-}
-
 /// As [`close_clearance`](crate::run::solve::clearance::close_clearance); `own` is the problem of the points of this rank.
 pub(super) fn close_clearance(
     local: &Local,
-    (multigrid, own): (&mut Multigrid, &ContactProblem),
+    with: (&Multigrid, &ContactProblem),
     targets: &[Target],
     from_rest: &[bool],
     shortening: &mut [f64],
 ) {
-    let wanted = |target: &Target| if let Target::Force(force) = target { Some(*force) } else { None };
-    if !targets.iter().zip(from_rest).any(|(target, from_rest)| *from_rest && wanted(target).is_some()) {
-        return;
-    }
-    let (mut slices, mut pull, mut bolts) = (Vec::new(), Vec::new(), Vec::new());
-    let mut u = vec![0.0; local.problem.unknowns()];
-    for (number, mode) in rigid_modes(local).into_iter().enumerate() {
-        let Some(mode) = mode else { continue };
-        match wanted(&targets[number]).filter(|_| from_rest[number]) {
-            Some(force) => {
-                slices.push(mode);
-                pull.push(force);
-                bolts.push(number);
-            }
-            None => axpy(shortening[number], &mode, &mut u),
-        }
-    }
-    if !slices.is_empty() {
-        let (_, way) = multigrid.rigid_equilibrium(own, &slices, &pull, u);
-        bolts.iter().zip(way).for_each(|(&bolt, way)| shortening[bolt] += way.max(0.0));
-    }
+    loose(local, with, |loose| loose.close(targets, from_rest, shortening));
 }
 
 /// As [`start`](crate::run::solve::clearance::start).
-pub(super) fn start(
-    local: &Local,
-    (multigrid, own): (&mut Multigrid, &ContactProblem),
-    shortening: &[f64],
-) -> Option<Vec<f64>> {
-    if shortening.iter().all(|&s| s == 0.0) {
-        return None;
-    }
-    let mut u = vec![0.0; local.problem.unknowns()];
-    let mut moved = false;
-    for (mode, &s) in rigid_modes(local).iter().zip(shortening) {
-        if let Some(mode) = mode {
-            axpy(s, mode, &mut u);
-            moved = true;
-        }
-    }
-    moved.then(|| multigrid.rigid_equilibrium(own, &[], &[], u).0)
+pub(super) fn start(local: &Local, with: (&Multigrid, &ContactProblem), shortening: &[f64]) -> Option<Vec<f64>> {
+    loose(local, with, |loose| loose.start(shortening))
+}
+
+/// The parts of all ranks, for `find`: modes and displacements are those of the unknowns here.
+fn loose<T>(local: &Local, (multigrid, own): (&Multigrid, &ContactProblem), find: impl FnOnce(&Loose) -> T) -> T {
+    let (dofs, k, ranks) = (&local.model.dofs, &local.problem.elastic.K, &*local.division.ranks);
+    let is_own = |i: usize| local.division.is_own(dofs.free[i] / 3);
+    let largest = |here: f64| {
+        let mut most = [here];
+        max(ranks, &mut most);
+        most[0]
+    };
+    let mode = |RankBolt { bolt, sides, .. }: &RankBolt| rigid_mode((dofs, k), &bolt.cut, sides, &is_own, &largest);
+    let modes = || local.bolts.iter().map(mode).collect();
+    let equilibrium =
+        |slices: &[Vec<f64>], pull: &[f64], u: Vec<f64>| multigrid.rigid_equilibrium(own, slices, pull, u);
+    find(&Loose { unknowns: local.problem.unknowns(), modes: &modes, equilibrium: &equilibrium })
 }

@@ -118,7 +118,7 @@ impl Solver<'_, '_> {
         let from_rest: Vec<bool> = march.shortening.iter().map(|&s| s == 0.0).collect();
         if !search.sought().is_empty() {
             self.put(t, &march.slid, &[])?;
-            let with = (&mut *self.multigrid, &self.own);
+            let with = (&*self.multigrid, &self.own);
             bolts::close_clearance(self.local, with, targets, &from_rest, &mut search.shortening);
         }
         let (mut from, mut cycles) = (None, 0);
@@ -171,9 +171,9 @@ impl Solver<'_, '_> {
     }
 
     /// Settings that start from `from`, or from bolts that bear.
-    fn starting(&mut self, from: Option<&[f64]>, shortening: &[f64]) -> friction::Settings {
+    fn starting(&self, from: Option<&[f64]>, shortening: &[f64]) -> friction::Settings {
         let given = from.map(<[f64]>::to_vec);
-        let given = given.or_else(|| bolts::start(self.local, (&mut *self.multigrid, &self.own), shortening));
+        let given = given.or_else(|| bolts::start(self.local, (&*self.multigrid, &self.own), shortening));
         friction::Settings { start_displacement: given, ..self.settings.clone() }
     }
 
