@@ -4,7 +4,7 @@ use super::Hierarchy;
 use super::between_ranks::Reach;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
-use super::packed::{Packed, double, scaled, unit};
+use super::packed::{Packed, add_to, double, scaled, unit};
 use super::smoother::Level;
 use super::truncation::Columns;
 use crate::ranks::Halo;
@@ -83,11 +83,6 @@ impl Hierarchy {
         rows.value.truncate(entries);
         rows
     }
-}
-
-/// `x += y`.
-fn add_to<T: Copy + std::ops::AddAssign, const N: usize>(x: &mut [T; N], y: &[T; N]) {
-    x.iter_mut().zip(y).for_each(|(x, y)| *x += *y);
 }
 
 impl<'a> CoarseProblem<'a> {

@@ -60,9 +60,9 @@ pub(super) fn coarsen<const R: usize>(
     let room = ensure(&format!("a coarse level of {count} nodes"), bytes, None);
     if halo.is_alone() { room } else { agree(&**halo.ranks(), room) }?;
     let (mut tentative, coarse_kernel) = tentative(&of, count, kernel);
-    let diagonals: Vec<Block<R, R>> = (0..a.rows).into_par_iter().map(|i| a.diagonal(i)).collect();
-    let largest = largest_diagonal(&diagonals, halo);
-    let inverses: Vec<Block<R, R>> = diagonals.par_iter().map(|block| inverse_beside(block, largest)).collect();
+    let largest = largest_diagonal(|i| a.diagonal(i), halo);
+    let inverses: Vec<Block<R, R>> =
+        (0..a.rows).into_par_iter().map(|i| inverse_beside(&a.diagonal(i), largest)).collect();
     let (of, coarse) = aggregates_of_ghosts(halo, of, count);
     halo.update(&mut tentative);
     let all_coarse = coarse.extended(&coarse_kernel);

@@ -1,6 +1,7 @@
 use crate::linalg::kernels;
 
 use super::blocks::Blocks;
+use super::dense::NO_STIFFNESS;
 
 /// The dense Cholesky factor of the coarsest matrix; singular directions are left out.
 #[derive(Debug, Clone, Default)]
@@ -14,8 +15,6 @@ pub(super) struct CoarsestFactor {
 
 /// A pivot below this multiple of its diagonal entry counts as zero.
 const SINGULAR: f64 = 1e-10;
-/// The same of the largest diagonal entry: bodies that are a single node have the rounding of no stiffness.
-const NO_STIFFNESS: f64 = 1e-13;
 
 impl CoarsestFactor {
     pub(super) fn new(a: &Blocks<6, 6>) -> Self {

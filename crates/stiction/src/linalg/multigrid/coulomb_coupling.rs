@@ -13,7 +13,7 @@
 use super::Hierarchy;
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product, inverse};
-use super::packed::{Packed, Single, add_transposed, single, subtract};
+use super::packed::{Packed, Single, add_to, add_transposed, single, subtract};
 use super::truncation::{NodeConstraint, Truncation, coarser_change};
 
 /// The coupling on the coarse levels.
@@ -95,7 +95,7 @@ impl Hierarchy {
                 (0..6).for_each(|c| normal[j as usize][c] += p[0][c] as f32 * force);
             }
         }
-        halo.add(&mut normal, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        halo.add(&mut normal, add_to);
         for (k, lift) in &self.coulomb_coupling.lifts {
             let here = &mut coarse[*k as usize];
             let force: [f32; 6] = std::array::from_fn(|c| here[c] + normal[*k as usize][c]);

@@ -1,5 +1,7 @@
 //! Small dense algebra on blocks.
 
+use rayon::prelude::*;
+
 use super::blocks::Block;
 use crate::ranks::Halo;
 
@@ -44,15 +46,16 @@ pub(super) fn square<const R: usize, const C: usize>(a: &Block<R, C>) -> f64 {
     a.iter().flatten().map(|v| v * v).sum()
 }
 
+/// A pivot below this multiple of the largest diagonal entry of the matrix is the rounding of a body that is a single node of the
+/// level: its rigid motions cost nothing. Of forty blocks in a stack one inverse is infinite without it.
+pub(super) const NO_STIFFNESS: f64 = 1e-13;
+
 /// What counts as zero in small matrices.
 struct Threshold;
 
 impl Threshold {
     /// A pivot below this multiple of its diagonal entry counts as zero.
     const ZERO_PIVOT: f64 = 1e-12;
-    /// A pivot below this multiple of the largest diagonal entry of the matrix is the rounding of a body that is a single
-    /// node of the level: its rigid motions cost nothing. Of forty blocks in a stack one inverse was infinite without it.
-    const NO_STIFFNESS: f64 = 1e-13;
     /// A pivot that truncation has reduced to this multiple of its former value is rounding.
     const ROUNDING: f64 = 1e-10;
     /// A pivot below this multiple of its diagonal entry is not resolved in single precision.
@@ -89,7 +92,7 @@ pub(crate) fn inverse<const R: usize>(a: &Block<R, R>) -> Block<R, R> {
 /// [`inverse`] of the diagonal block of a matrix: pivots that are rounding beside `largest`, the largest of all diagonal entries,
 /// are left out too.
 pub(super) fn inverse_beside<const R: usize>(a: &Block<R, R>, largest: f64) -> Block<R, R> {
-    inverse_above(a, &zero_pivots(a).map(|least| least.max(Threshold::NO_STIFFNESS * largest)))
+    inverse_above(a, &zero_pivots(a).map(|least| least.max(NO_STIFFNESS * largest)))
 }
 
 /// [`inverse_beside`] of a block after truncation, `before` it untruncated, for sweeps in single precision: directions whose pivot
@@ -97,13 +100,19 @@ pub(super) fn inverse_beside<const R: usize>(a: &Block<R, R>, largest: f64) -> B
 pub(super) fn inverse_of_truncated<const R: usize>(a: &Block<R, R>, before: &Block<R, R>, largest: f64) -> Block<R, R> {
     let (_, pivots) = cholesky(before, &zero_pivots(before));
     let least = |k: usize| (Threshold::ROUNDING * pivots[k]).max(Threshold::SINGLE * a[k][k]);
-    inverse_above(a, &std::array::from_fn(|k| least(k).max(Threshold::NO_STIFFNESS * largest)))
+    inverse_above(a, &std::array::from_fn(|k| least(k).max(NO_STIFFNESS * largest)))
 }
 
-/// The largest diagonal entry of a matrix whose rows are divided by `halo`, by its diagonal blocks.
-pub(super) fn largest_diagonal<const R: usize>(diagonals: &[Block<R, R>], halo: &Halo) -> f64 {
-    let entries = diagonals.iter().flat_map(|block| (0..R).map(move |k| block[k][k]));
-    let mut largest = [entries.fold(0.0, f64::max)];
+/// The largest diagonal entry of a matrix whose rows are divided by `halo`, by the diagonal blocks of those of this rank.
+pub(super) fn largest_diagonal<const R: usize>(
+    diagonal: impl Fn(usize) -> Block<R, R> + Sync + Send,
+    halo: &Halo,
+) -> f64 {
+    let of_block = |i: usize| {
+        let block = diagonal(i);
+        (0..R).fold(0.0, |a: f64, k| a.max(block[k][k]))
+    };
+    let mut largest = [(0..halo.own()).into_par_iter().map(of_block).reduce(|| 0.0, f64::max)];
     halo.max(&mut largest);
     largest[0]
 }
@@ -163,6 +172,9 @@ mod tests {
         let left = [[4.0, 0.0, 0.0], [0.0, 3.0, 3.0], [0.0, 3.0, 3.0 + 1e-7]];
         let inverse = inverse_of_truncated(&left, &before, 0.0);
         assert!((inverse[1][1] - 1.0 / 3.0).abs() < 1e-15 && inverse[0] == [0.0; 3] && inverse[2] == [0.0; 3]);
+        // Beside far stiffer nodes all of this is rounding.
+        assert_eq!(inverse_beside(&a, 1e14), [[0.0; 3]; 3]);
+        assert_eq!(inverse_beside(&a, 1e12), b);
         let only_second = inverse_on(&a, &[false, true, true]);
         assert!((only_second[1][1] - 1.0 / 3.0).abs() < 1e-15 && only_second[0] == [0.0; 3]);
     }

@@ -46,7 +46,7 @@ use between_ranks::joined;
 use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
-use packed::{Packed, scaled, unit};
+use packed::{Packed, add_to, scaled, unit};
 use quadratic::Linear;
 use smoother::Level;
 use truncation::{Support, Truncation};
@@ -265,7 +265,7 @@ impl Hierarchy {
     /// A residual of the level above the first aggregated one, at own nodes, on the functions of that.
     fn restricted(&self, residual: &[[f32; 3]]) -> Vec<[f32; 6]> {
         let mut coarse = self.first.transpose_times(residual, self.first_coarse());
-        self.halos[0].add(&mut coarse, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        self.halos[0].add(&mut coarse, add_to);
         coarse
     }
 
@@ -273,7 +273,7 @@ impl Hierarchy {
     fn linear_cycle(&self, linear: &Linear, x: &[[f32; 3]], residual: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let halo = &linear.level.halo;
         let mut b = linear.prolongation.transpose_times(residual, halo.len());
-        halo.add(&mut b, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        halo.add(&mut b, add_to);
         let (mut y, residual) = linear.level.forward(&b);
         let mut coarse = self.restricted(&residual);
         if self.has_lifts() {
@@ -309,7 +309,7 @@ impl Hierarchy {
         let (mut x, residual) = here.forward(b);
         let coarser = &self.halos[level + 1];
         let mut coarse = self.further[level].transpose_times(&residual, coarser.len());
-        coarser.add(&mut coarse, |sum, more| sum.iter_mut().zip(more).for_each(|(a, b)| *a += b));
+        coarser.add(&mut coarse, add_to);
         self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x[..b.len()]);
         here.backward(b, &mut x);
         here.halo.update(&mut x);

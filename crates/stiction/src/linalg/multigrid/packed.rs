@@ -39,6 +39,11 @@ pub(super) fn scaled<const R: usize>(scale: f64, x: &[[f32; R]]) -> Vec<[f64; R]
     x.iter().map(|x| x.map(|v| scale * f64::from(v))).collect()
 }
 
+/// `x += y`.
+pub(super) fn add_to<T: Copy + std::ops::AddAssign, const N: usize>(x: &mut [T; N], y: &[T; N]) {
+    x.iter_mut().zip(y).for_each(|(x, y)| *x += *y);
+}
+
 /// `y += a x`.
 #[inline(always)]
 pub(super) fn add<const R: usize, const C: usize>(a: &Single<R, C>, x: &[f32; C], y: &mut [f32; R]) {

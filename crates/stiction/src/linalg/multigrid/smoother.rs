@@ -56,9 +56,9 @@ impl<const R: usize, const W: usize> Level<R, W> {
 
     /// Of a matrix, and its diagonal blocks in double precision.
     pub(super) fn of(matrix: Packed<R, R>, halo: Halo, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
-        let diagonals: Vec<Block<R, R>> = (0..matrix.rows).into_par_iter().map(&diagonal).collect();
-        let largest = largest_diagonal(&diagonals, &halo);
-        let inverse = diagonals.par_iter().map(|block| single(&inverse_beside(block, largest))).collect();
+        let largest = largest_diagonal(&diagonal, &halo);
+        let inverse =
+            (0..matrix.rows).into_par_iter().map(|i| single(&inverse_beside(&diagonal(i), largest))).collect();
         let colour = colours(&matrix);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
         let mut by_colour = vec![Vec::new(); count];

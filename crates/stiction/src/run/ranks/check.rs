@@ -10,7 +10,7 @@ use crate::certificate::certify;
 use crate::io::folder;
 use crate::io::pieces::{is_piece, problem_name, read_pieces, solution_name};
 use crate::run::pose::memory::check_of_pieces_fits;
-use crate::run::results::check::{Checked, Stored, check as check_one, compare};
+use crate::run::results::check::{Checked, Stored, check as check_one, compare, with_files};
 use crate::run::results::check_steps::{StoredStep, check_steps};
 use crate::run::results::step_file::STATE;
 use crate::run::results::summary;
@@ -41,16 +41,7 @@ pub fn check(folder: &Path) -> Result<Checked, Error> {
     }
     check_of_pieces_fits(folder, &pieces)?;
     let files = differing(folder, &names)?;
-    match judge(folder) {
-        Ok(judged) => Ok(Checked { files, ..judged }),
-        Err(mut error) => {
-            if !files.is_empty() {
-                let list: Vec<String> = files.iter().map(|(name, what)| format!("{name} is {what}")).collect();
-                error.what += &format!("; of the files of the folder {}", list.join(", "));
-            }
-            Err(error)
-        }
-    }
+    with_files(judge(folder), files)
 }
 
 /// Files that are missing, changed, or unknown to the list of checksums.

@@ -68,8 +68,8 @@ pub fn solve_on_ranks(
     solve_steps_on_ranks(case, ranks, None, observer)
 }
 
-/// The same with the load steps kept in a folder as they are solved, if there are any, and those kept there before it gone on
-/// from.
+/// As [`solve_on_ranks`]; with `keep` load steps are kept in a folder as they are solved, and the run goes on after those that it
+/// holds already, if that is asked for.
 ///
 /// # Errors
 /// As [`solve_on_ranks`]; and if files of steps cannot be written, or those to go on from are of another case.
@@ -104,7 +104,7 @@ pub fn solve_steps_on_ranks(
     let (mut found, mut steps) = march(case, (&mut local, &mut multigrid, own), settings, kept.as_mut(), observer)?;
     let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
     let mut alone = false;
-    // Of load steps that are kept every one has its files, and rank 0 has them of the last alone.
+    // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
     if unsolved
         && kept.is_none()
         && unknowns(&local) <= small::MOST_UNKNOWNS

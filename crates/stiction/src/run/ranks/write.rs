@@ -86,13 +86,10 @@ fn judged(answer: &RankedAnswer, folder: &Path) -> Result<Vec<String>, Error> {
     let named = named(&answer.local);
     let head = Head { run: run_number(answer, &named), rank: ranks.rank(), ranks: ranks.size() };
     let names = [problem_name(head.rank), solution_name(head.rank)];
-    let write = || {
-        let tolerance = answer.summary.certificate.tolerance;
-        write_problem_piece(&folder.join(&names[0]), &head, &named, problem, tolerance)?;
-        write_solution_piece(&folder.join(&names[1]), &head, &named, &answer.free, &answer.lambda)?;
-        folder::sync(folder, &names)
-    };
-    write()?;
+    let tolerance = answer.summary.certificate.tolerance;
+    write_problem_piece(&folder.join(&names[0]), &head, &named, problem, tolerance)?;
+    write_solution_piece(&folder.join(&names[1]), &head, &named, &answer.free, &answer.lambda)?;
+    folder::sync(folder, &names)?;
     Ok(names.to_vec())
 }
 

@@ -73,7 +73,12 @@ pub(crate) fn check(folder: &Path) -> Result<Checked, Error> {
     let summary = summary::read::<Summary>(&folder.join("summary.json"));
     let pictures = summary.map_or(Vec::new(), |summary| summary.pictures);
     let files = sums::verify(folder, &pictures)?;
-    match judge(folder) {
+    with_files(judge(folder), files)
+}
+
+/// What was judged, with the files that are not what the list of checksums says; an error names them too.
+pub(crate) fn with_files(judged: Result<Checked, Error>, files: Vec<(String, String)>) -> Result<Checked, Error> {
+    match judged {
         Ok(judged) => Ok(Checked { files, ..judged }),
         Err(mut error) => {
             if !files.is_empty() {

@@ -43,7 +43,8 @@ impl StoredStep<'_> {
     }
 }
 
-/// Judges every step that the summary lists, whose files `read` reads by their numbers from 1. `problem` is that of the last one and becomes that of each in turn.
+/// Judges every step that the summary lists, whose files `read` reads by their numbers from 1. `problem` is that of the last one and
+/// becomes that of each in turn.
 ///
 /// Besides the certificate of each step: its slip is measured from where the step before it ended, its gaps differ
 /// from the others by what has moved, its loads and its energies are what the summary and the others say.
