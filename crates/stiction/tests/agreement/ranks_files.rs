@@ -12,6 +12,7 @@ use stiction::ranks::threads;
 use stiction::run::{Keep, RankedSummary, SUMS, check, prepare, solve_steps_on_ranks, write_on_ranks};
 
 use super::ranks::case_of;
+use super::ranks_bolts::joint;
 
 const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\ndensity = 7800\n";
 
@@ -128,7 +129,7 @@ fn as_the_one_of_one_rank(found: &ContactProblem, expected: &ContactProblem) {
 
 #[test]
 fn the_pieces_make_the_problem_of_one_rank_and_pass_its_judge() {
-    for element in ["hex8", "tet4"] {
+    for element in ["hex8", "tet4", "tet10"] {
         let case = case_of(&blocks(element), "1e-8");
         let prepared = prepare(&case).unwrap();
         for size in [1, 3, 6] {
@@ -249,6 +250,33 @@ fn load_steps_go_on_from_their_files_on_any_number_of_ranks() {
             let largest = expected.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart <= 1e-8 * largest, "{size} ranks: {apart:e} of {largest:e}");
+        }
+    }
+}
+
+/// A bolt goes on from its shortening, and the start from the line through the last two answers.
+#[test]
+fn a_bolted_joint_goes_on_from_its_files_and_passes_its_judge() {
+    let case = joint(&[("step.0.increments", "2")]);
+    let whole = folder("bolted");
+    let expected = solved(&case, 3, &whole, false);
+    passes(&whole);
+    assert_eq!(expected.steps.len(), 3);
+    for size in [3, 2] {
+        let part = folder(&format!("bolted-{size}"));
+        killed(&case, 3, &part, false, 2);
+        let found = solved(&case, size, &part, true);
+        passes(&part);
+        if size == 3 {
+            assert_eq!(found.steps, expected.steps);
+        }
+        for (found, expected) in found.steps.iter().zip(&expected.steps) {
+            let (found, expected) = (&found.bolts[0], &expected.bolts[0]);
+            assert!((found.force / expected.force - 1.0).abs() < 1e-8, "{size} ranks: {found:?} {expected:?}");
+            assert!(
+                (found.shortening / expected.shortening - 1.0).abs() < 1e-8,
+                "{size} ranks: {found:?} {expected:?}"
+            );
         }
     }
 }
