@@ -149,7 +149,7 @@ def seconds(value):
 
 
 def tables(runs):
-    lines = ["### A cycle, seconds", ""]
+    lines = ["## A cycle, seconds", ""]
     names = ["divided levels", "joined levels", "halos", "gathering", "sums"]
     lines.append("| unknowns | ranks | " + " | ".join(names) + " | all | efficiency | 20 cycles and set-up | memory of a rank | of rank 0 at the start |")
     lines.append("|" + "---|" * 12)
@@ -165,7 +165,7 @@ def tables(runs):
                 lines.append(f"| 1e{round(math.log10(unknowns))} | {ranks} | " + " | ".join(seconds(parts[n]) for n in names)
                              + f" | {seconds(whole)} | {100 * model.efficiency(unknowns, ranks):.0f} % | {total:.0f} | "
                              f"{rank / 1e9:.1f} GB | {root / 1e9:.0f} GB |")
-    lines += ["", "### What was counted", "",
+    lines += ["", "## What was counted", "",
               "| brick | unknowns | ranks | cycles | ghosts | halo exchanges a cycle | kB sent | messages | sums | MB |", "|" + "---|" * 10]
     for run in runs:
         most = run["most"]
