@@ -16,5 +16,6 @@ mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
 mod ranks_files;
+mod ranks_motion;
 mod ranks_quadratic;
 mod uniqueness;

@@ -1,5 +1,7 @@
 //! The load state at a time: loads, prescribed displacements, and where the obstacles have moved to.
 
+use std::collections::HashSet;
+
 use super::activity::{Activity, within};
 use super::bolts::{Bolt, thermal_forces};
 use super::couplings::Coupling;
@@ -9,11 +11,12 @@ use super::ties::Ties;
 use super::travel::{travel, travel_rounding, without};
 use super::{Prepared, coefficients, place};
 use crate::Error;
-use crate::contact::{ContactProblem, Counterpart, Friction, SurfaceFriction};
+use crate::contact::{ContactProblem, ContactSurface, Counterpart, Friction, SurfaceFriction};
 use crate::fem::{
     DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, full_displacement, initial_strain,
 };
 use crate::io::case::{Case, Spot, StepSpec};
+use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, norm, scale, sub};
 
 /// Displacements below this part of others are rounding.
@@ -254,7 +257,7 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
         let translation = translation(field.as_ref(), t).map_err(|error| place::instead(spot, error))?;
         for j in pair.points.clone() {
             let frame = &frames[j];
-            refuse_dragging(prepared, dofs, frame, translation, loading.laws[j])
+            refuse_dragging(&prepared.mesh, dofs, frame, translation, loading.laws[j])
                 .map_err(|error| place::at(spot, error))?;
             // Two surfaces travel together; an obstacle stays behind.
             let relative = match surface.against {
@@ -283,50 +286,63 @@ pub(crate) fn translations(loading: &Loading, t: f64) -> Result<Vec<[f64; 3]>, E
     loading.motions.iter().map(|motion| translation(motion.as_ref(), t)).collect()
 }
 
-fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
+pub(crate) fn translation(field: Option<&[Field; 3]>, t: f64) -> Result<[f64; 3], Error> {
     let Some([x, y, z]) = field else { return Ok([0.0; 3]) };
     // A translation has no place: an expression that reads one gives NaN and is refused.
     let at = |field: &Field| field.finite_at([f64::NAN; 3], t);
     Ok([at(x)?, at(y)?, at(z)?])
 }
 
-/// A node that cannot move along the normal carries no contact point; nothing would keep it out of its obstacle.
 fn refuse_overlap_of_held_nodes(prepared: &Prepared, dofs: &DofMap, t: f64) -> Result<(), Error> {
     let Prepared { mesh, problem, loading, .. } = prepared;
     let frames = frames(prepared);
     for (i, (surface, pair)) in prepared.surfaces.iter().zip(&problem.labels.pairs).enumerate() {
-        let Counterpart::Obstacle(obstacle) = &surface.against else { continue };
-        if surface.friction == SurfaceFriction::Bonded {
+        let d = translation(loading.motions[i].as_ref(), t)?;
+        let carries: HashSet<u32> = pair.points.clone().map(|j| frames[j].node).collect();
+        refuse_overlap(mesh, dofs, surface, &carries, d, t)
+            .map_err(|error| place::at(&loading.contact_spots[i], error))?;
+    }
+    Ok(())
+}
+
+/// A node that cannot move along the normal carries no contact point; nothing would keep it out of its obstacle, which has moved
+/// by `d` at time `t`. `carries` are the nodes of the surface with a contact point.
+pub(crate) fn refuse_overlap(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    surface: &ContactSurface,
+    carries: &HashSet<u32>,
+    d: [f64; 3],
+    t: f64,
+) -> Result<(), Error> {
+    let Counterpart::Obstacle(obstacle) = &surface.against else { return Ok(()) };
+    if surface.friction == SurfaceFriction::Bonded {
+        return Ok(());
+    }
+    for node in mesh.face_nodes(&surface.faces) {
+        let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
+        let value = [0, 1, 2].map(held);
+        let x = mesh.nodes[node as usize];
+        let Some((distance, away)) = obstacle.distance(x) else { continue };
+        if carries.contains(&node) || value.iter().all(Option::is_none) {
             continue;
         }
-        let d = translation(loading.motions[i].as_ref(), t)?;
-        let carries: std::collections::HashSet<u32> = pair.points.clone().map(|j| frames[j].node).collect();
-        for node in mesh.face_nodes(&surface.faces) {
-            let held = |c: u32| dofs.prescribed.binary_search(&(3 * node + c)).ok().map(|i| dofs.value[i]);
-            let value = [0, 1, 2].map(held);
-            let x = mesh.nodes[node as usize];
-            let Some((distance, away)) = obstacle.distance(x) else { continue };
-            if carries.contains(&node) || value.iter().all(Option::is_none) {
-                continue;
-            }
-            let [away, d] = [away, d].map(|v| dofs.components(node, v));
-            let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
-            let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
-            if distance + apart < 0.0 && apart < -rounding {
-                let depth = -distance - apart;
-                let what =
-                    format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
-                let remedy = "reduce the motion, or take the node out of the contact surface";
-                return Err(place::at(&loading.contact_spots[i], Error::new("", what, remedy)));
-            }
+        let [away, d] = [away, d].map(|v| dofs.components(node, v));
+        let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
+        let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
+        if distance + apart < 0.0 && apart < -rounding {
+            let depth = -distance - apart;
+            let what =
+                format!("node {} at {x:?}, which is held, gets {depth:.3e} into the obstacle at t = {t}", node + 1);
+            return Err(Error::new("", what, "reduce the motion, or take the node out of the contact surface"));
         }
     }
     Ok(())
 }
 
 /// Friction acts in the free directions of a node only: a node with some components held must not slide in those.
-fn refuse_dragging(
-    prepared: &Prepared,
+pub(crate) fn refuse_dragging(
+    mesh: &Mesh,
     dofs: &DofMap,
     frame: &PointFrame,
     translation: [f64; 3],
@@ -346,7 +362,7 @@ fn refuse_dragging(
     if norm(along) <= ROUNDING * norm(value).max(norm(translation)) {
         return Ok(());
     }
-    let x = prepared.mesh.nodes[frame.node as usize];
+    let x = mesh.nodes[frame.node as usize];
     let what = format!("node {} at {x:?} is held in a direction in which it slides over the obstacle", frame.node + 1);
     Err(Error::new("", what, "hold none of its components, or let its support and the obstacle move together"))
 }

@@ -265,7 +265,7 @@ fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activi
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.
-fn planned(case: &Case) -> Vec<f64> {
+pub(crate) fn planned(case: &Case) -> Vec<f64> {
     let (mut at, mut times) = (Position::start(), Vec::new());
     while let Some([_, t]) = at.span(&case.steps) {
         times.push(t);

@@ -244,7 +244,7 @@ fn own_part(local: &Local, named: &NamedPiece, t: f64, u: &[f64], lambda: &[f64]
         f: named.of_unknowns(&elastic.f),
         gap: named.of_points(&contact.gap),
         slip_reference: named.of_points(&contact.slip_reference),
-        motion: vec![0.0; 3 * named.own_points.len()],
+        motion: named.of_points(&local.motion),
         support_load: of_supports(supports.map(|s| &s.load)),
         support_free_load: named.of_unknowns(supports.map_or(&elastic.f, |s| &s.free_load)),
         support_displacement: of_supports(supports.map(|s| &s.displacement)),

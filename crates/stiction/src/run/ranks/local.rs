@@ -31,6 +31,10 @@ pub(super) struct Local {
     pub masters: Vec<Vec<TributaryArea>>,
     /// The gap of each point here before anything is prescribed, length.
     pub undeformed: Vec<f64>,
+    /// How far obstacles have moved along the rows of `B` at each point here, length, `3m`.
+    pub motion: Vec<f64>,
+    /// The contact of the case that each surface is of.
+    pub contact_of: Vec<u32>,
     /// As in the share of this rank.
     pub symmetry: Vec<u32>,
     pub area: Vec<f64>,
@@ -41,8 +45,20 @@ pub(super) struct Local {
 
 /// Poses what a rank has of the case.
 pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result<Local, Error> {
-    let Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node, bolts } =
-        share;
+    let Share {
+        piece,
+        material_of_cell,
+        symmetry,
+        area,
+        center,
+        sizes,
+        points,
+        kinds,
+        contact_of,
+        bodies,
+        body_of_node,
+        bolts,
+    } = share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
@@ -60,6 +76,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let undeformed = points.gaps(!case.steps.is_empty());
     let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
     problem.validate()?;
+    let motion = vec![0.0; 3 * problem.points()];
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
     let between_bodies = kinds.iter().map(|&kind| kind != OBSTACLE).collect();
     let of_master =
@@ -76,11 +93,18 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         between_bodies,
         masters,
         undeformed,
+        motion,
+        contact_of,
         symmetry,
         area,
         sizes,
         bolts,
     })
+}
+
+/// Whether what acts at the end is not what was posed: load steps, or obstacles that move.
+pub(super) fn changes(case: &Case) -> bool {
+    !case.steps.is_empty() || case.contacts.iter().any(|contact| contact.motion.is_some())
 }
 
 impl Local {

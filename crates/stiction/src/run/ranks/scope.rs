@@ -71,7 +71,6 @@ fn contact(contact: &ContactSpec) -> Result<(), Error> {
         return Err(refused(&contact.friction_spot, what));
     }
     let what = match contact {
-        ContactSpec { motion: Some(_), .. } => "an obstacle that moves",
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
         ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
         ContactSpec { wear: Some(_), .. } => "wear",

@@ -1,16 +1,20 @@
 //! What rank 0 finds in the whole mesh, and sends to each rank for its piece.
 
+use std::collections::HashSet;
+
 use super::bolts::{self, RankBolt, put_bolts, take_bolts};
+use super::local::changes;
 use super::scope;
 use crate::Error;
-use crate::contact::{Body, Counterpart, PosedPoints, Role, bodies_of, centroid};
+use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, Fix, Solid, dof_map};
 use crate::io::case::{Case, LoadKind, Region, Spot};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
+use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes};
 use crate::run::pose::materials::materials;
-use crate::run::pose::{MemoryLimit, made_mesh, place, regions, surfaces};
+use crate::run::pose::{MemoryLimit, made_mesh, place, planned, regions, surfaces};
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
 /// the ranks that have contact alone.
@@ -39,6 +43,8 @@ pub(super) struct Share {
     /// For each surface with contact points what it may touch. Its faces are the group "contact k", those of its counterpart
     /// "master k".
     pub kinds: Vec<u8>,
+    /// The contact of the case that each of them is of.
+    pub contact_of: Vec<u32>,
     /// The bodies of the whole, and the number of that of each node of the piece.
     pub bodies: Vec<Body>,
     pub body_of_node: Vec<u32>,
@@ -78,6 +84,7 @@ struct Whole {
     area: Vec<f64>,
     points: PosedPoints,
     kinds: Vec<u8>,
+    contact_of: Vec<u32>,
     bodies: Vec<Body>,
     body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
@@ -108,16 +115,40 @@ impl Whole {
         }
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
-        let (points, kinds) = contact(case, &solid, &dofs, &mut groups)?;
+        let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
         let owner = divided(case, &mesh, &points, &held, parts)?;
-        Ok(Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node, bolts })
+        Ok(Whole {
+            mesh,
+            owner,
+            material_of_cell,
+            symmetry,
+            area,
+            points,
+            kinds,
+            contact_of,
+            bodies,
+            body_of_node,
+            bolts,
+        })
     }
 
     /// For each rank in turn.
     fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
-        let Whole { mesh, owner, material_of_cell, symmetry, area, points, kinds, bodies, body_of_node, bolts } = self;
+        let Whole {
+            mesh,
+            owner,
+            material_of_cell,
+            symmetry,
+            area,
+            points,
+            kinds,
+            contact_of,
+            bodies,
+            body_of_node,
+            bolts,
+        } = self;
         let center = centroid(mesh);
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
@@ -128,6 +159,7 @@ impl Whole {
             put(symmetry, &mut to);
             put(area, &mut to);
             put(kinds, &mut to);
+            put(contact_of, &mut to);
             put(&piece.nodes.iter().map(|&node| body_of_node[node as usize]).collect::<Vec<_>>(), &mut to);
             put(
                 &bodies
@@ -167,8 +199,9 @@ fn contact(
     case: &Case,
     solid: &Solid,
     dofs: &DofMap,
+    held: &[Fix],
     groups: &mut Vec<Group>,
-) -> Result<(PosedPoints, Vec<u8>), Error> {
+) -> Result<(PosedPoints, Vec<u8>, Vec<u32>), Error> {
     let mesh = solid.mesh;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
     surfaces::assign(solid, dofs, &mut surfaces);
@@ -182,6 +215,7 @@ fn contact(
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
+    overlap_of_held_nodes(case, mesh, held, (&surfaces, &of), &points)?;
     let kinds = surfaces.iter().map(|surface| match &surface.against {
         Counterpart::Surface(master) if master.slave == Role::Against => REVERSED,
         Counterpart::Surface(_) => PAIR,
@@ -194,7 +228,36 @@ fn contact(
             groups.push(Group { name: name("master", k), faces: master.faces, ..Group::default() });
         }
     }
-    Ok((points, kinds))
+    Ok((points, kinds, of.iter().map(|&k| k as u32).collect()))
+}
+
+/// Refuses nodes that are held where an obstacle gets to, at the end of every planned increment.
+fn overlap_of_held_nodes(
+    case: &Case,
+    mesh: &Mesh,
+    held: &[Fix],
+    (surfaces, of): (&[ContactSurface], &[usize]),
+    points: &PosedPoints,
+) -> Result<(), Error> {
+    if !changes(case) {
+        return Ok(());
+    }
+    let mut times = planned(case);
+    if times.is_empty() {
+        times.push(end(case));
+    }
+    let carries: HashSet<u32> = points.nodes().collect();
+    for t in times {
+        let dofs = dof_map(mesh, held, t).map_err(|error| place::at(&case.mesh.spot, error))?;
+        for (surface, &k) in surfaces.iter().zip(of) {
+            let contact = &case.contacts[k];
+            let moved = translation(contact.motion.as_ref(), t);
+            let moved = moved.map_err(|error| place::instead(&contact.spot, error))?;
+            refuse_overlap(mesh, &dofs, surface, &carries, moved, t)
+                .map_err(|error| place::at(&contact.spot, error))?;
+        }
+    }
+    Ok(())
 }
 
 /// The rank of each node.
@@ -257,7 +320,7 @@ impl Share {
         let mut from = &bytes[40..];
         let from = &mut from;
         let (material_of_cell, symmetry, area) = (take(from), take(from), take(from));
-        let (kinds, body_of_node) = (take(from), take(from));
+        let (kinds, contact_of, body_of_node) = (take(from), take(from), take(from));
         let places: Vec<[f64; 4]> = take(from);
         let body = |[x, y, z, radius]: [f64; 4]| Body {
             name: String::from_utf8_lossy(&take::<u8>(from)).into_owned(),
@@ -268,6 +331,19 @@ impl Share {
         let bolts = take_bolts(&case.bolts, from);
         let points = PosedPoints::take(from);
         let piece = MeshPiece::from_bytes(from);
-        Share { piece, material_of_cell, symmetry, area, center, sizes, points, kinds, bodies, body_of_node, bolts }
+        Share {
+            piece,
+            material_of_cell,
+            symmetry,
+            area,
+            center,
+            sizes,
+            points,
+            kinds,
+            contact_of,
+            bodies,
+            body_of_node,
+            bolts,
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::local::Local;
+use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::Everywhere;
 use super::steps::put_state;
@@ -132,7 +132,7 @@ fn taken(
     let number = |k: usize| found.iter().map(move |(_, numbers)| f64::from_bits(numbers[k]));
     let lambda: Vec<f64> = (0..3).flat_map(number).collect();
     let slip_reference: Vec<f64> = (3..5).flat_map(number).collect();
-    if !(case.steps.is_empty() && local.bolts.is_empty()) {
+    if changes(case) || !local.bolts.is_empty() {
         let t = steps.last().map_or(end(case), |step| step.t);
         put_state(local, case, t, &vec![0.0; 2 * m], &shortening)?;
         local.problem.contact.slip_reference = slip_reference;

@@ -3,9 +3,14 @@
 
 use super::bolts::add_forces;
 use super::local::{Local, fixes, loads};
+use super::solve::axes;
 use crate::Error;
-use crate::fem::{Solid, dof_map, external_forces};
+use crate::fem::{DofMap, Solid, dof_map, external_forces};
 use crate::io::case::Case;
+use crate::mesh::v3::{dot, scale};
+use crate::run::pose::frames::PointFrame;
+use crate::run::pose::load_state::{refuse_dragging, translation};
+use crate::run::pose::place;
 
 /// Puts loads and prescribed displacements at time `t` into the problem, with the bolts drawn together by `shortening`, where each
 /// point has slid by `slid` before; length, `2m`.
@@ -17,6 +22,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let mut forces = external_forces(&solid, &loads, t)?;
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
+    let motion = motion(local, case, &dofs, t)?;
     let Local { model, problem, .. } = local;
     let at = |list: &[u32]| -> Vec<f64> { list.iter().map(|&dof| forces[dof as usize]).collect() };
     let (load, support_load) = (at(&dofs.free), at(&dofs.prescribed));
@@ -24,6 +30,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     problem.elastic.f = load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     let m = problem.points();
     let mut offset = [local.undeformed.as_slice(), slid].concat();
+    offset.iter_mut().zip(&motion).for_each(|(o, moved)| *o += moved);
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&dofs.value)).for_each(|(o, held)| *o -= held);
         supports.load.clone_from(&support_load);
@@ -35,6 +42,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     model.load.clone_from(&problem.elastic.f);
     model.support_load = support_load;
     model.dofs.value = dofs.value;
+    local.motion = motion;
     Ok(())
 }
 
@@ -46,5 +54,27 @@ pub(super) fn slid(local: &Local, u: &[f64]) -> Vec<f64> {
         let held = supports.B.times(&supports.displacement);
         slid.iter_mut().zip(&held[m..]).for_each(|(slid, held)| *slid += held);
     }
+    slid.iter_mut().zip(&local.motion[m..]).for_each(|(slid, moved)| *slid -= moved);
     slid
+}
+
+/// How far the obstacles have moved at time `t` along the rows of `B` at each point here, length, `3m`.
+fn motion(local: &Local, case: &Case, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
+    let (problem, mesh) = (&local.problem, &local.piece.mesh);
+    let m = problem.points();
+    let mut motion = vec![0.0; 3 * m];
+    for (pair, &k) in problem.labels.pairs.iter().zip(&local.contact_of) {
+        let contact = &case.contacts[k as usize];
+        let moved = translation(contact.motion.as_ref(), t);
+        let moved = moved.map_err(|error| place::instead(&contact.spot, error))?;
+        for j in pair.points.clone() {
+            let (node, [normal, t1, t2]) = axes(local, j);
+            let frame = PointFrame { node, normal, tangents: [t1, t2], sign: 1.0 };
+            refuse_dragging(mesh, dofs, &frame, moved, problem.contact.friction[j])
+                .map_err(|error| place::at(&contact.spot, error))?;
+            let by = scale(problem.labels.unity_sum[j], moved);
+            [normal, t1, t2].iter().enumerate().for_each(|(r, axis)| motion[r * m + j] = dot(*axis, by));
+        }
+    }
+    Ok(motion)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::bolts;
 use super::keep::Finished;
-use super::local::Local;
+use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
@@ -157,9 +157,9 @@ impl Solver<'_, '_> {
         }
     }
 
-    /// Puts what acts at time `t` into the problem, which without steps and bolts contains it.
+    /// Puts what acts at time `t` into the problem, which without steps, bolts and obstacles that move contains it.
     fn put(&mut self, t: f64, slid: &[f64], shortening: &[f64]) -> Result<(), Error> {
-        if self.case.steps.is_empty() && shortening.is_empty() {
+        if !changes(self.case) && shortening.is_empty() {
             return Ok(());
         }
         let ranks = Arc::clone(&self.local.division.ranks);
