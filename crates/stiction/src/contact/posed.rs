@@ -50,9 +50,9 @@ impl PosedPoints {
         self.points.iter().map(|point| point.node)
     }
 
-    /// The gap of each point before anything is prescribed, length; with `parted` at least zero, as steps begin.
-    pub(crate) fn gaps(&self, parted: bool) -> Vec<f64> {
-        self.points.iter().map(|point| if parted { point.gap.max(0.0) } else { point.gap }).collect()
+    /// The gap of each point before anything is prescribed, length.
+    pub(crate) fn gaps(&self) -> Vec<f64> {
+        self.points.iter().map(|point| point.gap).collect()
     }
 
     /// The node of each point whose jump is measured from other nodes, and then these.

@@ -31,6 +31,16 @@ fn obstacles_that_move_are_the_same_on_ranks() {
     agrees(&on_a_plane_that_moves("element = \"tet4\"", false), &[2, 4]);
 }
 
+/// A plane that the mesh overlaps pushes the body out in the first step, on ranks too.
+#[test]
+fn what_overlaps_in_the_mesh_is_pushed_out_by_load_steps_on_ranks_too() {
+    let moves = on_a_plane_that_moves("element = \"hex8\"", true).replace("point = [0, 0, 0]", "point = [0, 0, 1e-6]");
+    agrees(&moves, &[1, 2, 4]);
+    let rests = moves.replace(", motion = [\"1e-5*min(max(t - 1, 0), 3 - t)\", \"2e-6*t\", \"1e-5*min(t, 1)\"]", "");
+    assert!(rests != moves);
+    agrees(&rests, &[2]);
+}
+
 /// Only what moves relative to the other side loads a body: a block that is pushed down on a plane at rest has the forces of one at
 /// rest that the plane is pushed up to.
 #[test]

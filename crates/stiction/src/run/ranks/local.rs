@@ -73,7 +73,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
         points: points.nodes().collect(),
     };
-    let undeformed = points.gaps(!case.steps.is_empty());
+    let undeformed = points.gaps();
     let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
