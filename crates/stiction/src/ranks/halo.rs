@@ -2,12 +2,12 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{Alone, Ranks, Wire, all_to_all, broadcast, from_bytes, gather, gather_all, max, sum, to_bytes};
+use super::{Alone, Ranks, Wire, all_to_all, from_bytes, gather_all, max, sum, to_bytes};
 
 /// How values are divided among ranks, and the plan of the messages that this takes.
 ///
-/// Each rank owns a consecutive range of global numbers. In its vectors the own values come first, then its ghosts: copies
-/// of values of other ranks that its own ones are coupled to, in the order of their numbers.
+/// Each rank owns a consecutive range of global numbers, which may be empty. In its vectors the own values come first, then its
+/// ghosts: copies of values of other ranks that it needs, in the order of their numbers.
 #[derive(Debug, Clone)]
 pub struct Halo {
     ranks: Arc<dyn Ranks>,
@@ -36,20 +36,12 @@ enum Kind {
     Alone,
     /// Own values and ghosts.
     Divided,
-    /// Every rank has all values, and what they add up from is divided.
-    Joined,
 }
 
 impl Halo {
     /// All of so many values on one rank, or on each by itself.
     pub fn alone(own: usize) -> Halo {
         Halo::with(Arc::new(Alone), Kind::Alone, own)
-    }
-
-    /// All of so many values on every rank, with contributions from all.
-    pub fn joined(ranks: &Arc<dyn Ranks>, own: usize) -> Halo {
-        let kind = if ranks.size() > 1 { Kind::Joined } else { Kind::Alone };
-        Halo::with(Arc::clone(ranks), kind, own)
     }
 
     fn with(ranks: Arc<dyn Ranks>, kind: Kind, own: usize) -> Halo {
@@ -95,20 +87,25 @@ impl Halo {
         self.kind == Kind::Alone
     }
 
-    /// Whether each rank has a part of the values.
+    /// Whether the values are divided among several ranks.
     pub fn is_divided(&self) -> bool {
         self.kind == Kind::Divided
     }
 
-    /// Whether every rank has all values.
-    pub fn is_joined(&self) -> bool {
-        self.kind == Kind::Joined
+    /// The same values with other ghosts, by their global numbers in any order; own values are left out.
+    #[must_use]
+    pub fn with_other_ghosts(&self, numbers: impl Iterator<Item = u64>) -> Halo {
+        let own = self.first..self.first + self.own as u64;
+        let mut ghosts: Vec<u64> = numbers.filter(|g| !own.contains(g)).collect();
+        ghosts.sort_unstable();
+        ghosts.dedup();
+        Halo::divided(&self.ranks, self.own, ghosts)
     }
 
-    /// The same values for computations of each rank by itself, where every rank has all of them.
+    /// The same values between the ranks that own some: the others have no ghosts.
     #[must_use]
-    pub fn by_itself(&self) -> Halo {
-        if self.is_joined() { Halo::alone(self.own) } else { self.clone() }
+    pub fn among_owners(&self) -> Halo {
+        self.with_other_ghosts(self.ghosts.iter().copied().filter(|_| self.own > 0))
     }
 
     /// Number of own values.
@@ -151,7 +148,7 @@ impl Halo {
 
     /// Sets the ghosts, which are appended where there are own values alone.
     pub fn update<T: Wire>(&self, x: &mut Vec<T>) {
-        if self.kind != Kind::Divided {
+        if self.kind == Kind::Alone {
             return;
         }
         let message = |places: &[u32]| {
@@ -159,17 +156,15 @@ impl Halo {
             places.iter().for_each(|&k| x[k as usize].write(&mut bytes));
             bytes
         };
-        let out: Vec<_> = self.send.iter().map(|(rank, places)| (*rank, message(places))).collect();
-        self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
-        let from: Vec<usize> = self.receive.iter().map(|(rank, _)| *rank).collect();
-        let received = self.ranks.exchange(out, &from);
+        let out = self.send.iter().map(|(rank, places)| (*rank, message(places))).collect();
+        let received = self.exchange(out, self.receive.iter().map(|(rank, _)| *rank).collect());
         x.truncate(self.own);
         received.iter().for_each(|bytes| x.extend(bytes.chunks_exact(T::SIZE).map(T::read)));
     }
 
     /// The own values with the ghosts behind them.
     pub fn extended<'a, T: Wire>(&self, own: &'a [T]) -> Cow<'a, [T]> {
-        if self.kind != Kind::Divided {
+        if self.kind == Kind::Alone {
             return Cow::Borrowed(own);
         }
         let mut all = own.to_vec();
@@ -179,41 +174,35 @@ impl Halo {
 
     /// Adds what ranks have found for values of others, in the order of the ranks, and leaves the own values.
     pub fn add<T: Wire>(&self, x: &mut Vec<T>, add: impl Fn(&mut T, &T)) {
-        match self.kind {
-            Kind::Alone => {}
-            Kind::Divided => {
-                let out: Vec<_> = self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
-                self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
-                let from: Vec<usize> = self.send.iter().map(|(rank, _)| *rank).collect();
-                let received = self.ranks.exchange(out, &from);
-                x.truncate(self.own);
-                for ((_, places), bytes) in self.send.iter().zip(&received) {
-                    let values = bytes.chunks_exact(T::SIZE).map(T::read);
-                    places.iter().zip(values).for_each(|(&k, value)| add(&mut x[k as usize], &value));
-                }
-            }
-            Kind::Joined => {
-                self.ranks.count_halo(x.len() * T::SIZE);
-                // Rank 0 adds and tells the sums alone: with the parts of all ranks the messages would grow with their number.
-                let sums = gather(&*self.ranks, to_bytes(x)).map_or(Vec::new(), |all| {
-                    for bytes in &all[1..] {
-                        x.iter_mut().zip(bytes.chunks_exact(T::SIZE).map(T::read)).for_each(|(x, y)| add(x, &y));
-                    }
-                    to_bytes(x)
-                });
-                *x = from_bytes(&broadcast(&*self.ranks, sums));
-            }
+        if self.kind == Kind::Alone {
+            return;
+        }
+        let out = self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
+        let received = self.exchange(out, self.send.iter().map(|(rank, _)| *rank).collect());
+        x.truncate(self.own);
+        for ((_, places), bytes) in self.send.iter().zip(&received) {
+            let values = bytes.chunks_exact(T::SIZE).map(T::read);
+            places.iter().zip(values).for_each(|(&k, value)| add(&mut x[k as usize], &value));
         }
     }
 
-    /// Adds the numbers of all ranks, where each of them has a part of the values.
+    /// An exchange of values, which is none where nobody has anything to do with this rank.
+    fn exchange(&self, out: Vec<(usize, Vec<u8>)>, from: Vec<usize>) -> Vec<Vec<u8>> {
+        if out.is_empty() && from.is_empty() {
+            return Vec::new();
+        }
+        self.ranks.count_halo(out.iter().map(|(_, bytes)| bytes.len()).sum());
+        self.ranks.exchange(out, &from)
+    }
+
+    /// Adds the numbers of all ranks, where the values are divided.
     pub fn sum(&self, values: &mut [f64]) {
         if self.kind == Kind::Divided {
             sum(&*self.ranks, values);
         }
     }
 
-    /// The largest of the numbers of all ranks, where each of them has a part of the values.
+    /// The largest of the numbers of all ranks, where the values are divided.
     pub fn max(&self, values: &mut [f64]) {
         if self.kind == Kind::Divided {
             max(&*self.ranks, values);

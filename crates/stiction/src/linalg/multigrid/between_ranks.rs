@@ -1,10 +1,8 @@
 //! Rows of blocks between ranks: those of ghosts, and contributions to the rows of others.
 
-use std::sync::Arc;
-
 use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, Kernel};
-use crate::ranks::{Halo, Ranks, Wire, from_bytes, gather_all, to_bytes};
+use crate::ranks::{Halo, Wire, from_bytes, to_bytes};
 
 /// A row with global columns.
 pub(super) type Entries<const R: usize, const C: usize> = Vec<(u64, Block<R, C>)>;
@@ -34,16 +32,15 @@ fn unpack<const R: usize, const C: usize>(mut bytes: &[u8]) -> Vec<Entries<R, C>
     rows
 }
 
-/// The rows at the ghosts of `halo` of a matrix whose columns have the global numbers `global`.
+/// The rows at the ghosts of `halo` of a matrix, by its own rows.
 pub(super) fn ghost_rows<const R: usize, const C: usize>(
     halo: &Halo,
-    a: &Blocks<R, C>,
-    global: impl Fn(u32) -> u64,
+    row: impl Fn(u32) -> Entries<R, C>,
 ) -> Vec<Entries<R, C>> {
     let (receive, send) = halo.neighbours();
     let message = |places: &[u32]| {
         let mut bytes = Vec::new();
-        places.iter().for_each(|&i| pack(a.entries_of(i as usize).map(|(j, b)| (global(j), b)), &mut bytes));
+        places.iter().for_each(|&i| pack(row(i).iter().map(|(j, block)| (*j, block)), &mut bytes));
         bytes
     };
     let out = send.iter().map(|(rank, places)| (*rank, message(places))).collect();
@@ -107,38 +104,66 @@ pub(super) fn summed<const R: usize, const C: usize>(
     })
 }
 
-/// The coarse level of a step that is divided among ranks, complete on each of them.
-pub(super) fn joined<const R: usize>(step: Coarser<R>, ranks: &Arc<dyn Ranks>) -> Coarser<R> {
-    let Coarser { prolongation, a_times_p, matrix, kernel, halo } = step;
+/// The coarse level of a step on fewer ranks: the first of each `group` of consecutive ones takes the nodes of the others. These
+/// keep their rows of the prolongation and of `A P`, with all columns as ghosts.
+pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize) -> Coarser<R> {
+    let Coarser { prolongation, a_times_p, matrix, mut kernel, halo } = step;
+    let (ranks, rank) = (halo.ranks(), halo.ranks().rank());
+    let first = rank - rank % group;
+    let others: Vec<usize> = if rank == first { (first + 1..ranks.size().min(first + group)).collect() } else { vec![] };
+    let send = |message: Vec<u8>| -> Vec<Vec<u8>> {
+        ranks.exchange(if rank == first { vec![] } else { vec![(first, message)] }, &others)
+    };
+    let own_row = |i: usize| matrix.entries_of(i).map(|(j, block)| (halo.global(j as usize), block));
     let mut message = Vec::new();
-    (0..matrix.rows).for_each(|i| pack(matrix.entries_of(i).map(|(j, b)| (halo.global(j as usize), b)), &mut message));
-    let rows: Vec<Entries<6, 6>> = gather_all(&**ranks, message).iter().flat_map(|bytes| unpack(bytes)).collect();
-    let kernel: Vec<Kernel<6>> =
-        gather_all(&**ranks, to_bytes(&kernel)).iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)).collect();
-    let total = rows.len();
-    let local = |row: Entries<6, 6>| row.into_iter().map(|(j, block)| (j as u32, block)).collect();
+    if rank > first {
+        (0..matrix.rows).for_each(|i| pack(own_row(i), &mut message));
+    }
+    let received = send(message);
+    let kernels = send(to_bytes(&kernel));
+    let mut rows: Vec<Entries<6, 6>> = Vec::new();
+    if rank > first {
+        kernel.clear();
+    } else {
+        rows.extend((0..matrix.rows).map(|i| own_row(i).map(|(j, block)| (j, *block)).collect()));
+        rows.extend(received.iter().flat_map(|bytes| unpack(bytes)));
+        kernel.extend(kernels.iter().flat_map(|bytes| from_bytes::<Kernel<6>>(bytes)));
+    }
+    // The nodes of a group are consecutive.
+    let (begin, own) = (halo.first(), rows.len());
+    let global = |j: &u32| halo.global(*j as usize);
+    let columns = prolongation.column.iter().chain(&a_times_p.column).map(global);
+    let needed = columns.chain(rows.iter().flatten().map(|entry| entry.0));
+    let mut ghosts: Vec<u64> = needed.filter(|g| !(begin..begin + own as u64).contains(g)).collect();
+    ghosts.sort_unstable();
+    ghosts.dedup();
+    let last = Halo::divided(ranks, own, ghosts);
+    let place = |g: u64| last.place(g).expect("a node of this rank or one of its ghosts") as u32;
+    let local = |row: Entries<6, 6>| row.into_iter().map(|(j, block)| (place(j), block)).collect();
     let parts: Vec<Vec<(u32, Block<6, 6>)>> = rows.into_iter().map(local).collect();
-    let own: Vec<Vec<u32>> = (0..total as u32).map(|i| vec![i]).collect();
-    let global = |j: u32| halo.global(j as usize) as u32;
+    let of_row: Vec<Vec<u32>> = (0..own as u32).map(|i| vec![i]).collect();
     Coarser {
-        prolongation: renumbered(&prolongation, total, global),
-        a_times_p: renumbered(&a_times_p, total, global),
-        matrix: summed(total, total, &parts, &own),
+        prolongation: renumbered(&prolongation, last.len(), |j| place(global(&j))),
+        a_times_p: renumbered(&a_times_p, last.len(), |j| place(global(&j))),
+        matrix: summed(own, last.len(), &parts, &of_row),
         kernel,
-        halo: Halo::joined(ranks, total),
+        halo: last,
     }
 }
 
 /// Rows of a level that change, by the ranks that find what they change by: `touched` are the own ones that some rank adds
-/// to, on a level that is joined those of all ranks, and `reach` the same with the ghosts that this rank adds to. Both ascend.
+/// to, and `reach` the same with the ghosts that this rank adds to. Both ascend.
 #[derive(Debug, Clone)]
 pub(super) struct Reach {
     pub reach: Vec<u32>,
     pub touched: Vec<u32>,
+    /// How the level is divided.
+    level: Halo,
+    /// The same with the ghosts that this rank adds to, in whose places `reach` is.
     halo: Halo,
-    /// For each rank this one adds to, places in `reach`; none on a level that is joined.
+    /// For each rank this one adds to, places in `reach`.
     send: Vec<Vec<u32>>,
-    /// For each rank that adds to own values, places in `touched`; on a level that is joined for all of them.
+    /// For each rank that adds to own values, places in `touched`.
     receive: Vec<Vec<u32>>,
     /// Own values in `reach`, and their places in `touched`.
     own: Vec<(u32, u32)>,
@@ -159,16 +184,10 @@ fn ascending(mut list: Vec<u32>) -> Vec<u32> {
 impl Reach {
     pub(super) fn new(halo: &Halo, reach: Vec<u32>) -> Reach {
         let place = |touched: &[u32], k: u32| touched.partition_point(|&t| t < k) as u32;
+        let (level, halo) = (halo.clone(), halo.clone());
         if halo.is_alone() {
-            let (halo, touched) = (halo.clone(), reach.clone());
-            return Reach { reach, touched, halo, send: Vec::new(), receive: Vec::new(), own: Vec::new() };
-        }
-        if halo.is_joined() {
-            let lists = gather_all(&**halo.ranks(), to_bytes(&reach));
-            let touched = ascending(lists.iter().flat_map(|bytes| from_bytes::<u32>(bytes)).collect());
-            let all: Vec<u32> = (0..touched.len() as u32).collect();
-            let (send, receive) = (Vec::new(), vec![all; halo.ranks().size()]);
-            return Reach { reach: touched.clone(), touched, halo: halo.clone(), send, receive, own: Vec::new() };
+            let touched = reach.clone();
+            return Reach { reach, touched, level, halo, send: Vec::new(), receive: Vec::new(), own: Vec::new() };
         }
         let (owners, askers) = halo.neighbours();
         let of = |reach: &[u32], range: &std::ops::Range<usize>| -> Vec<u32> {
@@ -190,11 +209,11 @@ impl Reach {
         let receive = lists.iter().map(|list| list.iter().map(|&k| place(&touched, k)).collect()).collect();
         // Own values come before ghosts.
         let own = (0..touched.len() as u32).map(|t| (t, t)).collect();
-        Reach { reach, touched, halo: halo.clone(), send, receive, own }
+        Reach { reach, touched, level, halo, send, receive, own }
     }
 
-    /// The same level with other places that this rank adds to, all of them among those that were touched, and what is added divided
-    /// by `halo`.
+    /// The same level with other places that this rank adds to, all of them among those that were touched, by the ghosts of
+    /// `halo`.
     pub(super) fn within(&self, halo: &Halo, reach: Vec<u32>) -> Reach {
         let mut other = Reach::new(halo, reach);
         let touched = std::mem::take(&mut other.touched);
@@ -202,59 +221,45 @@ impl Reach {
         other.receive.iter_mut().flatten().for_each(moved);
         other.own.iter_mut().for_each(|(_, t)| moved(t));
         other.touched.clone_from(&self.touched);
+        other.level.clone_from(&self.level);
         other
     }
 
-    /// The place in `touched` of the row at place `t` of `reach`, if what is known of it once is known on this rank: on the
-    /// owner of the row, and on rank 0 of a level that is joined.
+    /// The place in `touched` of the row at place `t` of `reach`, if it is an own row.
     pub(super) fn owned(&self, t: usize) -> Option<usize> {
-        let halo = &self.halo;
-        if halo.is_alone() {
+        if self.halo.is_alone() {
             return Some(t);
-        }
-        if halo.is_joined() {
-            return (halo.ranks().rank() == 0).then(|| self.receive[0][t] as usize);
         }
         self.own.binary_search_by_key(&(t as u32), |own| own.0).ok().map(|k| self.own[k].1 as usize)
     }
 
     /// Rows for `touched` from rows for `reach`, those of other ranks added.
     pub(super) fn rows<const C: usize>(&self, rows: Blocks<C, C>) -> Blocks<C, C> {
-        let halo = &self.halo;
+        let (level, halo) = (&self.level, &self.halo);
         if halo.is_alone() {
             return rows;
         }
         let mut parts: Vec<Vec<(u32, Block<C, C>)>> = Vec::new();
         let mut of_row = vec![Vec::new(); self.touched.len()];
-        let mut take = |t: u32, row: Vec<(u32, Block<C, C>)>| {
+        let row = |t: u32| rows.entries_of(t as usize).map(|(j, block)| (halo.global(j as usize), block));
+        // The change lies within the pattern of the matrix, whose columns are all here.
+        let mut take = |t: u32, row: &mut dyn Iterator<Item = (u64, Block<C, C>)>| {
             of_row[t as usize].push(parts.len() as u32);
-            parts.push(row);
+            parts.push(row.filter_map(|(j, block)| Some((level.place(j)? as u32, block))).collect());
         };
-        let global = |j: u32| halo.global(j as usize);
-        let message = |list: &mut dyn Iterator<Item = u32>| {
+        self.own.iter().for_each(|&(t, to)| take(to, &mut row(t).map(|(j, block)| (j, *block))));
+        let message = |list: &[u32]| {
             let mut bytes = Vec::new();
-            list.for_each(|t| pack(rows.entries_of(t as usize).map(|(j, b)| (global(j), b)), &mut bytes));
+            list.iter().for_each(|&t| pack(row(t), &mut bytes));
             bytes
         };
-        let received = if halo.is_joined() {
-            gather_all(&**halo.ranks(), message(&mut (0..self.reach.len() as u32)))
-        } else {
-            for &(t, to) in &self.own {
-                take(to, rows.entries_of(t as usize).map(|(j, block)| (j, *block)).collect());
-            }
-            let (owners, askers) = halo.neighbours();
-            let lists = owners.iter().zip(&self.send);
-            let out = lists.map(|((rank, _), list)| (*rank, message(&mut list.iter().copied()))).collect();
-            let from: Vec<usize> = askers.iter().map(|(rank, _)| *rank).collect();
-            halo.ranks().exchange(out, &from)
-        };
-        for (places, bytes) in self.receive.iter().zip(&received) {
-            for (&t, row) in places.iter().zip(unpack::<C, C>(bytes)) {
-                // The change lies within the pattern of the matrix, whose columns are all here.
-                take(t, row.into_iter().filter_map(|(j, b)| Some((halo.place(j)? as u32, b))).collect());
-            }
+        let (owners, askers) = halo.neighbours();
+        let out = owners.iter().zip(&self.send).map(|((rank, _), list)| (*rank, message(list))).collect();
+        let from: Vec<usize> = askers.iter().map(|(rank, _)| *rank).collect();
+        for (places, bytes) in self.receive.iter().zip(&halo.ranks().exchange(out, &from)) {
+            places.iter().zip(unpack::<C, C>(bytes)).for_each(|(&t, row)| take(t, &mut row.into_iter()));
         }
-        summed(self.touched.len(), halo.len(), &parts, &of_row)
+        summed(self.touched.len(), level.len(), &parts, &of_row)
     }
 
     /// The same for one value a row.
@@ -264,17 +269,12 @@ impl Reach {
             return values;
         }
         let mut sums = vec![zero; self.touched.len()];
-        let received = if halo.is_joined() {
-            gather_all(&**halo.ranks(), to_bytes(&values))
-        } else {
-            self.own.iter().for_each(|&(t, to)| add(&mut sums[to as usize], &values[t as usize]));
-            let (owners, askers) = halo.neighbours();
-            let message = |list: &[u32]| to_bytes(&list.iter().map(|&t| values[t as usize]).collect::<Vec<T>>());
-            let out = owners.iter().zip(&self.send).map(|((rank, _), list)| (*rank, message(list))).collect();
-            let from: Vec<usize> = askers.iter().map(|(rank, _)| *rank).collect();
-            halo.ranks().exchange(out, &from)
-        };
-        for (places, bytes) in self.receive.iter().zip(&received) {
+        self.own.iter().for_each(|&(t, to)| add(&mut sums[to as usize], &values[t as usize]));
+        let (owners, askers) = halo.neighbours();
+        let message = |list: &[u32]| to_bytes(&list.iter().map(|&t| values[t as usize]).collect::<Vec<T>>());
+        let out = owners.iter().zip(&self.send).map(|((rank, _), list)| (*rank, message(list))).collect();
+        let from: Vec<usize> = askers.iter().map(|(rank, _)| *rank).collect();
+        for (places, bytes) in self.receive.iter().zip(&halo.ranks().exchange(out, &from)) {
             places.iter().zip(from_bytes::<T>(bytes)).for_each(|(&t, value)| add(&mut sums[t as usize], &value));
         }
         sums
@@ -287,11 +287,6 @@ impl Reach {
             return values.to_vec();
         }
         let mut found = vec![zero; self.reach.len()];
-        if halo.is_joined() {
-            let own = &self.receive[halo.ranks().rank()];
-            found.iter_mut().zip(own).for_each(|(found, &t)| *found = values[t as usize]);
-            return found;
-        }
         self.own.iter().for_each(|&(t, from)| found[t as usize] = values[from as usize]);
         let (owners, askers) = halo.neighbours();
         let message = |list: &[u32]| to_bytes(&list.iter().map(|&t| values[t as usize]).collect::<Vec<T>>());

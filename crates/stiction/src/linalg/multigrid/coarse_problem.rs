@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::Hierarchy;
-use super::between_ranks::Reach;
+use super::between_ranks::{Entries, Reach, ghost_rows};
 use super::blocks::{Block, Blocks};
 use super::dense::{add_product, add_transpose_product};
 use super::packed::{Packed, add_to, double, scaled, unit};
@@ -19,9 +19,8 @@ pub(crate) struct CoarseProblem<'a> {
     /// Displacements of the nodes by those of this space, a row for each node.
     rows: Blocks<3, 6>,
     columns: Columns,
-    /// How what contact nodes add to this space is divided among ranks: of a level below one that is joined each rank has all
-    /// values, but the contact nodes remain divided.
-    from_nodes: Halo,
+    /// How the nodes of this space are divided among ranks, with those that `rows` reach as ghosts.
+    reached: Halo,
     /// The nodes of this space that the springs of this rank reach.
     reach: Reach,
 }
@@ -29,21 +28,43 @@ pub(crate) struct CoarseProblem<'a> {
 /// Fewest nodes of the second coarse level; with six a start from there costs more cycles than it saves.
 const LEAST: usize = 12;
 
-/// The product of rows of blocks with a prolongation from a level of so many nodes.
-fn below(rows: &Blocks<3, 6>, prolongation: &Packed<6, 6>, nodes: usize) -> Blocks<3, 6> {
-    let reached = |i: usize, name: &mut dyn FnMut(u32)| {
-        rows.row(i).0.iter().for_each(|&j| prolongation.row(j as usize).0.iter().for_each(|&k| name(k)));
+/// Displacements of the contact nodes of this rank by those of a level, and how the nodes of the level are divided, with those
+/// that these rows reach as ghosts.
+type Rows = (Blocks<3, 6>, Halo);
+
+/// The product of rows with the prolongation from the next level, which is divided by `coarser`.
+fn below((rows, halo): &Rows, prolongation: &Packed<6, 6>, coarser: &Halo) -> Rows {
+    let row = |i: u32| -> Entries<6, 6> {
+        let entries = prolongation.entries_of(i as usize);
+        entries.map(|(k, value)| (coarser.global(k as usize), double(value))).collect()
     };
-    Blocks::from_rows(rows.rows, nodes, reached, |i, row| {
+    let mut is_reached = vec![false; halo.own()];
+    rows.column.iter().filter(|&&j| (j as usize) < halo.own()).for_each(|&j| is_reached[j as usize] = true);
+    let own = (0..halo.own() as u32).map(|i| if is_reached[i as usize] { row(i) } else { Vec::new() });
+    let factor: Vec<Entries<6, 6>> = own.chain(ghost_rows(halo, row)).collect();
+    let wider = coarser.with_other_ghosts(factor.iter().flatten().map(|entry| entry.0));
+    let place = |k: u64| wider.place(k).expect("a node of this rank or one of its ghosts") as u32;
+    let local = |row: Entries<6, 6>| row.into_iter().map(|(k, block)| (place(k), block)).collect();
+    let factor: Vec<Vec<(u32, Block<6, 6>)>> = factor.into_iter().map(local).collect();
+    let reached = |i: usize, name: &mut dyn FnMut(u32)| {
+        rows.row(i).0.iter().for_each(|&j| factor[j as usize].iter().for_each(|&(k, _)| name(k)));
+    };
+    let product = Blocks::from_rows(rows.rows, wider.len(), reached, |i, row| {
         for (j, block) in rows.entries_of(i) {
-            prolongation.entries_of(j as usize).for_each(|(k, value)| add_product(block, &double(value), row.at(k)));
+            factor[j as usize].iter().for_each(|(k, value)| add_product(block, value, row.at(*k)));
         }
-    })
+    });
+    (product, wider)
 }
 
-/// Adds the diagonal of `P D⁻¹ Pᵀ` for rows of a prolongation from a level.
-fn add_compliances<const C: usize, const W: usize>(rows: &Blocks<3, C>, level: &Level<C, W>, sum: &mut [[f64; 3]]) {
-    let inverse = level.halo.extended(&level.inverse);
+/// Adds the diagonal of `P D⁻¹ Pᵀ` for rows of a prolongation from a level, whose nodes `halo` divides.
+fn add_compliances<const C: usize, const W: usize>(
+    rows: &Blocks<3, C>,
+    halo: &Halo,
+    level: &Level<C, W>,
+    sum: &mut [[f64; 3]],
+) {
+    let inverse = halo.extended(&level.inverse);
     sum.par_iter_mut().enumerate().for_each(|(i, sum)| {
         for (j, block) in rows.entries_of(i) {
             let mut moved = [[0.0; C]; 3];
@@ -60,28 +81,31 @@ impl Hierarchy {
     /// neighbours.
     pub(crate) fn coarse_compliances(&self) -> Vec<[f64; 3]> {
         let mut rows = self.support_rows();
-        let mut sum = vec![[0.0; 3]; rows.rows];
+        let mut sum = vec![[0.0; 3]; rows.0.rows];
         if let Some(linear) = &self.linear {
-            add_compliances(&linear.support.p, &linear.level, &mut sum);
+            add_compliances(&linear.support.p, &linear.level.halo, &linear.level, &mut sum);
         }
         for (k, level) in self.coarse.iter().enumerate() {
-            add_compliances(&rows, level, &mut sum);
+            add_compliances(&rows.0, &rows.1, level, &mut sum);
             if k + 1 < self.coarse.len() {
-                rows = below(&rows, &self.further[k], self.halos[k + 1].len());
+                rows = below(&rows, &self.further[k], &self.halos[k + 1]);
             }
         }
         sum
     }
 
     /// The displacements of the contact nodes of this rank by those of the first aggregated level.
-    fn support_rows(&self) -> Blocks<3, 6> {
-        let mut rows = self.truncation.support.p.clone();
-        rows.rows = self.truncation.halo.own();
-        rows.start.truncate(rows.rows + 1);
-        let entries = rows.start[rows.rows];
-        rows.column.truncate(entries);
-        rows.value.truncate(entries);
-        rows
+    fn support_rows(&self) -> Rows {
+        let (support, own) = (&self.truncation.support.p, self.truncation.halo.own());
+        let halo = &self.halos[0];
+        let global = |j: u32| halo.global(j as usize);
+        let reached = halo.with_other_ghosts((0..own).flat_map(|i| support.row(i).0).map(|&j| global(j)));
+        let place = |j: u32| reached.place(global(j)).expect("a node of this rank or one of its ghosts") as u32;
+        let named = |i: usize, name: &mut dyn FnMut(u32)| support.row(i).0.iter().for_each(|&j| name(place(j)));
+        let rows = Blocks::from_rows(own, reached.len(), named, |i, row| {
+            support.entries_of(i).for_each(|(j, block)| *row.at(place(j)) = *block);
+        });
+        (rows, reached)
     }
 }
 
@@ -94,17 +118,15 @@ impl<'a> CoarseProblem<'a> {
         if halo.total() < LEAST {
             return None;
         }
-        let rows = below(&hierarchy.support_rows(), further, halo.len());
+        let (rows, reached) = below(&hierarchy.support_rows(), further, halo);
         let columns = rows.by_columns(rows.rows);
         let mut reach = rows.column.clone();
         reach.sort_unstable();
         reach.dedup();
         let touched = &hierarchy.truncation.touched[1];
-        let above = &hierarchy.halos[0];
-        let from_nodes = if above.is_joined() { Halo::joined(above.ranks(), halo.len()) } else { halo.clone() };
         // On one rank there are rows for all that constraints touch, empty where springs do not reach.
-        let reach = if from_nodes.is_alone() { touched.clone() } else { touched.within(&from_nodes, reach) };
-        Some(CoarseProblem { hierarchy, matrix, rows, columns, from_nodes, reach })
+        let reach = if reached.is_alone() { touched.clone() } else { touched.within(&reached, reach) };
+        Some(CoarseProblem { hierarchy, matrix, rows, columns, reached, reach })
     }
 
     /// How the nodes of this space are divided among ranks.
@@ -156,19 +178,19 @@ impl<'a> CoarseProblem<'a> {
 
     /// Displacements of the nodes that may be constrained, in their order.
     pub(crate) fn to_nodes(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
-        self.rows.times(&self.halo().extended(x))
+        self.rows.times(&self.reached.extended(x))
     }
 
     /// Forces on those nodes, newton in the direction of their displacements, in this space.
     pub(crate) fn restrict_from_nodes(&self, forces: &[[f64; 3]]) -> Vec<[f64; 6]> {
-        let mut sum = vec![[0.0; 6]; self.halo().len()];
+        let mut sum = vec![[0.0; 6]; self.reached.len()];
         for (i, force) in forces.iter().enumerate() {
             for (k, block) in self.rows.entries_of(i) {
                 let sum = &mut sum[k as usize];
                 (0..6).for_each(|c| sum[c] += (0..3).map(|r| block[r][c] * force[r]).sum::<f64>());
             }
         }
-        self.from_nodes.add(&mut sum, add_to);
+        self.reached.add(&mut sum, add_to);
         sum
     }
 

@@ -54,7 +54,7 @@ pub(super) fn coarsen<const R: usize>(
         return Ok(None);
     }
     // What the prediction for usual cells does not contain: flat ones have far more aggregates.
-    let unknowns = 6.0 * count as f64 / (R * a.rows) as f64;
+    let unknowns = 6.0 * count as f64 / (R * a.rows).max(1) as f64;
     let entries = (R * R * size_of::<f64>()) as f64 * a.value.len() as f64;
     let bytes = unknowns * (Threshold::COPIES * entries + Threshold::BYTES_PER_ROW * a.rows as f64);
     let room = ensure(&format!("a coarse level of {count} nodes"), bytes, None);

@@ -54,10 +54,6 @@ impl CoarsestFactor {
         CoarsestFactor { size: n, lower, singular }
     }
 
-    pub(super) fn nodes(&self) -> usize {
-        self.size / 6
-    }
-
     /// `A⁻¹ b`.
     pub(super) fn solve(&self, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let mut x: Vec<f64> = b.iter().flatten().map(|&v| f64::from(v)).collect();

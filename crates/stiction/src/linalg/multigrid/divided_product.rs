@@ -27,12 +27,7 @@ fn place(halo: &Halo, global: u64) -> u32 {
 
 /// The halo with more ghosts, given by their global numbers.
 fn with_ghosts(halo: &Halo, more: impl Iterator<Item = u64>) -> Halo {
-    let own = halo.first()..halo.first() + halo.own() as u64;
-    let mut ghosts: Vec<u64> = (halo.own()..halo.len()).map(|k| halo.global(k)).collect();
-    ghosts.extend(more.filter(|g| !own.contains(g)));
-    ghosts.sort_unstable();
-    ghosts.dedup();
-    Halo::divided(halo.ranks(), halo.own(), ghosts)
+    halo.with_other_ghosts((halo.own()..halo.len()).map(|k| halo.global(k)).chain(more))
 }
 
 /// A prolongation with the coarse matrix, the wanted rows of `A P` and the division of the coarse level.
@@ -47,7 +42,8 @@ pub(super) fn divided_galerkin<const R: usize, const C: usize>(
     coarse: Halo,
     wanted: &[u32],
 ) -> Option<Product<R, C>> {
-    let ghosts = ghost_rows(halo, &p, |j| coarse.global(j as usize));
+    let own_row = |i: u32| p.entries_of(i as usize).map(|(j, b)| (coarse.global(j as usize), *b)).collect();
+    let ghosts = ghost_rows(halo, own_row);
     let wider = with_ghosts(&coarse, ghosts.iter().flatten().map(|entry| entry.0));
     let mut p = renumbered(&p, wider.len(), |j| place(&wider, coarse.global(j as usize)));
     for row in ghosts {

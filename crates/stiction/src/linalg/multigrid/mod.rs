@@ -1,9 +1,9 @@
 //! Smoothed-aggregation multigrid for elasticity (Vanek, Mandel & Brezina 1996): blocks by nodes, six rigid motions a
 //! coarse node, set up in double and cycled in single precision.
 //!
-//! The nodes may be divided among ranks ([`Halo`]): each has the rows of its own, aggregates do not cross the borders, and
-//! coarse levels that are small are joined: every rank has all of them and computes the same. Without ghosts this is the serial
-//! method.
+//! The nodes may be divided among ranks ([`Halo`]): each has the rows of its own, and aggregates do not cross the borders. Small
+//! coarse levels are agglomerated: fewer and fewer ranks have nodes of them, at last rank 0 alone. Without ghosts this is the
+//! serial method.
 //!
 //! Some nodes may be constrained ([`NodeConstraint`]): their constrained components are truncated from the finest
 //! prolongation, and the coarse matrices follow by local changes ([`Hierarchy::constrain`]).
@@ -42,7 +42,7 @@ pub(crate) use truncation::{NodeConstraint, contact_ghosts};
 use super::Stop;
 use crate::Error;
 use crate::ranks::Halo;
-use between_ranks::joined;
+use between_ranks::gathered;
 use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
 use coulomb_coupling::CoulombCoupling;
@@ -62,7 +62,8 @@ pub(crate) struct Hierarchy {
     first: Packed<3, 6>,
     /// The aggregated levels without the coarsest.
     coarse: Vec<Level<6, 8>>,
-    /// How the nodes of each aggregated level, and those of the coarsest, are divided among ranks.
+    /// How the nodes of each aggregated level, and those of the coarsest, are divided among ranks, with the ghosts that the next
+    /// finer level needs. Those of [`Level::halo`] are the same where the rank has nodes of the level itself, and none elsewhere.
     halos: Vec<Halo>,
     /// Cycles on each coarse level for one on the next finer level: one is a V-cycle, two a W-cycle.
     cycle_index: Vec<usize>,
@@ -94,9 +95,9 @@ impl Threshold {
     /// Most nodes of the coarsest level. Its dense factor is renewed with every change of the constraints; beyond this size the
     /// hierarchy is refused.
     const COARSEST_LIMIT: usize = 300;
-    /// A level with fewer nodes for each rank is joined: parts of a few dozen nodes coarsen badly. Each rank then computes all
-    /// of it, which costs as much as this many nodes for each rank there is. See docs/notes/2026-11-25-ranks.md.
-    const JOINED: usize = 128;
+    /// Fewest nodes of a level for each rank that has some: parts of a few dozen nodes coarsen badly. Smaller levels are
+    /// agglomerated, those with at most [`Self::COARSEST_LIMIT`] nodes on one rank. See docs/notes/2026-11-26-ranks.md.
+    const NODES_PER_RANK: usize = 128;
     /// Most coarse levels.
     const LEVELS: usize = 12;
     /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
@@ -139,7 +140,7 @@ impl Hierarchy {
                 if let Some(relative) = relative {
                     step = relative.transform_step(step, a, contact_nodes);
                 }
-                let step = joined_if_small(step);
+                let step = agglomerated(step);
                 let support = Support::of_step(&step, &[contact_nodes, &ghosts].concat());
                 (None, step, support)
             }
@@ -158,7 +159,7 @@ impl Hierarchy {
                 let Some(step) = aggregated(&linear.matrix, &linear.halo, &linear.kernel, &[])? else {
                     return Ok(None);
                 };
-                let step = joined_if_small(step);
+                let step = agglomerated(step);
                 let linear = Linear::new(&linear, &[contact_nodes, &ghosts].concat());
                 let support = linear.support.within(&step.prolongation);
                 (Some(linear), step, support)
@@ -179,9 +180,9 @@ impl Hierarchy {
         let (mut coarse, mut further) = (Vec::new(), Vec::new());
         while halos[coarse.len()].total() > Threshold::COARSEST_NODES && coarse.len() < Threshold::LEVELS {
             stop.check()?;
-            let halo = halos[coarse.len()].by_itself();
+            let halo = halos[coarse.len()].among_owners();
             let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
-            let step = joined_if_small(step);
+            let step = agglomerated(step);
             let (level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
             truncation.add_level(&matrix, &prolongation, &step.halo);
             coarse.push(level);
@@ -189,7 +190,7 @@ impl Hierarchy {
             halos.push(step.halo);
             (matrix, kernel) = (step.matrix, step.kernel);
         }
-        if halos[coarse.len()].is_divided() || matrix.rows > Threshold::COARSEST_LIMIT {
+        if halos[coarse.len()].total() > Threshold::COARSEST_LIMIT {
             return Ok(None);
         }
         let coarsest = CoarsestFactor::new(&matrix);
@@ -215,7 +216,12 @@ impl Hierarchy {
     /// Whether some motion costs no energy under the present constraints. The coarsest level decides: it represents the
     /// near-kernel exactly.
     pub(crate) fn is_singular(&self) -> bool {
-        self.coarsest.singular > 0
+        self.coarsest_halo().any(self.coarsest.singular > 0)
+    }
+
+    /// How the nodes of the coarsest level are divided: on several ranks rank 0 has all of them.
+    fn coarsest_halo(&self) -> &Halo {
+        &self.halos[self.coarse.len()]
     }
 
     /// Nodes of each level, the finest first, and the entries stored in its matrix, of all ranks together.
@@ -228,7 +234,7 @@ impl Hierarchy {
         let of_nodes = |level: &Level<3, 4>| of_level(level);
         let linear = self.linear.as_ref().map(|linear| of_nodes(&linear.level));
         let coarse = self.coarse.iter().map(of_level);
-        let coarsest = self.coarsest.nodes();
+        let coarsest = self.coarsest_halo().total();
         [of_nodes(&self.fine)]
             .into_iter()
             .chain(linear)
@@ -303,7 +309,7 @@ impl Hierarchy {
         self.halos[0].len()
     }
 
-    /// One cycle from this level, for the whole residual at own nodes; the result at ghosts as well.
+    /// One cycle from this level, for the whole residual at own nodes; the result at own nodes, with ghosts that are not set.
     fn cycle_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let Some(here) = self.coarse.get(level) else { return self.coarsest.solve(b) };
         let (mut x, residual) = here.forward(b);
@@ -312,23 +318,25 @@ impl Hierarchy {
         coarser.add(&mut coarse, add_to);
         self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x[..b.len()]);
         here.backward(b, &mut x);
-        here.halo.update(&mut x);
         x
     }
 
-    /// As many cycles from this level as its cycle index says, each on the residual of those before. Without Coulomb coupling
-    /// the result is as symmetric and definite as that of one cycle.
+    /// As many cycles from this level as its cycle index says, each on the residual of those before; the result at ghosts as well.
+    /// Without Coulomb coupling it is as symmetric and definite as that of one cycle.
     fn cycles_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let mut x = self.cycle_from(level, b);
-        let Some(here) = self.coarse.get(level) else { return x };
-        for _ in 1..self.cycle_index[level] {
-            let mut residual = vec![[0.0; 6]; b.len()];
-            here.matrix.add_times(&x, &mut residual);
-            residual.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
-            self.subtract_coulomb(level, &x, &mut residual);
-            let correction = self.cycle_from(level, &residual);
-            x.iter_mut().flatten().zip(correction.iter().flatten()).for_each(|(x, c)| *x += c);
+        if let Some(here) = self.coarse.get(level) {
+            for _ in 1..self.cycle_index[level] {
+                here.halo.update(&mut x);
+                let mut residual = vec![[0.0; 6]; b.len()];
+                here.matrix.add_times(&x, &mut residual);
+                residual.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
+                self.subtract_coulomb(level, &x, &mut residual);
+                let correction = self.cycle_from(level, &residual);
+                x.iter_mut().flatten().zip(correction.iter().flatten()).for_each(|(x, c)| *x += c);
+            }
         }
+        self.halos[level].update(&mut x);
         x
     }
 }
@@ -345,12 +353,16 @@ fn aggregated(
     Ok(coarsen(a, halo, kernel, Threshold::STRONG, contact_nodes)?.or_else(small))
 }
 
-/// Joins a coarse level that has too few nodes for each rank.
-fn joined_if_small<const R: usize>(step: Coarser<R>) -> Coarser<R> {
-    let ranks = std::sync::Arc::clone(step.halo.ranks());
-    let least = (Threshold::JOINED * ranks.size()).max(Threshold::COARSEST_LIMIT);
-    // On a level that is joined already, and without other ranks, there is nobody to join.
-    if ranks.size() == 1 || step.halo.total() > least { step } else { joined(step, &ranks) }
+/// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes
+/// there are, give them to their first one (Adams & Demmel 1999, for instance).
+fn agglomerated<const R: usize>(step: Coarser<R>) -> Coarser<R> {
+    let (total, ranks) = (step.halo.total(), step.halo.ranks().size());
+    let most = if total <= Threshold::COARSEST_LIMIT { 1 } else { (total / Threshold::NODES_PER_RANK).max(1) };
+    // Powers of two make groups of these groups on coarser levels.
+    match ranks.div_ceil(most).next_power_of_two() {
+        1 => step,
+        group => gathered(step, group),
+    }
 }
 
 /// The cycle index of each of the `levels` aggregated levels: [`Threshold::CYCLE_INDEX`] where all visits of the level stay

@@ -389,7 +389,7 @@ fn dot<A: Copy + Into<f64>, const R: usize>(a: &[[A; R]], b: &[[A; R]]) -> f64 {
 fn the_coulomb_coupling_is_tested_by_lifts_and_lifts_fit_the_coupled_tangential_motion() {
     let face = SlippingFace::new();
     let SlippingFace { a, nodes, constraints, hierarchy } = &face;
-    let size = hierarchy.coarse.get(1).map_or(hierarchy.coarsest.nodes(), |level| level.matrix.rows);
+    let size = hierarchy.coarse.get(1).map_or(hierarchy.halos[1].own(), |level| level.matrix.rows);
     let (x, test) = (scattered(size, 0), scattered(size, 333));
     let mut found = vec![[0.0f32; 6]; size];
     hierarchy.subtract_coulomb(1, &x, &mut found);
