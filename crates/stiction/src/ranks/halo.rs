@@ -1,5 +1,4 @@
 use std::borrow::Cow;
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::{Alone, Ranks, Wire, all_to_all, from_bytes, gather_all, max, sum, to_bytes};
@@ -20,15 +19,12 @@ pub struct Halo {
     ghosts: Vec<u64>,
     /// Own values that other ranks have as ghosts, by rank.
     send: Vec<(usize, Vec<u32>)>,
-    /// Where the ghosts of each rank stand.
-    receive: Vec<(usize, Range<usize>)>,
+    /// Places of the ghosts, by the rank that owns them.
+    receive: Vec<(usize, Vec<u32>)>,
 }
 
-/// A rank that owns ghosts, and their places.
-pub(crate) type GhostsOf = (usize, Range<usize>);
-
-/// A rank that has own values as ghosts, and their places.
-pub(crate) type AskedBy = (usize, Vec<u32>);
+/// Another rank, and places here of values that are exchanged with it.
+pub(crate) type Shared = (usize, Vec<u32>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -67,7 +63,7 @@ impl Halo {
             if !range.is_empty() {
                 assert!(other != rank, "an own value is no ghost");
                 wanted[other] = to_bytes(&ghosts[range.clone()]);
-                receive.push((other, own + range.start..own + range.end));
+                receive.push((other, range.map(|k| (own + k) as u32).collect()));
             }
         }
         let asked = all_to_all(&**ranks, wanted);
@@ -142,24 +138,45 @@ impl Halo {
     }
 
     /// The ranks that own ghosts, with their places here, and those that have own values as ghosts, with their places.
-    pub(crate) fn neighbours(&self) -> (&[GhostsOf], &[AskedBy]) {
+    pub(crate) fn neighbours(&self) -> (&[Shared], &[Shared]) {
         (&self.receive, &self.send)
     }
 
-    /// Sets the ghosts, which are appended where there are own values alone.
+    /// The same values in the same places, of which no other ghosts are exchanged than those among the places `needed`.
+    #[must_use]
+    pub fn only(&self, needed: impl Iterator<Item = u32>) -> Halo {
+        let mut part = self.clone();
+        if self.kind == Kind::Alone {
+            return part;
+        }
+        let mut is_needed = vec![false; self.len()];
+        needed.for_each(|k| is_needed[k as usize] = true);
+        part.receive.iter_mut().for_each(|(_, places)| places.retain(|&k| is_needed[k as usize]));
+        let kept = |(rank, places): &Shared| {
+            (*rank, to_bytes(&places.iter().map(|&k| self.global(k as usize)).collect::<Vec<u64>>()))
+        };
+        let from: Vec<usize> = self.send.iter().map(|(rank, _)| *rank).collect();
+        let asked = self.ranks.exchange(part.receive.iter().map(kept).collect(), &from);
+        for ((_, places), message) in part.send.iter_mut().zip(asked) {
+            *places = from_bytes::<u64>(&message).iter().map(|g| (g - self.first) as u32).collect();
+        }
+        part.receive.retain(|(_, places)| !places.is_empty());
+        part.send.retain(|(_, places)| !places.is_empty());
+        part
+    }
+
+    /// Sets the ghosts, which are appended where there are own values alone; those that are not exchanged are zero.
     pub fn update<T: Wire>(&self, x: &mut Vec<T>) {
         if self.kind == Kind::Alone {
             return;
         }
-        let message = |places: &[u32]| {
-            let mut bytes = Vec::with_capacity(places.len() * T::SIZE);
-            places.iter().for_each(|&k| x[k as usize].write(&mut bytes));
-            bytes
-        };
-        let out = self.send.iter().map(|(rank, places)| (*rank, message(places))).collect();
+        let out = self.send.iter().map(|shared| message(x, shared)).collect();
         let received = self.exchange(out, self.receive.iter().map(|(rank, _)| *rank).collect());
         x.truncate(self.own);
-        received.iter().for_each(|bytes| x.extend(bytes.chunks_exact(T::SIZE).map(T::read)));
+        x.resize(self.len(), T::read(&vec![0; T::SIZE]));
+        for ((_, places), bytes) in self.receive.iter().zip(&received) {
+            places.iter().zip(bytes.chunks_exact(T::SIZE)).for_each(|(&k, value)| x[k as usize] = T::read(value));
+        }
     }
 
     /// The own values with the ghosts behind them.
@@ -177,7 +194,7 @@ impl Halo {
         if self.kind == Kind::Alone {
             return;
         }
-        let out = self.receive.iter().map(|(rank, own)| (*rank, to_bytes(&x[own.clone()]))).collect();
+        let out = self.receive.iter().map(|shared| message(x, shared)).collect();
         let received = self.exchange(out, self.send.iter().map(|(rank, _)| *rank).collect());
         x.truncate(self.own);
         for ((_, places), bytes) in self.send.iter().zip(&received) {
@@ -224,6 +241,13 @@ impl Halo {
     }
 }
 
+/// A message of the values at shared places.
+fn message<T: Wire>(x: &[T], (rank, places): &Shared) -> (usize, Vec<u8>) {
+    let mut bytes = Vec::with_capacity(places.len() * T::SIZE);
+    places.iter().for_each(|&k| x[k as usize].write(&mut bytes));
+    (*rank, bytes)
+}
+
 /// The first number of each rank that owns `own` values, and the end.
 fn starts(ranks: &dyn Ranks, own: usize) -> Vec<u64> {
     let counts = gather_all(ranks, to_bytes(&[own as u64]));
@@ -261,6 +285,42 @@ mod tests {
             for (right, ones, all, bytes) in found {
                 assert!(right && ones == [2.0, 1.0, 1.0, 2.0] && all == 4 * size && bytes == 32, "{ones:?} {bytes}");
             }
+        }
+    }
+
+    /// Every other rank waits; all have the values of everybody else as ghosts.
+    #[test]
+    fn ranks_without_values_have_ghosts_of_those_with_some_and_only_what_is_needed_is_sent() {
+        let size = 5;
+        let found = threads(size, |ranks| {
+            let counted = Arc::new(Counted::new(ranks));
+            let ranks: Arc<dyn Ranks> = counted.clone();
+            let rank = ranks.rank() as u64;
+            let own = if rank % 2 == 0 { 0..0 } else { 2 * (rank - 1)..2 * (rank + 1) };
+            let ghosts = (0..8).filter(|g| !own.contains(g)).collect();
+            let halo = Halo::divided(&ranks, own.clone().count(), ghosts);
+            let mut x: Vec<u64> = own.clone().map(|g| g + 1).collect();
+            halo.update(&mut x);
+            let right = (0..8).all(|k| x[k] == halo.global(k) + 1 && halo.place(halo.global(k)) == Some(k));
+            let mut ones = vec![1u64; 8];
+            halo.add(&mut ones, |a, b| *a += b);
+            // Everybody gives one, the owner as well.
+            let added = ones.len() == own.clone().count() && ones.iter().all(|&x| x == size as u64);
+            let part = halo.only((0..8).filter(|&k| halo.global(k as usize).is_multiple_of(4)));
+            let before = counted.traffic().halo_bytes;
+            part.update(&mut x);
+            let needed = |k: usize| k < part.own() || part.global(k) % 4 == 0;
+            let some = (0..8).all(|k| x[k] == if needed(k) { part.global(k) + 1 } else { 0 });
+            let sent = counted.traffic().halo_bytes - before;
+            let owners = halo.among_owners();
+            let between = if own.is_empty() { owners.is_empty() } else { owners.len() == 8 };
+            owners.update(&mut x);
+            (right && added && some && between && x.len() == owners.len(), sent, halo.total())
+        });
+        for (rank, (right, sent, total)) in found.into_iter().enumerate() {
+            // One of the four values of an owner is needed by each of the four others.
+            let bytes = if rank % 2 == 0 { 0 } else { 4 * 8 };
+            assert!(right && sent == bytes && total == 8, "{rank}: {sent} {total}");
         }
     }
 

@@ -56,12 +56,12 @@ pub(super) fn returned_rows<const R: usize, const C: usize>(
     global: impl Fn(u32) -> u64,
 ) -> Vec<(u32, Entries<R, C>)> {
     let (receive, send) = halo.neighbours();
-    let message = |rows: std::ops::Range<usize>| {
+    let message = |rows: &[u32]| {
         let mut bytes = Vec::new();
-        rows.for_each(|i| pack(a.entries_of(i).map(|(j, b)| (global(j), b)), &mut bytes));
+        rows.iter().for_each(|&i| pack(a.entries_of(i as usize).map(|(j, b)| (global(j), b)), &mut bytes));
         bytes
     };
-    let out = receive.iter().map(|(rank, rows)| (*rank, message(rows.clone()))).collect();
+    let out = receive.iter().map(|(rank, rows)| (*rank, message(rows))).collect();
     let from: Vec<usize> = send.iter().map(|(rank, _)| *rank).collect();
     let received = halo.ranks().exchange(out, &from);
     let rows = send.iter().zip(&received);
@@ -110,7 +110,8 @@ pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize) -> Coarse
     let Coarser { prolongation, a_times_p, matrix, mut kernel, halo } = step;
     let (ranks, rank) = (halo.ranks(), halo.ranks().rank());
     let first = rank - rank % group;
-    let others: Vec<usize> = if rank == first { (first + 1..ranks.size().min(first + group)).collect() } else { vec![] };
+    let others: Vec<usize> =
+        if rank == first { (first + 1..ranks.size().min(first + group)).collect() } else { vec![] };
     let send = |message: Vec<u8>| -> Vec<Vec<u8>> {
         ranks.exchange(if rank == first { vec![] } else { vec![(first, message)] }, &others)
     };
@@ -190,12 +191,12 @@ impl Reach {
             return Reach { reach, touched, level, halo, send: Vec::new(), receive: Vec::new(), own: Vec::new() };
         }
         let (owners, askers) = halo.neighbours();
-        let of = |reach: &[u32], range: &std::ops::Range<usize>| -> Vec<u32> {
-            (0..reach.len() as u32).filter(|&t| range.contains(&(reach[t as usize] as usize))).collect()
+        let of = |reach: &[u32], ghosts: &[u32]| -> Vec<u32> {
+            (0..reach.len() as u32).filter(|&t| ghosts.binary_search(&reach[t as usize]).is_ok()).collect()
         };
         let global =
             |list: Vec<u32>| -> Vec<u64> { list.iter().map(|&t| halo.global(reach[t as usize] as usize)).collect() };
-        let out = owners.iter().map(|(rank, range)| (*rank, to_bytes(&global(of(&reach, range))))).collect();
+        let out = owners.iter().map(|(rank, ghosts)| (*rank, to_bytes(&global(of(&reach, ghosts))))).collect();
         let from: Vec<usize> = askers.iter().map(|(rank, _)| *rank).collect();
         let own_place = |g: u64| halo.place(g).expect("an own value of this rank") as u32;
         let lists: Vec<Vec<u32>> = (halo.ranks().exchange(out, &from).iter())
@@ -205,7 +206,7 @@ impl Reach {
         let touched = ascending(inside.chain(lists.concat()).collect());
         // What the owner alone knows of a row it adds even where it finds nothing else.
         let reach = ascending([reach, touched.clone()].concat());
-        let send = owners.iter().map(|(_, range)| of(&reach, range)).collect();
+        let send = owners.iter().map(|(_, ghosts)| of(&reach, ghosts)).collect();
         let receive = lists.iter().map(|list| list.iter().map(|&k| place(&touched, k)).collect()).collect();
         // Own values come before ghosts.
         let own = (0..touched.len() as u32).map(|t| (t, t)).collect();
@@ -296,5 +297,57 @@ impl Reach {
             list.iter().zip(from_bytes::<T>(&bytes)).for_each(|(&t, value)| found[t as usize] = value);
         }
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::coarsen::coarsen;
+    use super::super::tests::lattice;
+    use super::*;
+    use crate::ranks::threads;
+
+    /// Each rank has a slab of the lattice.
+    #[test]
+    fn an_agglomerated_level_is_the_same_matrix_and_the_same_space_in_the_hands_of_fewer_ranks() {
+        let size = 5;
+        let (a, kernel) = lattice([30, 5, 5], [1.0; 3]);
+        for group in [2, 4, 8] {
+            let found = threads(size, |ranks| {
+                let rank = ranks.rank();
+                let own = a.rows * rank / size..a.rows * (rank + 1) / size;
+                let columns = own.clone().flat_map(|i| a.row(i).0).map(|&j| u64::from(j));
+                let halo = Halo::divided(&ranks, own.len(), Vec::new()).with_other_ghosts(columns);
+                let place = |j: u32| halo.place(j.into()).unwrap() as u32;
+                let named =
+                    |i: usize, name: &mut dyn FnMut(u32)| a.row(own.start + i).0.iter().for_each(|&j| name(place(j)));
+                let slab = Blocks::from_rows(own.len(), halo.len(), named, |i, row| {
+                    a.entries_of(own.start + i).for_each(|(j, block)| *row.at(place(j)) = *block);
+                });
+                let step = coarsen(&slab, &halo, &kernel[own.clone()], 0.05, &[0]).unwrap().unwrap();
+                let value = |g: u64| std::array::from_fn(|c| ((6 * g + c as u64) as f64 * 0.618).fract() - 0.5);
+                let products = |step: &Coarser<3>| {
+                    let mut x: Vec<[f64; 6]> = (0..step.halo.own()).map(|k| value(step.halo.global(k))).collect();
+                    step.halo.update(&mut x);
+                    (step.prolongation.times(&x), step.a_times_p.times(&x), step.matrix.times(&x))
+                };
+                let before = products(&step);
+                let fewer = gathered(step.clone(), group);
+                assert_eq!(fewer.halo.own() > 0, rank.is_multiple_of(group), "{rank} of {group}");
+                (before, products(&fewer), step.kernel, fewer.kernel)
+            });
+            let close = |a: &[f64], b: &[f64]| {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-12 * a.abs().max(1.0))
+            };
+            for (before, after, ..) in &found {
+                assert!(close(before.0.as_flattened(), after.0.as_flattened()));
+                assert!(close(before.1.as_flattened(), after.1.as_flattened()));
+            }
+            let all = |of: &dyn Fn(usize) -> Vec<[f64; 6]>| (0..size).flat_map(of).collect::<Vec<_>>();
+            let (before, after) = (all(&|r| found[r].0.2.clone()), all(&|r| found[r].1.2.clone()));
+            assert!(before.len() > 8 && close(before.as_flattened(), after.as_flattened()));
+            let kernels = [all(&|r| found[r].2.concat()), all(&|r| found[r].3.concat())];
+            assert_eq!(kernels[0], kernels[1]);
+        }
     }
 }

@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::Hierarchy;
@@ -136,7 +138,7 @@ impl<'a> CoarseProblem<'a> {
 
     /// A load on the finest level, newton by its nodes, in this space.
     pub(crate) fn restrict(&self, f: &[[f64; 3]]) -> Vec<[f64; 6]> {
-        let Hierarchy { fine, linear, first, halos, .. } = &*self.hierarchy;
+        let Hierarchy { fine, linear, first, transfers, .. } = &*self.hierarchy;
         let (scale, f) = unit(&fine.halo, f);
         let f = match linear {
             Some(linear) => {
@@ -146,21 +148,21 @@ impl<'a> CoarseProblem<'a> {
             }
             None => f,
         };
-        let mut coarse = first.transpose_times(&f, halos[0].len());
-        halos[0].add(&mut coarse, add_to);
-        let mut coarse = self.hierarchy.further[0].transpose_times(&coarse, halos[1].len());
-        halos[1].add(&mut coarse, add_to);
+        let mut coarse = first.transpose_times(&f, transfers[0].len());
+        transfers[0].add(&mut coarse, add_to);
+        let mut coarse = self.hierarchy.further[0].transpose_times(&coarse, transfers[1].len());
+        transfers[1].add(&mut coarse, add_to);
         scaled(scale, &coarse)
     }
 
     /// Displacements of this space by the nodes of the finest level.
     pub(crate) fn prolong(&self, x: &[[f64; 6]]) -> Vec<[f64; 3]> {
-        let Hierarchy { fine, linear, first, further, halos, .. } = &*self.hierarchy;
-        let (scale, mut x) = unit(&halos[1], x);
-        halos[1].update(&mut x);
-        let mut coarse = vec![[0.0; 6]; halos[0].own()];
+        let Hierarchy { fine, linear, first, further, transfers, .. } = &*self.hierarchy;
+        let (scale, mut x) = unit(&transfers[1], x);
+        transfers[1].update(&mut x);
+        let mut coarse = vec![[0.0; 6]; transfers[0].own()];
         further[0].add_times(&x, &mut coarse);
-        halos[0].update(&mut coarse);
+        transfers[0].update(&mut coarse);
         let mut u = vec![[0.0; 3]; linear.as_ref().map_or(fine.matrix.rows, |linear| linear.level.matrix.rows)];
         first.add_times(&coarse, &mut u);
         if let Some(linear) = linear {
@@ -173,7 +175,9 @@ impl<'a> CoarseProblem<'a> {
 
     /// `A x`, without springs.
     pub(crate) fn times(&self, x: &[[f64; 6]]) -> Vec<[f64; 6]> {
-        self.matrix.times(&self.halo().extended(x))
+        // The rows of the coarsest level have no ghosts.
+        let level = self.hierarchy.coarse.get(1);
+        self.matrix.times(&level.map_or(Cow::Borrowed(x), |level| level.halo.extended(x)))
     }
 
     /// Displacements of the nodes that may be constrained, in their order.

@@ -84,7 +84,7 @@ impl Hierarchy {
     /// Subtracts the forces on the lifts from those on the truncated functions of the first aggregated level, after a sweep to `x`
     /// on the finest.
     pub(super) fn subtract_lifted(&self, x: &[[f32; 3]], coarse: &mut [[f32; 6]]) {
-        let halo = &self.halos[0];
+        let halo = &self.transfers[0];
         if !self.has_lifts() {
             return;
         }

@@ -62,9 +62,11 @@ pub(crate) struct Hierarchy {
     first: Packed<3, 6>,
     /// The aggregated levels without the coarsest.
     coarse: Vec<Level<6, 8>>,
-    /// How the nodes of each aggregated level, and those of the coarsest, are divided among ranks, with the ghosts that the next
-    /// finer level needs. Those of [`Level::halo`] are the same where the rank has nodes of the level itself, and none elsewhere.
+    /// How the nodes of each aggregated level, and those of the coarsest, are divided among ranks. Ghosts are all that the matrix of
+    /// the level and the prolongation from it reach. [`Level::halo`] exchanges those of the matrix.
     halos: Vec<Halo>,
+    /// The same for those that a cycle needs on the next finer level.
+    transfers: Vec<Halo>,
     /// Cycles on each coarse level for one on the next finer level: one is a V-cycle, two a W-cycle.
     cycle_index: Vec<usize>,
     /// From each further level to the one before it.
@@ -97,7 +99,7 @@ impl Threshold {
     const COARSEST_LIMIT: usize = 300;
     /// Fewest nodes of a level for each rank that has some: parts of a few dozen nodes coarsen badly. Smaller levels are
     /// agglomerated, those with at most [`Self::COARSEST_LIMIT`] nodes on one rank. See docs/notes/2026-11-26-ranks.md.
-    const NODES_PER_RANK: usize = 128;
+    const NODES_PER_RANK: usize = 256;
     /// Most coarse levels.
     const LEVELS: usize = 12;
     /// The cycle index from the second coarse level on, where [`Self::VISIT_WORK`] allows it. The coarser spaces are made without
@@ -172,6 +174,9 @@ impl Hierarchy {
         // The prolongation is dropped here so that the next level reuses its memory: first touches of fresh pages are a
         // good part of the set-up.
         drop(step.prolongation);
+        let above = linear.as_ref().map_or(a.len(), |linear| linear.level.matrix.rows);
+        let columns = &first.column[..first.start[above]];
+        let mut transfers = vec![step.halo.only(columns.iter().chain(truncation.support.own_columns()).copied())];
         let mut fine = Level::of(Packed::of_rows(a.len(), |i| a.row(i)), a.halo.clone(), |i| a.diagonal(i));
         if linear.is_some() {
             fine.damp_less();
@@ -183,8 +188,12 @@ impl Hierarchy {
             let halo = halos[coarse.len()].among_owners();
             let Some(step) = coarsen(&matrix, &halo, &kernel, Threshold::STRONG_COARSE, &[])? else { break };
             let step = agglomerated(step);
-            let (level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
+            let halo = halo.only(matrix.column.iter().copied());
+            let (mut level, prolongation) = (Level::new(&matrix, halo), Packed::new(&step.prolongation));
+            level.expect_changes(&truncation.touched[coarse.len()].touched);
             truncation.add_level(&matrix, &prolongation, &step.halo);
+            let columns = &prolongation.column[..prolongation.start[matrix.rows]];
+            transfers.push(step.halo.only(columns.iter().copied()));
             coarse.push(level);
             further.push(prolongation);
             halos.push(step.halo);
@@ -201,6 +210,7 @@ impl Hierarchy {
             first,
             coarse,
             halos,
+            transfers,
             cycle_index: Vec::new(),
             further,
             coarsest,
@@ -256,7 +266,7 @@ impl Hierarchy {
             None => {
                 let mut coarse = self.restricted(&residual);
                 self.subtract_lifted(&x, &mut coarse);
-                self.first.add_times(&self.cycles_from(0, &coarse), &mut x[..b.len()]);
+                self.first.add_times(&self.correction(0, &coarse), &mut x[..b.len()]);
             }
             Some(linear) => {
                 let y = self.linear_cycle(linear, &x, &residual);
@@ -271,7 +281,7 @@ impl Hierarchy {
     /// A residual of the level above the first aggregated one, at own nodes, on the functions of that.
     fn restricted(&self, residual: &[[f32; 3]]) -> Vec<[f32; 6]> {
         let mut coarse = self.first.transpose_times(residual, self.first_coarse());
-        self.halos[0].add(&mut coarse, add_to);
+        self.transfers[0].add(&mut coarse, add_to);
         coarse
     }
 
@@ -290,7 +300,7 @@ impl Hierarchy {
             let change = after.iter().flatten().zip(before.iter().flatten()).map(|(after, before)| after - before);
             coarse.iter_mut().flatten().zip(change).for_each(|(coarse, change)| *coarse += change);
         }
-        self.first.add_times(&self.cycles_from(0, &coarse), &mut y[..b.len()]);
+        self.first.add_times(&self.correction(0, &coarse), &mut y[..b.len()]);
         linear.level.backward(&b, &mut y);
         halo.update(&mut y);
         y
@@ -313,30 +323,36 @@ impl Hierarchy {
     fn cycle_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let Some(here) = self.coarse.get(level) else { return self.coarsest.solve(b) };
         let (mut x, residual) = here.forward(b);
-        let coarser = &self.halos[level + 1];
+        let coarser = &self.transfers[level + 1];
         let mut coarse = self.further[level].transpose_times(&residual, coarser.len());
         coarser.add(&mut coarse, add_to);
-        self.further[level].add_times(&self.cycles_from(level + 1, &coarse), &mut x[..b.len()]);
+        self.further[level].add_times(&self.correction(level + 1, &coarse), &mut x[..b.len()]);
         here.backward(b, &mut x);
         x
     }
 
-    /// As many cycles from this level as its cycle index says, each on the residual of those before; the result at ghosts as well.
-    /// Without Coulomb coupling it is as symmetric and definite as that of one cycle.
+    /// As many cycles from this level as its cycle index says, each on the residual of those before; the result as that of
+    /// [`Self::cycle_from`]. Without Coulomb coupling it is as symmetric and definite as that of one cycle.
     fn cycles_from(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
         let mut x = self.cycle_from(level, b);
-        if let Some(here) = self.coarse.get(level) {
-            for _ in 1..self.cycle_index[level] {
-                here.halo.update(&mut x);
-                let mut residual = vec![[0.0; 6]; b.len()];
-                here.matrix.add_times(&x, &mut residual);
-                residual.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
-                self.subtract_coulomb(level, &x, &mut residual);
-                let correction = self.cycle_from(level, &residual);
-                x.iter_mut().flatten().zip(correction.iter().flatten()).for_each(|(x, c)| *x += c);
-            }
+        let Some(here) = self.coarse.get(level) else { return x };
+        for _ in 1..self.cycle_index[level] {
+            here.halo.update(&mut x);
+            let mut residual = vec![[0.0; 6]; b.len()];
+            here.matrix.add_times(&x, &mut residual);
+            residual.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(r, b)| *r = b - *r);
+            self.subtract_coulomb(level, &x, &mut residual);
+            let further = self.cycle_from(level, &residual);
+            x.iter_mut().flatten().zip(further.iter().flatten()).for_each(|(x, c)| *x += c);
         }
-        self.halos[level].update(&mut x);
+        x
+    }
+
+    /// What cycles from this level correct the next finer one by, for the residual at own nodes of this one: the result at ghosts as
+    /// well.
+    fn correction(&self, level: usize, b: &[[f32; 6]]) -> Vec<[f32; 6]> {
+        let mut x = self.cycles_from(level, b);
+        self.transfers[level].update(&mut x);
         x
     }
 }
@@ -354,11 +370,11 @@ fn aggregated(
 }
 
 /// Agglomerates a coarse level that has too few nodes for each rank: groups of consecutive ranks, the larger the fewer nodes
-/// there are, give them to their first one (Adams & Demmel 1999, for instance).
+/// there are, give them to their first one.
 fn agglomerated<const R: usize>(step: Coarser<R>) -> Coarser<R> {
     let (total, ranks) = (step.halo.total(), step.halo.ranks().size());
     let most = if total <= Threshold::COARSEST_LIMIT { 1 } else { (total / Threshold::NODES_PER_RANK).max(1) };
-    // Powers of two make groups of these groups on coarser levels.
+    // Powers of two: on coarser levels groups are made of whole groups.
     match ranks.div_ceil(most).next_power_of_two() {
         1 => step,
         group => gathered(step, group),

@@ -133,6 +133,7 @@ impl Linear {
         let reach = Reach::new(&step.halo, support.touched());
         let free = reach.touched.iter().flat_map(|&i| step.matrix.row(i as usize).1).copied().collect();
         let mut level = Level::new(&step.matrix, step.halo.clone());
+        level.expect_changes(&reach.touched);
         level.damp_less();
         let prolongation = Packed::new(&step.prolongation);
         Linear { level, prolongation, support, reach, free }

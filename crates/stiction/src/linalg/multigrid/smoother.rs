@@ -36,6 +36,9 @@ pub(super) struct Level<const R: usize, const W: usize> {
     damping: Vec<f32>,
     /// What the couplings with ghosts amount to, over the sum of their norms.
     share: f64,
+    /// The inverses at ghosts, and the exchange of those that may change.
+    ghost_inverse: Vec<Single<R, R>>,
+    changing: Halo,
 }
 
 /// Steps of the power iteration for [`Level::damp_less`], and what its result, which is too small, is multiplied with.
@@ -57,7 +60,7 @@ impl<const R: usize, const W: usize> Level<R, W> {
     /// Of a matrix, and its diagonal blocks in double precision.
     pub(super) fn of(matrix: Packed<R, R>, halo: Halo, diagonal: impl Fn(usize) -> Block<R, R> + Sync) -> Self {
         let largest = largest_diagonal(&diagonal, &halo);
-        let inverse =
+        let inverse: Vec<Single<R, R>> =
             (0..matrix.rows).into_par_iter().map(|i| single(&inverse_beside(&diagonal(i), largest))).collect();
         let colour = colours(&matrix);
         let count = colour.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
@@ -71,10 +74,33 @@ impl<const R: usize, const W: usize> Level<R, W> {
                 (0..matrix.rows as u32).filter(|&i| ghosts[i as usize] < matrix.start[i as usize + 1]).collect();
         }
         let damping = vec![1.0; ghosts.len()];
-        let mut level =
-            Level { matrix, inverse, largest, colour, by_colour, halo, interface, ghosts, damping, share: 1.0 };
+        let (ghost_inverse, changing) =
+            (halo.extended(&inverse)[matrix.rows..].to_vec(), halo.only(std::iter::empty()));
+        let mut level = Level {
+            matrix,
+            inverse,
+            largest,
+            colour,
+            by_colour,
+            halo,
+            interface,
+            ghosts,
+            damping,
+            share: 1.0,
+            ghost_inverse,
+            changing,
+        };
         level.damp();
         level
+    }
+
+    /// Makes known which own rows may change: their inverses are sent to other ranks each time.
+    pub(super) fn expect_changes(&mut self, rows: &[u32]) {
+        let mut changes = vec![0u8; self.halo.own()];
+        rows.iter().for_each(|&i| changes[i as usize] = 1);
+        self.halo.update(&mut changes);
+        let changing = (0..changes.len() as u32).filter(|&k| changes[k as usize] == 1);
+        self.changing = self.halo.only(changing);
     }
 
     /// Damps the steps at the border so that the sweeps stay definite however the nodes are divided.
@@ -86,6 +112,10 @@ impl<const R: usize, const W: usize> Level<R, W> {
         if self.halo.is_alone() {
             return;
         }
+        let inverses = self.changing.extended(&self.inverse);
+        for &k in self.changing.neighbours().0.iter().flat_map(|(_, places)| places) {
+            self.ghost_inverse[k as usize - self.matrix.rows] = inverses[k as usize];
+        }
         let sums = self.border_sums();
         for (&i, sum) in self.interface.iter().zip(&sums) {
             let sum = self.share * sum;
@@ -95,10 +125,10 @@ impl<const R: usize, const W: usize> Level<R, W> {
 
     /// `s_i` of the nodes coupled to ghosts.
     fn border_sums(&self) -> Vec<f64> {
-        let inverses = self.halo.extended(&self.inverse);
         let coupling = |i: usize, place: usize| {
             let j = self.matrix.column[place] as usize;
-            let [own, other, a] = [&inverses[i], &inverses[j], &self.matrix.value[place]].map(double);
+            let other = &self.ghost_inverse[j - self.matrix.rows];
+            let [own, other, a] = [&self.inverse[i], other, &self.matrix.value[place]].map(double);
             let transposed: Block<R, R> = std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]));
             let product = |a: &Block<R, R>, b: &Block<R, R>| {
                 let mut c = [[0.0; R]; R];

@@ -97,11 +97,15 @@ impl<const C: usize> Support<C> {
         Support::new(product(&self.p, prolongation), product(&self.a_times_p, prolongation))
     }
 
+    /// The columns of the rows of `P` at the nodes of this rank, in any order.
+    pub(super) fn own_columns(&self) -> &[u32] {
+        // A support that was never filled has no rows.
+        &self.p.column[..self.p.start.get(self.a_times_p.rows).copied().unwrap_or(0)]
+    }
+
     /// The nodes of the coarser space whose rows may change by what this rank constrains.
     pub(super) fn touched(&self) -> Vec<u32> {
-        // A support that was never filled has no rows.
-        let own = self.p.start.get(self.a_times_p.rows).copied().unwrap_or(0);
-        let mut touched = [self.a_times_p.column.as_slice(), &self.p.column[..own]].concat();
+        let mut touched = [self.a_times_p.column.as_slice(), self.own_columns()].concat();
         touched.sort_unstable();
         touched.dedup();
         touched
