@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How far `stiction-mpi` would scale: a model from counts, with its table and its chart.
 
-    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 64 ranks on this machine: bench/results/2026-11-25-ranks.json
+    python3 bench/scale.py measure PROGRAM   # bricks on 1 to 64 ranks on this machine: bench/results/2026-11-26-ranks.json
     python3 bench/scale.py                   # docs/scale.md (its tables) and docs/scale.png; needs matplotlib
 
 What is counted (nodes and entries of the levels, ghosts, exchanges, bytes, sums) does not depend on the machine. What is
@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-COUNTS = ROOT / "bench" / "results" / "2026-11-25-ranks.json"
+COUNTS = ROOT / "bench" / "results" / "2026-11-26-ranks.json"
 PAGE = ROOT / "docs" / "scale.md"
 CHART = ROOT / "docs" / "scale.png"
 
@@ -30,8 +30,9 @@ MACHINES = {
 # Seconds of a core for a cycle and a million unknowns, and for the set-up: 20 cycles of the brick of 2 million unknowns,
 # docs/notes/2026-11-25-ranks.md and 2026-11-23-multigrid-trials.md, a virtual machine of 2.5 GHz.
 COST = {"cycle": 0.20, "set-up": 5.8, "cycles": 20}
-# Bytes a node that rank 0 holds while it makes and divides the mesh, bytes an unknown of a rank, joined below so many nodes a rank.
-WHOLE, UNKNOWN, JOINED, COARSEST, INDEX = 400, 1700, 128, 50, 3
+# Bytes a node that rank 0 holds while it makes and divides the mesh, bytes an unknown of a rank; fewest nodes of a level for each
+# rank that has some, most nodes of a level that goes on one rank in any case.
+WHOLE, UNKNOWN, NODES_PER_RANK, ONE_RANK, COARSEST, INDEX = 400, 1700, 256, 300, 50, 3
 
 
 def measure(program):
@@ -83,11 +84,18 @@ def visits_of(levels):
     return all_visits[: len(levels)]
 
 
+def holders(nodes, ranks):
+    """How many ranks have nodes of a coarse level: as `agglomerated` has it."""
+    most = 1 if nodes <= ONE_RANK else max(int(nodes / NODES_PER_RANK), 1)
+    group = 2 ** math.ceil(math.log2(math.ceil(ranks / most)))
+    return math.ceil(ranks / group)
+
+
 class Model:
     def __init__(self, runs, machine):
         self.machine = MACHINES[machine]
         largest = max((r for r in runs if r["element"] == "tet4" and r["ranks"] == 1), key=lambda r: r["unknowns"])
-        # A hierarchy in which no level is joined, the largest that one rank has made.
+        # The largest hierarchy that one rank has made.
         self.shape = largest["levels"]
         divided = [r for r in runs if r["ranks"] >= 8 and r["element"] == "tet4"]
         # Ghosts of a part grow with its surface.
@@ -96,10 +104,10 @@ class Model:
         work = sum(v * e for v, (_, e) in zip(visits_of(reference), reference))
         self.second = COST["cycle"] * 2 / work
 
-    def exchange(self, size, ranks):
-        """Lengths and then values between up to 26 neighbours, all ranks of a node at a time."""
+    def exchange(self, size, ranks, more=0):
+        """Lengths and then values between up to 26 neighbours and `more`, all ranks of a node at a time."""
         m = self.machine
-        neighbours = min(ranks - 1, 26)
+        neighbours = min(ranks - 1, 26) + more
         return 2 * (m["latency"] + neighbours * m["message"]) + size * min(ranks, m["node"]) / m["bandwidth"]
 
     def tree(self, size, ranks):
@@ -110,25 +118,23 @@ class Model:
         """Seconds of a cycle by part."""
         levels = levels_of(unknowns, self.shape)
         visits = visits_of(levels)
-        parts = dict.fromkeys(("divided levels", "joined levels", "halos", "gathering", "sums"), 0.0)
-        before_joined = True
+        parts = dict.fromkeys(("levels of all ranks", "agglomerated levels", "halos", "sums"), 0.0)
+        above, visits_above = ranks, 1
         for k, ((nodes, entries), count) in enumerate(zip(levels, visits)):
-            joined = k > 0 and ranks > 1 and (nodes <= JOINED * ranks or not before_joined)
-            seconds = self.second * count * entries
-            if joined:
-                parts["joined levels"] += seconds
-                if before_joined:
-                    # To rank 0 through its node's link, one after the other, and back along a tree; single precision.
-                    size, m = nodes * 24, self.machine
-                    gathered = ranks * size / m["bandwidth"] + ranks * m["message"] + 2 * m["latency"]
-                    parts["gathering"] += count * (gathered + self.tree(size, ranks))
-                before_joined = False
-            else:
-                parts["divided levels"] += seconds / ranks
-                if ranks > 1:
-                    ghosts = self.surface * (nodes / ranks) ** (2 / 3)
-                    parts["halos"] += self.exchange(24 * ghosts, ranks) + 2 * self.exchange(12 * ghosts, ranks) if k == 0 else (
-                        5 * count * self.exchange(24 * ghosts, ranks))
+            here = ranks if k == 0 else min(above, holders(nodes, ranks))
+            parts["levels of all ranks" if here == ranks else "agglomerated levels"] += self.second * count * entries / here
+            if ranks > 1:
+                ghosts = self.surface * (nodes / here) ** (2 / 3) if here > 1 else 0
+                if k == 0:
+                    parts["halos"] += self.exchange(24 * ghosts, ranks) + 2 * self.exchange(12 * ghosts, ranks)
+                else:
+                    # Three exchanges a visit; restriction and prolongation with the ranks of the level above, each of
+                    # which needs its part of this one and the ghosts around that.
+                    parts["halos"] += 3 * count * self.exchange(24 * ghosts, here) if here > 1 else 0
+                    given, part = above / here, nodes / above
+                    size = 24 * given * (self.surface * part ** (2 / 3) + (part if given > 1 else 0))
+                    parts["halos"] += 2 * visits_above * self.exchange(size, here, math.ceil(given) - 1)
+            above, visits_above = here, count
         if ranks > 1:
             parts["sums"] = 5 * 2 * self.tree(32, ranks)
         return parts
@@ -140,8 +146,8 @@ class Model:
     def memory(self, unknowns, ranks):
         """Bytes of a rank, and of rank 0 while it divides the mesh."""
         levels = levels_of(unknowns, self.shape)
-        joined = next(((n, e) for k, (n, e) in enumerate(levels) if k > 0 and n <= JOINED * ranks), (0, 0))
-        return UNKNOWN * unknowns / ranks + (8 * joined[1] if ranks > 1 else 0), WHOLE * unknowns / 3
+        held = max((e / holders(n, ranks) for n, e in levels[1:] if holders(n, ranks) < ranks), default=0)
+        return UNKNOWN * unknowns / ranks + 8 * held, WHOLE * unknowns / 3
 
 
 def seconds(value):
@@ -150,11 +156,11 @@ def seconds(value):
 
 def tables(runs):
     lines = ["## A cycle, seconds", ""]
-    names = ["divided levels", "joined levels", "halos", "gathering", "sums"]
+    names = ["levels of all ranks", "agglomerated levels", "halos", "sums"]
     lines.append("| unknowns | ranks | " + " | ".join(names) + " | all | efficiency | 20 cycles and set-up | memory of a rank | of rank 0 at the start |")
-    lines.append("|" + "---|" * 12)
+    lines.append("|" + "---|" * 11)
     for machine in MACHINES:
-        lines.append(f"| **{machine}** |" + " |" * 11)
+        lines.append(f"| **{machine}** |" + " |" * 10)
         model = Model(runs, machine)
         for unknowns in (1e8, 1e9):
             for ranks in (100, 1000):
@@ -195,7 +201,7 @@ def chart(runs):
         values = [parts[name] or float("nan") for parts in by_rank]
         right.plot(ranks, values, label=name)
     right.plot(ranks, [sum(parts.values()) for parts in by_rank], "k", linewidth=2, label="all")
-    right.set(xscale="log", yscale="log", ylim=(1e-5, 1e5), xlabel="ranks", ylabel="seconds", title="Model: a cycle of 1e9 unknowns, LUMI-C")
+    right.set(xscale="log", yscale="log", ylim=(1e-5, 1e4), xlabel="ranks", ylabel="seconds", title="Model: a cycle of 1e9 unknowns, LUMI-C")
     right.legend(fontsize=7, loc="upper right", ncol=2)
     for axes in (left, right):
         axes.grid(alpha=0.3)
