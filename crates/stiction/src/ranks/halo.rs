@@ -296,7 +296,7 @@ mod tests {
             let counted = Arc::new(Counted::new(ranks));
             let ranks: Arc<dyn Ranks> = counted.clone();
             let rank = ranks.rank() as u64;
-            let own = if rank % 2 == 0 { 0..0 } else { 2 * (rank - 1)..2 * (rank + 1) };
+            let own = if rank.is_multiple_of(2) { 0..0 } else { 2 * (rank - 1)..2 * (rank + 1) };
             let ghosts = (0..8).filter(|g| !own.contains(g)).collect();
             let halo = Halo::divided(&ranks, own.clone().count(), ghosts);
             let mut x: Vec<u64> = own.clone().map(|g| g + 1).collect();
@@ -309,7 +309,7 @@ mod tests {
             let part = halo.only((0..8).filter(|&k| halo.global(k as usize).is_multiple_of(4)));
             let before = counted.traffic().halo_bytes;
             part.update(&mut x);
-            let needed = |k: usize| k < part.own() || part.global(k) % 4 == 0;
+            let needed = |k: usize| k < part.own() || part.global(k).is_multiple_of(4);
             let some = (0..8).all(|k| x[k] == if needed(k) { part.global(k) + 1 } else { 0 });
             let sent = counted.traffic().halo_bytes - before;
             let owners = halo.among_owners();
