@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use stiction::contact::{ContactProblem, Friction, Labels, SurfaceFriction};
+use stiction::contact::{ContactProblem, Friction, Labels, Obstacle, SurfaceFriction};
 use stiction::dual::{DualSettings, Form, choose, estimate};
 use stiction::fem::{Formulation, Material, Solid, assemble};
 use stiction::friction::{Multigrid, PointState, Settings, Solution, Status, solve_multigrid};
@@ -392,4 +392,30 @@ fn what_the_path_is_not_for_is_refused_and_bad_numbers_end_it() {
     let mut smooth = p.clone();
     smooth.contact.friction.fill(Friction::Coulomb { coefficient: 0.0 });
     assert_solved(&by_multigrid(&smooth, 1e-8));
+}
+
+/// A block that tapers by the angle `a` to both sides is pressed into the V between two planes and slips everywhere: the load
+/// `F` is carried by `N = F / (2 (sin a + mu cos a))` on each plane, but for what slip along the groove takes of friction.
+/// Friction carries most of the load, and only its dependence on the normal force resists the way in: without the Coulomb
+/// coupling far from the answer these take 116 and 146 cycles.
+#[test]
+fn a_block_that_slips_into_a_groove_takes_few_cycles() {
+    for (degrees, coefficient, most) in [(5f64, 0.2, 28), (3.0, 0.4, 75)] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let mut case = block_of([1.0, 1.0, 2.0], [8, 8, 16], BlockElement::Hex8, 1000.0, 0.3);
+        let widen = |x: &mut [f64; 3]| x[0] = 0.5 + (x[0] - 0.5) * (1.0 + 2.0 * sin / cos * x[2]);
+        case.mesh.nodes.iter_mut().for_each(widen);
+        for (group, x, normal) in [("x-min", 0.0, cos), ("x-max", 1.0, -cos)] {
+            let plane = Obstacle::Plane { point: [x, 0.0, 0.0], normal: [normal, 0.0, sin] };
+            case = case.contact(group, plane, SurfaceFriction::Coulomb(coefficient));
+        }
+        let problem = case.traction("z-max", [0.0, 0.0, -1.0]).pose().problem;
+        let s = by_multigrid(&problem, 1e-8);
+        println!("{degrees} degrees: {:?}", s.counts);
+        assert_solved(&s);
+        assert!(s.states.iter().all(|state| *state == PointState::Slip));
+        let load = 1.0 + 4.0 * sin / cos;
+        assert!(close(normal_force(&problem, &s.lambda), load / (sin + coefficient * cos), 1e-3), "{degrees}");
+        assert!(s.counts.cycles <= most, "{degrees} degrees: {:?}", s.counts);
+    }
 }

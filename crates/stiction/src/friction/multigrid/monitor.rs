@@ -68,10 +68,10 @@ impl Monitor {
     }
 
     /// Whether steps may use the Coulomb coupling; `given` if the run began at displacements that were given, such as
-    /// the answer of the load step before.
-    pub(super) fn is_coupled(&self, given: bool) -> bool {
+    /// the answer of the load step before, `slides` if nothing but friction that slips holds a floating body.
+    pub(super) fn is_coupled(&self, given: bool, slides: bool) -> bool {
         let is_nearby = given && self.residuals.first().is_some_and(|&first| first <= Threshold::NEARBY);
-        (is_nearby || !self.is_far()) && !self.without_halving(Threshold::SLOW)
+        (is_nearby || slides || !self.is_far()) && !self.without_halving(Threshold::SLOW)
     }
 
     /// Judges the last residual, which is that of `iterate` after `cycles`, and keeps the best iterate.
@@ -162,13 +162,15 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_swings_off_stays_coupled_only_if_it_began_near_at_given_displacements() {
-        let coupled = |first: f64, given: bool| {
+    fn a_run_that_is_far_is_coupled_only_if_it_began_near_at_given_displacements_or_slides() {
+        let coupled = |first: f64, given: bool, slides: bool| {
             let mut monitor = Monitor::default();
             [first, 4.0 * Threshold::FAR].into_iter().for_each(|residual| monitor.record(residual));
-            monitor.is_coupled(given)
+            monitor.is_coupled(given, slides)
         };
         let near = 0.5 * Threshold::NEARBY;
-        assert_eq!([coupled(near, true), coupled(near, false), coupled(3.0 * near, true)], [true, false, false]);
+        let found = [coupled(near, true, false), coupled(near, false, false), coupled(3.0 * near, true, false)];
+        assert_eq!(found, [true, false, false]);
+        assert!(coupled(3.0 * near, false, true));
     }
 }

@@ -44,7 +44,8 @@ pub(super) fn by_springs(
     let mut directions: Vec<Direction> = Vec::new();
     loop {
         let at = &mut state.iterate;
-        at.conditions = problem.points().map(|(p, law)| spring_condition(law, p, at.u[p.node])).collect();
+        at.conditions =
+            problem.points().map(|(p, law)| spring_condition(law, p, at.u[p.node], stiffness(law))).collect();
         state.apply_targets(problem);
         let r = residual(problem, &state.iterate);
         let left =
@@ -88,20 +89,29 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
         .map(|(p, law)| {
             let (u, d) = (at.u[p.node], step.p[p.node]);
             let began: [f64; 3] = std::array::from_fn(|c| u[c] - d[c]);
-            let normal = spring_force(law, p, began, 0.0)[0];
+            let normal = spring_force(law, p, began, stiffness(law), 0.0)[0];
             (p, law, law.friction.bound(normal), u, d)
         })
         .collect();
     // Of the energy along the step, at `t` times the step from where it began.
     let slope = |t: f64| {
         let of_point = |&(p, law, bound, u, d): &(&Point, &PointLaw, f64, [f64; 3], [f64; 3])| {
-            let force = spring_force(law, p, std::array::from_fn(|c| u[c] + (t - 1.0) * d[c]), bound);
+            let force = spring_force(law, p, std::array::from_fn(|c| u[c] + (t - 1.0) * d[c]), stiffness(law), bound);
             (0..3).map(|c| force[c] * d[c]).sum::<f64>()
         };
         let mut slope = [elastic + (t - 1.0) * curvature + points.iter().map(of_point).sum::<f64>()];
         problem.transformed.halo().sum(&mut slope);
         slope[0]
     };
+    let change = least_along(slope) - 1.0;
+    let pairs = at.u.iter_mut().flatten().zip(step.p.iter().flatten());
+    pairs.for_each(|(u, p)| *u += change * p);
+    let pairs = at.ku.iter_mut().flatten().zip(step.kp.iter().flatten());
+    pairs.for_each(|(ku, kp)| *ku += change * kp);
+}
+
+/// The length of a step at which an energy is least, over that of the quadratic model, by the slope of the energy along the step.
+pub(super) fn least_along(slope: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while slope(high) < 0.0 && high < Threshold::LONGEST {
         (low, high) = (high, 2.0 * high);
@@ -110,20 +120,21 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
         let t = 0.5 * (low + high);
         if slope(t) < 0.0 { low = t } else { high = t }
     }
-    let change = high - 1.0;
-    let pairs = at.u.iter_mut().flatten().zip(step.p.iter().flatten());
-    pairs.for_each(|(u, p)| *u += change * p);
-    let pairs = at.ku.iter_mut().flatten().zip(step.kp.iter().flatten());
-    pairs.for_each(|(ku, kp)| *ku += change * kp);
+    high
 }
 
-/// The contact condition of a point on a spring: what its spring adds to the stiffness, and the friction of a slipping point.
-fn spring_condition(law: &PointLaw, point: &Point, u: [f64; 3]) -> ContactCondition {
+/// The stiffness of the spring of a point, force per length.
+fn stiffness(law: &PointLaw) -> f64 {
+    Threshold::STIFFNESS * law.parameter
+}
+
+/// The contact condition of a point on a spring of this stiffness: what its spring adds to the stiffness, and the friction of
+/// a slipping point.
+pub(super) fn spring_condition(law: &PointLaw, point: &Point, u: [f64; 3], spring: f64) -> ContactCondition {
     if law.friction == Friction::Bonded {
         let constraint = NodeConstraint { constrained: point.has_row, ..NodeConstraint::default() };
         return ContactCondition { state: PointState::Stick, constraint, friction: [0.0; 2] };
     }
-    let spring = Threshold::STIFFNESS * law.parameter;
     let (overlap, slip) = moved(law, point, u);
     let bound = law.friction.bound(spring * overlap);
     let length = slip[0].hypot(slip[1]);
@@ -159,9 +170,8 @@ fn moved(law: &PointLaw, point: &Point, u: [f64; 3]) -> (f64, [f64; 2]) {
     (normal.max(0.0), slip)
 }
 
-/// The force of the spring on the counterpart, friction up to `bound`; newton.
-fn spring_force(law: &PointLaw, point: &Point, u: [f64; 3], bound: f64) -> [f64; 3] {
-    let spring = Threshold::STIFFNESS * law.parameter;
+/// The force of a spring of this stiffness on the counterpart, friction up to `bound`; newton.
+pub(super) fn spring_force(law: &PointLaw, point: &Point, u: [f64; 3], spring: f64, bound: f64) -> [f64; 3] {
     let (overlap, slip) = moved(law, point, u);
     let length = slip[0].hypot(slip[1]);
     let tangential = if spring * length > bound { bound / length } else { spring };
