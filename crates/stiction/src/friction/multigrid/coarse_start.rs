@@ -21,6 +21,8 @@ impl Threshold {
     /// below [`Self::FALLS`] times the last one: in a body that is wedged a bound that falls raises the next one by more.
     const RELAXATION: [f64; 2] = [0.5, 0.06];
     const FALLS: f64 = 0.8;
+    /// Slope of the energy at the end of a step over that at its start. Each length that is tried takes a sum over the ranks.
+    const SLOPE: f64 = 0.01;
 }
 
 /// Displacements to start from, by nested iteration without a coarser mesh: contact in the space of the second coarse
@@ -87,11 +89,12 @@ pub(super) fn start(
             // Elastic and load forces along the step, at its start and their change.
             let mut elastic = [dot(&z, &ax) - dot(&z, &f), dot(&z, &coarse.times(&z))];
             coarse.halo().sum(&mut elastic);
-            least_along(|t| {
+            let slope = |t: f64| {
                 let mut work = [work_along(&given, points, [&u, &d], t)];
                 transformed.halo().sum(&mut work);
                 elastic[0] + t * elastic[1] + work[0]
-            })
+            };
+            least_along(slope, Threshold::SLOPE)
         };
         x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += step * z);
         u.iter_mut().flatten().zip(d.iter().flatten()).for_each(|(u, d)| *u += step * d);

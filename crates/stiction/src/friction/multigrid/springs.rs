@@ -103,7 +103,7 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
         problem.transformed.halo().sum(&mut slope);
         slope[0]
     };
-    let change = least_along(slope) - 1.0;
+    let change = least_along(slope, 0.0) - 1.0;
     let pairs = at.u.iter_mut().flatten().zip(step.p.iter().flatten());
     pairs.for_each(|(u, p)| *u += change * p);
     let pairs = at.ku.iter_mut().flatten().zip(step.kp.iter().flatten());
@@ -111,14 +111,21 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
 }
 
 /// The length of a step at which an energy is least, over that of the quadratic model, by the slope of the energy along the step.
-pub(super) fn least_along(slope: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    while slope(high) < 0.0 && high < Threshold::LONGEST {
-        (low, high) = (high, 2.0 * high);
-    }
+/// The search ends where the slope has fallen to `enough` times the first one.
+pub(super) fn least_along(slope: impl Fn(f64) -> f64, enough: f64) -> f64 {
+    let enough = enough * slope(0.0).abs();
+    let (mut low, mut high, mut t) = (0.0, f64::INFINITY, 1.0);
     for _ in 0..Threshold::HALVINGS {
-        let t = 0.5 * (low + high);
-        if slope(t) < 0.0 { low = t } else { high = t }
+        let now = slope(t);
+        if now.abs() <= enough || now < 0.0 && t >= Threshold::LONGEST {
+            return t;
+        }
+        if now < 0.0 {
+            low = t
+        } else {
+            high = t
+        }
+        t = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
     }
     high
 }
