@@ -93,7 +93,7 @@ impl<'a> FloatingBodies<'a> {
     /// `None` where no body floats.
     pub(super) fn new(problem: &'a ContactProblem, transformed: &'a Transformed) -> Option<FloatingBodies<'a>> {
         let halo = transformed.halo();
-        if !halo.any(transformed.points.iter().any(|p| p.floats)) {
+        if !transformed.floats() {
             return None;
         }
         let motions = &transformed.motions;

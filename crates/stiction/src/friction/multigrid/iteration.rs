@@ -117,7 +117,7 @@ pub(super) fn run(
     state: &mut State,
     observe: &mut Observe<'_>,
 ) -> End {
-    let floats = problem.transformed.halo().any(problem.transformed.points.iter().any(|p| p.floats));
+    let floats = problem.transformed.floats();
     loop {
         if let Some(floating) = problem.floating.filter(|_| state.monitor.is_far()) {
             balance(floating, problem, &mut state.iterate);

@@ -141,7 +141,7 @@ pub fn solve_multigrid(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
+    let floats = transformed.floats();
     let convex = !transformed.halo().any(!convex(&problem.contact.friction));
     let max_iterations = settings.max_iterations;
     let asked = settings.path == SolverPath::Multigrid;
@@ -218,7 +218,7 @@ pub(super) fn start(
         Some(u) => Some(transformed.to_frames(u)),
         None => {
             let rigid = start_of_floating_bodies(problem, transformed, laws).map(|u| transformed.to_frames(&u));
-            let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
+            let floats = transformed.floats();
             let found = if floats && rigid.is_none() {
                 None
             } else {

@@ -204,7 +204,7 @@ pub(crate) fn tighten_by_multigrid(
     transformed.set_load(&problem.elastic.f);
     let transformed = &*transformed;
     let laws = point_laws(problem, transformed);
-    let floats = transformed.halo().any(transformed.points.iter().any(|p| p.floats));
+    let floats = transformed.floats();
     let traits = Traits {
         floats,
         convex: false,

@@ -163,6 +163,11 @@ impl Transformed {
         Ok((transformed, hierarchy))
     }
 
+    /// Whether contact alone supports some body; the same on all ranks.
+    pub(super) fn floats(&self) -> bool {
+        self.halo().any(self.points.iter().any(|p| p.floats))
+    }
+
     /// How the nodes are divided among ranks.
     pub(super) fn halo(&self) -> &Halo {
         &self.k.halo
