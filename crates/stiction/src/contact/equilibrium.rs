@@ -1,10 +1,11 @@
 //! Whether contact forces can balance the loads on floating bodies at all: statics of rigid bodies, before any
 //! elasticity.
 
+use super::hull::Hull;
 use super::rigid::RigidMotions;
 use super::{ContactProblem, Friction};
 use crate::fem::Motion;
-use crate::linalg::{SmallLu, axpy, dot, max_abs, norm};
+use crate::linalg::{Csr, axpy, dot, max_abs, norm};
 use crate::mesh::v3::V3;
 
 /// A rigid motion of floating bodies, and why it matters.
@@ -35,7 +36,7 @@ const GENERATORS: usize = 4000;
 /// cause. `None` where every motion is resisted.
 pub fn unresisted(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
     let jumps = motions.jumps(&problem.isotropic_rows());
-    if jumps.is_empty() {
+    if motions.is_empty() {
         return None;
     }
     let m = problem.points();
@@ -63,7 +64,7 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 /// The resultants of admissible forces form a convex set; the loads are projected on it, and what is left is a motion
 /// on which they do more work than any friction can take up (Gale's and Farkas' alternative). The set is the hull of one
 /// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
-/// so far is that of Lawson & Hanson (1974, ch. 23).
+/// so far is that of Lawson & Hanson (`Hull`).
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
     let load = motions.work(&problem.elastic.f);
     let size = norm(&load);
@@ -78,10 +79,15 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
     target.push(1.0);
     let mut slack = vec![0.0; target.len()];
     slack[load.len()] = 1.0;
-    let mut hull = Hull { generators: vec![(None, slack)], weights: vec![0.0] };
+    let mut hull = Hull::new(target);
+    hull.add(None, slack);
     let mut before = f64::INFINITY;
     for _ in 0..GENERATORS {
-        let residual = hull.project(&target);
+        let mut residual = hull.project();
+        if norm(&residual) >= before {
+            // Many updates of the factorisation may have left rounding.
+            residual = hull.project_anew();
+        }
         let distance = norm(&residual);
         if distance <= BALANCED {
             return None;
@@ -92,8 +98,7 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
             return Some(physical(&forces, &hull, residual, &load));
         }
         before = distance;
-        hull.generators.push((point, generator));
-        hull.weights.push(0.0);
+        hull.add(point, generator);
     }
     None
 }
@@ -102,12 +107,13 @@ pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Optio
 /// obstacle, if the loads still work on what remains.
 fn physical(forces: &Forces, hull: &Hull, mut residual: Vec<f64>, load: &[f64]) -> Slide {
     residual.truncate(load.len());
-    let carrying =
-        hull.generators.iter().zip(&hull.weights).filter(|(_, w)| **w > 0.0).filter_map(|((point, _), _)| *point);
+    let carrying = hull.generators.iter().filter(|generator| generator.weight > 0.0);
+    let carrying = carrying.filter_map(|generator| generator.point);
     let mut along = residual.clone();
     let mut normals: Vec<Vec<f64>> = Vec::new();
     for j in carrying {
-        let mut normal: Vec<f64> = forces.jumps.iter().map(|g| g[j]).collect();
+        let mut normal = vec![0.0; forces.jumps.cols];
+        forces.jumps.entries_of(j).for_each(|(k, jump)| normal[k as usize] = jump);
         let own = norm(&normal);
         for _ in 0..2 {
             normals.iter().for_each(|n| axpy(-dot(&normal, n), n, &mut normal));
@@ -124,7 +130,7 @@ fn physical(forces: &Forces, hull: &Hull, mut residual: Vec<f64>, load: &[f64]) 
 
 struct Forces<'a> {
     problem: &'a ContactProblem,
-    jumps: &'a [Vec<f64>],
+    jumps: &'a Csr,
     /// Force that counts as one.
     size: f64,
 }
@@ -134,18 +140,18 @@ impl Forces<'_> {
     /// space of resultants, with its point if it is that of one point.
     fn against(&self, residual: &[f64]) -> Option<(Option<usize>, Vec<f64>)> {
         let m = self.problem.points();
-        let mut jump = vec![0.0; 3 * m];
-        self.jumps.iter().zip(residual).for_each(|(g, &d)| axpy(d, g, &mut jump));
-        let mut best: Option<(f64, Option<usize>, Vec<f64>)> = None;
-        let mut offer = |point: Option<usize>, vector: Vec<f64>| {
-            let length = norm(&vector);
+        let jump = self.jumps.times(&residual[..self.jumps.cols]);
+        let mut best: Option<(f64, Option<usize>, Resultant)> = None;
+        let mut offer = |point: Option<usize>, resultant: &Resultant| {
+            let length = resultant.iter().map(|(_, v)| v * v).sum::<f64>().sqrt();
             if length > 0.0 {
-                let score = dot(&vector, residual) / length;
+                let score = resultant.iter().map(|&(k, v)| v * residual[k as usize]).sum::<f64>() / length;
                 if best.as_ref().is_none_or(|(least, ..)| score > *least) {
-                    best = Some((score, point, vector.iter().map(|v| v / length).collect()));
+                    best = Some((score, point, resultant.iter().map(|&(k, v)| (k, v / length)).collect()));
                 }
             }
         };
+        let mut resultant = Resultant::new();
         let mut friction = vec![0.0; residual.len()];
         for j in 0..m {
             let rows = self.problem.rows(j);
@@ -178,85 +184,43 @@ impl Forces<'_> {
                     [1.0, 0.0, 0.0]
                 }
             };
-            let mut vector = vec![0.0; residual.len()];
-            self.add(rows, force, &mut vector);
-            offer(Some(j), vector);
+            resultant.clear();
+            self.resultant(rows, force, &mut resultant);
+            offer(Some(j), &resultant);
         }
         if norm(&friction) > 0.0 {
             *friction.last_mut()? = 1.0;
-            offer(None, friction);
+            offer(None, &friction.iter().enumerate().map(|(k, &v)| (k as u32, v)).collect());
         }
-        best.map(|(_, point, vector)| (point, vector))
+        best.map(|(_, point, resultant)| {
+            let mut vector = vec![0.0; residual.len()];
+            resultant.into_iter().for_each(|(k, v)| vector[k as usize] += v);
+            (point, vector)
+        })
     }
 
     /// Adds the resultants of a force at the three rows of a point.
     fn add(&self, rows: [usize; 3], force: [f64; 3], vector: &mut [f64]) {
-        for (v, jump) in vector.iter_mut().zip(self.jumps) {
-            *v += rows.iter().zip(force).map(|(&i, f)| jump[i] * f).sum::<f64>();
+        for (i, f) in rows.into_iter().zip(force) {
+            self.jumps.entries_of(i).for_each(|(k, jump)| vector[k as usize] += jump * f);
         }
     }
-}
 
-/// A cone by unit generators, each with the point whose force it is, and the weights of the last projection.
-struct Hull {
-    generators: Vec<(Option<usize>, Vec<f64>)>,
-    weights: Vec<f64>,
-}
-
-impl Hull {
-    /// What is left of `target` beside its projection. The generator added last is the one that gains.
-    fn project(&mut self, target: &[f64]) -> Vec<f64> {
-        let mut passive: Vec<usize> = (0..self.weights.len()).filter(|&g| self.weights[g] > 0.0).collect();
-        passive.push(self.weights.len() - 1);
-        loop {
-            let wanted = self.least_squares(&passive, target);
-            if wanted.iter().all(|&w| w > 0.0) || passive.is_empty() {
-                self.weights.fill(0.0);
-                passive.iter().zip(&wanted).for_each(|(&g, &w)| self.weights[g] = w);
-                break;
-            }
-            // As far towards the wanted weights as none turns negative; the one that vanishes first is left out.
-            let stop = |(&g, &w): (&usize, &f64)| (self.weights[g] / (self.weights[g] - w), g);
-            let stops = passive.iter().zip(&wanted).filter(|(_, w)| **w <= 0.0).map(stop);
-            let Some((step, first)) = stops.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
-            for (&g, &w) in passive.iter().zip(&wanted) {
-                self.weights[g] = (self.weights[g] + step * (w - self.weights[g])).max(0.0);
-            }
-            self.weights[first] = 0.0;
-            passive.retain(|&g| g != first);
-        }
-        let mut residual = target.to_vec();
-        self.generators.iter().zip(&self.weights).for_each(|((_, g), &w)| axpy(-w, g, &mut residual));
-        residual
-    }
-
-    /// Weights of the generators that come nearest to `target`, by an orthogonal factorisation.
-    fn least_squares(&self, passive: &[usize], target: &[f64]) -> Vec<f64> {
-        let count = passive.len();
-        let (mut q, mut r): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), vec![vec![0.0; count]; count]);
-        for (k, &g) in passive.iter().enumerate() {
-            let mut column = self.generators[g].1.clone();
-            for _ in 0..2 {
-                for (i, q) in q.iter().enumerate() {
-                    let along = dot(&column, q);
-                    r[i][k] += along;
-                    axpy(-along, q, &mut column);
+    /// The same, of one point, by the few motions that it moves in.
+    fn resultant(&self, rows: [usize; 3], force: [f64; 3], to: &mut Resultant) {
+        for (i, f) in rows.into_iter().zip(force).filter(|(_, f)| *f != 0.0) {
+            for (k, jump) in self.jumps.entries_of(i) {
+                match to.iter_mut().find(|(motion, _)| *motion == k) {
+                    Some((_, v)) => *v += jump * f,
+                    None => to.push((k, jump * f)),
                 }
             }
-            r[k][k] = norm(&column);
-            let reciprocal = if r[k][k] > 0.0 { 1.0 / r[k][k] } else { 0.0 };
-            q.push(column.iter().map(|v| v * reciprocal).collect());
         }
-        let mut residual = target.to_vec();
-        let mut image = Vec::with_capacity(count);
-        for q in &q {
-            let along = dot(&residual, q);
-            axpy(-along, q, &mut residual);
-            image.push(along);
-        }
-        SmallLu::new(r).solve(&image)
     }
 }
+
+/// Resultants by their motions.
+type Resultant = Vec<(u32, f64)>;
 
 /// The motion in plain words: which bodies move, and how.
 pub fn in_words(problem: &ContactProblem, motions: &RigidMotions, alpha: &[f64]) -> String {

@@ -8,6 +8,7 @@ mod flat;
 mod followers;
 mod frame;
 mod friction_law;
+mod hull;
 mod isotropic;
 mod law;
 mod layer;

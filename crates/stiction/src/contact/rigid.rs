@@ -1,7 +1,9 @@
 //! Bodies that nothing but contact holds: the rigid motions that strain nothing, found from the matrices alone.
 
+use std::collections::BTreeMap;
+
 use super::ContactProblem;
-use crate::linalg::{Csr, SymmetricCsr, axpy, dot, max_abs, norm, symmetric_eigen};
+use crate::linalg::{Csr, SmallCholesky, SymmetricCsr, axpy, dot, max_abs, norm, symmetric_eigen};
 
 /// A connected piece of the body with rigid motions that strain nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,35 +102,55 @@ impl RigidMotions {
         }
     }
 
-    /// The jumps `B R` of the motions, one vector of length `3m` each.
-    pub fn jumps(&self, B: &Csr) -> Vec<Vec<f64>> {
-        let jump = |k: usize| {
-            let (mut u, mut alpha) = (vec![0.0; B.cols], vec![0.0; self.len()]);
-            alpha[k] = 1.0;
-            self.add(&alpha, &mut u);
-            B.times(&u)
-        };
-        (0..self.len()).map(jump).collect()
+    /// The jumps `G = B R` of the motions, `3m x k`: each row has entries for the motions of the bodies that it is between.
+    pub fn jumps(&self, B: &Csr) -> Csr {
+        const HELD: (u32, u32) = (u32::MAX, 0);
+        // Of each unknown its body, and where it stands there.
+        let mut of = vec![HELD; B.cols];
+        let mut first = vec![0; self.bodies.len()];
+        for (b, body) in self.bodies.iter().enumerate() {
+            body.unknowns.iter().enumerate().for_each(|(at, &i)| of[i as usize] = (b as u32, at as u32));
+            first[b] = b.checked_sub(1).map_or(0, |before| first[before] + self.bodies[before].motions.len());
+        }
+        let mut jumps = Csr::zero(0, self.len());
+        let mut row: BTreeMap<usize, f64> = BTreeMap::new();
+        for i in 0..B.rows {
+            for (j, value) in B.entries_of(i).filter(|(j, _)| of[*j as usize] != HELD) {
+                let (b, at) = of[j as usize];
+                for (k, motion) in self.bodies[b as usize].motions.iter().enumerate() {
+                    *row.entry(first[b as usize] + k).or_default() += value * motion[at as usize];
+                }
+            }
+            jumps.append_row(row.iter().filter(|(_, jump)| **jump != 0.0).map(|(&k, &jump)| (k as u32, jump)));
+            row.clear();
+        }
+        jumps
     }
 
     /// Combinations of the motions, of lengths of order one, that move nothing along the rows `constrained` of the `jumps` by
     /// more than the part `unseen` of the largest displacement; `scale` is the size of `B`.
-    pub(super) fn without_jump(
-        &self,
-        jumps: &[Vec<f64>],
-        constrained: &[usize],
-        scale: f64,
-        unseen: f64,
-    ) -> Vec<Vec<f64>> {
+    pub(super) fn without_jump(&self, jumps: &Csr, constrained: &[usize], scale: f64, unseen: f64) -> Vec<Vec<f64>> {
         let scale = scale.max(f64::MIN_POSITIVE);
         // Motions by their largest displacement.
         let unit: Vec<f64> = self.bodies.iter().flat_map(|b| b.motions.iter().map(|r| 1.0 / max_abs(r))).collect();
-        let entry = |a: usize, b: usize| {
-            let product = |&i: &usize| jumps[a][i] * unit[a] / scale * (jumps[b][i] * unit[b] / scale);
-            constrained.iter().map(product).sum::<f64>()
+        let mut gram = vec![vec![0.0; unit.len()]; unit.len()];
+        for &i in constrained {
+            for (a, of_a) in jumps.entries_of(i) {
+                for (b, of_b) in jumps.entries_of(i) {
+                    let (a, b) = (a as usize, b as usize);
+                    gram[a][b] += of_a * unit[a] / scale * (of_b * unit[b] / scale);
+                }
+            }
+        }
+        // Mostly none is, which a factorisation tells in much less time than eigenvalues.
+        let less = |(a, row): (usize, &Vec<f64>)| {
+            let mut row = row[..=a].to_vec();
+            row[a] -= 2.0 * unseen * unseen;
+            row
         };
-        let k = jumps.len();
-        let gram: Vec<Vec<f64>> = (0..k).map(|a| (0..k).map(|b| entry(a, b)).collect()).collect();
+        if SmallCholesky::new(gram.iter().enumerate().map(less).collect()).is_some() {
+            return Vec::new();
+        }
         let (values, vectors) = symmetric_eigen(&gram);
         let free = values.into_iter().zip(vectors).filter(|(value, _)| *value <= unseen * unseen);
         free.map(|(_, vector)| vector.iter().zip(&unit).map(|(v, u)| v * u).collect()).collect()

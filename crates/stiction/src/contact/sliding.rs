@@ -51,12 +51,7 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     if norm(&force) <= WORKS * possible {
         return None;
     }
-    let jump_of = |alpha: &[f64]| {
-        let mut jump = vec![0.0; 3 * m];
-        jumps.iter().zip(alpha).for_each(|(g, &a)| axpy(a, g, &mut jump));
-        jump
-    };
-    let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jump_of(a)).collect();
+    let of_motions: Vec<Vec<f64>> = along.iter().map(|a| jumps.times(a)).collect();
     // Tied points do not slide.
     let bound = |j: usize| Some(problem.contact.friction[j].bound(lambda[j])).filter(|g| g.is_finite());
     let bounds: Vec<f64> = (0..m).map(|j| bound(j).unwrap_or(0.0)).collect();
@@ -65,7 +60,7 @@ pub fn least_resisted(problem: &ContactProblem, motions: &RigidMotions, lambda: 
     weights.iter().zip(&along).for_each(|(&w, a)| axpy(w, a, &mut alpha));
     let size = largest_displacement(problem, motions, &alpha);
     alpha.iter_mut().for_each(|a| *a /= size);
-    let jump = jump_of(&alpha);
+    let jump = jumps.times(&alpha);
     if (0..m).any(|j| !pressed(j) && jump[j] > ALONG) {
         return None;
     }

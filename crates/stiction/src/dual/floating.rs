@@ -1,6 +1,6 @@
 use crate::contact::ContactProblem;
 use crate::contact::rigid::{RigidMotions, rigid_motions};
-use crate::linalg::{SymmetricCsr, axpy, dot};
+use crate::linalg::{Csr, SymmetricCsr, axpy};
 
 /// What the dual operator knows of bodies that nothing but contact holds: their rigid motions `R`, of which there are
 /// `k`, and the springs that stand for the missing supports in the factor. Without such bodies `k = 0`.
@@ -12,8 +12,8 @@ use crate::linalg::{SymmetricCsr, axpy, dot};
 pub struct Floating {
     /// Their rigid motions.
     pub motions: RigidMotions,
-    /// The columns of `G`, length `3m` each.
-    pub jumps: Vec<Vec<f64>>,
+    /// The jumps `G = B R` of these, `3m x k`.
+    pub jumps: Csr,
     /// Unknowns that hold a spring, and its stiffness, force per length.
     pub(super) springs: Vec<(u32, f64)>,
 }
@@ -30,22 +30,24 @@ impl Floating {
 
     /// Number of rigid motions `k`.
     pub fn len(&self) -> usize {
-        self.jumps.len()
+        self.jumps.cols
     }
 
     /// Whether every body is held.
     pub fn is_empty(&self) -> bool {
-        self.jumps.is_empty()
+        self.jumps.cols == 0
     }
 
     /// `Rᵀ f - Gᵀ lambda`: what the forces lack of balance, for `resultant = Rᵀ f`.
     pub fn imbalance(&self, resultant: &[f64], lambda: &[f64]) -> Vec<f64> {
-        resultant.iter().zip(&self.jumps).map(|(e, g)| e - dot(g, lambda)).collect()
+        resultant.iter().zip(self.jumps.transpose_times(lambda)).map(|(e, held)| e - held).collect()
     }
 
     /// `v -= G alpha`: the motions close gaps as displacements do.
     pub fn close(&self, alpha: &[f64], v: &mut [f64]) {
-        alpha.iter().zip(&self.jumps).for_each(|(&a, jump)| axpy(-a, jump, v));
+        if !self.is_empty() {
+            axpy(-1.0, &self.jumps.times(alpha), v);
+        }
     }
 
     /// `K` with the springs.

@@ -204,6 +204,31 @@ impl Csr {
         self.value.extend_from_slice(&below.value);
     }
 
+    /// Adds a row; its columns ascend.
+    pub fn append_row(&mut self, entries: impl Iterator<Item = (u32, f64)>) {
+        for (column, value) in entries {
+            self.column.push(column);
+            self.value.push(value);
+        }
+        self.rows += 1;
+        self.start.push(self.column.len());
+    }
+
+    /// The matrix with these columns, of length `rows` each, to its right.
+    pub fn beside(&self, columns: &[Vec<f64>]) -> Csr {
+        let mut wide = Csr::zero(0, self.cols + columns.len());
+        for i in 0..self.rows {
+            let right = columns.iter().enumerate().map(|(k, column)| ((self.cols + k) as u32, column[i]));
+            wide.append_row(self.entries_of(i).chain(right.filter(|(_, value)| *value != 0.0)));
+        }
+        wide
+    }
+
+    /// Column `j` with its zeros.
+    pub fn column_of(&self, j: usize) -> Vec<f64> {
+        (0..self.rows).map(|i| self.entry(i, j)).collect()
+    }
+
     /// The diagonal of a square matrix.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.rows).map(|i| self.entry(i, i)).collect()

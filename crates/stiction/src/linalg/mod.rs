@@ -32,7 +32,7 @@ pub(crate) use ordering::{fronts, mean_distance};
 pub use pages::in_huge_pages;
 pub(crate) use pattern::{Pattern, piece};
 pub use selected::inverse_forms;
-pub use small::{SmallLu, symmetric_eigen};
+pub use small::{SmallCholesky, SmallLu, symmetric_eigen};
 pub use stop::{Stop, Watch};
 pub use symbolic::{Plan, last, plan};
 pub use symmetric::Symmetric;

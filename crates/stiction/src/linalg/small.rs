@@ -87,6 +87,65 @@ impl SmallLu {
     }
 }
 
+/// The Cholesky factor of a symmetric positive definite matrix. A row begins at its first entry that is not zero, where that of
+/// the factor begins too: bodies in a row, each coupled with the next, have a narrow factor.
+#[derive(Debug, Clone)]
+pub struct SmallCholesky {
+    /// The rows of the factor, each from its first column to the diagonal.
+    rows: Vec<Vec<f64>>,
+    first: Vec<usize>,
+}
+
+/// A pivot below this part of its diagonal entry is rounding.
+const PIVOT: f64 = 1e-15;
+
+impl SmallCholesky {
+    /// Factorises the matrix whose lower triangle has these rows, each up to the diagonal; `None` if it is not positive
+    /// definite.
+    pub fn new(lower: Vec<Vec<f64>>) -> Option<Self> {
+        let (mut rows, mut first) = (Vec::<Vec<f64>>::with_capacity(lower.len()), Vec::<usize>::new());
+        for (i, mut row) in lower.into_iter().enumerate() {
+            let begin = row.iter().position(|v| *v != 0.0)?;
+            row.drain(..begin);
+            let entry = *row.last()?;
+            for j in begin..=i {
+                let from = begin.max(if j < i { first[j] } else { begin });
+                let (before, rest) = row.split_at_mut(j - begin);
+                let own = &before[from - begin..];
+                if j < i {
+                    let other = &rows[j];
+                    let known = super::dot(own, &other[from - first[j]..other.len() - 1]);
+                    rest[0] = (rest[0] - known) / other[other.len() - 1];
+                } else {
+                    let pivot = rest[0] - super::dot(own, own);
+                    if pivot.is_nan() || pivot <= PIVOT * entry.abs() {
+                        return None;
+                    }
+                    rest[0] = pivot.sqrt();
+                }
+            }
+            rows.push(row);
+            first.push(begin);
+        }
+        Some(SmallCholesky { rows, first })
+    }
+
+    /// The solution for the right-hand side `b`.
+    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let mut x = b.to_vec();
+        for (i, (row, &first)) in self.rows.iter().zip(&self.first).enumerate() {
+            let known = super::dot(&row[..i - first], &x[first..i]);
+            x[i] = (x[i] - known) / row[i - first];
+        }
+        for (i, (row, &first)) in self.rows.iter().zip(&self.first).enumerate().rev() {
+            x[i] /= row[i - first];
+            let xi = x[i];
+            super::axpy(-xi, &row[..i - first], &mut x[first..i]);
+        }
+        x
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +168,30 @@ mod tests {
             let x = SmallLu::new(a.clone()).solve(&b);
             (0..n).for_each(|r| assert!((dot(&a[r], &x) - b[r]).abs() < 1e-12, "{n}"));
         }
+    }
+
+    #[test]
+    fn a_cholesky_factor_solves_and_tells_what_is_not_definite() {
+        let n = 12;
+        // A chain: each row is coupled with the three before it.
+        let entry = |i: usize, j: usize| match i.abs_diff(j) {
+            0 => 4.0,
+            1..=3 => -0.6 + 0.1 * ((i + j) as f64).cos(),
+            _ => 0.0,
+        };
+        let lower = |shift: f64| -> Vec<Vec<f64>> {
+            (0..n).map(|i| (0..=i).map(|j| entry(i, j) - if i == j { shift } else { 0.0 }).collect()).collect()
+        };
+        let b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+        let factor = SmallCholesky::new(lower(0.0)).expect("a dominant diagonal");
+        let x = factor.solve(&b);
+        (0..n).for_each(|i| assert!(((0..n).map(|j| entry(i, j) * x[j]).sum::<f64>() - b[i]).abs() < 1e-13));
+        let full: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+        let least = symmetric_eigen(&full).0.into_iter().fold(f64::INFINITY, f64::min);
+        assert!(SmallCholesky::new(lower(0.999 * least)).is_some());
+        assert!(SmallCholesky::new(lower(1.001 * least)).is_none());
+        assert!(SmallCholesky::new(vec![vec![0.0]]).is_none());
+        assert!(SmallCholesky::new(vec![vec![f64::NAN]]).is_none());
     }
 
     #[test]

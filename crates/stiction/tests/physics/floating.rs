@@ -181,15 +181,15 @@ fn bodies_that_cannot_rest_are_told_how_they_leave() {
     assert_eq!(departure(&given(2.01e5)).unwrap(), "the body: translation along x");
 }
 
-/// Three blocks on one another on the floor, node on node, lifted by `clearance` from what is below.
-fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 3]>) {
+/// Blocks on one another on the floor, node on node, lifted by `clearance` from what is below.
+fn stack(levels: usize, cells: [usize; 3], clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 3]>) {
     let one = |level: usize| {
-        let mut case = block_of([1.0, 1.0, 0.5], [3, 3, 2], BlockElement::Hex8, YOUNG, poisson);
+        let mut case = block_of([1.0, 1.0, 0.5], cells, BlockElement::Hex8, YOUNG, poisson);
         case.mesh.nodes.iter_mut().for_each(|x| x[2] += level as f64 * (0.5 + clearance) + clearance);
         let case = case.contact("z-min", FLOOR, SurfaceFriction::Coulomb(0.3));
-        if level == 2 { case.traction("z-max", [push, 0.0, -1e6]) } else { case }
+        if level + 1 == levels { case.traction("z-max", [push, 0.0, -1e6]) } else { case }
     };
-    let cases = [0, 1, 2].map(one);
+    let cases: Vec<Case> = (0..levels).map(one).collect();
     let parts: Vec<ContactProblem> = cases.iter().map(|case| case.pose().problem).collect();
     let (n, m) = (parts[0].unknowns(), parts[0].points());
     let tops = cases[0].nodes("z-max");
@@ -203,7 +203,7 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
         for i in 0..3 * m {
             let (columns, values) = part.contact.B.row(i);
             for (&j, &v) in columns.iter().zip(values) {
-                let row = i / m * 3 * m + level * m + i % m;
+                let row = (i / m * levels + level) * m + i % m;
                 b.push((row, level * n + j as usize, v));
                 if level > 0 {
                     b.push((row, (level - 1) * n + 3 * tops[i % m] as usize + j as usize % 3, -v));
@@ -213,27 +213,28 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
     }
     let all = |of: fn(&ContactProblem) -> &Vec<f64>| parts.iter().flat_map(of).copied().collect::<Vec<f64>>();
     let friction: Vec<Friction> = parts.iter().flat_map(|p| &p.contact.friction).copied().collect();
-    let k = SymmetricCsr::from_full(&Csr::from_triplets(3 * n, 3 * n, &k), "K").unwrap();
-    let b = Csr::from_triplets(9 * m, 3 * n, &b);
-    let mut problem = ContactProblem::from_matrices(k, all(|p| &p.elastic.f), b, vec![clearance; 3 * m], friction);
+    let k = SymmetricCsr::from_full(&Csr::from_triplets(levels * n, levels * n, &k), "K").unwrap();
+    let b = Csr::from_triplets(3 * levels * m, levels * n, &b);
+    let mut problem = ContactProblem::from_matrices(k, all(|p| &p.elastic.f), b, vec![clearance; levels * m], friction);
     problem.elastic.near_kernel = Some(parts.iter().flat_map(|p| p.elastic.near_kernel.clone().unwrap()).collect());
-    let body = |name: &str, level: usize| {
+    let body = |level: usize| {
         let part = parts[level].labels.bodies.as_ref().unwrap();
-        Body { name: name.into(), ..part.list[0].clone() }
+        let name = if level + 1 == levels { "highest".into() } else { format!("block {level}") };
+        Body { name, ..part.list[0].clone() }
     };
     problem.labels.bodies = Some(Bodies {
-        list: vec![body("low", 0), body("middle", 1), body("high", 2)],
-        of: (0..3 * n).map(|i| (i / n) as u32).collect(),
+        list: (0..levels).map(body).collect(),
+        of: (0..levels * n).map(|i| (i / n) as u32).collect(),
         of_support: Vec::new(),
         origin: [0.0; 3],
     });
     problem.labels.supports = Some(Supports {
-        K: Csr::zero(0, 3 * n),
+        K: Csr::zero(0, levels * n),
         K_own: Csr::zero(0, 0),
         load: Vec::new(),
         free_load: problem.elastic.f.clone(),
         displacement: Vec::new(),
-        B: Csr::zero(9 * m, 0),
+        B: Csr::zero(3 * levels * m, 0),
         rigid: Vec::new(),
         springs: None,
     });
@@ -244,7 +245,7 @@ fn stack(clearance: f64, poisson: f64, push: f64) -> (ContactProblem, Vec<[f64; 
 #[test]
 fn stacked_blocks_rest_on_one_another() {
     for clearance in [0.0, 0.1] {
-        let (problem, nodes) = stack(clearance, 0.0, 0.0);
+        let (problem, nodes) = stack(3, [3, 3, 2], clearance, 0.0, 0.0);
         assert_eq!(rigid_motions(&problem).len(), 18);
         let s = solved(&problem, 1e-10);
         let strain = 1e6 / YOUNG;
@@ -256,7 +257,7 @@ fn stacked_blocks_rest_on_one_another() {
         }
     }
     // Pushed at the top the force goes through all of them, and the certificate says so for each.
-    let (problem, _) = stack(0.0, 0.3, 2e5);
+    let (problem, _) = stack(3, [3, 3, 2], 0.0, 0.3, 2e5);
     let s = solved(&problem, 1e-10);
     let m = problem.points() / 3;
     for level in 0..3 {
@@ -267,8 +268,32 @@ fn stacked_blocks_rest_on_one_another() {
         assert!(distance(&body.load, &load) < 1e-12 && max_abs(&body.support) == 0.0);
         assert!((0..3).all(|c| (body.contact[c] + load[c]).abs() < 1e-8 * 1e6), "{body:?}");
     }
-    let (problem, _) = stack(0.0, 0.3, 3.1e5);
-    assert_eq!(departure(&problem).unwrap(), "body \"high\": translation along x");
+    let (problem, _) = stack(3, [3, 3, 2], 0.0, 0.3, 3.1e5);
+    assert_eq!(departure(&problem).unwrap(), "body \"highest\": translation along x");
+}
+
+/// A tower of 40 blocks falls over the edge of its foot where the push at its top turns it more than its load holds it:
+/// `push * height = load * width / 2`.
+#[test]
+fn a_tower_of_many_blocks_stands_until_the_push_turns_it_over() {
+    let (levels, load) = (40, 1e6);
+    let most = load * 0.5 / (0.5 * levels as f64);
+    let pushed = |part: f64| stack(levels, [1, 1, 1], 0.0, 0.3, part * most).0;
+    assert_eq!(departure(&pushed(0.9999)), None);
+    let fall = departure(&pushed(1.0001)).unwrap();
+    assert!(fall.starts_with("body \"highest\": rotation"), "{fall}");
+    let problem = pushed(0.9);
+    let s = solved(&problem, 1e-10);
+    let m = problem.points() / levels;
+    for level in 0..levels {
+        let force = resultant(&s.lambda, level * m..(level + 1) * m);
+        assert!(distance(&force, &[-0.9 * most, 0.0, load]) < 1e-8, "{level} {force:?}");
+        // About the edge that it leans on, through points at y = 0 and y = 1.
+        let held = 0.5 * load - 0.9 * most * 0.5 * (levels - level) as f64;
+        let first = level * m;
+        let left: f64 = (0..m).filter(|j| j % 2 == 0).map(|j| s.lambda[first + j]).sum();
+        assert!((left - held).abs() < 1e-8 * load, "{level} {left} {held}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::contact::ContactProblem;
 use crate::dual::{Dual, Inverse};
 use crate::friction::law::{Linearisation, V3};
 use crate::friction::system::{Iterate, Step, System, by_component, by_point, moved};
-use crate::linalg::{SmallLu, Stop, axpy, dot, gmres};
+use crate::linalg::{Csr, SmallLu, Stop, axpy, dot, gmres};
 
 /// Products one linear system may take.
 const INNER_LIMIT: usize = 300;
@@ -36,11 +36,11 @@ impl<'a> DualSystem<'a> {
     /// `imbalance` is what the present forces lack of balance.
     pub(super) fn solve(&self, points: &[Linearisation], imbalance: &[f64], accuracy: f64, limit: usize) -> Step {
         let equations = Equations::new(self, points);
-        let jumps = &self.dual.floating.jumps[..];
+        let jumps = &self.dual.floating.jumps;
         let border = equations.border(jumps, imbalance);
         // A first step restores the balance; those of the inner iteration keep it.
         let known = by_component(&points.iter().map(|p| p.known).collect::<Vec<_>>());
-        let lacking: Vec<f64> = imbalance.iter().zip(jumps).map(|(b, g)| b - dot(g, &known)).collect();
+        let lacking = self.dual.floating.imbalance(imbalance, &known);
         let count = equations.count;
         let first = border.complete(vec![0.0; count], &lacking);
         let (mut d, mut d_alpha) = (known, first[count..].to_vec());
@@ -57,7 +57,7 @@ impl<'a> DualSystem<'a> {
             images.push(image);
             lhs
         };
-        let balanced = vec![0.0; jumps.len()];
+        let balanced = vec![0.0; jumps.cols];
         let precondition = |x: &[f64]| border.complete(equations.precondition(x), &balanced);
         let krylov = gmres(operator, precondition, &rhs, accuracy, limit, self.stop);
         for ((&c, z), image) in krylov.coefficient.iter().zip(&krylov.directions).zip(&images) {
@@ -113,7 +113,7 @@ struct Equations<'a> {
 /// ```
 /// exact in the balance: every direction of the inner iteration keeps it (Farhat & Roux 1991, the coarse problem).
 struct Border<'a> {
-    jumps: &'a [Vec<f64>],
+    jumps: &'a Csr,
     /// Columns of `G_e = Eᵀ G` and `Y`.
     work: Vec<Vec<f64>>,
     answer: Vec<Vec<f64>>,
@@ -209,15 +209,16 @@ impl<'a> Equations<'a> {
     }
 
     /// A motion that nothing drives and no point in contact feels stays as it is.
-    fn border(&self, jumps: &'a [Vec<f64>], imbalance: &[f64]) -> Border<'a> {
+    fn border(&self, jumps: &'a Csr, imbalance: &[f64]) -> Border<'a> {
         let answer = |jump: &Vec<f64>| {
             let rows = self.each().zip(self.restrict(jump)).map(|((_, k, p), g)| p.weight[k] * g);
             self.precondition(&rows.collect::<Vec<f64>>())
         };
-        let work: Vec<Vec<f64>> = jumps.iter().map(|jump| self.gather(jump)).collect();
-        let answer: Vec<Vec<f64>> = jumps.iter().map(answer).collect();
+        let columns: Vec<Vec<f64>> = (0..jumps.cols).map(|k| jumps.column_of(k)).collect();
+        let work: Vec<Vec<f64>> = columns.iter().map(|jump| self.gather(jump)).collect();
+        let answer: Vec<Vec<f64>> = columns.iter().map(answer).collect();
         let mut resistance: Vec<Vec<f64>> = work.iter().map(|g| answer.iter().map(|y| dot(g, y)).collect()).collect();
-        let largest = (0..jumps.len()).fold(0.0, |a: f64, k| a.max(resistance[k][k]));
+        let largest = (0..jumps.cols).fold(0.0, |a: f64, k| a.max(resistance[k][k]));
         for (k, g) in work.iter().enumerate() {
             if imbalance[k] == 0.0 && g.iter().all(|&g| g == 0.0) {
                 resistance[k][k] = if largest > 0.0 { largest } else { 1.0 };
@@ -240,7 +241,9 @@ impl<'a> Equations<'a> {
     fn image(&self, border: &Border, d: &[f64], d_alpha: &[f64]) -> Vec<f64> {
         let moves = d.iter().any(|&x| x != 0.0);
         let mut image = if moves { self.dual.times(d) } else { vec![0.0; d.len()] };
-        border.jumps.iter().zip(d_alpha).for_each(|(jump, &a)| axpy(-a, jump, &mut image));
+        if !d_alpha.is_empty() {
+            axpy(-1.0, &border.jumps.times(d_alpha), &mut image);
+        }
         image
     }
 }

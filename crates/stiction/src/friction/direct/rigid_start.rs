@@ -2,13 +2,13 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Friction};
 use crate::dual::Dual;
 use crate::friction::law::parameters;
-use crate::linalg::{SmallLu, axpy, dot, norm};
+use crate::linalg::{Csr, SmallCholesky, axpy, dot, norm};
 
 /// A rigid body on an elastic foundation (Winkler): where the points would be if only they yielded.
 pub(in crate::friction) struct Foundation<'a> {
     pub friction: &'a [Friction],
-    /// Columns of `G`, the jumps of the rigid motions.
-    pub jumps: &'a [Vec<f64>],
+    /// The jumps `G` of the rigid motions, `3m x k`. Each row jumps with the motions of two bodies.
+    pub jumps: &'a Csr,
     /// `Rᵀ f`, newton.
     pub resultant: &'a [f64],
     /// `[gap - N u; slip_reference - T u]` where the rigid motions are zero, length, `3m`.
@@ -37,13 +37,13 @@ pub fn rigid_equilibrium(
     mut u: Vec<f64>,
 ) -> (Vec<f64>, Vec<f64>) {
     let isotropic = problem.isotropic();
-    let mut jumps = motions.jumps(&isotropic.contact.B);
-    jumps.extend(slices.iter().map(|slice| isotropic.contact.B.times(slice)));
+    let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| isotropic.contact.B.times(slice)).collect();
+    let jumps = &motions.jumps(&isotropic.contact.B).beside(&of_slices);
     let resultant = [balanced(motions, &problem.elastic.f), pull.to_vec()].concat();
     let mut gap = isotropic.gap_and_slip(&u);
     let stiffness = parameters(&isotropic, &Dual::local_stiffness(&isotropic));
     keep_apart(&mut gap);
-    let (friction, jumps) = (&isotropic.contact.friction[..], &jumps[..]);
+    let friction = &isotropic.contact.friction[..];
     let foundation = Foundation { friction, jumps, resultant: &resultant, gap: &gap, stiffness: &stiffness };
     let alpha = foundation.equilibrium().alpha;
     let (rigid, way) = alpha.split_at(motions.len());
@@ -84,14 +84,13 @@ impl Threshold {
     const ROUNDS: usize = 5;
     /// Steps of one energy; those that slip converge slowly, and need not arrive.
     const STEPS: usize = 30;
+    /// A search for the length of a step ends where the slope has fallen to this part of the first.
+    const SLOPE: f64 = 1e-9;
     const DOUBLINGS: usize = 200;
-    const BISECTIONS: usize = 60;
+    const SECANTS: usize = 60;
     /// Tangential stiffness that is left to every point with friction: it keeps a body that slides from leaving.
     const GUIDE: f64 = 1e-6;
 }
-
-/// The motions under which a row of the contact points jumps, and by how much.
-type JumpRow = Vec<(usize, f64)>;
 
 impl Foundation<'_> {
     /// The rigid motions in equilibrium, by the fixed point on the bounds of friction.
@@ -102,10 +101,9 @@ impl Foundation<'_> {
             _ => 0.0,
         };
         let mut bounds: Vec<f64> = self.friction.iter().map(given).collect();
-        let mut found = Equilibrium { alpha: vec![0.0; self.jumps.len()], lambda: vec![0.0; 3 * m] };
-        let rows = self.rows();
+        let mut found = Equilibrium { alpha: vec![0.0; self.jumps.cols], lambda: vec![0.0; 3 * m] };
         for _ in 0..Threshold::ROUNDS {
-            let (alpha, v) = self.least_energy(&bounds, &rows);
+            let (alpha, v) = self.least_energy(&bounds);
             let springs = self.springs(&v, &bounds);
             found = Equilibrium { alpha, lambda: v.iter().zip(springs).map(|(v, s)| -s * v).collect() };
             bounds = (0..m).map(|j| self.friction[j].bound(found.lambda[j])).collect();
@@ -115,19 +113,20 @@ impl Foundation<'_> {
 
     /// Newton's method with exact line search on the convex energy `1/2 sum of r |overlap|² + H(T u) - Rᵀf . alpha`, `H`
     /// quadratic until friction is at its bound and linear beyond (Huber); its curvature is taken by secants.
-    fn least_energy(&self, bounds: &[f64], rows: &[JumpRow]) -> (Vec<f64>, Vec<f64>) {
-        let mut alpha = vec![0.0; self.jumps.len()];
+    fn least_energy(&self, bounds: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut alpha = vec![0.0; self.jumps.cols];
         let mut v = self.gap.to_vec();
         for _ in 0..Threshold::STEPS {
             let springs = self.springs(&v, bounds);
             let force: Vec<f64> = v.iter().zip(&springs).map(|(v, s)| -s * v).collect();
-            let lacking: Vec<f64> = self.jumps.iter().zip(self.resultant).map(|(g, e)| e - dot(g, &force)).collect();
+            let held = self.jumps.transpose_times(&force);
+            let lacking: Vec<f64> = self.resultant.iter().zip(held).map(|(e, held)| e - held).collect();
             if norm(&lacking) <= 1e-6 * norm(self.resultant) {
                 break;
             }
-            let d = SmallLu::new(self.curvature(&springs, rows)).solve(&lacking);
-            let mut dv = vec![0.0; v.len()];
-            d.iter().zip(self.jumps).for_each(|(d, g)| axpy(-d, g, &mut dv));
+            let Some(curvature) = SmallCholesky::new(self.curvature(&springs)) else { break };
+            let d = curvature.solve(&lacking);
+            let dv: Vec<f64> = self.jumps.times(&d).into_iter().map(|jump| -jump).collect();
             let t = self.least_along(&v, &dv, dot(&d, self.resultant), bounds);
             axpy(t, &d, &mut alpha);
             axpy(t, &dv, &mut v);
@@ -159,25 +158,18 @@ impl Foundation<'_> {
         springs
     }
 
-    /// Of many bodies each row jumps with the motions of two.
-    fn rows(&self) -> Vec<JumpRow> {
-        let mut rows = vec![JumpRow::new(); self.gap.len()];
-        for (k, jumps) in self.jumps.iter().enumerate() {
-            let moved = rows.iter_mut().zip(jumps).filter(|(_, jump)| **jump != 0.0);
-            moved.for_each(|(row, &jump)| row.push((k, jump)));
-        }
-        rows
-    }
-
-    fn curvature(&self, springs: &[f64], rows: &[JumpRow]) -> Vec<Vec<f64>> {
-        let mut h = vec![vec![0.0; self.jumps.len()]; self.jumps.len()];
-        for (row, &spring) in rows.iter().zip(springs).filter(|(_, spring)| **spring != 0.0) {
-            for &(i, a) in row {
-                row.iter().for_each(|&(j, b)| h[i][j] += spring * a * b);
+    /// Rows of the lower triangle.
+    fn curvature(&self, springs: &[f64]) -> Vec<Vec<f64>> {
+        let mut h: Vec<Vec<f64>> = (1..=self.jumps.cols).map(|k| vec![0.0; k]).collect();
+        for (i, &spring) in springs.iter().enumerate().filter(|(_, spring)| **spring != 0.0) {
+            for (k, a) in self.jumps.entries_of(i) {
+                let row = &mut h[k as usize];
+                let left = self.jumps.entries_of(i).take_while(|(other, _)| *other <= k);
+                left.for_each(|(other, b)| row[other as usize] += spring * a * b);
             }
         }
         // A motion that nothing resists yet goes far; the line search ends it where something does.
-        let all: f64 = self.jumps.iter().map(|g| dot(g, g)).sum();
+        let all = dot(&self.jumps.value, &self.jumps.value);
         let largest = self.stiffness.iter().fold(0.0, |a: f64, s| a.max(*s));
         (0..h.len()).for_each(|k| h[k][k] += 1e-9 * all * largest / self.friction.len() as f64);
         h
@@ -190,17 +182,35 @@ impl Foundation<'_> {
             let springs = self.springs(&at, bounds);
             at.iter().zip(&springs).zip(dv).map(|((v, s), d)| s * v * d).sum::<f64>() - work
         };
-        let mut high = 1.0;
+        let (mut low, mut at_low) = (0.0, slope(0.0));
+        let enough = Threshold::SLOPE * at_low.abs();
+        // Where bodies without loads have left one another the slope is zero from there on: they stay where it vanishes first.
+        let is_least = |slope: f64| slope != 0.0 && slope.abs() <= enough;
+        let (mut high, mut at_high) = (1.0, slope(1.0));
         for _ in 0..Threshold::DOUBLINGS {
-            if slope(high) >= 0.0 {
+            if at_high >= 0.0 {
                 break;
             }
+            (low, at_low) = (high, at_high);
             high *= 2.0;
+            at_high = slope(high);
         }
-        let mut low = 0.0;
-        for _ in 0..Threshold::BISECTIONS {
-            let middle = 0.5 * (low + high);
-            *(if slope(middle) < 0.0 { &mut low } else { &mut high }) = middle;
+        if is_least(at_high) {
+            return high;
+        }
+        // Secants, and the middle after one that has not halved what is left.
+        let mut halve = false;
+        for _ in 0..Threshold::SECANTS {
+            let width = high - low;
+            let secant = (low * at_high - high * at_low) / (at_high - at_low);
+            let middle = if halve || at_high == 0.0 { low + 0.5 * width } else { secant };
+            let now = slope(middle);
+            if is_least(now) {
+                return middle;
+            }
+            *(if now < 0.0 { &mut low } else { &mut high }) = middle;
+            *(if now < 0.0 { &mut at_low } else { &mut at_high }) = now;
+            halve = high - low > 0.5 * width;
         }
         low
     }

@@ -62,7 +62,7 @@ impl Solver<'_> {
 
     /// The equilibrium of rigid bodies on a foundation with this gap at zero motions.
     fn foundation(&self, gap: &[f64]) -> Equilibrium {
-        let (friction, jumps) = (self.friction(), &self.dual().floating.jumps[..]);
+        let (friction, jumps) = (self.friction(), &self.dual().floating.jumps);
         let (resultant, stiffness) = (&self.system.resultant[..], &self.r[..]);
         Foundation { friction, jumps, resultant, gap, stiffness }.equilibrium()
     }

@@ -125,10 +125,12 @@ pub(super) fn refuse_unresisted(
     let scale = largest[k].max(f64::MIN_POSITIVE);
     let carries = |i: usize| i < m || problem.contact.friction[i % m].bound(f64::MAX) > 0.0;
     let rows: Vec<usize> = own.iter().flat_map(|&j| problem.rows(j as usize)).filter(|&i| carries(i)).collect();
-    let jump = |a: usize, i: usize| jumps[a][i] / (largest[a] * scale);
     let mut gram = vec![0.0; k * k];
-    for (a, b) in (0..k).flat_map(|a| (0..k).map(move |b| (a, b))) {
-        gram[a * k + b] = rows.iter().map(|&i| jump(a, i) * jump(b, i)).sum();
+    for i in rows {
+        let jump = |(a, value): (u32, f64)| (a as usize, value / (largest[a as usize] * scale));
+        for (a, of_a) in jumps.entries_of(i).map(jump) {
+            jumps.entries_of(i).map(jump).for_each(|(b, of_b)| gram[a * k + b] += of_a * of_b);
+        }
     }
     sum(ranks, &mut gram);
     let (values, vectors) = symmetric_eigen(&gram.chunks(k).map(<[f64]>::to_vec).collect::<Vec<_>>());

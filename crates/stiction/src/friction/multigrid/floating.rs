@@ -7,16 +7,16 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::sliding::least_resisted;
 use crate::contact::{ContactProblem, Friction};
 use crate::friction::direct::rigid_start::{Foundation, keep_apart, without_rounding};
-use crate::linalg::axpy;
-use crate::ranks::{Halo, from_bytes, gather_all, to_bytes};
+use crate::linalg::{Csr, axpy};
+use crate::ranks::{Halo, from_bytes, gather_all, put, take, to_bytes};
 
 /// Floating bodies, which contact alone supports, with the data of their rigid motions. Where points are divided among ranks each
 /// has the data of all, and finds the same equilibrium.
 pub(super) struct FloatingBodies<'a> {
     problem: &'a ContactProblem,
     motions: &'a RigidMotions,
-    /// Jumps of the motions at all points, length `3m` each, and the laws there.
-    jumps: Vec<Vec<f64>>,
+    /// Jumps of the motions at all points, `3m x k`, and the laws there.
+    jumps: Csr,
     friction: Vec<Friction>,
     /// Work of the loads on the motions, newton.
     resultant: Vec<f64>,
@@ -34,6 +34,32 @@ fn of_all_points(halo: &Halo, blocks: usize, own: &[f64]) -> Vec<f64> {
         of[k * m..(k + 1) * m].to_vec()
     };
     (0..blocks).flat_map(|k| parts.iter().flat_map(move |of| block(of, k))).collect()
+}
+
+/// As [`of_all_points`], of the three rows of each point.
+fn rows_of_all_points(halo: &Halo, own: Csr) -> Csr {
+    if !halo.is_divided() {
+        return own;
+    }
+    let mut message = Vec::new();
+    put(&own.start.iter().map(|&start| start as u64).collect::<Vec<_>>(), &mut message);
+    put(&own.column, &mut message);
+    put(&own.value, &mut message);
+    let part = |bytes: Vec<u8>| {
+        let mut from = &bytes[..];
+        let start: Vec<u64> = take(&mut from);
+        let start: Vec<usize> = start.into_iter().map(|start| start as usize).collect();
+        Csr { rows: start.len() - 1, cols: own.cols, start, column: take(&mut from), value: take(&mut from) }
+    };
+    let parts: Vec<Csr> = gather_all(&**halo.ranks(), message).into_iter().map(part).collect();
+    let mut all = Csr::zero(0, own.cols);
+    for k in 0..3 {
+        for part in &parts {
+            let m = part.rows as u32 / 3;
+            all.append(&part.select_rows(&(k * m..(k + 1) * m).collect::<Vec<_>>()));
+        }
+    }
+    all
 }
 
 /// The laws of the points of all ranks.
@@ -70,16 +96,15 @@ impl Multigrid {
     ) -> (Vec<f64>, Vec<f64>) {
         let transformed = &self.transformed;
         let (halo, motions, rows) = (transformed.halo(), &transformed.motions, problem.isotropic_rows());
-        let mut jumps = motions.jumps(&rows);
-        jumps.extend(slices.iter().map(|slice| rows.times(slice)));
-        let jumps: Vec<Vec<f64>> = jumps.iter().map(|jump| of_all_points(halo, 3, jump)).collect();
+        let of_slices: Vec<Vec<f64>> = slices.iter().map(|slice| rows.times(slice)).collect();
+        let jumps = rows_of_all_points(halo, motions.jumps(&rows).beside(&of_slices));
         let mut gap = of_all_points(halo, 3, &problem.isotropic().gap_and_slip(&u));
         keep_apart(&mut gap);
         let stiffness: Vec<f64> = point_laws(problem, transformed).iter().map(|law| law.parameter).collect();
         let stiffness = of_all_points(halo, 1, &stiffness);
         let friction = friction_of_all(halo, problem);
         let resultant = [resultant(problem, transformed), pull.to_vec()].concat();
-        let (friction, jumps, resultant) = (&friction[..], &jumps[..], &resultant[..]);
+        let (friction, jumps, resultant) = (&friction[..], &jumps, &resultant[..]);
         let foundation = Foundation { friction, jumps, resultant, gap: &gap, stiffness: &stiffness };
         let alpha = foundation.equilibrium().alpha;
         let (rigid, way) = alpha.split_at(motions.len());
@@ -97,8 +122,7 @@ impl<'a> FloatingBodies<'a> {
             return None;
         }
         let motions = &transformed.motions;
-        let jumps = motions.jumps(&problem.isotropic_rows());
-        let jumps = jumps.iter().map(|jump| of_all_points(halo, 3, jump)).collect();
+        let jumps = rows_of_all_points(halo, motions.jumps(&problem.isotropic_rows()));
         let (friction, resultant) = (friction_of_all(halo, problem), resultant(problem, transformed));
         Some(FloatingBodies { problem, motions, jumps, friction, resultant })
     }
@@ -147,7 +171,7 @@ impl<'a> FloatingBodies<'a> {
     fn equilibrium(&self, transformed: &Transformed, laws: &[PointLaw], gap: &[f64]) -> Vec<f64> {
         let stiffness: Vec<f64> = laws.iter().map(|law| law.parameter).collect();
         let stiffness = of_all_points(transformed.halo(), 1, &stiffness);
-        let (jumps, resultant) = (&self.jumps[..], &self.resultant[..]);
+        let (jumps, resultant) = (&self.jumps, &self.resultant[..]);
         let (friction, stiffness) = (&self.friction[..], &stiffness[..]);
         let equilibrium = Foundation { friction, jumps, resultant, gap, stiffness }.equilibrium();
         let mut u = vec![0.0; transformed.nodes.of.len()];
