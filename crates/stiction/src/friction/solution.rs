@@ -37,7 +37,8 @@ pub struct Settings {
     /// Multipliers to start from, length `3m`, newton; zero if `None`. For a factor, which [`SolverPath::Auto`] takes then;
     /// with both starts it takes the faster path.
     pub start: Option<Vec<f64>>,
-    /// Displacements to start from, length `n`, length; zero if `None`. For multigrid, which [`SolverPath::Auto`] takes then.
+    /// Displacements to start from, length `n`, length; zero if `None`. For multigrid, which [`SolverPath::Auto`] takes then. With
+    /// `start` beside them a factor takes from them where the bodies are that contact alone holds.
     pub start_displacement: Option<Vec<f64>>,
     /// Ends the solve: with [`Status::Interrupted`] if the iteration has begun, otherwise with [`Error::interrupted`].
     pub stop: Stop,
@@ -59,7 +60,8 @@ impl Settings {
             let what = "`start` holds multipliers, and multigrid starts from displacements";
             return Err(Error::new("settings", what, "give `start_displacement` instead, or leave `path` at auto"));
         }
-        if !by_multigrid && self.path != SolverPath::Auto && self.start_displacement.is_some() {
+        let no_multipliers = self.start_displacement.is_some() && self.start.is_none();
+        if !by_multigrid && self.path != SolverPath::Auto && no_multipliers {
             let what = "`start_displacement` is for multigrid, and a factor starts from multipliers";
             return Err(Error::new("settings", what, "give `start` instead, or leave `path` at auto"));
         }

@@ -6,10 +6,13 @@ use stiction::certificate::certify;
 use stiction::contact::Friction;
 use stiction::friction::Status;
 use stiction::io::case;
+use stiction::linalg::norm;
 use stiction::run::{
-    BalanceRecord, Event, Outcome, Prepared, Restart, Settings, Step, StepRecord, prepare, solve, solve_steps,
+    BalanceRecord, Event, Outcome, Prepared, Restart, Settings, Step, StepRecord, pair_totals, prepare, solve,
+    solve_steps,
 };
 use stiction::{SolveEvent, SolverPath};
+use stiction_fixtures::case_run;
 
 /// A block of 20 x 10 x 10 on a plane, without loads.
 const BLOCK: &str = r#"
@@ -507,4 +510,43 @@ fn a_coefficient_of_the_time_holds_at_each_step() {
     let two = text.replace("\"0.1*t + 0.001*x\"", "[\"0.1*t\", 0.2], direction = [1, 0, 0]");
     let error = case::parse(&two, "case.toml", &[]).unwrap_err().to_string();
     assert!(error.contains("changes with the time"), "{error}");
+}
+
+/// A sector of 12 degrees, driven between two walls by a force F towards their edge, from which the force is taken off: friction
+/// of 0.3 is more than the tangent of 6 degrees, and the wedge stays. While it is driven in friction is at its bound, and
+/// `F = 2 N (sin 6 + 0.3 cos 6)`; without a force `T = N tan 6` at each wall.
+#[test]
+fn a_wedge_stays_where_it_was_driven_in() {
+    let half = 6.0f64.to_radians();
+    let (s, c) = half.sin_cos();
+    let force = format!("[\"-1e4*{c}*min(t, 2 - t)\", \"-1e4*{s}*min(t, 2 - t)\", 0]");
+    let wall = |on: &str, normal: [f64; 3]| {
+        format!(
+            "[[contact]]\non = \"{on}\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = {normal:?} }} }}\n\
+             friction = {{ coulomb = 0.3 }}\n"
+        )
+    };
+    let case = |path: &str| {
+        "[mesh]\nring = { radii = [40, 60], height = 10, degrees = 12, cells = [6, 4, 2], element = \"hex8\" }\n\
+         [materials.steel]\nyoung = 210e3\npoisson = 0\n[[fix]]\non = \"z-min\"\ncondition = \"symmetry\"\n"
+            .to_string()
+            + &format!("[[load]]\non = \"outer\"\nforce = {force}\n")
+            + &wall("start", [0.0, 1.0, 0.0])
+            + &wall("end", [(2.0 * half).sin(), -(2.0 * half).cos(), 0.0])
+            + "[[step]]\nname = \"drive\"\nuntil = 1\n[[step]]\nname = \"release\"\nuntil = 2\nincrements = 4\n"
+            + &format!("[solver]\ntolerance = 1e-10\npath = \"{path}\"\n")
+    };
+    let left = ["dense", "solves", "multigrid"].map(|path| {
+        let run = case_run::solved(&case(path));
+        let driven = &run.0.steps[0].answer.contact;
+        assert_eq!([driven.open, driven.stick], [0, 0], "{path}");
+        assert!((driven.normal_force * (s + 0.3 * c) / 1e4 - 1.0).abs() < 1e-8, "{path} {}", driven.normal_force);
+        for (_, pair) in pair_totals(&run.1, &run.0) {
+            let [normal, tangential] = [pair.normal_force, norm(&pair.tangential_force)];
+            assert!(normal > 0.3 * driven.normal_force, "{path}: it has come loose, {normal}");
+            assert!((tangential / (normal * half.tan()) - 1.0).abs() < 1e-7, "{path} {tangential} {normal}");
+        }
+        run.0.steps[4].answer.contact.normal_force
+    });
+    assert!(left.iter().all(|force| (force / left[0] - 1.0).abs() < 1e-7), "{left:?}");
 }

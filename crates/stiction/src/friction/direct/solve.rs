@@ -176,13 +176,20 @@ impl<'a> Solver<'a> {
         let system = DualSystem::new(problem, dual, resultant, &settings.stop);
         let size = 3 * problem.points();
         let v0 = problem.gap_and_slip(&dual.displacement(problem, &vec![0.0; size]));
-        let alpha = vec![0.0; dual.floating.len()];
+        let mut alpha = vec![0.0; dual.floating.len()];
         let at = match &settings.start {
             Some(start) => {
                 let mut lambda = start.clone();
                 given.to_isotropic(&mut lambda);
+                if let Some(u) = settings.start_displacement.as_ref().filter(|_| !alpha.is_empty()) {
+                    // Bodies that float are where they were: the multipliers alone do not tell.
+                    let deformed = dual.displacement(problem, &lambda);
+                    let rest: Vec<f64> = u.iter().zip(deformed).map(|(u, deformed)| u - deformed).collect();
+                    alpha = dual.floating.motions.work(&rest);
+                }
                 let mut v = dual.times(&lambda);
                 axpy(1.0, &v0, &mut v);
+                dual.floating.close(&alpha, &mut v);
                 Iterate { lambda: by_point(&lambda), v: by_point(&v), alpha }
             }
             None => Iterate { lambda: vec![[0.0; 3]; problem.points()], v: by_point(&v0), alpha },

@@ -2,7 +2,7 @@
 
 use super::activity::ALWAYS;
 use super::arrays::{Found, find};
-use super::facts::{FixFacts, LoadFacts, SpringFacts};
+use super::facts::{ContactFacts, FixFacts, LoadFacts, SpringFacts};
 use super::ties::{Start, TimedFix};
 use super::{place, regions};
 use crate::Error;
@@ -161,16 +161,23 @@ pub(crate) fn held_by_contact(
     dofs: &DofMap,
     problem: &ContactProblem,
     case: &Case,
+    contacts: &[ContactFacts],
 ) -> Result<RigidMotions, Error> {
     let Some(unsupported) = unsupported(mesh, dofs, problem) else { return Ok(RigidMotions::default()) };
     let motions = rigid_motions(problem);
     let bare = problem.points() == 0 && case.springs.is_empty();
     let free = if bare { Some(unsupported) } else { unresisted_by_contact(problem, &motions) };
     let Some(error) = free else { return Ok(motions) };
-    match on_one_body(mesh, problem, dofs, case) {
-        Some((spot, what)) => Err(place::at(spot, Error { what: format!("{}; {what}", error.what), ..error })),
-        None => Err(place::at(support_spot(case), error)),
+    if let Some((spot, what)) = on_one_body(mesh, problem, dofs, case) {
+        return Err(place::at(spot, Error { what: format!("{}; {what}", error.what), ..error }));
     }
+    let without =
+        contacts.iter().zip(&case.contacts).find_map(|(facts, spec)| Some((facts.why_no_point()?, &spec.spot)));
+    if let Some((why, spot)) = without {
+        let remedy = "bring the surfaces of the contact together, or add a [[fix]] that stops these motions".into();
+        return Err(place::at(spot, Error { what: format!("{}; {why}", error.what), remedy, ..error }));
+    }
+    Err(place::at(support_spot(case), error))
 }
 
 /// The first contact both surfaces of which belong to one of several bodies: hardly what was meant where another body is not

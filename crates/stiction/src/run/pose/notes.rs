@@ -5,6 +5,12 @@ use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Side, Surface
 use crate::io::text::number;
 
 impl ContactFacts {
+    /// Why two surfaces have no contact point between them; `None` where they have.
+    pub(crate) fn why_no_point(&self) -> Option<String> {
+        let pair = self.surface.pair.as_ref().filter(|_| self.surface.points == 0)?;
+        Some(format!("contact \"{}\" has no point: {}", self.surface.name, nothing(self, pair)))
+    }
+
     /// What a person should know about the pair, one sentence each.
     pub(crate) fn notes(&self) -> Vec<String> {
         let s = &self.surface;

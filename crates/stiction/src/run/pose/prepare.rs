@@ -116,7 +116,12 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
-    let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
+    let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
+        let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
+        ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
+    });
+    let contacts: Vec<ContactFacts> = contacts.collect();
+    let motions = held_by_contact(&mesh, &model.dofs, &problem, case, &contacts)?;
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let loading = Loading {
         bolts,
@@ -128,11 +133,6 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         ..Loading::new(case, loads, fixes).on(&problem)
     };
 
-    let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
-        let (against, names, friction) = (s.against.clone(), surfaces::names(spec), s.friction.clone());
-        ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
-    });
-    let contacts: Vec<ContactFacts> = contacts.collect();
     let mut notes = all_notes(&solid, &mesh_notes, &contacts, &surfaces);
     let moving = case.contacts.iter().filter(|contact| contact.motion.is_some());
     notes.extend(

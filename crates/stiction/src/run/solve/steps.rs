@@ -355,19 +355,24 @@ fn attempt(
     };
     march.attempts += 1;
     let ContactProblem { elastic, contact, .. } = &prepared.problem;
-    // Where neither loads nor overlaps act the answer is zero: forces that have to vanish leave no scale to end at.
-    let unloaded = elastic.f.iter().all(|&x| x == 0.0) && contact.gap.iter().all(|&gap| gap >= 0.0);
+    // Where neither loads nor overlaps act, and nothing has slid, the answer is zero: forces that have to vanish leave no scale
+    // to end at. What has slid may be held by friction without any load.
+    let unloaded = elastic.f.iter().all(|&x| x == 0.0)
+        && contact.gap.iter().all(|&gap| gap >= 0.0)
+        && contact.slip_reference.iter().all(|&slid| slid == 0.0);
     if from.0.iter().any(|&x| x != 0.0) && !unloaded {
         let path = settings.solver.path;
-        let factor = path != SolverPath::Multigrid;
-        let multigrid =
-            !matches!(path, SolverPath::Dense | SolverPath::Solves) && settings.method.method == Method::Newton;
-        let warm = with(factor.then(|| from.0.clone()), multigrid.then(|| from.1.clone()));
+        let (factor, newton) = (path != SolverPath::Multigrid, settings.method.method == Method::Newton);
+        let warm = with(factor.then(|| from.0.clone()), newton.then(|| from.1.clone()));
         let warm = solve_again(prepared, &warm, kept, observer)?;
         if !matches!(warm.solution.status, Status::MaxIterations | Status::Stalled) {
             return Ok(warm);
         }
         march.attempts += 1;
+        let mut cold = solve_again(prepared, &with(None, None), kept, observer)?;
+        cold.seconds.add(&warm.seconds);
+        cold.solution.counts.add(&warm.solution.counts);
+        return Ok(cold);
     }
     solve_again(prepared, &with(None, None), kept, observer)
 }
