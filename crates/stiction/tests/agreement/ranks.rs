@@ -4,14 +4,14 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use stiction::Status;
 use stiction::certificate::{Certificate, certify, certify_divided};
 use stiction::contact::Division;
 use stiction::friction::{Multigrid, Settings, SolverPath, solve_multigrid};
 use stiction::io::case::{self, Case};
 use stiction::mesh::bisection;
 use stiction::ranks::{Ranks, threads};
-use stiction::run::{Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, totals};
+use stiction::run::{Keep, Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, solve_steps_on_ranks, totals};
+use stiction::{Error, Status};
 use stiction_fixtures::case_run::{displacement, solved_case};
 use stiction_fixtures::random_case;
 
@@ -63,6 +63,15 @@ pub(super) fn on_ranks(case: &Case, size: usize) -> (Vec<[f64; 3]>, RankedSummar
     }
     let summary = parts.into_iter().next().unwrap().1;
     (u, summary)
+}
+
+/// The error of all ranks.
+pub(super) fn refusal(case: &Case, size: usize, keep: Option<&Keep>) -> Error {
+    let mut all = threads(size, |ranks| {
+        solve_steps_on_ranks(case, &ranks, keep, &mut |_| ControlFlow::Continue(())).map(|_| ()).unwrap_err()
+    });
+    assert!(all.iter().all(|error| *error == all[0]) && !all[0].remedy.is_empty(), "{all:?}");
+    all.swap_remove(0)
 }
 
 pub(super) fn serial_cycles(prepared: &Prepared) -> usize {

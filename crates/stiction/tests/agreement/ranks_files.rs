@@ -43,14 +43,14 @@ fn stepped() -> String {
     )
 }
 
-fn folder(name: &str) -> PathBuf {
+pub(super) fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("ranks-files-{name}"));
     let _ = fs::remove_dir_all(&folder);
     folder
 }
 
 /// Solves on ranks and writes the folder; ends at the cycle `stop` of all if there is one.
-fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
+pub(super) fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let mut all = threads(size, |ranks| {
         let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -60,7 +60,7 @@ fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummar
     all.swap_remove(0)
 }
 
-fn passes(folder: &Path) {
+pub(super) fn passes(folder: &Path) {
     let checked = check(folder).unwrap_or_else(|error| panic!("{error}"));
     let steps: Vec<_> =
         checked.steps.iter().map(|step| (step.number, step.certificate.worst, &step.differences)).collect();
@@ -204,7 +204,7 @@ fn a_flipped_bit_a_missing_piece_and_a_piece_of_another_run_are_named() {
 }
 
 /// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
-fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
+pub(super) fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let found = threads(size, |ranks| {
         // Where a run is killed the list has what was finished before.

@@ -184,20 +184,9 @@ impl LoadState {
 pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error> {
     let Prepared { mesh, materials, material_of_cell, model, loading, .. } = prepared;
     let solid = Solid { mesh, materials, material_of_cell };
-    let mut force = vec![0.0; 3 * mesh.nodes.len()];
-    let mut strained: Option<InitialStrain> = None;
-    let mut thermal_force = vec![0.0; loading.bolts.len()];
-    for (load, spot) in loading.loads.iter().zip(&loading.load_spots) {
-        if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
-            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
-            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
-            let through = thermal_forces(&solid, &loading.bolts, load, t).map_err(|e| place::instead(spot, e))?;
-            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
-            continue;
-        }
-        let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
-        force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
-    }
+    let bolts: Vec<&Bolt> = loading.bolts.iter().collect();
+    let loads = loading.loads.iter().zip(&loading.load_spots);
+    let Acting { mut force, strained, thermal_force } = acting(&solid, loads, (&bolts, &|_| true), t)?;
     loading.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut force))?;
     let dofs = dof_map(mesh, &loading.fixes, t).map_err(|error| {
         let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
@@ -229,6 +218,43 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
     let friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
     let out = loading.activity.out(t).collect();
     Ok(LoadState { t, load, support_load, displacement, motion, initial, friction, out, travel })
+}
+
+/// What loads do at one time.
+pub(crate) struct Acting {
+    /// Along x, y, z of all nodes, newton.
+    pub force: Vec<f64>,
+    /// None where there is no temperature; its forces are in `force`.
+    pub strained: Option<InitialStrain>,
+    /// Of each bolt, as in [`Initial`].
+    pub thermal_force: Vec<f64>,
+}
+
+/// What `loads` do at time `t`; of the forces through the cuts of `bolts` those at nodes that `counts` says.
+///
+/// # Errors
+/// As of [`external_forces`], shown where the case asks for the load.
+pub(crate) fn acting<'a>(
+    solid: &Solid,
+    loads: impl Iterator<Item = (&'a Load, &'a Spot)>,
+    (bolts, counts): (&[&Bolt], &dyn Fn(u32) -> bool),
+    t: f64,
+) -> Result<Acting, Error> {
+    let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
+    let mut strained: Option<InitialStrain> = None;
+    let mut thermal_force = vec![0.0; bolts.len()];
+    for (load, spot) in loads {
+        if let Some(more) = initial_strain(solid, load, t).map_err(|e| place::instead(spot, e))? {
+            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
+            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
+            let through = thermal_forces(solid, bolts, counts, load, t).map_err(|e| place::instead(spot, e))?;
+            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
+            continue;
+        }
+        let added = external_forces(solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
+        force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
+    }
+    Ok(Acting { force, strained, thermal_force })
 }
 
 /// Strains of different cells.

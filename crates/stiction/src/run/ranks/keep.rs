@@ -284,8 +284,21 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
             thing(&mut [3, name.value()].into_iter().chain(nodes.iter().map(|&v| global(v))));
         }
     }
+    for (number, array) in mesh.arrays.nodes.iter().enumerate() {
+        for (v, value) in array.values.iter().enumerate().filter(|(v, _)| is_own(*v as u32)) {
+            thing(&mut [5, number as u64, global(v as u32), value.to_bits()].into_iter());
+        }
+    }
+    for (number, array) in mesh.arrays.cells.iter().enumerate() {
+        let of_cells = piece.cells.iter().zip(&array.values).zip(mesh.cell_iter());
+        for ((&cell, value), _) in of_cells.filter(|(_, (_, nodes))| is_own(nodes[0])) {
+            thing(&mut [6, number as u64, cell, value.to_bits()].into_iter());
+        }
+    }
     for (j, &node) in local.division.points.iter().enumerate().filter(|(_, node)| is_own(**node)) {
-        thing(&mut [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()].into_iter());
+        let law = local.problem.contact.friction[j].numbers().map(f64::to_bits);
+        let head = [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()];
+        thing(&mut head.into_iter().chain(law));
     }
     let sum = gather_all(ranks, to_bytes(&[total])).iter().fold(0u64, |sum, bytes| sum.wrapping_add(u64::read(bytes)));
     let Case { materials, fixes, springs, loads, bolts, contacts, steps, .. } = case;

@@ -6,10 +6,12 @@ use super::bolts::RankBolt;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use crate::Error;
 use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
-use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
+use crate::fem::{FaceMoments, FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
 use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::mesh::v3::{V3, add, cross, sub};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
+use crate::run::pose::load_state::{Initial, acting};
 use crate::run::pose::loads::{end, load};
 use crate::run::pose::place;
 
@@ -37,7 +39,10 @@ pub(super) struct Local {
     pub contact_of: Vec<u32>,
     /// As in the share of this rank.
     pub symmetry: Vec<u32>,
-    pub area: Vec<f64>,
+    pub moments: Vec<FaceMoments>,
+    /// Strain by temperature now, of each cell here, and of the forces that it causes through the cuts of bolts the part at own
+    /// nodes.
+    pub initial: Initial,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
     pub bolts: Vec<RankBolt>,
@@ -49,7 +54,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         piece,
         material_of_cell,
         symmetry,
-        area,
+        moments,
         center,
         sizes,
         points,
@@ -63,8 +68,12 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
     let t = end(case);
-    let (fixes, loads) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &area, t)?);
-    let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| place::at(&case.mesh.spot, error))?;
+    let (fixes, (loads, spots)) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &moments, t)?);
+    let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| {
+        // That of a load is shown where the case asks for it.
+        let of_load = acting(&solid, loads.iter().zip(spots.iter().copied()), (&[], &|_| true), t).err();
+        of_load.unwrap_or_else(|| place::at(&case.mesh.spot, error))
+    })?;
     add_springs(mesh, &springs(mesh, case), &mut model)?;
     let division = Division {
         ranks: Arc::clone(ranks),
@@ -96,15 +105,19 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         motion,
         contact_of,
         symmetry,
-        area,
+        moments,
+        initial: Initial::default(),
         sizes,
         bolts,
     })
 }
 
-/// Whether what acts at the end is not what was posed: load steps, or obstacles that move.
+/// Whether what acts at the end is not what was posed, or more is to be known of it: load steps, obstacles that move, temperatures.
 pub(super) fn changes(case: &Case) -> bool {
-    !case.steps.is_empty() || case.contacts.iter().any(|contact| contact.motion.is_some())
+    let heats = |load: &LoadSpec| matches!(load.kind, LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. });
+    !case.steps.is_empty()
+        || case.contacts.iter().any(|contact| contact.motion.is_some())
+        || case.loads.iter().any(heats)
 }
 
 impl Local {
@@ -139,24 +152,40 @@ pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fi
     Ok(fixes)
 }
 
-/// Loads on what is here; total forces as they are at time `t`.
-pub(super) fn loads(mesh: &Mesh, case: &Case, area: &[f64], t: f64) -> Result<Vec<Load>, Error> {
-    let mut loads = Vec::new();
-    for (k, (spec, &area)) in case.loads.iter().zip(area).enumerate() {
+/// Loads on what is here with their places in the case; total forces and moments as they are at time `t`, where `moments` are
+/// those of all faces, of which there is a part here.
+pub(super) fn loads<'c>(
+    mesh: &Mesh,
+    case: &'c Case,
+    moments: &[FaceMoments],
+    t: f64,
+) -> Result<(Vec<Load>, Vec<&'c Spot>), Error> {
+    let (mut loads, mut spots) = (Vec::new(), Vec::new());
+    for (k, (spec, moments)) in case.loads.iter().zip(moments).enumerate() {
         if group(mesh, "load", k).is_none() {
             continue;
         }
         let kind = match &spec.kind {
-            // The area of all faces, of which there is a part here.
-            LoadKind::Force(total) => {
-                LoadKind::Traction(spread(total, area, t).map_err(|e| place::instead(&spec.spot, e))?)
+            LoadKind::Force(total) => moments.even(total, t).map(|even| LoadKind::Traction(even.map(Field::Constant))),
+            LoadKind::Resultant { force, moment, about } => {
+                moments.resultant([force, moment], *about, t).map(|turning| LoadKind::Traction(turned(turning)))
             }
-            other => other.clone(),
+            other => Ok(other.clone()),
         };
+        let kind = kind.map_err(|error| place::instead(&spec.spot, error))?;
         let spec = LoadSpec { on: Some(region("load", k, &spec.spot)), kind, spot: spec.spot.clone() };
         loads.push(load(mesh, &spec)?);
+        spots.push(&case.loads[k].spot);
     }
-    Ok(loads)
+    Ok((loads, spots))
+}
+
+/// The traction `a + b x r`, `r` from the centroid.
+fn turned([even, turn, centroid]: [V3; 3]) -> [Field; 3] {
+    [0, 1, 2].map(|c| Field::Function {
+        text: "the traction of a force with a moment".into(),
+        value: Arc::new(move |x, _| add(even, cross(turn, sub(x, centroid)))[c]),
+    })
 }
 
 /// The elastic foundations that have faces here.
@@ -166,12 +195,4 @@ fn springs(mesh: &Mesh, case: &Case) -> Vec<Spring> {
         Some(Spring { faces, normal: spec.normal, tangential: spec.tangential })
     };
     case.springs.iter().enumerate().filter_map(of).collect()
-}
-
-/// A total force as a force per area.
-fn spread(total: &[Field; 3], area: f64, t: f64) -> Result<[Field; 3], Error> {
-    // A total force has no place: an expression that reads one gives NaN and is refused.
-    let at = |field: &Field| Ok(Field::Constant(field.finite_at([f64::NAN; 3], t)? / area));
-    let [x, y, z] = total;
-    Ok([at(x)?, at(y)?, at(z)?])
 }

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
+use crate::io::case::{Case, ContactSpec, During, Spot};
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
@@ -26,7 +26,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
-    case.loads.iter().try_for_each(load)?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
     if case.accuracy.is_some() {
@@ -45,16 +44,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         return whole("a case without contact");
     }
     Ok(())
-}
-
-fn load(load: &LoadSpec) -> Result<(), Error> {
-    let what = match &load.kind {
-        LoadKind::Resultant { .. } => "a force with a moment",
-        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "a temperature",
-        LoadKind::Nodal(value) if value.iter().any(|v| matches!(v, NodalSpec::Array { .. })) => "an array of the mesh",
-        _ => return Ok(()),
-    };
-    Err(refused(&load.spot, what))
 }
 
 fn contact(contact: &ContactSpec) -> Result<(), Error> {

@@ -7,12 +7,12 @@ use super::local::changes;
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
-use crate::fem::{Axes, DofMap, Fix, Solid, dof_map};
-use crate::io::case::{Case, LoadKind, Region, Spot};
+use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
+use crate::io::case::{Case, LoadKind, NodalSpec};
 use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
 use crate::run::pose::load_state::{refuse_overlap, translation};
-use crate::run::pose::loads::{Fixes, end, fixes};
+use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
 use crate::run::pose::materials::materials;
 use crate::run::pose::{MemoryLimit, made_mesh, place, planned, regions, surfaces};
 
@@ -32,8 +32,8 @@ pub(super) struct Share {
     pub material_of_cell: Vec<u32>,
     /// For each prescribed displacement the axis that a plane of symmetry holds, or [`NO_AXIS`].
     pub symmetry: Vec<u32>,
-    /// For each load the area of its faces in the whole mesh, zero without faces.
-    pub area: Vec<f64>,
+    /// For each load those of its faces in the whole mesh, zero without faces.
+    pub moments: Vec<FaceMoments>,
     /// What the rigid motions turn about, the mean of all nodes; length.
     pub center: [f64; 3],
     /// Nodes and cells of the whole.
@@ -81,7 +81,7 @@ struct Whole {
     owner: Vec<u32>,
     material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
-    area: Vec<f64>,
+    moments: Vec<FaceMoments>,
     points: PosedPoints,
     kinds: Vec<u8>,
     contact_of: Vec<u32>,
@@ -103,12 +103,7 @@ impl Whole {
         let (body_of_node, bodies) = bodies_of(&mesh);
         let mut groups = Vec::new();
         let symmetry = fixed_regions(case, &held, &mut groups)?;
-        let mut area = Vec::new();
-        for (k, load) in case.loads.iter().enumerate() {
-            let (group, of_faces) = region_of_load(&mesh, load.on.as_ref(), &load.kind, &load.spot)?;
-            groups.push(Group { name: name("load", k), ..group });
-            area.push(of_faces);
-        }
+        let moments = loaded_regions(case, &mesh, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
             let faces = regions::faces(&mesh, &spring.on, &spring.spot, "the spring")?;
             groups.push(Group { name: name("spring", k), faces, ..Group::default() });
@@ -118,13 +113,14 @@ impl Whole {
         let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
+        keep_arrays(case, &mut mesh);
         let owner = divided(case, &mesh, &points, &held, parts)?;
         Ok(Whole {
             mesh,
             owner,
             material_of_cell,
             symmetry,
-            area,
+            moments,
             points,
             kinds,
             contact_of,
@@ -141,7 +137,7 @@ impl Whole {
             owner,
             material_of_cell,
             symmetry,
-            area,
+            moments,
             points,
             kinds,
             contact_of,
@@ -157,7 +153,7 @@ impl Whole {
             center.write(&mut to);
             put(&piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect::<Vec<_>>(), &mut to);
             put(symmetry, &mut to);
-            put(area, &mut to);
+            put(&moments.iter().map(FaceMoments::numbers).collect::<Vec<_>>(), &mut to);
             put(kinds, &mut to);
             put(contact_of, &mut to);
             put(&piece.nodes.iter().map(|&node| body_of_node[node as usize]).collect::<Vec<_>>(), &mut to);
@@ -297,21 +293,44 @@ fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2
     owner
 }
 
-/// The faces, nodes or cells of a load, and the area of the faces.
-fn region_of_load(mesh: &Mesh, on: Option<&Region>, kind: &LoadKind, spot: &Spot) -> Result<(Group, f64), Error> {
-    let mut group = Group::default();
-    if kind.at_nodes() {
-        let all = || Ok((0..mesh.nodes.len() as u32).collect());
-        group.nodes = on.map_or_else(all, |region| regions::nodes(mesh, region, spot))?;
-    } else if kind.on_cells() {
-        let all = || Ok((0..mesh.cell_count() as u32).collect());
-        group.cells = on.map_or_else(all, |region| regions::cells(mesh, region, spot))?;
-    } else {
-        let nowhere = || spot.error("this load does not say where it acts", "add on = \"z-max\" or another group");
-        group.faces = regions::faces(mesh, on.ok_or_else(nowhere)?, spot, "the load")?;
+/// The faces, nodes or cells of each load as a group, and the moments of its faces.
+fn loaded_regions(case: &Case, mesh: &Mesh, groups: &mut Vec<Group>) -> Result<Vec<FaceMoments>, Error> {
+    let loads: Vec<Load> = case.loads.iter().map(|spec| load(mesh, spec)).collect::<Result<_, _>>()?;
+    one_temperature(mesh, &loads, &case.loads)?;
+    let region = |(k, load): (usize, Load)| {
+        let group = Group { name: name("load", k), ..Group::default() };
+        match load {
+            Load::Traction { faces, .. }
+            | Load::Pressure { faces, .. }
+            | Load::Force { faces, .. }
+            | Load::Resultant { faces, .. }
+            | Load::Hydrostatic { faces, .. } => Group { faces, ..group },
+            Load::Nodal { nodes, .. } => Group { nodes, ..group },
+            Load::Gravity { cells, .. } | Load::Rotation { cells, .. } | Load::Temperature { cells, .. } => {
+                Group { cells, ..group }
+            }
+        }
+    };
+    let first = groups.len();
+    groups.extend(loads.into_iter().enumerate().map(region));
+    Ok(groups[first..].iter().map(|group| FaceMoments::new(mesh, &group.faces)).collect())
+}
+
+/// Leaves the mesh the arrays that loads name.
+fn keep_arrays(case: &Case, mesh: &mut Mesh) {
+    let mut named: HashSet<&str> = HashSet::new();
+    for load in &case.loads {
+        match &load.kind {
+            LoadKind::TemperatureArray { name, .. } => drop(named.insert(name)),
+            LoadKind::Nodal(value) => named.extend(value.iter().filter_map(|component| match component {
+                NodalSpec::Array { name, .. } => Some(name.as_str()),
+                NodalSpec::Field(_) => None,
+            })),
+            _ => {}
+        }
     }
-    let area = group.faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
-    Ok((group, area))
+    mesh.arrays.nodes.retain(|array| named.contains(array.name.as_str()));
+    mesh.arrays.cells.retain(|array| named.contains(array.name.as_str()));
 }
 
 impl Share {
@@ -319,7 +338,7 @@ impl Share {
         let (sizes, center) = (Wire::read(bytes), Wire::read(&bytes[16..]));
         let mut from = &bytes[40..];
         let from = &mut from;
-        let (material_of_cell, symmetry, area) = (take(from), take(from), take(from));
+        let (material_of_cell, symmetry, moments) = (take(from), take(from), take::<[f64; 13]>(from));
         let (kinds, contact_of, body_of_node) = (take(from), take(from), take(from));
         let places: Vec<[f64; 4]> = take(from);
         let body = |[x, y, z, radius]: [f64; 4]| Body {
@@ -335,7 +354,7 @@ impl Share {
             piece,
             material_of_cell,
             symmetry,
-            area,
+            moments: moments.into_iter().map(FaceMoments::of_numbers).collect(),
             center,
             sizes,
             points,

@@ -5,21 +5,25 @@ use super::bolts::add_forces;
 use super::local::{Local, fixes, loads};
 use super::solve::axes;
 use crate::Error;
-use crate::fem::{DofMap, Solid, dof_map, external_forces};
+use crate::fem::{DofMap, Solid, dof_map};
 use crate::io::case::Case;
 use crate::mesh::v3::{dot, scale};
+use crate::run::pose::bolts::Bolt;
 use crate::run::pose::frames::PointFrame;
-use crate::run::pose::load_state::{refuse_dragging, translation};
+use crate::run::pose::load_state::{Acting, Initial, acting, refuse_dragging, translation};
 use crate::run::pose::place;
 
 /// Puts loads and prescribed displacements at time `t` into the problem, with the bolts drawn together by `shortening`, where each
 /// point has slid by `slid` before; length, `2m`.
 pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], shortening: &[f64]) -> Result<(), Error> {
     let mesh = &local.piece.mesh;
-    let (fixes, loads) = (fixes(mesh, case, &local.symmetry)?, loads(mesh, case, &local.area, t)?);
+    let (fixes, (loads, spots)) = (fixes(mesh, case, &local.symmetry)?, loads(mesh, case, &local.moments, t)?);
     let dofs = dof_map(mesh, &fixes, t)?;
     let solid = Solid { mesh, materials: &local.materials, material_of_cell: &local.material_of_cell };
-    let mut forces = external_forces(&solid, &loads, t)?;
+    let (bolts, own): (Vec<&Bolt>, _) = (local.bolts.iter().map(|b| &b.bolt).collect(), |v| local.division.is_own(v));
+    let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
+    let Acting { force: mut forces, strained, thermal_force } = acting;
+    let strain = strained.map_or(Vec::new(), |strained| strained.strain);
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
     let motion = motion(local, case, &dofs, t)?;
@@ -43,6 +47,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     model.support_load = support_load;
     model.dofs.value = dofs.value;
     local.motion = motion;
+    local.initial = Initial { strain, thermal_force, ..Initial::default() };
     Ok(())
 }
 
