@@ -1,7 +1,7 @@
 //! Points with a tensile strength: solved as the problem without it, and judged as what it is.
 
 use super::{Settings, Solution, Status};
-use crate::certificate::certify;
+use crate::certificate::{Certificate, certify};
 use crate::contact::ContactProblem;
 
 /// Solves before an answer that the certificate of the problem without strengths passes, but not that of the problem
@@ -19,14 +19,27 @@ pub(super) fn solve_with_strength(
     solve: &mut dyn FnMut(&ContactProblem, &Settings) -> Solution,
 ) -> Option<Solution> {
     let shifted = problem.without_strength()?;
+    Some(until_certified(problem, settings, &mut |settings| {
+        let found = solve(&shifted, settings);
+        let mut lambda = found.lambda.clone();
+        problem.take_strength_off(&mut lambda);
+        let certificate = certify(problem, &found.u, &lambda, settings.tolerance);
+        (found, lambda, certificate)
+    }))
+}
+
+/// The solution that `solve` finds of the problem without strengths, with the multipliers of `problem` and their certificate, with
+/// tolerances that decrease until it passes.
+pub(super) fn until_certified(
+    problem: &ContactProblem,
+    settings: &Settings,
+    solve: &mut dyn FnMut(&Settings) -> (Solution, Vec<f64>, Certificate),
+) -> Solution {
     let mut own = settings.clone();
     own.start.iter_mut().for_each(|start| problem.add_strength(start));
     let mut attempt = 1;
     loop {
-        let found = solve(&shifted, &own);
-        let mut lambda = found.lambda.clone();
-        problem.take_strength_off(&mut lambda);
-        let certificate = certify(problem, &found.u, &lambda, settings.tolerance);
+        let (found, lambda, certificate) = solve(&own);
         let solved = found.status == Status::Solved;
         if !solved || certificate.is_as_good_as_the_data() || attempt == ATTEMPTS {
             let status = match (found.status, certificate.passed) {
@@ -34,7 +47,7 @@ pub(super) fn solve_with_strength(
                 (Status::Stalled | Status::MaxIterations, true) => Status::Solved,
                 (status, _) => status,
             };
-            return Some(Solution { status, lambda, certificate, ..found });
+            return Solution { status, lambda, certificate, ..found };
         }
         attempt += 1;
         own.tolerance *= (MARGIN / certificate.missed()).max(LEAST_FACTOR);

@@ -19,4 +19,5 @@ mod ranks_files;
 mod ranks_loads;
 mod ranks_motion;
 mod ranks_quadratic;
+mod ranks_timed;
 mod uniqueness;

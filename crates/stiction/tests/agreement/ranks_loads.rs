@@ -44,8 +44,9 @@ const UP_AND_DOWN: &str = "\"20 + (1 + x)*40*min(t, 1.5 - 0.5*t)\"";
 fn stress_off(folder: &Path, size: usize, expected: f64) -> f64 {
     let of_rank = |rank: usize| {
         let path = folder.join(format!("result-{rank:04}.vtu"));
-        let fields = read_fields(&path, &[(Over::Cells, "von_mises")]).unwrap();
-        fields.arrays[0].clone().unwrap()
+        // A rank at an end may have no cell of its own.
+        let fields = path.exists().then(|| read_fields(&path, &[(Over::Cells, "von_mises")]).unwrap());
+        fields.map_or(Vec::new(), |fields| fields.arrays[0].clone().unwrap())
     };
     let all: Vec<f64> = (0..size).flat_map(of_rank).collect();
     assert_eq!(all.len(), 81);
@@ -112,13 +113,15 @@ fn a_heated_case_passes_its_judge_and_goes_on_from_its_files() {
 /// A bolt that is tightened to a force and cools afterwards, its plates do not.
 #[test]
 fn a_bolt_that_cools_is_the_same_on_ranks() {
-    let cold = "{ on = 'bolt', temperature = '-30*max(t - 1, 0)' }";
-    let case = joint(&[("load.1", cold)]);
+    let cooled = |temperature: &str| {
+        let pull = "{ on = 'high.end', force = ['400*max(t - 1, 0)', 0, 0] }";
+        joint(&[("load", &format!("[{pull}, {{ on = 'bolt', temperature = '{temperature}' }}]"))])
+    };
+    let case = cooled("-30*max(t - 1, 0)");
     agrees_case(&case, &[1, 3]);
     bolts_agree(&case, &[2, 4], 1e-8);
     // Tightened while it is cold already, its own strain is part of its force.
-    let case = joint(&[("load.1", "{ on = 'bolt', temperature = '-30*t' }")]);
-    bolts_agree(&case, &[3], 1e-8);
+    bolts_agree(&cooled("-30*t"), &[3], 1e-8);
 }
 
 #[test]

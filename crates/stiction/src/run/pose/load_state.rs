@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::activity::{Activity, within};
+use super::activity::Activity;
+use super::activity::note_gaps;
 use super::bolts::{Bolt, thermal_forces};
 use super::couplings::Coupling;
 use super::frames::{PointFrame, frames};
@@ -215,9 +216,17 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         }
     }
     let displacement = without(travel, &dofs);
-    let friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
+    let friction = loading.activity.laws(coefficients_at(prepared, t)?, &loading.laws, t);
     let out = loading.activity.out(t).collect();
     Ok(LoadState { t, load, support_load, displacement, motion, initial, friction, out, travel })
+}
+
+fn coefficients_at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, Error> {
+    let Prepared { mesh, problem, surfaces, loading, facts, .. } = prepared;
+    let nodes: Vec<u32> = facts.contacts.iter().flat_map(|contact| contact.surface.nodes.iter().copied()).collect();
+    let parts = surfaces.iter().zip(&problem.labels.pairs).zip(&loading.contact_spots);
+    let parts = parts.map(|((surface, pair), spot)| (&surface.friction, pair.points.clone(), spot));
+    coefficients::at(mesh, &loading.laws, parts, &|j| nodes[j], t)
 }
 
 /// What loads do at one time.
@@ -296,14 +305,9 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
-    // Bonded surfaces keep the gap they were meshed with.
-    loading.activity.bonded(t).for_each(|j| motion[j] -= loading.undeformed[j]);
-    loading.ties.put_into(&mut motion, dofs, &loading.stood, travel, t)?;
-    for (&(j, period), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
-        if within(period, t) {
-            motion[j] += kept;
-        }
-    }
+    let Loading { ties, stood, activity, put_in, undeformed, .. } = loading;
+    ties.put_into(&mut motion, dofs, stood, travel, t)?;
+    activity.keep_gaps((put_in, stood.get(ties.len()..).unwrap_or_default()), undeformed, &mut motion, t);
     Ok(motion)
 }
 
@@ -412,9 +416,7 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     problem.contact.gap = offset;
     if let Some(laws) = &loads.friction {
         problem.contact.friction.clone_from(laws);
-        // The strength is a state of the interface, no load.
-        let lost = problem.contact.friction.iter_mut().zip(&loading.lost).filter(|(_, lost)| **lost);
-        lost.for_each(|(law, _)| law.set_strength([0.0; 2]));
+        take_lost_strength(&mut problem.contact.friction, &loading.lost);
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
@@ -427,6 +429,11 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     model.dofs.value.clone_from(&loads.displacement);
 }
 
+/// Takes from points whose strength is lost what their laws have: it is a state of the interface, no load.
+pub(crate) fn take_lost_strength(laws: &mut [Friction], lost: &[bool]) {
+    laws.iter_mut().zip(lost).filter(|(_, lost)| **lost).for_each(|(law, _)| law.set_strength([0.0; 2]));
+}
+
 /// How far each point has slid over its obstacle since the start, length, `2m`.
 pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64> {
     slid_over(&prepared.problem, loads, &prepared.loading.undeformed, u)
@@ -435,18 +442,18 @@ pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64
 /// The same; `undeformed` is gap and tangential offset before anything has moved, length, `3m`.
 pub(crate) fn slid_over(problem: &ContactProblem, loads: &LoadState, undeformed: &[f64], u: &[f64]) -> Vec<f64> {
     let m = problem.points();
-    let jump = jump(problem, loads, u);
+    let jump = jump(problem, &loads.displacement, u);
     // Points of no surface slide over nothing: their values are what they are.
     let of =
         |i: usize| if problem.labels.unity_sum[i % m] == 0.0 { 0.0 } else { jump[i] - loads.motion[i] - undeformed[i] };
     (m..3 * m).map(of).collect()
 }
 
-/// The jump of all degrees of freedom, prescribed ones included, length, `3m`.
-pub(crate) fn jump(problem: &ContactProblem, loads: &LoadState, u: &[f64]) -> Vec<f64> {
+/// The jump of all degrees of freedom, those that have the prescribed `displacement` included, length, `3m`.
+pub(crate) fn jump(problem: &ContactProblem, displacement: &[f64], u: &[f64]) -> Vec<f64> {
     let mut jump = problem.contact.B.times(u);
     if let Some(supports) = &problem.labels.supports {
-        jump.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(j, held)| *j += held);
+        jump.iter_mut().zip(supports.B.times(displacement)).for_each(|(j, held)| *j += held);
     }
     jump
 }
@@ -462,12 +469,8 @@ pub(crate) fn note_where_it_stands(prepared: &mut Prepared, loads: &LoadState, u
     let dofs = &model.dofs;
     loading.ties.note(&mut stood[..ties], dofs, &full, loads.travel, t);
     if !loading.put_in.is_empty() {
-        let jump = jump(problem, loads, u);
-        for (&(j, [begin, _]), kept) in loading.put_in.iter().zip(&mut stood[ties..]) {
-            if t <= begin {
-                *kept = jump[j] - loads.motion[j] - loading.undeformed[j].max(0.0);
-            }
-        }
+        let jump = jump(problem, &loads.displacement, u);
+        note_gaps((&loading.put_in, &mut stood[ties..]), &jump, &loads.motion, &loading.undeformed, t);
     }
     loading.stood = stood;
 }

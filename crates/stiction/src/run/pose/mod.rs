@@ -1,11 +1,11 @@
 //! From a case to a posed problem.
 
-mod activity;
+pub(super) mod activity;
 mod arrays;
 pub(super) mod axis;
 pub(super) mod bolts;
 mod coarser;
-mod coefficients;
+pub(super) mod coefficients;
 mod counts;
 pub(super) mod couplings;
 mod cyclic;

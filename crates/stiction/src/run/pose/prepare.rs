@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::activity::{Activity, Period};
+use super::activity::timed_contacts;
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
@@ -19,7 +19,7 @@ use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
+use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot};
 use crate::io::text::{number, triple};
@@ -113,7 +113,9 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
     ties.extend(of_couplings);
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
-    let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
+    let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
+    let points = problem.labels.pairs.iter().map(|pair| pair.points.clone());
+    let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, case.contacts.iter().zip(points));
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let motions = held_by_contact(&mesh, &model.dofs, &problem, case)?;
@@ -243,25 +245,6 @@ fn cyclic_facts(mesh: &Mesh, case: &Case) -> Result<Vec<CyclicFacts>, Error> {
         Ok(CyclicFacts { cuts: [&spec.on, &spec.against].map(regions::name), nodes, sectors: spec.sectors })
     };
     case.cyclic.iter().map(facts).collect()
-}
-
-/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with each period. The
-/// contacts of `case` are those of the pairs.
-fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, Period)>) {
-    let mut activity = Activity::new(Bounds::around(mesh.nodes.iter().copied()).diagonal());
-    let mut put_in = Vec::new();
-    for (contact, pair) in case.contacts.iter().zip(&problem.labels.pairs) {
-        let periods = contact.periods(&case.steps);
-        if contact.friction == SurfaceFriction::Bonded {
-            let later = periods.iter().filter(|period| period[0].is_finite());
-            put_in.extend(later.flat_map(|&period| pair.points.clone().map(move |j| (j, period))));
-        }
-        pair.points.clone().for_each(|j| activity.add(j, periods.clone()));
-        if let Some(step) = contact.bonded_until.and_then(|step| case.steps.get(step)) {
-            pair.points.clone().for_each(|j| activity.bond(j, step.until));
-        }
-    }
-    (activity, put_in)
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.

@@ -4,16 +4,19 @@ use std::sync::Arc;
 
 use super::bolts::RankBolt;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
+use super::timed::Timed;
 use crate::Error;
 use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
 use crate::fem::{FaceMoments, FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
-use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
 use crate::mesh::v3::{V3, add, cross, sub};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
+use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{Initial, acting};
-use crate::run::pose::loads::{end, load};
+use crate::run::pose::loads::{end, load, period_of_fix, timed_fix};
 use crate::run::pose::place;
+use crate::run::pose::ties::TimedFix;
 
 /// A case on the piece of one rank.
 pub(super) struct Local {
@@ -46,6 +49,7 @@ pub(super) struct Local {
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
     pub bolts: Vec<RankBolt>,
+    pub timed: Timed,
 }
 
 /// Poses what a rank has of the case.
@@ -56,6 +60,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         symmetry,
         moments,
         center,
+        diagonal,
         sizes,
         points,
         kinds,
@@ -68,22 +73,27 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
     let t = end(case);
-    let (fixes, (loads, spots)) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &moments, t)?);
+    let (fixes, (loads, spots)) = (fixes(mesh, case, &symmetry), loads(mesh, case, &moments, t)?);
     let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| {
         // That of a load is shown where the case asks for it.
         let of_load = acting(&solid, loads.iter().zip(spots.iter().copied()), (&[], &|_| true), t).err();
         of_load.unwrap_or_else(|| place::at(&case.mesh.spot, error))
     })?;
     add_springs(mesh, &springs(mesh, case), &mut model)?;
-    let division = Division {
+    let mut division = Division {
         ranks: Arc::clone(ranks),
         owner: piece.owner.clone(),
         global: piece.nodes.clone(),
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
         points: points.nodes().collect(),
     };
-    let undeformed = points.gaps();
-    let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    let mut undeformed = points.gaps();
+    let mut problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    let supports = timed_fixes(mesh, case, &symmetry);
+    let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), &supports)?;
+    let held = timed.contact_points()..problem.points();
+    undeformed.resize(held.end, 0.0);
+    division.points.extend(held.map(|j| node_of_tie(&problem, &model, j)));
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
@@ -109,7 +119,14 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         initial: Initial::default(),
         sizes,
         bolts,
+        timed,
     })
+}
+
+/// The node that the point of a support holds.
+fn node_of_tie(problem: &ContactProblem, model: &FeModel, j: usize) -> u32 {
+    let unknowns = problem.rows(j).into_iter().flat_map(|i| problem.contact.B.row(i).0);
+    unknowns.map(|&unknown| model.dofs.free[unknown as usize] / 3).next().unwrap_or_default()
 }
 
 /// Whether what acts at the end is not what was posed, or more is to be known of it: load steps, obstacles that move, temperatures.
@@ -138,18 +155,30 @@ fn region(kind: &str, number: usize, spot: &Spot) -> Region {
     Region::Groups(vec![(name(kind, number), spot.clone())])
 }
 
-/// Prescribed displacements of the nodes here.
-pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fix>, Error> {
-    let mut fixes = Vec::new();
-    for (k, (spec, &axis)) in case.fixes.iter().zip(symmetry).enumerate() {
-        let Some(group) = group(mesh, "fix", k) else { continue };
-        let mut fix = Fix { nodes: group.nodes.clone(), value: spec.value.clone(), axes: spec.axes, ..Fix::default() };
-        if axis != NO_AXIS {
-            fix.value[axis as usize] = Some(Field::Constant(0.0));
-        }
-        fixes.push(fix);
+/// Prescribed displacements of the nodes here that always hold.
+pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<Fix> {
+    let always = |k: usize| period_of_fix(&case.fixes[k], &case.steps) == ALWAYS;
+    (0..case.fixes.len()).filter(|&k| always(k)).filter_map(|k| fix(mesh, case, k, symmetry[k])).collect()
+}
+
+/// Those that begin or end with a step.
+fn timed_fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<TimedFix> {
+    let timed = |(k, spec): (usize, &FixSpec)| {
+        let in_time = period_of_fix(spec, &case.steps) != ALWAYS;
+        let fix = fix(mesh, case, k, symmetry[k]).filter(|_| in_time)?;
+        Some(timed_fix(spec, fix, &case.steps))
+    };
+    case.fixes.iter().enumerate().filter_map(timed).collect()
+}
+
+/// An entry of the case at the nodes here; none where it holds none of them.
+fn fix(mesh: &Mesh, case: &Case, number: usize, axis: u32) -> Option<Fix> {
+    let (group, spec) = (group(mesh, "fix", number)?, &case.fixes[number]);
+    let mut fix = Fix { nodes: group.nodes.clone(), value: spec.value.clone(), axes: spec.axes, ..Fix::default() };
+    if axis != NO_AXIS {
+        fix.value[axis as usize] = Some(Field::Constant(0.0));
     }
-    Ok(fixes)
+    Some(fix)
 }
 
 /// Loads on what is here with their places in the case; total forces and moments as they are at time `t`, where `moments` are

@@ -8,13 +8,15 @@ use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
-use crate::io::case::{Case, LoadKind, NodalSpec};
-use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
+use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
+use crate::mesh::{Bounds, Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
+use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
-use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
+use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature, period_of_fix};
 use crate::run::pose::materials::materials;
-use crate::run::pose::{MemoryLimit, made_mesh, place, planned, regions, surfaces};
+use crate::run::pose::ties::TimedFix;
+use crate::run::pose::{MemoryLimit, coefficients, made_mesh, place, planned, regions, surfaces};
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
 /// the ranks that have contact alone.
@@ -36,6 +38,8 @@ pub(super) struct Share {
     pub moments: Vec<FaceMoments>,
     /// What the rigid motions turn about, the mean of all nodes; length.
     pub center: [f64; 3],
+    /// That of the box around the whole mesh, length.
+    pub diagonal: f64,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
     /// The contact points all of whose nodes are in the piece, by their places there; those that its own nodes need are.
@@ -99,10 +103,10 @@ impl Whole {
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
-        let Fixes { held, .. } = fixes(&mesh, case)?;
+        let Fixes { held, timed, .. } = fixes(&mesh, case)?;
         let (body_of_node, bodies) = bodies_of(&mesh);
         let mut groups = Vec::new();
-        let symmetry = fixed_regions(case, &held, &mut groups)?;
+        let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
         let moments = loaded_regions(case, &mesh, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
             let faces = regions::faces(&mesh, &spring.on, &spring.spot, "the spring")?;
@@ -146,11 +150,13 @@ impl Whole {
             bolts,
         } = self;
         let center = centroid(mesh);
+        let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
             let mut to = Vec::new();
             sizes.write(&mut to);
             center.write(&mut to);
+            diagonal.write(&mut to);
             put(&piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect::<Vec<_>>(), &mut to);
             put(symmetry, &mut to);
             put(&moments.iter().map(FaceMoments::numbers).collect::<Vec<_>>(), &mut to);
@@ -175,9 +181,11 @@ impl Whole {
 }
 
 /// The nodes of each prescribed displacement as a group, and the axis that a plane of symmetry holds, or [`NO_AXIS`].
-fn fixed_regions(case: &Case, held: &[Fix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
-    let mut symmetry = Vec::new();
-    for (k, (spec, fix)) in case.fixes.iter().zip(held).enumerate() {
+fn fixed_regions(case: &Case, held: &[Fix], timed: &[TimedFix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
+    let (mut symmetry, mut held, mut timed) = (Vec::new(), held.iter(), timed.iter().map(|timed| &timed.fix));
+    for (k, spec) in case.fixes.iter().enumerate() {
+        let always = period_of_fix(spec, &case.steps) == ALWAYS;
+        let Some(fix) = (if always { held.next() } else { timed.next() }) else { continue };
         groups.push(Group { name: name("fix", k), nodes: fix.nodes.clone(), ..Group::default() });
         let along = (0..3).find(|&c| fix.value[c].is_some()).filter(|_| spec.symmetry);
         if along.is_some() && fix.axes != Axes::Global {
@@ -207,6 +215,8 @@ fn contact(
             return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
         }
     }
+    let specs: Vec<ContactSpec> = of.iter().map(|&k| case.contacts[k].clone()).collect();
+    coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
     let (points, _) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
@@ -335,8 +345,8 @@ fn keep_arrays(case: &Case, mesh: &mut Mesh) {
 
 impl Share {
     fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
-        let (sizes, center) = (Wire::read(bytes), Wire::read(&bytes[16..]));
-        let mut from = &bytes[40..];
+        let (sizes, center, diagonal) = (Wire::read(bytes), Wire::read(&bytes[16..]), Wire::read(&bytes[40..]));
+        let mut from = &bytes[48..];
         let from = &mut from;
         let (material_of_cell, symmetry, moments) = (take(from), take(from), take::<[f64; 13]>(from));
         let (kinds, contact_of, body_of_node) = (take(from), take(from), take(from));
@@ -356,6 +366,7 @@ impl Share {
             symmetry,
             moments: moments.into_iter().map(FaceMoments::of_numbers).collect(),
             center,
+            diagonal,
             sizes,
             points,
             kinds,
