@@ -101,9 +101,9 @@ fn friction_by_an_array_is_the_same_on_ranks() {
 
 /// A wall at the end, a clamp that is bonded where it stands when it is put in, and a floor that is away for a step.
 fn with_periods(element: &str) -> Case {
-    let more = "[[contact]]\nname = \"wall\"\non = \"x-max\"\nfriction = { coulomb = 0.2 }\nuntil = \"pull\"\n\
+    let more = "[[contact]]\nname = \"wall\"\non = { box = [[3, 0, 0.2], [3, 1, 1]] }\nfriction = { coulomb = 0.2 }\nuntil = \"pull\"\n\
                 against = { plane = { point = [3.000002, 0, 0], normal = [-1, 0, 0] } }\n\
-                [[contact]]\nname = \"clamp\"\non = \"y-max\"\nfriction = \"bonded\"\nfrom = \"pull\"\n\
+                [[contact]]\nname = \"clamp\"\non = { box = [[0, 1, 0.2], [2.7, 1, 1]] }\nfriction = \"bonded\"\nfrom = \"pull\"\n\
                 against = { plane = { point = [0, 1.001, 0], normal = [0, -1, 0] } }\n";
     case_of(&brick(element, "friction = { coulomb = 0.3 }\nwithout = [\"pull\"]", more), "1e-10")
 }
@@ -126,8 +126,8 @@ fn a_contact_that_is_bonded_at_first_is_the_same_on_ranks() {
 /// Supports along the axes and along others, one that is let go, one that leads its nodes to a value and one that keeps them where
 /// they stand; some nodes have two of them.
 fn with_supports(element: &str) -> Case {
-    let more = "[[fix]]\non = \"x-max\"\nvalue = [\"1e-5*t\", 0, 0]\nuntil = \"press\"\n\
-                [[fix]]\non = \"y-max\"\ncomponents = \"y\"\nvalue = \"2e-5\"\nfrom = \"pull\"\n\
+    let more = "[[fix]]\non = { box = [[3, 0, 0.1], [3, 1, 1]] }\nvalue = [\"1e-5*t\", 0, 0]\nuntil = \"press\"\n\
+                [[fix]]\non = { box = [[0, 1, 0.1], [3, 1, 1]] }\ncomponents = \"y\"\nvalue = \"2e-5\"\nfrom = \"pull\"\n\
                 [[fix]]\non = \"z-max\"\ncomponents = \"xz\"\ncondition = \"as-it-stands\"\nfrom = \"rest\"\n";
     case_of(&brick(element, "friction = { coulomb = 0.3 }", more), "1e-10")
 }
@@ -143,7 +143,7 @@ fn supports_that_begin_or_end_with_a_step_are_the_same_on_ranks() {
 fn a_bar_that_is_let_go_springs_back_on_ranks() {
     let text = format!(
         "[mesh]\nblock = {{ size = [3, 1, 1], cells = [9, 3, 3], element = \"hex8\" }}\n{STEEL}\
-         [[fix]]\non = \"x-min\"\n[[fix]]\non = \"x-max\"\nvalue = [\"0.03*min(t, 1)\", 0, 0]\nuntil = \"stretch\"\n\
+         [[fix]]\non = \"x-min\"\n[[fix]]\non = {{ box = [[3, 0, 0.1], [3, 1, 1]] }}\nvalue = [\"0.03*min(t, 1)\", 0, 0]\nuntil = \"stretch\"\n\
          [[contact]]\non = \"z-min\"\nfriction = \"none\"\nagainst = {{ plane = {{ point = [0, 0, -1], normal = [0, 0, 1] }} }}\n\
          [[step]]\nname = \"stretch\"\nuntil = 1\n[[step]]\nname = \"free\"\nuntil = 2\n"
     );
@@ -208,7 +208,7 @@ fn a_glued_block_carries_its_strength_and_no_more_on_ranks() {
 /// Equations would be points as supports are, on nodes of several ranks.
 #[test]
 fn what_ties_nodes_of_several_ranks_is_still_refused() {
-    let equation = "[[equation]]\nterms = [{ on = \"x-max\", along = [1, 0, 0] }]\n";
+    let equation = "[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n";
     let error = refusal(&case_of(&brick("hex8", "friction = \"none\"", equation), "1e-8"), 2, None);
     assert!(error.what.contains("an equation between displacements"), "{error}");
 }

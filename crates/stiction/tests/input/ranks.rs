@@ -26,7 +26,10 @@ fn refused(text: &str, size: usize) -> Error {
 fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
     let floor = |more: &str| format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3 }}\n{more}");
     let cases = [
-        (floor("[[equation]]\nterms = [{ on = \"x-max\", along = [1, 0, 0] }]\n"), "equation between displacements"),
+        (
+            floor("[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n"),
+            "equation between displacements",
+        ),
         (floor("[accuracy]\nenergy = \"10%\"\n"), "[accuracy]"),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),

@@ -21,7 +21,7 @@ use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot};
+use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot, StepSpec};
 use crate::io::text::{number, triple};
 use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
@@ -94,13 +94,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let widened = surfaces::widened(&case.contacts);
-    if let Some(brittle) = case.contacts.iter().find(|contact| contact.friction.is_brittle())
-        && case.steps.is_empty()
-    {
-        let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
-        let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
-        return Err(brittle.friction_spot.error(what, remedy));
-    }
+    refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
@@ -215,6 +209,18 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         apply(&mut prepared, &last, &unslid);
     }
     Ok(prepared)
+}
+
+/// Strength that can be lost needs load steps.
+pub(crate) fn refuse_loss_without_steps(contacts: &[ContactSpec], steps: &[StepSpec]) -> Result<(), Error> {
+    match contacts.iter().find(|contact| contact.friction.is_brittle()) {
+        Some(brittle) if steps.is_empty() => {
+            let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
+            let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
+            Err(brittle.friction_spot.error(what, remedy))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Prepared {

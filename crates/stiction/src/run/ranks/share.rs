@@ -16,7 +16,9 @@ use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature, period_of_fix};
 use crate::run::pose::materials::materials;
 use crate::run::pose::ties::TimedFix;
-use crate::run::pose::{MemoryLimit, coefficients, made_mesh, place, planned, regions, surfaces};
+use crate::run::pose::{
+    MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
+};
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
 /// the ranks that have contact alone.
@@ -107,13 +109,13 @@ impl Whole {
         let (body_of_node, bodies) = bodies_of(&mesh);
         let mut groups = Vec::new();
         let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
-        let moments = loaded_regions(case, &mesh, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
             let faces = regions::faces(&mesh, &spring.on, &spring.spot, "the spring")?;
             groups.push(Group { name: name("spring", k), faces, ..Group::default() });
         }
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let moments = loaded_regions(case, &solid, &mut groups)?;
         let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
@@ -207,6 +209,7 @@ fn contact(
     groups: &mut Vec<Group>,
 ) -> Result<(PosedPoints, Vec<u8>, Vec<u32>), Error> {
     let mesh = solid.mesh;
+    refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
     surfaces::assign(solid, dofs, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
@@ -304,7 +307,8 @@ fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2
 }
 
 /// The faces, nodes or cells of each load as a group, and the moments of its faces.
-fn loaded_regions(case: &Case, mesh: &Mesh, groups: &mut Vec<Group>) -> Result<Vec<FaceMoments>, Error> {
+fn loaded_regions(case: &Case, solid: &Solid, groups: &mut Vec<Group>) -> Result<Vec<FaceMoments>, Error> {
+    let mesh = solid.mesh;
     let loads: Vec<Load> = case.loads.iter().map(|spec| load(mesh, spec)).collect::<Result<_, _>>()?;
     one_temperature(mesh, &loads, &case.loads)?;
     let region = |(k, load): (usize, Load)| {
@@ -316,14 +320,22 @@ fn loaded_regions(case: &Case, mesh: &Mesh, groups: &mut Vec<Group>) -> Result<V
             | Load::Resultant { faces, .. }
             | Load::Hydrostatic { faces, .. } => Group { faces, ..group },
             Load::Nodal { nodes, .. } => Group { nodes, ..group },
-            Load::Gravity { cells, .. } | Load::Rotation { cells, .. } | Load::Temperature { cells, .. } => {
-                Group { cells, ..group }
+            Load::Gravity { cells, .. } | Load::Rotation { cells, .. } => {
+                Group { cells: with_mass(solid, cells), ..group }
             }
+            Load::Temperature { cells, .. } => Group { cells, ..group },
         }
     };
     let first = groups.len();
     groups.extend(loads.into_iter().enumerate().map(region));
     Ok(groups[first..].iter().map(|group| FaceMoments::new(mesh, &group.faces)).collect())
+}
+
+/// Those of the cells that have mass: a piece may have others only. All of them where none has, which is an error that all ranks see.
+fn with_mass(solid: &Solid, cells: Vec<u32>) -> Vec<u32> {
+    let has_mass = |&cell: &u32| solid.materials[solid.material_of_cell[cell as usize] as usize].density > 0.0;
+    let heavy: Vec<u32> = cells.iter().copied().filter(has_mass).collect();
+    if heavy.is_empty() { cells } else { heavy }
 }
 
 /// Leaves the mesh the arrays that loads name.
