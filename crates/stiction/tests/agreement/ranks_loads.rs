@@ -137,6 +137,28 @@ fn cells_with_two_temperatures_and_materials_without_expansion_are_refused_by_ra
     }
 }
 
+/// The ranks at one end have cells without mass only.
+#[test]
+fn weight_of_a_part_is_the_same_on_ranks() {
+    let part = |name: &str, at: f64| {
+        format!(
+            "[mesh.parts.{name}]\nblock = {{ size = [2, 1, 1], cells = [8, 4, 4], element = \"hex8\" }}\nmove = [{at}, 0, 0]\n"
+        )
+    };
+    let floor = "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = { coulomb = 0.3 }\n";
+    let text = format!(
+        "{}{}[materials.heavy]\nyoung = 2e9\npoisson = 0.3\ndensity = 7800\non = \"a\"\n\
+         [materials.light]\nyoung = 2e9\npoisson = 0.3\non = \"b\"\n[[fix]]\non = [\"a.y-min\", \"b.y-min\"]\n\
+         [[load]]\ngravity = [2, 0, -9.81]\n[[contact]]\non = \"a.z-min\"\n{floor}[[contact]]\non = \"b.z-min\"\n{floor}",
+        part("a", 0.0),
+        part("b", 3.0)
+    );
+    agrees(&text, &[1, 4]);
+    let none = text.replace("density = 7800\n", "");
+    let error = refusal(&case_of(&none, "1e-8"), 4, None);
+    assert!(error.what.contains("cells without mass"), "{error}");
+}
+
 /// A brick with a force and a moment on the end that is not held.
 fn with_moment(element: &str, more: &str) -> String {
     format!(
