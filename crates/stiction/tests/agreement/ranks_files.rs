@@ -205,13 +205,24 @@ fn a_flipped_bit_a_missing_piece_and_a_piece_of_another_run_are_named() {
 
 /// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
 pub(super) fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
+    killed_when(case, size, folder, resume, &|seen| seen > increments);
+}
+
+/// The same where the number of solves that have begun says it.
+pub(super) fn killed_when(
+    case: &Case,
+    size: usize,
+    folder: &Path,
+    resume: bool,
+    ends: &(dyn Fn(usize) -> bool + Sync),
+) {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let found = threads(size, |ranks| {
         // Where a run is killed the list has what was finished before.
         let mut seen = 0;
         let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |progress| {
             seen += usize::from(progress.iteration == 0);
-            if seen > increments { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if ends(seen) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         answer.unwrap().summary.status
     });

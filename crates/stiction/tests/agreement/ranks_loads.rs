@@ -154,7 +154,7 @@ fn weight_of_a_part_is_the_same_on_ranks() {
         part("b", 3.0)
     );
     agrees(&text, &[1, 4]);
-    let none = text.replace("density = 7800\n", "");
+    let none = text.replace("[[load]]\n", "[[load]]\non = \"b\"\n");
     let error = refusal(&case_of(&none, "1e-8"), 4, None);
     assert!(error.what.contains("cells without mass"), "{error}");
 }
