@@ -214,3 +214,18 @@ fn what_ties_nodes_of_several_ranks_is_still_refused() {
     let error = refusal(&case_of(&brick("hex8", "friction = \"none\"", equation), "1e-8"), 2, None);
     assert!(error.what.contains("an equation between displacements"), "{error}");
 }
+
+/// Multigrid wants a node for each point; on one machine there is the factor.
+#[test]
+fn supports_by_time_that_share_nodes_with_contacts_or_one_another_are_refused_at_their_line() {
+    let with_contact = "[[fix]]\non = \"x-max\"\nfrom = \"pull\"\n";
+    let of_other_steps = "[[fix]]\non = { box = [[3, 0, 0.5], [3, 1, 1]] }\ncomponents = \"x\"\nuntil = \"press\"\n\
+                          [[fix]]\non = { box = [[2.5, 1, 0.5], [3, 1, 1]] }\ncomponents = \"y\"\nfrom = \"rest\"\n";
+    for more in [with_contact, of_other_steps] {
+        let case = case_of(&brick("hex8", "friction = { coulomb = 0.3 }", more), "1e-8");
+        let error = refusal(&case, 3, None);
+        assert!(error.what.contains("support that begins or ends with a step"), "{error}");
+        assert!(error.place.starts_with("case.toml:") && error.remedy.contains("stiction solve"), "{error}");
+        assert!(error.excerpt.contains("[[fix]]"), "{error}");
+    }
+}

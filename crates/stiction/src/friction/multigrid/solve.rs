@@ -236,15 +236,14 @@ fn solve_without_strength(
     until_certified(problem, settings, &mut |settings| {
         let mut found = multigrid
             .with_strength_off(problem, |shifted, multigrid| solve_multigrid(shifted, multigrid, settings, observer));
-        let mut lambda = found.lambda.clone();
-        problem.take_strength_off(&mut lambda);
+        problem.take_strength_off(&mut found.lambda);
         let divided = multigrid.divided.as_ref();
-        let certificate = judged(problem, divided, (&found.u, &lambda), tolerance);
+        found.certificate = judged(problem, divided, (&found.u, &found.lambda), tolerance);
         if let Some(divided) = divided {
             // Another attempt starts from there.
             found.u = divided.everywhere(&found.u);
         }
-        (found, lambda, certificate)
+        found
     })
 }
 

@@ -1,8 +1,10 @@
 //! The problem of one rank, posed on its piece of the mesh by the code that poses a whole one.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
+use super::scope;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
 use super::timed::Timed;
 use crate::Error;
@@ -93,7 +95,8 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), &supports)?;
     let held = timed.contact_points()..problem.points();
     undeformed.resize(held.end, 0.0);
-    division.points.extend(held.map(|j| node_of_tie(&problem, &model, j)));
+    division.points.extend(held.clone().map(|j| node_of_tie(&problem, &model, j)));
+    refuse_shared_nodes(division.points.split_at(held.start), &supports)?;
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
@@ -127,6 +130,16 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
 fn node_of_tie(problem: &ContactProblem, model: &FeModel, j: usize) -> u32 {
     let unknowns = problem.rows(j).into_iter().flat_map(|i| problem.contact.B.row(i).0);
     unknowns.map(|&unknown| model.dofs.free[unknown as usize] / 3).next().unwrap_or_default()
+}
+
+/// Multigrid wants a node for each point: those of supports are not those of contacts, nor of one another.
+fn refuse_shared_nodes((of_contacts, of_ties): (&[u32], &[u32]), supports: &[TimedFix]) -> Result<(), Error> {
+    let mut taken: HashSet<u32> = of_contacts.iter().copied().collect();
+    let Some(node) = of_ties.iter().find(|node| !taken.insert(**node)) else { return Ok(()) };
+    let holds = |support: &&TimedFix| support.fix.nodes.contains(node);
+    let spot = supports.iter().rev().find(holds).map(|support| support.spot.clone()).unwrap_or_default();
+    let what = "a support that begins or ends with a step on nodes that a contact has, or another such support with other steps,";
+    Err(scope::refused(&spot, what))
 }
 
 /// Whether what acts at the end is not what was posed, or more is to be known of it: load steps, obstacles that move, temperatures.
