@@ -155,51 +155,95 @@ fn resultant(
 pub(super) fn resultant_traction(
     mesh: &Mesh,
     faces: &[u32],
-    [force, moment]: [&[Field; 3]; 2],
+    total: [&[Field; 3]; 2],
     about: Option<V3>,
     t: f64,
 ) -> Result<[V3; 3], Error> {
-    let all = |value: &[Field; 3], what: &str| -> Result<V3, Error> {
-        Ok([of_time(&value[0], t, what)?, of_time(&value[1], t, what)?, of_time(&value[2], t, what)?])
-    };
-    let (force, moment) = (all(force, "a total force")?, all(moment, "a total moment")?);
-    let points: Vec<FacePoint> = faces.iter().flat_map(|&face| face_points(&face_coordinates(mesh, face))).collect();
-    let area: f64 = points.iter().map(|p| norm(p.area)).sum();
-    let centroid = points.iter().fold([0.0; 3], |c, p| add(c, scale(norm(p.area) / area, p.position)));
-    let mut inertia = [[0.0; 3]; 3];
-    for p in &points {
-        let (r, weight) = (sub(p.position, centroid), norm(p.area));
-        for a in 0..3 {
-            inertia[a][a] += weight * dot(r, r);
-            (0..3).for_each(|b| inertia[a][b] -= weight * r[a] * r[b]);
+    FaceMoments::new(mesh, faces).resultant(total, about, t)
+}
+
+/// What spreads a total force and a total moment over faces, by the quadrature that loads their nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FaceMoments {
+    /// Length squared.
+    pub area: f64,
+    /// Length.
+    pub centroid: V3,
+    /// `∫ r² I - r rᵀ`, `r` from the centroid; length to the fourth power.
+    pub inertia: [V3; 3],
+}
+
+impl FaceMoments {
+    /// Of faces that exist.
+    pub(crate) fn new(mesh: &Mesh, faces: &[u32]) -> FaceMoments {
+        let points = || faces.iter().flat_map(|&face| face_points(&face_coordinates(mesh, face)));
+        let area: f64 = points().map(|p| norm(p.area)).sum();
+        let centroid = points().fold([0.0; 3], |c, p| add(c, scale(norm(p.area) / area, p.position)));
+        let mut inertia = [[0.0; 3]; 3];
+        for p in points() {
+            let (r, weight) = (sub(p.position, centroid), norm(p.area));
+            for a in 0..3 {
+                inertia[a][a] += weight * dot(r, r);
+                (0..3).for_each(|b| inertia[a][b] -= weight * r[a] * r[b]);
+            }
         }
+        FaceMoments { area, centroid, inertia }
     }
-    let of_centroid = add(moment, cross(sub(about.unwrap_or(centroid), centroid), force));
-    let columns = [cross(inertia[1], inertia[2]), cross(inertia[2], inertia[0]), cross(inertia[0], inertia[1])];
-    let determinant = dot(inertia[0], columns[0]);
-    let size = inertia[0][0] + inertia[1][1] + inertia[2][2];
-    // A strip of faces along a line resists turning about it by its width only: its own digits are lost below this.
-    if !(area > 0.0 && determinant > 1e-12 * size * size * size) {
-        let what = "the faces that carry the moment have no width across some axis";
-        return Err(Error::new("", what, "choose faces that do not all lie along one line"));
+
+    /// As numbers, for messages.
+    pub(crate) fn numbers(&self) -> [f64; 13] {
+        let [x, y, z] = self.centroid;
+        let [[a, b, c], [d, e, f], [g, h, i]] = self.inertia;
+        [self.area, x, y, z, a, b, c, d, e, f, g, h, i]
     }
-    let turn = scale(1.0 / determinant, [0, 1, 2].map(|k| (0..3).map(|j| columns[j][k] * of_centroid[j]).sum()));
-    Ok([scale(1.0 / area, force), turn, centroid])
+
+    /// The inverse of [`Self::numbers`].
+    pub(crate) fn of_numbers([area, x, y, z, a, b, c, d, e, f, g, h, i]: [f64; 13]) -> FaceMoments {
+        FaceMoments { area, centroid: [x, y, z], inertia: [[a, b, c], [d, e, f], [g, h, i]] }
+    }
+
+    /// The traction of a total force.
+    pub(crate) fn even(&self, total: &[Field; 3], t: f64) -> Result<V3, Error> {
+        // There is no one place to evaluate a total at: an expression that reads it gives NaN and is refused.
+        let total = vector(total, [f64::NAN; 3], t).map_err(|mut e| {
+            e.remedy = "a total force is a finite number or an expression in the time t only".into();
+            e
+        })?;
+        if self.area.is_nan() || self.area <= 0.0 {
+            return Err(Error::new("", "the faces that carry the total force have no area", "choose other faces"));
+        }
+        Ok(scale(1.0 / self.area, total))
+    }
+
+    /// `a`, `b` and the centroid of the traction `a + b x r` of a total force and moment.
+    pub(crate) fn resultant(
+        &self,
+        [force, moment]: [&[Field; 3]; 2],
+        about: Option<V3>,
+        t: f64,
+    ) -> Result<[V3; 3], Error> {
+        let FaceMoments { area, centroid, inertia } = *self;
+        let all = |value: &[Field; 3], what: &str| -> Result<V3, Error> {
+            Ok([of_time(&value[0], t, what)?, of_time(&value[1], t, what)?, of_time(&value[2], t, what)?])
+        };
+        let (force, moment) = (all(force, "a total force")?, all(moment, "a total moment")?);
+        let of_centroid = add(moment, cross(sub(about.unwrap_or(centroid), centroid), force));
+        let columns = [cross(inertia[1], inertia[2]), cross(inertia[2], inertia[0]), cross(inertia[0], inertia[1])];
+        let determinant = dot(inertia[0], columns[0]);
+        let size = inertia[0][0] + inertia[1][1] + inertia[2][2];
+        // A strip of faces along a line resists turning about it by its width only: its own digits are lost below this.
+        if !(area > 0.0 && determinant > 1e-12 * size * size * size) {
+            let what = "the faces that carry the moment have no width across some axis";
+            return Err(Error::new("", what, "choose faces that do not all lie along one line"));
+        }
+        let turn = scale(1.0 / determinant, [0, 1, 2].map(|k| (0..3).map(|j| columns[j][k] * of_centroid[j]).sum()));
+        Ok([scale(1.0 / area, force), turn, centroid])
+    }
 }
 
 fn total_force(mesh: &Mesh, faces: &[u32], total: &[Field; 3], t: f64, nodal: &mut [f64]) -> Result<(), Error> {
-    // There is no one place to evaluate a total at: an expression that reads it gives NaN and is refused.
-    let total = vector(total, [f64::NAN; 3], t).map_err(|mut e| {
-        e.remedy = "a total force is a finite number or an expression in the time t only".into();
-        e
-    })?;
-    let mut share = vec![0.0; nodal.len()];
-    on_faces(mesh, faces, &mut share, |p| Ok([norm(p.area), 0.0, 0.0]))?;
-    let area: f64 = share.iter().sum();
-    if area.is_nan() || area <= 0.0 {
-        return Err(Error::new("", "the faces that carry the total force have no area", "choose other faces"));
-    }
-    let traction = scale(1.0 / area, total);
+    on_faces(mesh, faces, &mut nodal.to_vec(), |_| Ok([0.0; 3]))?; // refuses faces that do not exist
+    let traction = FaceMoments::new(mesh, faces).even(total, t)?;
     on_faces(mesh, faces, nodal, |p| Ok(scale(norm(p.area), traction)))
 }
 

@@ -38,6 +38,7 @@ pub use faces::{FacePoint, face_coordinates, face_points, nodal_normals};
 pub use field::Field;
 pub(crate) use initial::quadratic_points;
 pub use initial::{InitialStrain, initial_strain};
+pub(crate) use loads::FaceMoments;
 pub use loads::external_forces;
 pub use mass::mass;
 pub use material::{Formulation, Material, NEARLY_INCOMPRESSIBLE};

@@ -18,15 +18,28 @@ pub(super) fn solve_with_strength(
     settings: &Settings,
     solve: &mut dyn FnMut(&ContactProblem, &Settings) -> Solution,
 ) -> Option<Solution> {
-    let shifted = problem.without_strength()?;
+    let (shifted, tolerance) = (problem.without_strength()?, settings.tolerance);
+    Some(until_certified(problem, settings, &mut |settings| {
+        let mut found = solve(&shifted, settings);
+        problem.take_strength_off(&mut found.lambda);
+        found.certificate = certify(problem, &found.u, &found.lambda, tolerance);
+        found
+    }))
+}
+
+/// The solution of the problem without strengths that `solve` finds, with multipliers and certificate of `problem`, for tolerances that
+/// decrease until the certificate passes.
+pub(super) fn until_certified(
+    problem: &ContactProblem,
+    settings: &Settings,
+    solve: &mut dyn FnMut(&Settings) -> Solution,
+) -> Solution {
     let mut own = settings.clone();
     own.start.iter_mut().for_each(|start| problem.add_strength(start));
     let mut attempt = 1;
     loop {
-        let found = solve(&shifted, &own);
-        let mut lambda = found.lambda.clone();
-        problem.take_strength_off(&mut lambda);
-        let certificate = certify(problem, &found.u, &lambda, settings.tolerance);
+        let found = solve(&own);
+        let certificate = &found.certificate;
         let solved = found.status == Status::Solved;
         if !solved || certificate.is_as_good_as_the_data() || attempt == ATTEMPTS {
             let status = match (found.status, certificate.passed) {
@@ -34,10 +47,12 @@ pub(super) fn solve_with_strength(
                 (Status::Stalled | Status::MaxIterations, true) => Status::Solved,
                 (status, _) => status,
             };
-            return Some(Solution { status, lambda, certificate, ..found });
+            return Solution { status, ..found };
         }
         attempt += 1;
         own.tolerance *= (MARGIN / certificate.missed()).max(LEAST_FACTOR);
-        (own.start, own.start_displacement) = (Some(found.lambda), Some(found.u));
+        let mut start = found.lambda;
+        problem.add_strength(&mut start);
+        (own.start, own.start_displacement) = (Some(start), Some(found.u));
     }
 }

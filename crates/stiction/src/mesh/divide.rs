@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{CellKind, Cells, Face, Group, Mesh, MeshArrays};
+use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray};
 use crate::ranks::{Wire, put, take};
 
 /// The part of each node, of so many parts: places are cut across their longest extent into halves of equal weight, again and
@@ -49,7 +49,7 @@ fn bisect(places: &[[f64; 3]], weights: &[f64], nodes: &mut [u32], parts: std::o
 /// The mesh of one part: its nodes and all cells at them, and what [`pieces`] adds. Nodes and cells keep their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshPiece {
-    /// With the named groups, as far as they are here; some may be empty.
+    /// With the named groups and the numbers of the arrays, as far as they are here; some groups may be empty.
     pub mesh: Mesh,
     /// The number of each node in the whole mesh, ascending.
     pub nodes: Vec<u64>,
@@ -59,7 +59,7 @@ pub struct MeshPiece {
     pub cells: Vec<u64>,
 }
 
-/// The pieces of a mesh without its arrays, one after the other: `owner` is the part of each node.
+/// The pieces of a mesh, one after the other: `owner` is the part of each node.
 ///
 /// Each of `links` is a node whose displacement is measured from those after it. A piece has, beside the cells at own nodes,
 /// those at nodes measured from own ones, and those at all from which a node of these cells is measured: with the displacements
@@ -169,12 +169,23 @@ fn piece(mesh: &Mesh, owner: &[u32], cells: Vec<u32>) -> MeshPiece {
         interior_faces: Vec::new(),
         nodes: restricted(&group.nodes, &nodes),
     };
+    let at = |values: &[f64], here: &[u32]| here.iter().map(|&k| values[k as usize]).collect();
+    let of_nodes = |array: &NodeArray| NodeArray { name: array.name.clone(), values: at(&array.values, &nodes) };
+    let of_cells = |array: &CellArray| CellArray {
+        name: array.name.clone(),
+        values: at(&array.values, &cells),
+        faces: array.faces.iter().filter_map(|&(face, value)| Some((place(&faces, face)?, value))).collect(),
+    };
     let mut piece = Mesh {
         nodes: nodes.iter().map(|&v| mesh.nodes[v as usize]).collect(),
         cells: blocks,
         faces: Vec::new(),
         groups: mesh.groups.iter().map(group).collect(),
-        arrays: MeshArrays::default(),
+        arrays: MeshArrays {
+            nodes: mesh.arrays.nodes.iter().map(of_nodes).collect(),
+            cells: mesh.arrays.cells.iter().map(of_cells).collect(),
+            others: Vec::new(),
+        },
     };
     let own_face = |&f: &u32| {
         let Face { cell, local, .. } = mesh.faces[f as usize];
@@ -209,6 +220,7 @@ impl MeshPiece {
             put(group.name.as_bytes(), &mut to);
             [&group.cells, &group.faces, &group.nodes].into_iter().for_each(|list| put(list, &mut to));
         }
+        put_arrays(&self.mesh.arrays, &mut to);
         to
     }
 
@@ -234,7 +246,7 @@ impl MeshPiece {
             nodes: take(from),
         };
         let groups = (0..u64::read(count)).map(|_| group(from)).collect();
-        let arrays = MeshArrays::default();
+        let arrays = take_arrays(from);
         let mut mesh = Mesh { nodes: coordinates, cells, faces: Vec::new(), groups, arrays };
         let face = |&[cell, local]: &[u32; 2]| {
             let (kind, nodes) = mesh.cell(cell as usize);
@@ -243,6 +255,32 @@ impl MeshPiece {
         mesh.faces = faces.iter().map(face).collect();
         MeshPiece { mesh, nodes, owner, cells: numbers }
     }
+}
+
+fn put_arrays(arrays: &MeshArrays, to: &mut Vec<u8>) {
+    put(&[arrays.nodes.len() as u64, arrays.cells.len() as u64], to);
+    for NodeArray { name, values } in &arrays.nodes {
+        put(name.as_bytes(), to);
+        put(values, to);
+    }
+    for CellArray { name, values, faces } in &arrays.cells {
+        put(name.as_bytes(), to);
+        put(values, to);
+        let (numbers, of_faces): (Vec<u32>, Vec<f64>) = faces.iter().copied().unzip();
+        put(&numbers, to);
+        put(&of_faces, to);
+    }
+}
+
+fn take_arrays(from: &mut &[u8]) -> MeshArrays {
+    let counts: Vec<u64> = take(from);
+    let name = |from: &mut &[u8]| String::from_utf8_lossy(&take::<u8>(from)).into_owned();
+    let nodes = (0..counts[0]).map(|_| NodeArray { name: name(from), values: take(from) }).collect();
+    let of_cells = |from: &mut &[u8]| {
+        let (name, values, numbers) = (name(from), take(from), take::<u32>(from));
+        CellArray { name, values, faces: numbers.into_iter().zip(take::<f64>(from)).collect() }
+    };
+    MeshArrays { nodes, cells: (0..counts[1]).map(|_| of_cells(from)).collect(), others: Vec::new() }
 }
 
 #[cfg(test)]
@@ -254,7 +292,13 @@ mod tests {
     fn parts_have_equal_weights_and_pieces_all_cells_and_faces_at_their_nodes() {
         for element in [BlockElement::Tet4Five { parity: 0 }, BlockElement::Hex8] {
             let (size, cells, grading) = ([3.0, 2.0, 1.0], [9, 6, 5], [1.0; 3]);
-            let mesh = block(&Block { size, cells, origin: [0.0; 3], grading, element }).unwrap();
+            let mut mesh = block(&Block { size, cells, origin: [0.0; 3], grading, element }).unwrap();
+            let numbers = |count: usize| (0..count).map(|k| k as f64).collect::<Vec<f64>>();
+            mesh.arrays.nodes.push(NodeArray { name: "n".into(), values: numbers(mesh.nodes.len()) });
+            let faces =
+                (0..mesh.faces.len() as u32).step_by(3).map(|face| (face, f64::from(mesh.faces[face as usize].cell)));
+            let (name, faces) = ("c".into(), faces.collect());
+            mesh.arrays.cells.push(CellArray { name, values: numbers(mesh.cell_count()), faces });
             let weights = vec![1.0; mesh.nodes.len()];
             // Some nodes of the last layer hang on some of the first.
             let last = mesh.nodes.len() as u32 - 1;
@@ -269,6 +313,14 @@ mod tests {
                 for (part, piece) in pieces(&mesh, &owner, parts, &links).enumerate() {
                     assert_eq!(piece, MeshPiece::from_bytes(&piece.to_bytes()));
                     let MeshPiece { mesh: here, nodes, cells, .. } = &piece;
+                    let as_numbers = |list: &[u64]| list.iter().map(|&k| k as f64).collect::<Vec<f64>>();
+                    assert_eq!(here.arrays.nodes[0].values, as_numbers(nodes));
+                    assert_eq!(here.arrays.cells[0].values, as_numbers(cells));
+                    let faces = &here.arrays.cells[0].faces;
+                    assert!(!faces.is_empty());
+                    for &(face, value) in faces {
+                        assert_eq!(value, cells[here.faces[face as usize].cell as usize] as f64);
+                    }
                     let own = |v: u32| piece.owner[v as usize] as usize == part;
                     for (k, (_, list)) in here.cell_iter().enumerate() {
                         let whole: Vec<u64> = list.iter().map(|&v| nodes[v as usize]).collect();

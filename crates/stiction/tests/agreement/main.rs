@@ -16,6 +16,8 @@ mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
 mod ranks_files;
+mod ranks_loads;
 mod ranks_motion;
 mod ranks_quadratic;
+mod ranks_timed;
 mod uniqueness;

@@ -243,3 +243,23 @@ fn plates_that_bend_onto_a_plane_take_few_cycles() {
         assert_same_forces(&plate(element, layers, gap), 75);
     }
 }
+
+/// Given friction does not know that a point that opens loses its cohesion: bounds that do not change any more leave the law
+/// violated, and no cycle follows.
+#[test]
+fn a_glue_that_opens_ends_the_fixed_point_on_its_bounds() {
+    let text = "[mesh.parts.a]\nblock = { size = [2, 1, 0.5], cells = [8, 4, 2], element = \"hex8\" }\n\
+                [mesh.parts.b]\nblock = { size = [2.2, 1, 0.5], cells = [7, 3, 2], element = \"hex8\" }\nmove = [0, 0, -0.5]\n\
+                [materials.steel]\nyoung = 2e11\npoisson = 0.3\n[[fix]]\non = \"a.x-min\"\n[[fix]]\non = \"b.z-min\"\n\
+                [[fix]]\non = { box = [[2, 0, 0.5], [2, 1, 0.5]] }\ncomponents = \"xz\"\nvalue = [2e-5, 3e-5]\n\
+                [[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\n\
+                friction = { coulomb = 0.5, cohesion = 4e6, tension = 2e6 }\n[solver]\npath = \"multigrid\"\n";
+    let case = case::parse(text, "case.toml", &[]).unwrap();
+    let mut events = 0;
+    let mut watch = |_: &Event| {
+        events += 1;
+        if events < 10_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let outcome = solve(&prepare(&case).unwrap(), &Settings::of(&case.solver), &mut watch).unwrap();
+    assert_ne!(outcome.solution.status, Status::Interrupted);
+}

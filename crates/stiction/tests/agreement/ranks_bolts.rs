@@ -15,7 +15,7 @@ pub(super) fn joint(set: &[(&str, &str)]) -> Case {
 }
 
 /// Force and shortening after each step, from the record of a serial run and of ranks.
-fn bolts_agree(case: &Case, sizes: &[usize], accuracy: f64) {
+pub(super) fn bolts_agree(case: &Case, sizes: &[usize], accuracy: f64) {
     let (outcome, _) = solved_case(case);
     let expected: Vec<[f64; 2]> =
         outcome.steps.iter().map(|s| [s.answer.bolts[0].force, s.answer.bolts[0].shortening]).collect();

@@ -43,14 +43,14 @@ fn stepped() -> String {
     )
 }
 
-fn folder(name: &str) -> PathBuf {
+pub(super) fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("ranks-files-{name}"));
     let _ = fs::remove_dir_all(&folder);
     folder
 }
 
 /// Solves on ranks and writes the folder; ends at the cycle `stop` of all if there is one.
-fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
+pub(super) fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummary {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let mut all = threads(size, |ranks| {
         let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -60,7 +60,7 @@ fn solved(case: &Case, size: usize, folder: &Path, resume: bool) -> RankedSummar
     all.swap_remove(0)
 }
 
-fn passes(folder: &Path) {
+pub(super) fn passes(folder: &Path) {
     let checked = check(folder).unwrap_or_else(|error| panic!("{error}"));
     let steps: Vec<_> =
         checked.steps.iter().map(|step| (step.number, step.certificate.worst, &step.differences)).collect();
@@ -204,14 +204,25 @@ fn a_flipped_bit_a_missing_piece_and_a_piece_of_another_run_are_named() {
 }
 
 /// Load steps on ranks as [`solved`] writes them, up to the increment in which the run is killed.
-fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
+pub(super) fn killed(case: &Case, size: usize, folder: &Path, resume: bool, increments: usize) {
+    killed_when(case, size, folder, resume, &|seen| seen > increments);
+}
+
+/// The same where the number of solves that have begun says it.
+pub(super) fn killed_when(
+    case: &Case,
+    size: usize,
+    folder: &Path,
+    resume: bool,
+    ends: &(dyn Fn(usize) -> bool + Sync),
+) {
     let keep = Keep { folder: folder.to_path_buf(), resume, tell: |_| {} };
     let found = threads(size, |ranks| {
         // Where a run is killed the list has what was finished before.
         let mut seen = 0;
         let answer = solve_steps_on_ranks(case, &ranks, Some(&keep), &mut |progress| {
             seen += usize::from(progress.iteration == 0);
-            if seen > increments { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if ends(seen) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         answer.unwrap().summary.status
     });

@@ -26,14 +26,16 @@ fn refused(text: &str, size: usize) -> Error {
 fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
     let floor = |more: &str| format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3 }}\n{more}");
     let cases = [
-        (floor(&format!("{STEPS}[[fix]]\non = \"y-min\"\nfrom = \"pull\"\n")), "support that begins"),
-        (floor(STEPS).replace("coulomb = 0.3 }", "coulomb = 0.3 }\nuntil = \"press\""), "contact that begins"),
-        (floor("[[load]]\ntemperature = 300\n"), "temperature"),
+        (
+            floor("[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n"),
+            "equation between displacements",
+        ),
         (floor("[accuracy]\nenergy = \"10%\"\n"), "[accuracy]"),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
         (BODY.to_string(), "without contact"),
-        (format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3, cohesion = 1e5, tension = 1e4 }}\n"), "cohesion"),
+        (format!("{BODY}{FLOOR}friction = \"none\"\nstiffness = {{ normal = 1e12 }}\n"), "interface that yields"),
+        (format!("{BODY}{FLOOR}friction = \"none\"\nwear = 1e-9\n{STEPS}"), "wear"),
     ];
     for (text, what) in cases {
         let error = refused(&text, 3);

@@ -10,7 +10,7 @@ use super::transform::{
     no_own_node, order, refuse_stiff_bodies, refused,
 };
 use crate::Error;
-use crate::certificate::{Certificate, certify_divided};
+use crate::certificate::{Certificate, certify_divided, ghost_values};
 use crate::contact::{Contact, ContactProblem, Division, Elastic, Labels, Pair};
 use crate::linalg::multigrid::{Block, Hierarchy, Nodes, RelativeCoordinates, RelativeMatrix, contact_ghosts};
 use crate::linalg::{Csr, NodeGraph, Stop};
@@ -295,6 +295,17 @@ impl Divided {
         let Elastic { K, f, .. } = elastic;
         let elastic = Elastic { K: K.clone(), f: f.clone(), node_of: None, near_kernel: None, middles: None };
         ContactProblem { elastic, contact, labels }
+    }
+
+    /// Takes the strengths of all points here off; returns the problem with them.
+    pub(super) fn take_strengths_off(&mut self) -> ContactProblem {
+        let shifted = self.whole.without_strength().unwrap_or_else(|| self.whole.clone());
+        std::mem::replace(&mut self.whole, shifted)
+    }
+
+    /// Displacements of all unknowns here, those of other ranks asked of them.
+    pub(super) fn everywhere(&self, u: &[f64]) -> Vec<f64> {
+        ghost_values(&self.whole, &self.division, u, &vec![0.0; 3 * self.whole.points()]).0
     }
 
     /// Judges displacements of all unknowns here and multipliers of own points; what belongs to other ranks is theirs.

@@ -21,12 +21,16 @@ impl Threshold {
     /// violation does not fall below [`Self::FALLS`] times the last one.
     const RELAXATION: [f64; 2] = [0.5, 0.06];
     const FALLS: f64 = 0.8;
+    /// Changes of the bounds, one after the other, that no cycle follows: the least relaxation has taken them to where they tend by
+    /// then, to six digits.
+    const IDLE: usize = 250;
 }
 
 /// Coulomb friction by the fixed point on the slip bounds (Necas, Jarusek & Haslinger 1980), for active sets that cycle: each
 /// problem with given friction minimises an energy, which the descent does where the active-set iteration fails. Close to the
 /// solution the active-set iteration on Coulomb's law is faster. It ends where the loads overcome the bounds: the body
-/// slides off, and the bounds of its contact forces there do not hold it either.
+/// slides off, and the bounds of its contact forces there do not hold it either; and where bounds that do not change any more leave the
+/// law violated: a point that opens loses its cohesion, of which given friction knows nothing.
 pub(super) fn fixed_point(
     problem: &Subproblem<'_>,
     hierarchy: &mut Hierarchy,
@@ -41,7 +45,9 @@ pub(super) fn fixed_point(
     let (mut normals, mut accuracy, mut near) =
         (normal_forces(problem, &state.iterate), Threshold::INNER_MOST, Threshold::NEAR);
     let ([mut relaxation, least], mut last) = (Threshold::RELAXATION, f64::INFINITY);
+    let mut idle = 0;
     loop {
+        let cycles = state.cycles;
         let given: Vec<PointLaw> = (problem.laws.iter().zip(&normals))
             .map(|(law, &normal)| PointLaw { friction: frozen(law.friction, normal), ..*law })
             .collect();
@@ -62,6 +68,10 @@ pub(super) fn fixed_point(
                 return end;
             }
             near = Threshold::NEARER * violated;
+        }
+        idle = if state.cycles == cycles { idle + 1 } else { 0 };
+        if idle > Threshold::IDLE {
+            return End::Stalled;
         }
         if violated > Threshold::FALLS * last {
             relaxation = least.max(0.5 * relaxation);

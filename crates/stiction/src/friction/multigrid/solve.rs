@@ -13,7 +13,7 @@ use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, Division, Friction};
 use crate::friction::direct::make_admissible;
 use crate::friction::rigid_equilibrium;
-use crate::friction::strength::solve_with_strength;
+use crate::friction::strength::until_certified;
 use crate::friction::{Counts, End, Phase, PointState, Progress, Settings, Solution, SolverPath};
 use crate::linalg::multigrid::Hierarchy;
 use crate::linalg::{Stop, Watch};
@@ -71,6 +71,27 @@ impl Multigrid {
         Some(divided.own())
     }
 
+    /// Whether points of this rank or, where `problem` is divided, of another one have a tensile strength.
+    pub(super) fn has_strength(&self, problem: &ContactProblem) -> bool {
+        self.transformed.halo().any(problem.contact.friction.iter().any(|law| law.tension() != 0.0))
+    }
+
+    /// What `find` finds of the problem without strengths. At the border of a rank it needs those of points of other ranks as well,
+    /// which press on own nodes.
+    pub(super) fn with_strength_off<T>(
+        &mut self,
+        problem: &ContactProblem,
+        find: impl FnOnce(&ContactProblem, &mut Multigrid) -> T,
+    ) -> T {
+        let Some(divided) = &mut self.divided else {
+            return find(&problem.without_strength().unwrap_or_else(|| problem.clone()), self);
+        };
+        let whole = divided.take_strengths_off();
+        let found = find(&divided.own(), self);
+        self.divided.iter_mut().for_each(|divided| divided.renew(&whole));
+        found
+    }
+
     /// The contact points of this rank among those that its whole problem has; of all of a problem on one rank none are named.
     pub fn own_points(&self) -> &[u32] {
         self.divided.as_ref().map_or(&[], |divided| divided.points())
@@ -126,10 +147,8 @@ pub fn solve_multigrid(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Solution {
-    let mut shifted =
-        |problem: &ContactProblem, settings: &Settings| solve_multigrid(problem, multigrid, settings, observer);
-    if let Some(solution) = solve_with_strength(problem, settings, &mut shifted) {
-        return solution;
+    if multigrid.has_strength(problem) {
+        return solve_without_strength(problem, multigrid, settings, observer);
     }
     let Multigrid { transformed, hierarchy, divided } = multigrid;
     let divided = divided.as_ref();
@@ -204,6 +223,28 @@ pub fn solve_multigrid(
         solution(problem, transformed, divided, &state, end, settings.tolerance)
     });
     Solution { history, ..solution }
+}
+
+/// The solution where points of this rank or of others have a tensile strength, by that of the problem without.
+fn solve_without_strength(
+    problem: &ContactProblem,
+    multigrid: &mut Multigrid,
+    settings: &Settings,
+    observer: &mut Watch<Progress>,
+) -> Solution {
+    let tolerance = settings.tolerance;
+    until_certified(problem, settings, &mut |settings| {
+        let mut found = multigrid
+            .with_strength_off(problem, |shifted, multigrid| solve_multigrid(shifted, multigrid, settings, observer));
+        problem.take_strength_off(&mut found.lambda);
+        let divided = multigrid.divided.as_ref();
+        found.certificate = judged(problem, divided, (&found.u, &found.lambda), tolerance);
+        if let Some(divided) = divided {
+            // Another attempt starts from there.
+            found.u = divided.everywhere(&found.u);
+        }
+        found
+    })
 }
 
 /// Where the iteration begins: at the displacements given, or else where its start looks for them.
@@ -319,6 +360,19 @@ fn state_of((condition, friction): (&ContactCondition, &Friction)) -> PointState
     }
 }
 
+/// The certificate of displacements and multipliers, of all ranks together where the problem is divided.
+fn judged(
+    problem: &ContactProblem,
+    divided: Option<&Divided>,
+    (u, lambda): (&[f64], &[f64]),
+    tolerance: f64,
+) -> Certificate {
+    match divided {
+        Some(divided) => divided.certify(u, lambda, tolerance),
+        None => certify(problem, u, lambda, tolerance),
+    }
+}
+
 /// The iterate with its multipliers and their certificate.
 fn solution(
     problem: &ContactProblem,
@@ -330,10 +384,7 @@ fn solution(
 ) -> Solution {
     let lambda = multipliers(problem, transformed, &state.iterate);
     let u = transformed.out_of_frames(&state.iterate.u);
-    let certificate = match divided {
-        Some(divided) => divided.certify(&u, &lambda, tolerance),
-        None => certify(problem, &u, &lambda, tolerance),
-    };
+    let certificate = judged(problem, divided, (&u, &lambda), tolerance);
     let status = end.status(certificate.passed);
     let states = state.iterate.conditions.iter().zip(&problem.contact.friction).map(state_of).collect();
     let counts = Counts { cycles: state.cycles, restarts: state.resets, ..Counts::default() };

@@ -195,8 +195,10 @@ pub(crate) fn tighten_by_multigrid(
     settings: &Settings,
     observer: &mut Watch<Progress>,
 ) -> Tightened {
-    if let Some(shifted) = problem.without_strength() {
-        let mut found = tighten_by_multigrid(&shifted, multigrid, sought, settings, observer);
+    if multigrid.has_strength(problem) {
+        let mut found = multigrid.with_strength_off(problem, |shifted, multigrid| {
+            tighten_by_multigrid(shifted, multigrid, sought, settings, observer)
+        });
         problem.take_strength_off(&mut found.lambda);
         return found;
     }

@@ -4,6 +4,7 @@ use super::join::{Places, WholeProblem, columns, gathered, lists};
 use super::piece::Piece;
 use super::{Head, step_name};
 use crate::Error;
+use crate::contact::Friction;
 use crate::io::problem::damaged;
 use crate::io::step::{StepFile, step_of};
 
@@ -60,11 +61,23 @@ fn joined_step(all: &[StepFile], places: &[Places]) -> StepFile {
         gathered(&all.iter().map(|step| of(step).clone()).collect::<Vec<_>>(), places, lists)
     };
     let states: Vec<Vec<usize>> = all.iter().map(|step| step.states.clone()).collect();
+    let laws: Vec<Vec<[f64; 4]>> = all.iter().map(|step| step.laws.iter().map(Friction::numbers).collect()).collect();
+    let strengths: Vec<Vec<[f64; 2]>> = all.iter().map(|step| step.strength.as_chunks().0.to_vec()).collect();
+    // Ranks without points have empty lists.
+    let any = |empty: bool| if empty { &[][..] } else { &points[..] };
+    let laws = gathered(&laws, any(laws.iter().all(Vec::is_empty)), 1);
+    let strengths = gathered(&strengths, any(strengths.iter().all(Vec::is_empty)), 1);
+    let out = all.iter().zip(&points).flat_map(|(step, places)| step.out.iter().map(|&j| places[j] as usize));
+    let mut out: Vec<usize> = out.collect();
+    out.sort_unstable();
     StepFile {
         t: all[0].t,
         f: list(|s| &s.f, &unknowns, 1),
         gap: list(|s| &s.gap, &points, 1),
         slip_reference: list(|s| &s.slip_reference, &points, 2),
+        strength: strengths.into_flattened(),
+        laws: laws.into_iter().map(Friction::of_numbers).collect(),
+        out,
         motion: list(|s| &s.motion, &points, 3),
         support_load: list(|s| &s.support_load, &supports, 1),
         support_free_load: list(|s| &s.support_free_load, &unknowns, 1),
@@ -92,6 +105,26 @@ pub(crate) fn displacements_of_step(
         let unknowns = piece.numbers("unknowns")?;
         let values = piece.f64s("u", unknowns.len())?;
         unknowns.into_iter().zip(values).for_each(|(unknown, value)| put(unknown, value));
+    }
+    Ok(())
+}
+
+/// The strength that each point has left at the end of a load step, newton, by the names of the points; as
+/// [`displacements_of_step`].
+///
+/// # Errors
+/// If a piece is missing or damaged.
+pub(crate) fn strengths_of_step(
+    folder: &Path,
+    files: &[String],
+    mut put: impl FnMut([u64; 3], [f64; 2]),
+) -> Result<(), Error> {
+    for name in files {
+        let piece = Piece::read(folder, name)?;
+        let names = piece.numbers("points")?;
+        let names = names.as_chunks().0;
+        let values = piece.f64s("strength", 2 * names.len())?;
+        names.iter().zip(values.as_chunks().0).for_each(|(&point, &strength)| put(point, strength));
     }
     Ok(())
 }

@@ -4,7 +4,10 @@
 //! A point that is out has no friction and a gap that nothing closes, which every solver and the certificate know already.
 //! Its rows of `B` stay, so that one factor or one hierarchy serves all steps.
 
-use crate::contact::Friction;
+use std::ops::Range;
+
+use crate::contact::{Friction, SurfaceFriction};
+use crate::io::case::{ContactSpec, StepSpec};
 
 /// Time after which something takes part, and until which.
 pub(crate) type Period = [f64; 2];
@@ -81,4 +84,55 @@ impl Activity {
         self.out(t).for_each(|(point, _)| laws[point] = Friction::None);
         Some(laws)
     }
+
+    /// Adds to `motion` what points keep of their gaps at time `t`: bonded surfaces the gap they were meshed with, and those of
+    /// `put_in` the gap that each had when it began; length.
+    pub(crate) fn keep_gaps(
+        &self,
+        (put_in, stood): (&[(usize, Period)], &[f64]),
+        undeformed: &[f64],
+        motion: &mut [f64],
+        t: f64,
+    ) {
+        self.bonded(t).for_each(|j| motion[j] -= undeformed[j]);
+        let now = put_in.iter().zip(stood).filter(|((_, period), _)| within(*period, t));
+        now.for_each(|((j, _), kept)| motion[*j] += kept);
+    }
+}
+
+/// Notes the gap, beside what has moved, that each point of `put_in` has at time `t` if it begins then or later.
+pub(crate) fn note_gaps(
+    (put_in, stood): (&[(usize, Period)], &mut [f64]),
+    jump: &[f64],
+    motion: &[f64],
+    undeformed: &[f64],
+    t: f64,
+) {
+    for (&(j, [begin, _]), kept) in put_in.iter().zip(stood) {
+        if t <= begin {
+            *kept = jump[j] - motion[j] - undeformed[j].max(0.0);
+        }
+    }
+}
+
+/// When the points of contacts take part in the steps of a case, on a mesh of this diagonal, length; and the bonded ones among them
+/// that are put in with a step, with each period.
+pub(crate) fn timed_contacts<'c>(
+    steps: &[StepSpec],
+    diagonal: f64,
+    contacts: impl Iterator<Item = (&'c ContactSpec, Range<usize>)>,
+) -> (Activity, Vec<(usize, Period)>) {
+    let (mut activity, mut put_in) = (Activity::new(diagonal), Vec::new());
+    for (contact, points) in contacts {
+        let periods = contact.periods(steps);
+        if contact.friction == SurfaceFriction::Bonded {
+            let later = periods.iter().filter(|period| period[0].is_finite());
+            put_in.extend(later.flat_map(|&period| points.clone().map(move |j| (j, period))));
+        }
+        points.clone().for_each(|j| activity.add(j, periods.clone()));
+        if let Some(step) = contact.bonded_until.and_then(|step| steps.get(step)) {
+            points.for_each(|j| activity.bond(j, step.until));
+        }
+    }
+    (activity, put_in)
 }

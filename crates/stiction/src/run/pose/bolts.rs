@@ -201,15 +201,22 @@ fn centre(mesh: &Mesh, cell: u32) -> V3 {
     mean(mesh.cell(cell as usize).1.iter().map(|&node| mesh.nodes[node as usize]))
 }
 
-/// `axis . ∫ Bᵀ C e0` over the cells beyond each cut and at its nodes, `e0` the thermal strain of `load` at time `t`.
-pub(crate) fn thermal_forces(solid: &Solid, bolts: &[Bolt], load: &Load, t: f64) -> Result<Vec<f64>, Error> {
+/// `axis . ∫ Bᵀ C e0` over the cells beyond each cut and at those of its nodes that `counts` says, `e0` the thermal strain of
+/// `load` at time `t`.
+pub(crate) fn thermal_forces(
+    solid: &Solid,
+    bolts: &[&Bolt],
+    counts: &dyn Fn(u32) -> bool,
+    load: &Load,
+    t: f64,
+) -> Result<Vec<f64>, Error> {
     let Load::Temperature { cells, value } = load else { return Ok(vec![0.0; bolts.len()]) };
-    let of_bolt = |bolt: &Bolt| {
+    let of_bolt = |bolt: &&Bolt| {
         let heated: Vec<u32> = cells.iter().copied().filter(|c| bolt.cut.cells.binary_search(c).is_ok()).collect();
         let strain = initial_strain(solid, &Load::Temperature { cells: heated, value: value.clone() }, t)?;
         let force = strain.unwrap_or_default().force;
         let at = |&node: &u32| (0..3).map(|c| bolt.cut.axis[c] * force[3 * node as usize + c]).sum::<f64>();
-        Ok(bolt.cut.nodes.iter().map(at).sum())
+        Ok(bolt.cut.nodes.iter().filter(|node| counts(**node)).map(at).sum())
     };
     bolts.iter().map(of_bolt).collect()
 }

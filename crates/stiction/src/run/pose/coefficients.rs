@@ -1,8 +1,9 @@
 //! Coefficients of friction from arrays of the mesh, and those that change with time.
 
+use std::ops::Range;
+
 use super::arrays::{Found, find};
-use super::frames::frames;
-use super::{Prepared, place};
+use super::place;
 use crate::Error;
 use crate::contact::{Coefficient, ContactSurface, CoulombLaw, Friction, SurfaceFriction};
 use crate::fem::Field;
@@ -42,29 +43,37 @@ pub(crate) fn read(mesh: &Mesh, specs: &[ContactSpec], surfaces: &mut [ContactSu
     Ok(())
 }
 
-/// The laws of all points at time `t`; nothing where no coefficient changes with time.
+/// The coefficient of a law that changes with time.
+pub(crate) fn of_time(friction: &SurfaceFriction) -> Option<&Field> {
+    match friction {
+        SurfaceFriction::Law(CoulombLaw { coefficient: Coefficient::OfTime { field, .. }, .. }) => Some(field),
+        _ => None,
+    }
+}
+
+/// The laws of all points at time `t`, which are otherwise as `posed`; nothing where no coefficient changes with time. Each of the
+/// surfaces has its points and its place in the case, `node` is that of a point.
 ///
 /// # Errors
 /// A coefficient that is negative or not finite then, shown where the case asks for it.
-pub(crate) fn at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, Error> {
-    let Prepared { mesh, problem, surfaces, loading, .. } = prepared;
-    let of_time = |surface: &ContactSurface| match &surface.friction {
-        SurfaceFriction::Law(CoulombLaw { coefficient: Coefficient::OfTime { field, .. }, .. }) => Some(field.clone()),
-        _ => None,
-    };
-    if !surfaces.iter().any(|surface| of_time(surface).is_some()) {
-        return Ok(None);
-    }
-    let (mut laws, frames) = (loading.laws.clone(), frames(prepared));
-    for ((surface, pair), spot) in surfaces.iter().zip(&problem.labels.pairs).zip(&loading.contact_spots) {
-        let Some(field) = of_time(surface) else { continue };
-        for j in pair.points.clone() {
-            let value = at_time(&field, mesh.nodes[frames[j].node as usize], t);
+pub(crate) fn at<'a>(
+    mesh: &Mesh,
+    posed: &[Friction],
+    surfaces: impl Iterator<Item = (&'a SurfaceFriction, Range<usize>, &'a Spot)>,
+    node: &dyn Fn(usize) -> u32,
+    t: f64,
+) -> Result<Option<Vec<Friction>>, Error> {
+    let mut laws: Option<Vec<Friction>> = None;
+    for (friction, points, spot) in surfaces {
+        let Some(field) = of_time(friction) else { continue };
+        let laws = laws.get_or_insert_with(|| posed.to_vec());
+        for j in points {
+            let value = at_time(field, mesh.nodes[node(j) as usize], t);
             let value = value.map_err(|error| place::instead(spot, error))?;
             laws[j].set_coefficient(value);
         }
     }
-    Ok(Some(laws))
+    Ok(laws)
 }
 
 fn at_time(field: &Field, x: [f64; 3], t: f64) -> Result<f64, Error> {

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::activity::{Activity, within};
+use super::activity::Activity;
+use super::activity::note_gaps;
 use super::bolts::{Bolt, thermal_forces};
 use super::couplings::Coupling;
 use super::frames::{PointFrame, frames};
@@ -184,20 +185,9 @@ impl LoadState {
 pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error> {
     let Prepared { mesh, materials, material_of_cell, model, loading, .. } = prepared;
     let solid = Solid { mesh, materials, material_of_cell };
-    let mut force = vec![0.0; 3 * mesh.nodes.len()];
-    let mut strained: Option<InitialStrain> = None;
-    let mut thermal_force = vec![0.0; loading.bolts.len()];
-    for (load, spot) in loading.loads.iter().zip(&loading.load_spots) {
-        if let Some(more) = initial_strain(&solid, load, t).map_err(|e| place::instead(spot, e))? {
-            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
-            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
-            let through = thermal_forces(&solid, &loading.bolts, load, t).map_err(|e| place::instead(spot, e))?;
-            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
-            continue;
-        }
-        let added = external_forces(&solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
-        force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
-    }
+    let bolts: Vec<&Bolt> = loading.bolts.iter().collect();
+    let loads = loading.loads.iter().zip(&loading.load_spots);
+    let Acting { mut force, strained, thermal_force } = acting(&solid, loads, (&bolts, &|_| true), t)?;
     loading.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut force))?;
     let dofs = dof_map(mesh, &loading.fixes, t).map_err(|error| {
         let culprit = (0..loading.fixes.len()).find(|&i| dof_map(mesh, &loading.fixes[..=i], t).is_err());
@@ -226,9 +216,54 @@ pub(crate) fn load_state(prepared: &Prepared, t: f64) -> Result<LoadState, Error
         }
     }
     let displacement = without(travel, &dofs);
-    let friction = loading.activity.laws(coefficients::at(prepared, t)?, &loading.laws, t);
+    let friction = loading.activity.laws(coefficients_at(prepared, t)?, &loading.laws, t);
     let out = loading.activity.out(t).collect();
     Ok(LoadState { t, load, support_load, displacement, motion, initial, friction, out, travel })
+}
+
+fn coefficients_at(prepared: &Prepared, t: f64) -> Result<Option<Vec<Friction>>, Error> {
+    let Prepared { mesh, problem, surfaces, loading, facts, .. } = prepared;
+    let nodes: Vec<u32> = facts.contacts.iter().flat_map(|contact| contact.surface.nodes.iter().copied()).collect();
+    let parts = surfaces.iter().zip(&problem.labels.pairs).zip(&loading.contact_spots);
+    let parts = parts.map(|((surface, pair), spot)| (&surface.friction, pair.points.clone(), spot));
+    coefficients::at(mesh, &loading.laws, parts, &|j| nodes[j], t)
+}
+
+/// What loads do at one time.
+pub(crate) struct Acting {
+    /// Along x, y, z of all nodes, newton.
+    pub force: Vec<f64>,
+    /// None where there is no temperature; its forces are in `force`.
+    pub strained: Option<InitialStrain>,
+    /// Of each bolt, as in [`Initial`].
+    pub thermal_force: Vec<f64>,
+}
+
+/// What `loads` do at time `t`; of the forces through the cuts of `bolts` those at nodes that `counts` says.
+///
+/// # Errors
+/// As of [`external_forces`], shown where the case asks for the load.
+pub(crate) fn acting<'a>(
+    solid: &Solid,
+    loads: impl Iterator<Item = (&'a Load, &'a Spot)>,
+    (bolts, counts): (&[&Bolt], &dyn Fn(u32) -> bool),
+    t: f64,
+) -> Result<Acting, Error> {
+    let mut force = vec![0.0; 3 * solid.mesh.nodes.len()];
+    let mut strained: Option<InitialStrain> = None;
+    let mut thermal_force = vec![0.0; bolts.len()];
+    for (load, spot) in loads {
+        if let Some(more) = initial_strain(solid, load, t).map_err(|e| place::instead(spot, e))? {
+            force.iter_mut().zip(&more.force).for_each(|(sum, f)| *sum += f);
+            strained = Some(strained.map_or(more.clone(), |sum| added(sum, more)));
+            let through = thermal_forces(solid, bolts, counts, load, t).map_err(|e| place::instead(spot, e))?;
+            thermal_force.iter_mut().zip(through).for_each(|(sum, f)| *sum += f);
+            continue;
+        }
+        let added = external_forces(solid, std::slice::from_ref(load), t).map_err(|e| place::instead(spot, e))?;
+        force.iter_mut().zip(added).for_each(|(sum, f)| *sum += f);
+    }
+    Ok(Acting { force, strained, thermal_force })
 }
 
 /// Strains of different cells.
@@ -270,14 +305,9 @@ fn motion(prepared: &Prepared, dofs: &DofMap, travel: [f64; 3], t: f64) -> Resul
             motion[2 * m + j] += dot(frame.tangents[1], translation);
         }
     }
-    // Bonded surfaces keep the gap they were meshed with.
-    loading.activity.bonded(t).for_each(|j| motion[j] -= loading.undeformed[j]);
-    loading.ties.put_into(&mut motion, dofs, &loading.stood, travel, t)?;
-    for (&(j, period), kept) in loading.put_in.iter().zip(loading.stood.iter().skip(loading.ties.len())) {
-        if within(period, t) {
-            motion[j] += kept;
-        }
-    }
+    let Loading { ties, stood, activity, put_in, undeformed, .. } = loading;
+    ties.put_into(&mut motion, dofs, stood, travel, t)?;
+    activity.keep_gaps((put_in, stood.get(ties.len()..).unwrap_or_default()), undeformed, &mut motion, t);
     Ok(motion)
 }
 
@@ -386,9 +416,7 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     problem.contact.gap = offset;
     if let Some(laws) = &loads.friction {
         problem.contact.friction.clone_from(laws);
-        // The strength is a state of the interface, no load.
-        let lost = problem.contact.friction.iter_mut().zip(&loading.lost).filter(|(_, lost)| **lost);
-        lost.for_each(|(law, _)| law.set_strength([0.0; 2]));
+        take_lost_strength(&mut problem.contact.friction, &loading.lost);
     }
     loading.slid = slid.to_vec();
     loading.initial.clone_from(&loads.initial);
@@ -401,6 +429,11 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
     model.dofs.value.clone_from(&loads.displacement);
 }
 
+/// Takes from points whose strength is lost what their laws have: it is a state of the interface, no load.
+pub(crate) fn take_lost_strength(laws: &mut [Friction], lost: &[bool]) {
+    laws.iter_mut().zip(lost).filter(|(_, lost)| **lost).for_each(|(law, _)| law.set_strength([0.0; 2]));
+}
+
 /// How far each point has slid over its obstacle since the start, length, `2m`.
 pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64> {
     slid_over(&prepared.problem, loads, &prepared.loading.undeformed, u)
@@ -409,18 +442,18 @@ pub(crate) fn slid(prepared: &Prepared, loads: &LoadState, u: &[f64]) -> Vec<f64
 /// The same; `undeformed` is gap and tangential offset before anything has moved, length, `3m`.
 pub(crate) fn slid_over(problem: &ContactProblem, loads: &LoadState, undeformed: &[f64], u: &[f64]) -> Vec<f64> {
     let m = problem.points();
-    let jump = jump(problem, loads, u);
+    let jump = jump(problem, &loads.displacement, u);
     // Points of no surface slide over nothing: their values are what they are.
     let of =
         |i: usize| if problem.labels.unity_sum[i % m] == 0.0 { 0.0 } else { jump[i] - loads.motion[i] - undeformed[i] };
     (m..3 * m).map(of).collect()
 }
 
-/// The jump of all degrees of freedom, prescribed ones included, length, `3m`.
-pub(crate) fn jump(problem: &ContactProblem, loads: &LoadState, u: &[f64]) -> Vec<f64> {
+/// The jump of all degrees of freedom, those that have the prescribed `displacement` included, length, `3m`.
+pub(crate) fn jump(problem: &ContactProblem, displacement: &[f64], u: &[f64]) -> Vec<f64> {
     let mut jump = problem.contact.B.times(u);
     if let Some(supports) = &problem.labels.supports {
-        jump.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(j, held)| *j += held);
+        jump.iter_mut().zip(supports.B.times(displacement)).for_each(|(j, held)| *j += held);
     }
     jump
 }
@@ -436,12 +469,8 @@ pub(crate) fn note_where_it_stands(prepared: &mut Prepared, loads: &LoadState, u
     let dofs = &model.dofs;
     loading.ties.note(&mut stood[..ties], dofs, &full, loads.travel, t);
     if !loading.put_in.is_empty() {
-        let jump = jump(problem, loads, u);
-        for (&(j, [begin, _]), kept) in loading.put_in.iter().zip(&mut stood[ties..]) {
-            if t <= begin {
-                *kept = jump[j] - loads.motion[j] - loading.undeformed[j].max(0.0);
-            }
-        }
+        let jump = jump(problem, &loads.displacement, u);
+        note_gaps((&loading.put_in, &mut stood[ties..]), &jump, &loads.motion, &loading.undeformed, t);
     }
     loading.stood = stood;
 }

@@ -1,6 +1,6 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
-use super::activity::ALWAYS;
+use super::activity::{ALWAYS, Period};
 use super::arrays::{Found, find};
 use super::facts::{ContactFacts, FixFacts, LoadFacts, SpringFacts};
 use super::ties::{Start, TimedFix};
@@ -13,7 +13,7 @@ use crate::fem::{
     Axes, DofMap, Field, Fix, Load, Nodal, Solid, Spring, Temperature, dof_map, external_forces, unconstrained_motions,
 };
 use crate::io::case::{
-    AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec,
+    AgainstSpec, CYLINDRICAL, Case, FixSpec, LoadKind, LoadSpec, NodalSpec, Region, Spot, SpringSpec, StepSpec,
 };
 use crate::io::text::triple;
 use crate::mesh::v3::{V3, add, cross, dot, norm, scale};
@@ -51,18 +51,13 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
         };
         let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
-        let (period, spot) = (spec.during.period(&case.steps), spec.spot.clone());
-        if period == ALWAYS {
-            held.push(fix);
-            spots.push(spot);
-            continue;
+        match period_of_fix(spec, &case.steps) {
+            ALWAYS => {
+                held.push(fix);
+                spots.push(spec.spot.clone());
+            }
+            _ => timed.push(timed_fix(spec, fix, &case.steps)),
         }
-        let start = match spec.during.from.filter(|_| period[0].is_finite()) {
-            None => Start::AtOnce,
-            Some(_) if spec.as_it_stands => Start::Stays,
-            Some(step) => Start::Until(case.steps[step].until),
-        };
-        timed.push(TimedFix { fix, period, start, spot });
     }
     let dofs = dof_map(mesh, &held, t).map_err(|error| {
         // A contradiction is shown at the entry that makes it.
@@ -74,6 +69,22 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
         return Err(support_spot(case).error(what, "leave a part of the body free"));
     }
     Ok(Fixes { held, timed, facts, spots })
+}
+
+/// When a support holds.
+pub(crate) fn period_of_fix(spec: &FixSpec, steps: &[StepSpec]) -> Period {
+    spec.during.period(steps)
+}
+
+/// A support that begins or ends with a step.
+pub(crate) fn timed_fix(spec: &FixSpec, fix: Fix, steps: &[StepSpec]) -> TimedFix {
+    let period = period_of_fix(spec, steps);
+    let start = match spec.during.from.filter(|_| period[0].is_finite()) {
+        None => Start::AtOnce,
+        Some(_) if spec.as_it_stands => Start::Stays,
+        Some(step) => Start::Until(steps[step].until),
+    };
+    TimedFix { fix, period, start, spot: spec.spot.clone() }
 }
 
 /// How far the normal of a plane of symmetry may lean (sine) from the axis it is across.

@@ -1,11 +1,11 @@
 //! From a case to a posed problem.
 
-mod activity;
+pub(super) mod activity;
 mod arrays;
 pub(super) mod axis;
 pub(super) mod bolts;
 mod coarser;
-mod coefficients;
+pub(super) mod coefficients;
 mod counts;
 pub(super) mod couplings;
 mod cyclic;
@@ -37,7 +37,7 @@ pub use load_state::{Initial, Loading};
 pub use memory::MemoryLimit;
 pub(super) use mesh::mesh as made_mesh;
 pub use mesh::read_mesh;
-pub(super) use prepare::planned;
 pub use prepare::{Prepared, prepare};
+pub(super) use prepare::{planned, refuse_loss_without_steps};
 pub(super) use seconds::stopwatch;
 pub use seconds::{Seconds, Span};

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::activity::{Activity, Period};
+use super::activity::timed_contacts;
 use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
@@ -19,9 +19,9 @@ use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, ContactSurface, SurfaceFriction, pose};
+use crate::contact::{ContactProblem, ContactSurface, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
-use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot};
+use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot, StepSpec};
 use crate::io::text::{number, triple};
 use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
 
@@ -94,13 +94,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     surfaces::assign(&solid, &model.dofs, &mut surfaces);
     let of = surfaces::reverse(&solid, &model.dofs, &mut surfaces);
     let widened = surfaces::widened(&case.contacts);
-    if let Some(brittle) = case.contacts.iter().find(|contact| contact.friction.is_brittle())
-        && case.steps.is_empty()
-    {
-        let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
-        let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
-        return Err(brittle.friction_spot.error(what, remedy));
-    }
+    refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let named =
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
@@ -113,7 +107,9 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let (couplings, of_couplings) = couplings(&solid, &model.dofs, case, ties.len())?;
     ties.extend(of_couplings);
     ties.extend(ties_of_supports(&mesh, &model.dofs, &timed)?);
-    let (mut activity, put_in) = timed_contacts(&mesh, case, &problem);
+    let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
+    let points = problem.labels.pairs.iter().map(|pair| pair.points.clone());
+    let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, case.contacts.iter().zip(points));
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
@@ -215,6 +211,18 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     Ok(prepared)
 }
 
+/// Strength that can be lost needs load steps.
+pub(crate) fn refuse_loss_without_steps(contacts: &[ContactSpec], steps: &[StepSpec]) -> Result<(), Error> {
+    match contacts.iter().find(|contact| contact.friction.is_brittle()) {
+        Some(brittle) if steps.is_empty() => {
+            let what = "cohesion is lost on slip, which depends on the load path, and the case has no load steps";
+            let remedy = "add [[step]] until = 1, increments = 10, or cohesion_lost = \"never\"";
+            Err(brittle.friction_spot.error(what, remedy))
+        }
+        _ => Ok(()),
+    }
+}
+
 impl Prepared {
     /// Lets solves start from displacements along x, y, z of all nodes, `3 i + c`, where they go by multigrid.
     ///
@@ -243,25 +251,6 @@ fn cyclic_facts(mesh: &Mesh, case: &Case) -> Result<Vec<CyclicFacts>, Error> {
         Ok(CyclicFacts { cuts: [&spec.on, &spec.against].map(regions::name), nodes, sectors: spec.sectors })
     };
     case.cyclic.iter().map(facts).collect()
-}
-
-/// When the points of contacts take part, and the bonded ones among them that are put in with a step, with each period. The
-/// contacts of `case` are those of the pairs.
-fn timed_contacts(mesh: &Mesh, case: &Case, problem: &ContactProblem) -> (Activity, Vec<(usize, Period)>) {
-    let mut activity = Activity::new(Bounds::around(mesh.nodes.iter().copied()).diagonal());
-    let mut put_in = Vec::new();
-    for (contact, pair) in case.contacts.iter().zip(&problem.labels.pairs) {
-        let periods = contact.periods(&case.steps);
-        if contact.friction == SurfaceFriction::Bonded {
-            let later = periods.iter().filter(|period| period[0].is_finite());
-            put_in.extend(later.flat_map(|&period| pair.points.clone().map(move |j| (j, period))));
-        }
-        pair.points.clone().for_each(|j| activity.add(j, periods.clone()));
-        if let Some(step) = contact.bonded_until.and_then(|step| case.steps.get(step)) {
-            pair.points.clone().for_each(|j| activity.bond(j, step.until));
-        }
-    }
-    (activity, put_in)
 }
 
 /// The times at which steps end, unless they are halved: the load states then are checked before anything is solved.

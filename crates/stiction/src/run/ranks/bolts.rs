@@ -98,12 +98,13 @@ pub(super) fn add_forces(local: &Local, shortening: &[f64], forces: &mut [f64]) 
     }
 }
 
-/// The mean strain of each cell here that causes no stress; empty without bolts.
+/// The mean strain of each cell here that causes no stress; empty without bolts and temperatures.
 pub(super) fn strain(local: &Local, shortening: &[f64]) -> Vec<[f64; 6]> {
+    let mut strain = local.initial.strain.clone();
     if local.bolts.is_empty() {
-        return Vec::new();
+        return strain;
     }
-    let mut strain = vec![[0.0; 6]; local.material_of_cell.len()];
+    strain.resize(local.material_of_cell.len(), [0.0; 6]);
     for (RankBolt { bolt, .. }, s) in local.bolts.iter().zip(shortening) {
         for (&cell, unit) in bolt.cut.cells.iter().zip(&bolt.cut.strain) {
             (0..6).for_each(|k| strain[cell as usize][k] += s * unit[k]);
@@ -112,13 +113,15 @@ pub(super) fn strain(local: &Local, shortening: &[f64]) -> Vec<[f64; 6]> {
     strain
 }
 
-/// Forces of the bodies on unit jumps at each cut, of which those of this rank are added: `u` has all components of nodes here.
+/// Forces of the bodies on unit jumps at each cut, less those of thermal strain, of which those of this rank are added: `u` has all
+/// components of nodes here.
 fn from_body(local: &Local, u: &[f64]) -> Vec<f64> {
-    let of_bolt = |RankBolt { bolt, .. }: &RankBolt| {
+    let of_bolt = |(number, RankBolt { bolt, .. }): (usize, &RankBolt)| {
         let own = bolt.cut.force.iter().filter(|(dof, _)| local.division.is_own(dof / 3));
-        own.map(|&(dof, unit)| unit * u[dof as usize]).sum()
+        let thermal = local.initial.thermal_force.get(number).copied().unwrap_or(0.0);
+        own.map(|&(dof, unit)| unit * u[dof as usize]).sum::<f64>() - thermal
     };
-    let mut forces: Vec<f64> = local.bolts.iter().map(of_bolt).collect();
+    let mut forces: Vec<f64> = local.bolts.iter().enumerate().map(of_bolt).collect();
     sum(&*local.division.ranks, &mut forces);
     forces
 }

@@ -3,6 +3,7 @@
 //! Each rank writes what is its own of a step, by the numbers of nodes in the whole mesh. A step counts from the moment when rank
 //! 0 has put it on the list, `steps.json`, after the files of all ranks are on the disk.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -11,11 +12,13 @@ use serde_json::json;
 use super::hash::Hash;
 use super::local::Local;
 use super::record::RankedStep;
+use super::timed::{begins, changes_laws, is_brittle};
 use super::write::{named, sums_of_all, withdraw};
 use crate::Error;
+use crate::contact::Friction;
 use crate::friction::{PointState, Status};
 use crate::io::case::Case;
-use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, write_step_piece};
+use crate::io::pieces::{Head, NamedPiece, displacements_of_step, step_name, strengths_of_step, write_step_piece};
 use crate::io::step::StepFile;
 use crate::io::{checksum, folder};
 use crate::ranks::{Wire, agree, broadcast, gather_all, to_bytes};
@@ -23,6 +26,7 @@ use crate::run::pose::axis::Position;
 use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps};
 use crate::run::results::sums::{self, Sums};
+use crate::run::solve::strength::{left, lost};
 
 /// Where load steps are kept.
 #[derive(Debug, Clone)]
@@ -72,11 +76,16 @@ fn seal(record: &RankedStep, at: [usize; 4], files: &Sums, before: &str) -> Stri
     checksum::of_text(&format!("{before}\n{}", json!([record, at, files])))
 }
 
-/// Increments that were finished before: what is known of them, the displacements of all unknowns here at the end of the last two
-/// (the later one last), and where the next begins.
+/// Increments that were finished before.
 pub(super) struct Finished {
+    /// What is known of them.
     pub records: Vec<RankedStep>,
-    pub u: Vec<Vec<f64>>,
+    /// Displacements of all unknowns here at the end of the last two, and of those at whose end something stood that keeps its place:
+    /// with the number of each from 0, ascending.
+    pub u: Vec<(usize, Vec<f64>)>,
+    /// The points here whose strength is lost.
+    pub lost: Vec<bool>,
+    /// Where the next begins.
     pub at: Position,
 }
 
@@ -108,11 +117,18 @@ impl Kept {
         let list: List = serde_json::from_slice(&text).unwrap_or(empty);
         let mut kept = Kept { folder: keep.folder.clone(), list, named, run, finished: None };
         if let Some(at) = kept.list.steps.last().and_then(|last| Position::read(last.at, &case.steps)) {
-            let last = kept.list.steps.len().saturating_sub(2);
-            let of_entry = |entry| agree(ranks, displacements(&kept.folder, &kept.named, entry));
-            let u = kept.list.steps[last..].iter().map(of_entry).collect::<Result<_, Error>>()?;
-            let records = kept.list.steps.iter().map(|entry| entry.record.clone()).collect();
-            kept.finished = Some(Finished { records, u, at });
+            let steps = &kept.list.steps;
+            let of_step = |number: usize| {
+                let u = agree(ranks, displacements(&kept.folder, &kept.named, &steps[number]))?;
+                Ok((number, u))
+            };
+            let u = to_go_on_from(case, steps).into_iter().map(of_step).collect::<Result<_, Error>>()?;
+            let lost = match steps.last().filter(|_| is_brittle(case)) {
+                Some(last) => agree(ranks, lost_strength(&kept.folder, &kept.named, last, &local.timed.laws))?,
+                None => Vec::new(),
+            };
+            let records = steps.iter().map(|entry| entry.record.clone()).collect();
+            kept.finished = Some(Finished { records, u, lost, at });
         }
         Ok(kept)
     }
@@ -129,7 +145,7 @@ impl Kept {
     /// If a file cannot be written, at every rank.
     pub(super) fn add(
         &mut self,
-        local: &Local,
+        (local, case): (&Local, &Case),
         (u, lambda, states): (&[f64], &[f64], &[PointState]),
         steps: &[RankedStep],
         at: Position,
@@ -138,7 +154,7 @@ impl Kept {
         let ranks = &*local.division.ranks;
         let head = Head { run: self.run, rank: ranks.rank(), ranks: ranks.size() };
         let name = step_name(steps.len(), head.rank);
-        let own = own_part(local, &self.named, record.t, u, lambda, states);
+        let own = own_part(local, case, &self.named, record.t, u, lambda, states);
         let written = write_step_piece(&self.folder.join(&name), &head, &self.named, &own);
         agree(ranks, written.and_then(|()| folder::sync(&self.folder, std::slice::from_ref(&name))))?;
         let sums = sums_of_all(ranks, &self.folder, &[name])?;
@@ -233,17 +249,56 @@ fn displacements(folder: &Path, named: &NamedPiece, step: &Entry) -> Result<Vec<
     }
 }
 
+/// The steps whose displacements a run needs that goes on: the last two, and for each time at which something begins the last one
+/// until then.
+fn to_go_on_from(case: &Case, steps: &[Entry]) -> Vec<usize> {
+    let until = |begin: f64| steps.iter().rposition(|entry| entry.record.t <= begin);
+    let mut numbers: Vec<usize> = begins(case).into_iter().filter_map(until).collect();
+    numbers.extend(steps.len().saturating_sub(2)..steps.len());
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+/// The points here whose strength is lost at the end of a step; `laws` are those that they have while they are intact.
+fn lost_strength(folder: &Path, named: &NamedPiece, step: &Entry, laws: &[Friction]) -> Result<Vec<bool>, Error> {
+    let place: HashMap<[u64; 3], usize> = named.points.iter().copied().zip(0..).collect();
+    let mut left: Vec<[f64; 2]> = laws.iter().map(Friction::strength).collect();
+    let files: Vec<String> = step.files.keys().cloned().collect();
+    strengths_of_step(folder, &files, |name, strength| {
+        if let Some(&j) = place.get(&name) {
+            left[j] = strength;
+        }
+    })?;
+    Ok(lost(&left, laws))
+}
+
 /// What is this rank's own of a step at time `t`.
-fn own_part(local: &Local, named: &NamedPiece, t: f64, u: &[f64], lambda: &[f64], states: &[PointState]) -> StepFile {
+fn own_part(
+    local: &Local,
+    case: &Case,
+    named: &NamedPiece,
+    t: f64,
+    u: &[f64],
+    lambda: &[f64],
+    states: &[PointState],
+) -> StepFile {
     let (elastic, contact) = (&local.problem.elastic, &local.problem.contact);
     let supports = local.problem.labels.supports.as_ref();
     let of_supports = |list: Option<&Vec<f64>>| list.map_or(Vec::new(), |list| named.of_supports(list));
+    let timed = &local.timed;
+    let strength = if is_brittle(case) { left(&timed.laws, &timed.lost) } else { Vec::new() };
+    let out: Vec<usize> = timed.out(t).map(|(j, _)| j).collect();
+    let own_points = named.own_points.iter().enumerate();
     let codes: Vec<usize> = states.iter().map(|state| usize::from(state.code())).collect();
     StepFile {
         t,
         f: named.of_unknowns(&elastic.f),
         gap: named.of_points(&contact.gap),
         slip_reference: named.of_points(&contact.slip_reference),
+        strength: named.of_points(&strength).into_flattened(),
+        laws: if changes_laws(case) { named.of_points(&contact.friction) } else { Vec::new() },
+        out: own_points.filter(|(_, j)| out.contains(&(**j as usize))).map(|(place, _)| place).collect(),
         motion: named.of_points(&local.motion),
         support_load: of_supports(supports.map(|s| &s.load)),
         support_free_load: named.of_unknowns(supports.map_or(&elastic.f, |s| &s.free_load)),
@@ -284,8 +339,21 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
             thing(&mut [3, name.value()].into_iter().chain(nodes.iter().map(|&v| global(v))));
         }
     }
+    for (number, array) in mesh.arrays.nodes.iter().enumerate() {
+        for (v, value) in array.values.iter().enumerate().filter(|(v, _)| is_own(*v as u32)) {
+            thing(&mut [5, number as u64, global(v as u32), value.to_bits()].into_iter());
+        }
+    }
+    for (number, array) in mesh.arrays.cells.iter().enumerate() {
+        let of_cells = piece.cells.iter().zip(&array.values).zip(mesh.cell_iter());
+        for ((&cell, value), _) in of_cells.filter(|(_, (_, nodes))| is_own(nodes[0])) {
+            thing(&mut [6, number as u64, cell, value.to_bits()].into_iter());
+        }
+    }
     for (j, &node) in local.division.points.iter().enumerate().filter(|(_, node)| is_own(**node)) {
-        thing(&mut [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()].into_iter());
+        let law = local.problem.contact.friction[j].numbers().map(f64::to_bits);
+        let head = [4, local.pair_of(j) as u64, global(node), local.undeformed[j].to_bits()];
+        thing(&mut head.into_iter().chain(law));
     }
     let sum = gather_all(ranks, to_bytes(&[total])).iter().fold(0u64, |sum, bytes| sum.wrapping_add(u64::read(bytes)));
     let Case { materials, fixes, springs, loads, bolts, contacts, steps, .. } = case;

@@ -1,17 +1,24 @@
 //! The problem of one rank, posed on its piece of the mesh by the code that poses a whole one.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
+use super::scope;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
+use super::timed::Timed;
 use crate::Error;
 use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
-use crate::fem::{FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
-use crate::io::case::{Case, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::fem::{FaceMoments, FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpec};
+use crate::mesh::v3::{V3, add, cross, sub};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
-use crate::run::pose::loads::{end, load};
+use crate::run::pose::activity::ALWAYS;
+use crate::run::pose::load_state::{Initial, acting};
+use crate::run::pose::loads::{end, load, period_of_fix, timed_fix};
 use crate::run::pose::place;
+use crate::run::pose::ties::TimedFix;
 
 /// A case on the piece of one rank.
 pub(super) struct Local {
@@ -37,10 +44,14 @@ pub(super) struct Local {
     pub contact_of: Vec<u32>,
     /// As in the share of this rank.
     pub symmetry: Vec<u32>,
-    pub area: Vec<f64>,
+    pub moments: Vec<FaceMoments>,
+    /// Strain by temperature now, of each cell here, and of the forces that it causes through the cuts of bolts the part at own
+    /// nodes.
+    pub initial: Initial,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
     pub bolts: Vec<RankBolt>,
+    pub timed: Timed,
 }
 
 /// Poses what a rank has of the case.
@@ -49,8 +60,9 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         piece,
         material_of_cell,
         symmetry,
-        area,
+        moments,
         center,
+        diagonal,
         sizes,
         points,
         kinds,
@@ -63,18 +75,28 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
     let solid = Solid { mesh, materials: &materials, material_of_cell: &material_of_cell };
     let t = end(case);
-    let (fixes, loads) = (fixes(mesh, case, &symmetry)?, loads(mesh, case, &area, t)?);
-    let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| place::at(&case.mesh.spot, error))?;
+    let (fixes, (loads, spots)) = (fixes(mesh, case, &symmetry), loads(mesh, case, &moments, t)?);
+    let mut model = assemble(&solid, &loads, &fixes, t).map_err(|error| {
+        // That of a load is shown where the case asks for it.
+        let of_load = acting(&solid, loads.iter().zip(spots.iter().copied()), (&[], &|_| true), t).err();
+        of_load.unwrap_or_else(|| place::at(&case.mesh.spot, error))
+    })?;
     add_springs(mesh, &springs(mesh, case), &mut model)?;
-    let division = Division {
+    let mut division = Division {
         ranks: Arc::clone(ranks),
         owner: piece.owner.clone(),
         global: piece.nodes.clone(),
         supports: model.dofs.prescribed.iter().map(|&dof| dof / 3).collect(),
         points: points.nodes().collect(),
     };
-    let undeformed = points.gaps();
-    let problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    let mut undeformed = points.gaps();
+    let mut problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
+    let supports = timed_fixes(mesh, case, &symmetry);
+    let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), &supports)?;
+    let held = timed.contact_points()..problem.points();
+    undeformed.resize(held.end, 0.0);
+    division.points.extend(held.clone().map(|j| node_of_tie(&problem, &model, j)));
+    refuse_shared_nodes(division.points.split_at(held.start), &supports)?;
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
@@ -96,15 +118,36 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         motion,
         contact_of,
         symmetry,
-        area,
+        moments,
+        initial: Initial::default(),
         sizes,
         bolts,
+        timed,
     })
 }
 
-/// Whether what acts at the end is not what was posed: load steps, or obstacles that move.
+/// The node that the point of a support holds.
+fn node_of_tie(problem: &ContactProblem, model: &FeModel, j: usize) -> u32 {
+    let unknowns = problem.rows(j).into_iter().flat_map(|i| problem.contact.B.row(i).0);
+    unknowns.map(|&unknown| model.dofs.free[unknown as usize] / 3).next().unwrap_or_default()
+}
+
+/// Multigrid wants a node for each point: those of supports are not those of contacts, nor of one another.
+fn refuse_shared_nodes((of_contacts, of_ties): (&[u32], &[u32]), supports: &[TimedFix]) -> Result<(), Error> {
+    let mut taken: HashSet<u32> = of_contacts.iter().copied().collect();
+    let Some(node) = of_ties.iter().find(|node| !taken.insert(**node)) else { return Ok(()) };
+    let holds = |support: &&TimedFix| support.fix.nodes.contains(node);
+    let spot = supports.iter().rev().find(holds).map(|support| support.spot.clone()).unwrap_or_default();
+    let what = "a support that begins or ends with a step on nodes that a contact has, or another such support with other steps,";
+    Err(scope::refused(&spot, what))
+}
+
+/// Whether what acts at the end is not what was posed, or more is to be known of it: load steps, obstacles that move, temperatures.
 pub(super) fn changes(case: &Case) -> bool {
-    !case.steps.is_empty() || case.contacts.iter().any(|contact| contact.motion.is_some())
+    let heats = |load: &LoadSpec| matches!(load.kind, LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. });
+    !case.steps.is_empty()
+        || case.contacts.iter().any(|contact| contact.motion.is_some())
+        || case.loads.iter().any(heats)
 }
 
 impl Local {
@@ -125,38 +168,66 @@ fn region(kind: &str, number: usize, spot: &Spot) -> Region {
     Region::Groups(vec![(name(kind, number), spot.clone())])
 }
 
-/// Prescribed displacements of the nodes here.
-pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Result<Vec<Fix>, Error> {
-    let mut fixes = Vec::new();
-    for (k, (spec, &axis)) in case.fixes.iter().zip(symmetry).enumerate() {
-        let Some(group) = group(mesh, "fix", k) else { continue };
-        let mut fix = Fix { nodes: group.nodes.clone(), value: spec.value.clone(), axes: spec.axes, ..Fix::default() };
-        if axis != NO_AXIS {
-            fix.value[axis as usize] = Some(Field::Constant(0.0));
-        }
-        fixes.push(fix);
-    }
-    Ok(fixes)
+/// Prescribed displacements of the nodes here that always hold.
+pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<Fix> {
+    let always = |k: usize| period_of_fix(&case.fixes[k], &case.steps) == ALWAYS;
+    (0..case.fixes.len()).filter(|&k| always(k)).filter_map(|k| fix(mesh, case, k, symmetry[k])).collect()
 }
 
-/// Loads on what is here; total forces as they are at time `t`.
-pub(super) fn loads(mesh: &Mesh, case: &Case, area: &[f64], t: f64) -> Result<Vec<Load>, Error> {
-    let mut loads = Vec::new();
-    for (k, (spec, &area)) in case.loads.iter().zip(area).enumerate() {
+/// Those that begin or end with a step.
+fn timed_fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<TimedFix> {
+    let timed = |(k, spec): (usize, &FixSpec)| {
+        let in_time = period_of_fix(spec, &case.steps) != ALWAYS;
+        let fix = fix(mesh, case, k, symmetry[k]).filter(|_| in_time)?;
+        Some(timed_fix(spec, fix, &case.steps))
+    };
+    case.fixes.iter().enumerate().filter_map(timed).collect()
+}
+
+/// An entry of the case at the nodes here; none where it holds none of them.
+fn fix(mesh: &Mesh, case: &Case, number: usize, axis: u32) -> Option<Fix> {
+    let (group, spec) = (group(mesh, "fix", number)?, &case.fixes[number]);
+    let mut fix = Fix { nodes: group.nodes.clone(), value: spec.value.clone(), axes: spec.axes, ..Fix::default() };
+    if axis != NO_AXIS {
+        fix.value[axis as usize] = Some(Field::Constant(0.0));
+    }
+    Some(fix)
+}
+
+/// Loads on what is here with their places in the case; total forces and moments as they are at time `t`, where `moments` are
+/// those of all faces, of which there is a part here.
+pub(super) fn loads<'c>(
+    mesh: &Mesh,
+    case: &'c Case,
+    moments: &[FaceMoments],
+    t: f64,
+) -> Result<(Vec<Load>, Vec<&'c Spot>), Error> {
+    let (mut loads, mut spots) = (Vec::new(), Vec::new());
+    for (k, (spec, moments)) in case.loads.iter().zip(moments).enumerate() {
         if group(mesh, "load", k).is_none() {
             continue;
         }
         let kind = match &spec.kind {
-            // The area of all faces, of which there is a part here.
-            LoadKind::Force(total) => {
-                LoadKind::Traction(spread(total, area, t).map_err(|e| place::instead(&spec.spot, e))?)
+            LoadKind::Force(total) => moments.even(total, t).map(|even| LoadKind::Traction(even.map(Field::Constant))),
+            LoadKind::Resultant { force, moment, about } => {
+                moments.resultant([force, moment], *about, t).map(|turning| LoadKind::Traction(turned(turning)))
             }
-            other => other.clone(),
+            other => Ok(other.clone()),
         };
+        let kind = kind.map_err(|error| place::instead(&spec.spot, error))?;
         let spec = LoadSpec { on: Some(region("load", k, &spec.spot)), kind, spot: spec.spot.clone() };
         loads.push(load(mesh, &spec)?);
+        spots.push(&case.loads[k].spot);
     }
-    Ok(loads)
+    Ok((loads, spots))
+}
+
+/// The traction `a + b x r`, `r` from the centroid.
+fn turned([even, turn, centroid]: [V3; 3]) -> [Field; 3] {
+    [0, 1, 2].map(|c| Field::Function {
+        text: "the traction of a force with a moment".into(),
+        value: Arc::new(move |x, _| add(even, cross(turn, sub(x, centroid)))[c]),
+    })
 }
 
 /// The elastic foundations that have faces here.
@@ -166,12 +237,4 @@ fn springs(mesh: &Mesh, case: &Case) -> Vec<Spring> {
         Some(Spring { faces, normal: spec.normal, tangential: spec.tangential })
     };
     case.springs.iter().enumerate().filter_map(of).collect()
-}
-
-/// A total force as a force per area.
-fn spread(total: &[Field; 3], area: f64, t: f64) -> Result<[Field; 3], Error> {
-    // A total force has no place: an expression that reads one gives NaN and is refused.
-    let at = |field: &Field| Ok(Field::Constant(field.finite_at([f64::NAN; 3], t)? / area));
-    let [x, y, z] = total;
-    Ok([at(x)?, at(y)?, at(z)?])
 }

@@ -15,6 +15,7 @@ mod small;
 mod solve;
 mod steps;
 mod tighten;
+mod timed;
 mod totals;
 mod tractions;
 mod write;

@@ -170,7 +170,7 @@ impl RankedSummary {
             units: case.units.clone(),
             status: solution.status,
             certificate: CertificateRecord::of(&solution.certificate),
-            dual_dofs: 3 * contact.points,
+            dual_dofs: 3 * ranks.iter().map(|rank| rank.points).sum::<usize>(),
             contact,
             bodies: bodies(solution),
             bolts: Vec::new(),

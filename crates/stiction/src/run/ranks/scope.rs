@@ -1,9 +1,8 @@
 //! What can be divided among ranks, said before anything is done.
 
 use crate::Error;
-use crate::contact::{Coefficient, SurfaceFriction};
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, During, LoadKind, LoadSpec, NodalSpec, Spot};
+use crate::io::case::{Case, ContactSpec, Spot};
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
@@ -18,15 +17,9 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         Some(spot) => Err(refused(spot, what)),
         None => Ok(()),
     };
-    let always = |during: &During| during.period(&case.steps) == [f64::NEG_INFINITY, f64::INFINITY];
-    let timed = case.fixes.iter().filter(|fix| !always(&fix.during)).map(|fix| &fix.spot);
-    first(&mut timed.into_iter(), "a support that begins or ends with a step")?;
-    let timed = case.contacts.iter().filter(|contact| !always(&contact.during) || !contact.without.is_empty());
-    first(&mut timed.map(|contact| &contact.spot), "a contact that begins or ends with a step")?;
     first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
-    case.loads.iter().try_for_each(load)?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
     if case.accuracy.is_some() {
@@ -47,34 +40,11 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     Ok(())
 }
 
-fn load(load: &LoadSpec) -> Result<(), Error> {
-    let what = match &load.kind {
-        LoadKind::Resultant { .. } => "a force with a moment",
-        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => "a temperature",
-        LoadKind::Nodal(value) if value.iter().any(|v| matches!(v, NodalSpec::Array { .. })) => "an array of the mesh",
-        _ => return Ok(()),
-    };
-    Err(refused(&load.spot, what))
-}
-
 fn contact(contact: &ContactSpec) -> Result<(), Error> {
-    let by_expression = |coefficient: &Coefficient| matches!(coefficient, Coefficient::Field(_));
-    let friction = match &contact.friction {
-        SurfaceFriction::Law(law) if law.cohesion.is_some() => Some("cohesion"),
-        SurfaceFriction::Law(law) if !by_expression(&law.coefficient) => Some("friction by an array or by time"),
-        SurfaceFriction::Law(law) if law.across.as_ref().is_some_and(|across| !by_expression(&across.coefficient)) => {
-            Some("friction by an array or by time")
-        }
-        _ => None,
-    };
-    if let Some(what) = friction {
-        return Err(refused(&contact.friction_spot, what));
-    }
     let what = match contact {
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
         ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
         ContactSpec { wear: Some(_), .. } => "wear",
-        ContactSpec { bonded_until: Some(_), .. } => "a contact that is bonded at first",
         _ => return Ok(()),
     };
     Err(refused(&contact.spot, what))

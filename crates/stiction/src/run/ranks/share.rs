@@ -7,14 +7,18 @@ use super::local::changes;
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
-use crate::fem::{Axes, DofMap, Fix, Solid, dof_map};
-use crate::io::case::{Case, LoadKind, Region, Spot};
-use crate::mesh::{Group, Mesh, MeshPiece, bisection, pieces};
+use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
+use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
+use crate::mesh::{Bounds, Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
+use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
-use crate::run::pose::loads::{Fixes, end, fixes};
+use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature, period_of_fix};
 use crate::run::pose::materials::materials;
-use crate::run::pose::{MemoryLimit, made_mesh, place, planned, regions, surfaces};
+use crate::run::pose::ties::TimedFix;
+use crate::run::pose::{
+    MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
+};
 
 /// A contact node counts as so many others: the local changes of contact take a tenth of a cycle on a brick, and are made by
 /// the ranks that have contact alone.
@@ -32,10 +36,12 @@ pub(super) struct Share {
     pub material_of_cell: Vec<u32>,
     /// For each prescribed displacement the axis that a plane of symmetry holds, or [`NO_AXIS`].
     pub symmetry: Vec<u32>,
-    /// For each load the area of its faces in the whole mesh, zero without faces.
-    pub area: Vec<f64>,
+    /// For each load those of its faces in the whole mesh, zero without faces.
+    pub moments: Vec<FaceMoments>,
     /// What the rigid motions turn about, the mean of all nodes; length.
     pub center: [f64; 3],
+    /// That of the box around the whole mesh, length.
+    pub diagonal: f64,
     /// Nodes and cells of the whole.
     pub sizes: [u64; 2],
     /// The contact points all of whose nodes are in the piece, by their places there; those that its own nodes need are.
@@ -81,7 +87,7 @@ struct Whole {
     owner: Vec<u32>,
     material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
-    area: Vec<f64>,
+    moments: Vec<FaceMoments>,
     points: PosedPoints,
     kinds: Vec<u8>,
     contact_of: Vec<u32>,
@@ -99,32 +105,28 @@ impl Whole {
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
-        let Fixes { held, .. } = fixes(&mesh, case)?;
+        let Fixes { held, timed, .. } = fixes(&mesh, case)?;
         let (body_of_node, bodies) = bodies_of(&mesh);
         let mut groups = Vec::new();
-        let symmetry = fixed_regions(case, &held, &mut groups)?;
-        let mut area = Vec::new();
-        for (k, load) in case.loads.iter().enumerate() {
-            let (group, of_faces) = region_of_load(&mesh, load.on.as_ref(), &load.kind, &load.spot)?;
-            groups.push(Group { name: name("load", k), ..group });
-            area.push(of_faces);
-        }
+        let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
             let faces = regions::faces(&mesh, &spring.on, &spring.spot, "the spring")?;
             groups.push(Group { name: name("spring", k), faces, ..Group::default() });
         }
         let dofs = dof_map(&mesh, &held, end(case)).map_err(|error| place::at(&case.mesh.spot, error))?;
         let solid = Solid { mesh: &mesh, materials: &materials, material_of_cell: &material_of_cell };
+        let moments = loaded_regions(case, &solid, &mut groups)?;
         let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
+        keep_arrays(case, &mut mesh);
         let owner = divided(case, &mesh, &points, &held, parts)?;
         Ok(Whole {
             mesh,
             owner,
             material_of_cell,
             symmetry,
-            area,
+            moments,
             points,
             kinds,
             contact_of,
@@ -141,7 +143,7 @@ impl Whole {
             owner,
             material_of_cell,
             symmetry,
-            area,
+            moments,
             points,
             kinds,
             contact_of,
@@ -150,14 +152,16 @@ impl Whole {
             bolts,
         } = self;
         let center = centroid(mesh);
+        let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         let message = move |piece: MeshPiece| {
             let mut to = Vec::new();
             sizes.write(&mut to);
             center.write(&mut to);
+            diagonal.write(&mut to);
             put(&piece.cells.iter().map(|&cell| material_of_cell[cell as usize]).collect::<Vec<_>>(), &mut to);
             put(symmetry, &mut to);
-            put(area, &mut to);
+            put(&moments.iter().map(FaceMoments::numbers).collect::<Vec<_>>(), &mut to);
             put(kinds, &mut to);
             put(contact_of, &mut to);
             put(&piece.nodes.iter().map(|&node| body_of_node[node as usize]).collect::<Vec<_>>(), &mut to);
@@ -179,9 +183,11 @@ impl Whole {
 }
 
 /// The nodes of each prescribed displacement as a group, and the axis that a plane of symmetry holds, or [`NO_AXIS`].
-fn fixed_regions(case: &Case, held: &[Fix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
-    let mut symmetry = Vec::new();
-    for (k, (spec, fix)) in case.fixes.iter().zip(held).enumerate() {
+fn fixed_regions(case: &Case, held: &[Fix], timed: &[TimedFix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
+    let (mut symmetry, mut held, mut timed) = (Vec::new(), held.iter(), timed.iter().map(|timed| &timed.fix));
+    for (k, spec) in case.fixes.iter().enumerate() {
+        let always = period_of_fix(spec, &case.steps) == ALWAYS;
+        let Some(fix) = (if always { held.next() } else { timed.next() }) else { continue };
         groups.push(Group { name: name("fix", k), nodes: fix.nodes.clone(), ..Group::default() });
         let along = (0..3).find(|&c| fix.value[c].is_some()).filter(|_| spec.symmetry);
         if along.is_some() && fix.axes != Axes::Global {
@@ -203,6 +209,7 @@ fn contact(
     groups: &mut Vec<Group>,
 ) -> Result<(PosedPoints, Vec<u8>, Vec<u32>), Error> {
     let mesh = solid.mesh;
+    refuse_loss_without_steps(&case.contacts, &case.steps)?;
     let mut surfaces = surfaces::surfaces(mesh, &case.contacts)?;
     surfaces::assign(solid, dofs, &mut surfaces);
     let of = surfaces::reverse(solid, dofs, &mut surfaces);
@@ -211,6 +218,8 @@ fn contact(
             return Err(scope::refused(&case.contacts[k].spot, "a contact of nodes without faces"));
         }
     }
+    let specs: Vec<ContactSpec> = of.iter().map(|&k| case.contacts[k].clone()).collect();
+    coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
     let (points, _) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
@@ -297,29 +306,61 @@ fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2
     owner
 }
 
-/// The faces, nodes or cells of a load, and the area of the faces.
-fn region_of_load(mesh: &Mesh, on: Option<&Region>, kind: &LoadKind, spot: &Spot) -> Result<(Group, f64), Error> {
-    let mut group = Group::default();
-    if kind.at_nodes() {
-        let all = || Ok((0..mesh.nodes.len() as u32).collect());
-        group.nodes = on.map_or_else(all, |region| regions::nodes(mesh, region, spot))?;
-    } else if kind.on_cells() {
-        let all = || Ok((0..mesh.cell_count() as u32).collect());
-        group.cells = on.map_or_else(all, |region| regions::cells(mesh, region, spot))?;
-    } else {
-        let nowhere = || spot.error("this load does not say where it acts", "add on = \"z-max\" or another group");
-        group.faces = regions::faces(mesh, on.ok_or_else(nowhere)?, spot, "the load")?;
+/// The faces, nodes or cells of each load as a group, and the moments of its faces.
+fn loaded_regions(case: &Case, solid: &Solid, groups: &mut Vec<Group>) -> Result<Vec<FaceMoments>, Error> {
+    let mesh = solid.mesh;
+    let loads: Vec<Load> = case.loads.iter().map(|spec| load(mesh, spec)).collect::<Result<_, _>>()?;
+    one_temperature(mesh, &loads, &case.loads)?;
+    let region = |(k, load): (usize, Load)| {
+        let group = Group { name: name("load", k), ..Group::default() };
+        match load {
+            Load::Traction { faces, .. }
+            | Load::Pressure { faces, .. }
+            | Load::Force { faces, .. }
+            | Load::Resultant { faces, .. }
+            | Load::Hydrostatic { faces, .. } => Group { faces, ..group },
+            Load::Nodal { nodes, .. } => Group { nodes, ..group },
+            Load::Gravity { cells, .. } | Load::Rotation { cells, .. } => {
+                Group { cells: with_mass(solid, cells), ..group }
+            }
+            Load::Temperature { cells, .. } => Group { cells, ..group },
+        }
+    };
+    let first = groups.len();
+    groups.extend(loads.into_iter().enumerate().map(region));
+    Ok(groups[first..].iter().map(|group| FaceMoments::new(mesh, &group.faces)).collect())
+}
+
+/// Those of the cells that have mass: a piece may have others only. All of them where none has, which is an error that all ranks see.
+fn with_mass(solid: &Solid, cells: Vec<u32>) -> Vec<u32> {
+    let has_mass = |&cell: &u32| solid.materials[solid.material_of_cell[cell as usize] as usize].density > 0.0;
+    let heavy: Vec<u32> = cells.iter().copied().filter(has_mass).collect();
+    if heavy.is_empty() { cells } else { heavy }
+}
+
+/// Leaves the mesh the arrays that loads name.
+fn keep_arrays(case: &Case, mesh: &mut Mesh) {
+    let mut named: HashSet<&str> = HashSet::new();
+    for load in &case.loads {
+        match &load.kind {
+            LoadKind::TemperatureArray { name, .. } => drop(named.insert(name)),
+            LoadKind::Nodal(value) => named.extend(value.iter().filter_map(|component| match component {
+                NodalSpec::Array { name, .. } => Some(name.as_str()),
+                NodalSpec::Field(_) => None,
+            })),
+            _ => {}
+        }
     }
-    let area = group.faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
-    Ok((group, area))
+    mesh.arrays.nodes.retain(|array| named.contains(array.name.as_str()));
+    mesh.arrays.cells.retain(|array| named.contains(array.name.as_str()));
 }
 
 impl Share {
     fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
-        let (sizes, center) = (Wire::read(bytes), Wire::read(&bytes[16..]));
-        let mut from = &bytes[40..];
+        let (sizes, center, diagonal) = (Wire::read(bytes), Wire::read(&bytes[16..]), Wire::read(&bytes[40..]));
+        let mut from = &bytes[48..];
         let from = &mut from;
-        let (material_of_cell, symmetry, area) = (take(from), take(from), take(from));
+        let (material_of_cell, symmetry, moments) = (take(from), take(from), take::<[f64; 13]>(from));
         let (kinds, contact_of, body_of_node) = (take(from), take(from), take(from));
         let places: Vec<[f64; 4]> = take(from);
         let body = |[x, y, z, radius]: [f64; 4]| Body {
@@ -335,8 +376,9 @@ impl Share {
             piece,
             material_of_cell,
             symmetry,
-            area,
+            moments: moments.into_iter().map(FaceMoments::of_numbers).collect(),
             center,
+            diagonal,
             sizes,
             points,
             kinds,

@@ -13,6 +13,7 @@ use super::steps::put_state;
 use super::tighten::Found;
 use crate::Error;
 use crate::certificate::certify_divided;
+use crate::contact::Friction;
 use crate::fem::full_displacement;
 use crate::friction::{Counts, Multigrid, PointState, Progress, Solution, Status};
 use crate::io::case::Case;
@@ -31,9 +32,9 @@ pub(super) const MOST_UNKNOWNS: usize = 20_000;
 struct Answer {
     /// Displacements of all nodes along x, y, z, length; as bits, since they are to be the same.
     u: Vec<[u64; 3]>,
-    /// For each point its surface, its node, the code of its state, and the bits of multipliers (newton) and slip reference
-    /// (length).
-    points: Vec<(u32, u32, usize, [u64; 5])>,
+    /// For each point its surface, its node, the code of its state, and the bits of multipliers (newton), slip reference and gap
+    /// (length) and law.
+    points: Vec<(u32, u32, usize, [u64; 10])>,
     shortening: Vec<f64>,
     steps: Vec<RankedStep>,
     iterations: usize,
@@ -83,8 +84,9 @@ fn of_outcome(prepared: &Prepared, outcome: &Outcome) -> Answer {
     let nodes = prepared.facts.contacts.iter().flat_map(|contact| contact.surface.nodes.iter().copied());
     let point = |(j, node): (usize, u32)| {
         let pair = problem.labels.pairs.partition_point(|pair| pair.points.end <= j) as u32;
-        let slip = &problem.contact.slip_reference;
-        let numbers = [lambda[j], lambda[m + j], lambda[2 * m + j], slip[j], slip[m + j]];
+        let (slip, gap) = (&problem.contact.slip_reference, problem.contact.gap[j]);
+        let [law, a, b, c] = problem.contact.friction[j].numbers();
+        let numbers = [lambda[j], lambda[m + j], lambda[2 * m + j], slip[j], slip[m + j], gap, law, a, b, c];
         (pair, node, usize::from(states[j].code()), numbers.map(f64::to_bits))
     };
     let steps = outcome.steps.iter().map(|step| RankedStep {
@@ -116,13 +118,13 @@ fn taken(
 ) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
     let Answer { u, points, shortening, steps, iterations } = answer;
     let m = local.problem.points();
-    let of_point: HashMap<(u32, u32), (usize, [u64; 5])> =
+    let of_point: HashMap<(u32, u32), (usize, [u64; 10])> =
         points.into_iter().map(|(pair, node, code, numbers)| ((pair, node), (code, numbers))).collect();
     let here = |j: usize| {
         let node = local.piece.nodes[local.division.points[j] as usize] as u32;
         of_point.get(&(local.pair_of(j) as u32, node)).copied()
     };
-    let found: Vec<(usize, [u64; 5])> = (0..m).map_while(here).collect();
+    let found: Vec<(usize, [u64; 10])> = (0..m).map_while(here).collect();
     let complete = found.len() == m && u.len() as u64 == local.sizes[0];
     let mut missing = [f64::from(u8::from(!complete))];
     crate::ranks::max(&*local.division.ranks, &mut missing);
@@ -136,6 +138,10 @@ fn taken(
         let t = steps.last().map_or(end(case), |step| step.t);
         put_state(local, case, t, &vec![0.0; 2 * m], &shortening)?;
         local.problem.contact.slip_reference = slip_reference;
+        // They are states of the last step where points take part in some steps only, or lose their strength.
+        local.problem.contact.gap = number(5).collect();
+        let law = |k: usize| Friction::of_numbers([6, 7, 8, 9].map(|n| f64::from_bits(found[k].1[n])));
+        local.problem.contact.friction = (0..m).map(law).collect();
         let _ = multigrid.renewed(&local.problem);
     }
     let u: Vec<[f64; 3]> = local.piece.nodes.iter().map(|&v| u[v as usize].map(f64::from_bits)).collect();

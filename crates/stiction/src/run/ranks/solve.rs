@@ -9,6 +9,7 @@ use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
+use super::timed::note_where_it_stands;
 use super::totals::totals;
 use super::tractions::tractions;
 use super::{room, scope, share, small};
@@ -140,7 +141,7 @@ fn march(
         if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
-    let mut march = March { at: Position::start(), slid, shortening, answers: Vec::new() };
+    let mut march = March { at: Position::start(), slid, shortening, lost: Vec::new(), answers: Vec::new() };
     let mut steps = Vec::new();
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
@@ -171,12 +172,14 @@ fn march(
         march.at = march.at.advance(&case.steps);
         if let Some(kept) = &mut kept {
             let Everywhere { free, lambda, states, .. } = &found.everywhere;
-            kept.add(solver.local, (free, lambda, states), &steps, march.at)?;
+            kept.add((solver.local, case), (free, lambda, states), &steps, march.at)?;
         }
         if !solved || march.at.span(&case.steps).is_none() {
             return Ok((found, steps));
         }
         march.slid = sliding(solver.local, &found.everywhere.free);
+        march.lost.clone_from(&solver.local.timed.lost);
+        note_where_it_stands(solver.local, &found.everywhere.free, t);
         let problem = &solver.local.problem;
         let (f, gap) = (problem.elastic.f.clone(), problem.contact.gap.clone());
         march.answers.push(Answer { t, f, gap, u: found.everywhere.free });

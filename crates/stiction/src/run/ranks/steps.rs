@@ -4,33 +4,40 @@
 use super::bolts::add_forces;
 use super::local::{Local, fixes, loads};
 use super::solve::axes;
+use super::timed::laws;
 use crate::Error;
-use crate::fem::{DofMap, Solid, dof_map, external_forces};
+use crate::fem::{DofMap, Solid, dof_map, full_displacement};
 use crate::io::case::Case;
 use crate::mesh::v3::{dot, scale};
+use crate::run::pose::bolts::Bolt;
 use crate::run::pose::frames::PointFrame;
-use crate::run::pose::load_state::{refuse_dragging, translation};
+use crate::run::pose::load_state::{Acting, Initial, acting, jump, refuse_dragging, translation};
 use crate::run::pose::place;
 
 /// Puts loads and prescribed displacements at time `t` into the problem, with the bolts drawn together by `shortening`, where each
 /// point has slid by `slid` before; length, `2m`.
 pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], shortening: &[f64]) -> Result<(), Error> {
     let mesh = &local.piece.mesh;
-    let (fixes, loads) = (fixes(mesh, case, &local.symmetry)?, loads(mesh, case, &local.area, t)?);
+    let (fixes, (loads, spots)) = (fixes(mesh, case, &local.symmetry), loads(mesh, case, &local.moments, t)?);
     let dofs = dof_map(mesh, &fixes, t)?;
     let solid = Solid { mesh, materials: &local.materials, material_of_cell: &local.material_of_cell };
-    let mut forces = external_forces(&solid, &loads, t)?;
+    let (bolts, own): (Vec<&Bolt>, _) = (local.bolts.iter().map(|b| &b.bolt).collect(), |v| local.division.is_own(v));
+    let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
+    let Acting { force: mut forces, strained, thermal_force } = acting;
+    let strain = strained.map_or(Vec::new(), |strained| strained.strain);
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
-    let motion = motion(local, case, &dofs, t)?;
-    let Local { model, problem, .. } = local;
+    let (laws, motion) = (laws(local, case, t)?, motion(local, case, &dofs, t)?);
+    let Local { model, problem, timed, .. } = local;
     let at = |list: &[u32]| -> Vec<f64> { list.iter().map(|&dof| forces[dof as usize]).collect() };
     let (load, support_load) = (at(&dofs.free), at(&dofs.prescribed));
     let demanded = model.support_stiffness.transpose_times(&dofs.value);
     problem.elastic.f = load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     let m = problem.points();
-    let mut offset = [local.undeformed.as_slice(), slid].concat();
+    let apart = local.undeformed.iter().map(|gap| gap.max(0.0));
+    let mut offset: Vec<f64> = apart.chain(slid.iter().copied()).collect();
     offset.iter_mut().zip(&motion).for_each(|(o, moved)| *o += moved);
+    timed.out(t).for_each(|(j, wide)| offset[j] += wide);
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&dofs.value)).for_each(|(o, held)| *o -= held);
         supports.load.clone_from(&support_load);
@@ -39,30 +46,39 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     }
     problem.contact.slip_reference = offset.split_off(m);
     problem.contact.gap = offset;
+    problem.contact.friction = laws;
     model.load.clone_from(&problem.elastic.f);
     model.support_load = support_load;
     model.dofs.value = dofs.value;
     local.motion = motion;
+    local.initial = Initial { strain, thermal_force, ..Initial::default() };
     Ok(())
 }
 
 /// How far each point here has slid since the start, length, `2m`; `u` are displacements of all unknowns here.
 pub(super) fn slid(local: &Local, u: &[f64]) -> Vec<f64> {
     let (problem, m) = (&local.problem, local.problem.points());
-    let mut slid = problem.contact.B.times(u).split_off(m);
-    if let Some(supports) = &problem.labels.supports {
-        let held = supports.B.times(&supports.displacement);
-        slid.iter_mut().zip(&held[m..]).for_each(|(slid, held)| *slid += held);
-    }
-    slid.iter_mut().zip(&local.motion[m..]).for_each(|(slid, moved)| *slid -= moved);
-    slid
+    let held = problem.labels.supports.as_ref().map_or(&[][..], |supports| &supports.displacement);
+    let jump = jump(problem, held, u);
+    // Points of no surface slide over nothing: their values are what they are.
+    let of = |i: usize| if problem.labels.unity_sum[i % m] == 0.0 { 0.0 } else { jump[i] - local.motion[i] };
+    (m..3 * m).map(of).collect()
 }
 
-/// How far the obstacles have moved at time `t` along the rows of `B` at each point here, length, `3m`.
+/// Displacements of all degrees of freedom here; `u` are those of all unknowns here.
+pub(super) fn full(local: &Local, u: &[f64]) -> Vec<f64> {
+    let mut full = full_displacement(&local.model, u);
+    local.model.dofs.to_components(&mut full);
+    full
+}
+
+/// How far the obstacles have moved at time `t` along the rows of `B` at each point here, length, `3m`; overlap of the mesh counts
+/// as moved, and so does what is kept of a gap.
 fn motion(local: &Local, case: &Case, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
     let (problem, mesh) = (&local.problem, &local.piece.mesh);
     let m = problem.points();
-    let mut motion = vec![0.0; 3 * m];
+    let mut motion: Vec<f64> = local.undeformed.iter().map(|gap| gap.min(0.0)).collect();
+    motion.resize(3 * m, 0.0);
     for (pair, &k) in problem.labels.pairs.iter().zip(&local.contact_of) {
         let contact = &case.contacts[k as usize];
         let moved = translation(contact.motion.as_ref(), t);
@@ -70,11 +86,12 @@ fn motion(local: &Local, case: &Case, dofs: &DofMap, t: f64) -> Result<Vec<f64>,
         for j in pair.points.clone() {
             let (node, [normal, t1, t2]) = axes(local, j);
             let frame = PointFrame { node, normal, tangents: [t1, t2], sign: 1.0 };
-            refuse_dragging(mesh, dofs, &frame, moved, problem.contact.friction[j])
+            refuse_dragging(mesh, dofs, &frame, moved, local.timed.laws[j])
                 .map_err(|error| place::at(&contact.spot, error))?;
             let by = scale(problem.labels.unity_sum[j], moved);
-            [normal, t1, t2].iter().enumerate().for_each(|(r, axis)| motion[r * m + j] = dot(*axis, by));
+            [normal, t1, t2].iter().enumerate().for_each(|(r, axis)| motion[r * m + j] += dot(*axis, by));
         }
     }
+    local.timed.put_into(&mut motion, dofs, &local.undeformed, t)?;
     Ok(motion)
 }

@@ -10,6 +10,7 @@ use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
+use super::timed::{lose_strength, note_where_it_stands};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -28,6 +29,8 @@ pub(super) struct March {
     pub slid: Vec<f64>,
     /// Of each bolt, length.
     pub shortening: Vec<f64>,
+    /// The points whose strength is lost by then.
+    pub lost: Vec<bool>,
     /// The last two answers, the later one last.
     pub answers: Vec<Answer>,
 }
@@ -46,13 +49,20 @@ impl March {
     /// # Errors
     /// Expressions that are not finite at their times, at every rank.
     pub(super) fn go_on(&mut self, before: Finished, local: &mut Local, case: &Case) -> Result<Vec<RankedStep>, Error> {
-        let Finished { records, u, at } = before;
+        let Finished { records, u, lost, at } = before;
         let ranks = Arc::clone(&local.division.ranks);
-        for (record, u) in records[records.len() - u.len()..].iter().zip(u) {
+        local.timed.lost.clone_from(&lost);
+        self.lost = lost;
+        for (number, u) in u {
+            let record = &records[number];
             self.shortening = record.bolts.iter().map(|bolt| bolt.shortening).collect();
             // Slip is counted from the start, and what acts does not depend on it.
             agree(&*ranks, put_state(local, case, record.t, &self.slid, &self.shortening))?;
             self.slid = slid(local, &u);
+            note_where_it_stands(local, &u, record.t);
+            if number + 2 < records.len() {
+                continue;
+            }
             let (f, gap) = (local.problem.elastic.f.clone(), local.problem.contact.gap.clone());
             self.answers.push(Answer { t: record.t, f, gap, u });
         }
@@ -114,6 +124,8 @@ impl Solver<'_, '_> {
     pub(super) fn step(&mut self, march: &March, targets: &[Target], t: f64) -> Result<Found, Error> {
         let stiffness: Vec<f64> = self.local.bolts.iter().map(|b| b.bolt.cut.stiffness).collect();
         let tolerance = self.settings.tolerance;
+        // An attempt that has failed leaves no trace.
+        self.local.timed.lost.clone_from(&march.lost);
         let mut search = BoltSearch::new(&stiffness, targets, &march.shortening, tolerance);
         let from_rest: Vec<bool> = march.shortening.iter().map(|&s| s == 0.0).collect();
         if !search.sought().is_empty() {
@@ -146,6 +158,11 @@ impl Solver<'_, '_> {
             let states = bolts::states(self.local, &found.u, &search.shortening);
             let next = search.next(&states.iter().map(|bolt| bolt.force).collect::<Vec<f64>>());
             let solved = solution.status == Status::Solved;
+            // Each solve takes the strength of some points, so that this ends.
+            if solved && lose_strength(self.local, self.case, &found.states) {
+                from = Some(found.free);
+                continue;
+            }
             if !solved || next.is_break() {
                 if solved && next == ControlFlow::Break(false) {
                     solution.status = Status::Stalled;

@@ -13,9 +13,10 @@ use crate::run::solve::tractions::Traction;
 fn of_rank(local: &Local, multigrid: &Multigrid, solution: &Solution, tractions: &[Traction]) -> (Totals, [f64; 4]) {
     let (labels, own) = (&local.problem.labels, multigrid.own_points());
     let m = own.len();
-    let mut t = Totals { points: m, ..Totals::default() };
+    let of_contacts = own.iter().enumerate().filter(|(_, j)| (**j as usize) < local.timed.contact_points());
+    let mut t = Totals { points: of_contacts.clone().count(), ..Totals::default() };
     let mut most = [0.0, f64::NAN, f64::NAN, f64::NAN];
-    for (place, &j) in own.iter().enumerate() {
+    for (place, &j) in of_contacts {
         let (area, share) = (labels.area[j as usize], labels.unity_sum[j as usize]);
         let (count, sum) = match solution.states[place] {
             PointState::Open => (&mut t.open, &mut t.open_area),

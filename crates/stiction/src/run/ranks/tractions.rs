@@ -21,6 +21,9 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
     let (problem, division) = (&local.problem, &local.division);
     let m = problem.points();
     let quotient = |j: usize| {
+        if j >= local.timed.contact_points() {
+            return [0.0; 4];
+        }
         let (_, [_, t1, t2]) = axes(local, j);
         let [x, y, z] = add(scale(lambda[m + j], t1), scale(lambda[2 * m + j], t2));
         [lambda[j], x, y, z].map(|force| force / problem.labels.area[j])
@@ -30,7 +33,7 @@ pub(super) fn tractions(local: &Local, lambda: &[f64]) -> RankTractions {
         return RankTractions { points, max_other_pressure: 0.0 };
     }
     let is_own = |j: &usize| division.is_own(division.points[*j]) && local.between_bodies[local.pair_of(*j)];
-    let own: Vec<usize> = (0..m).filter(is_own).collect();
+    let own: Vec<usize> = (0..local.timed.contact_points()).filter(is_own).collect();
     let (means, max_other_pressure) = exchanged(local, &own, &points);
     own.iter().zip(means).for_each(|(&j, mean)| points[j] = mean);
     // Three numbers of a point at a time are asked of its owner.

@@ -253,7 +253,7 @@ fn surface(answer: &RankedAnswer) -> GridFields {
     let mut status = vec![-1; n];
     let free: Vec<f64> = answer.local.model.dofs.free.iter().map(|&dof| along(answer, dof)).collect();
     let left = problem.gap_and_slip(&free);
-    for j in 0..m {
+    for j in 0..answer.local.timed.contact_points() {
         let (node, [normal, t1, t2]) = axes(&answer.local, j);
         let Ok(at) = nodes.binary_search(&node) else { continue };
         let [l, a, b] = [0, 1, 2].map(|r| answer.lambda[r * m + j]);

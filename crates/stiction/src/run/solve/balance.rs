@@ -78,7 +78,7 @@ fn work_of_switched(problem: &ContactProblem, before: &BodyState, loads: &LoadSt
     let is_out = |list: &[(usize, f64)], j: usize| list.binary_search_by_key(&j, |out| out.0).is_ok();
     let tied = |j: usize| problem.contact.friction[j] == Friction::Bonded;
     let switched = |&j: &usize| is_out(&loads.out, j) || is_out(&old.out, j) && tied(j);
-    let [from, to] = [jump(problem, old, &before.u), jump(problem, loads, u)];
+    let [from, to] = [jump(problem, &old.displacement, &before.u), jump(problem, &loads.displacement, u)];
     let of_row = |i: usize| {
         let way = (to[i] - from[i]) - (loads.motion[i] - old.motion[i]);
         0.5 * (before.lambda[i] + lambda[i]) * way

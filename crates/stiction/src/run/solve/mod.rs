@@ -17,7 +17,7 @@ pub(super) mod quantities;
 mod record;
 mod solutions;
 mod steps;
-mod strength;
+pub(super) mod strength;
 pub(super) mod stretch;
 mod totals;
 pub(crate) mod tractions;

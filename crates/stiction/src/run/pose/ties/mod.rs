@@ -16,6 +16,7 @@ use crate::io::case::{EquationSpec, Spot};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, dot, scale};
 
+pub(crate) use append::TIES;
 use append::append;
 use eliminate::{Redundant, eliminate};
 
