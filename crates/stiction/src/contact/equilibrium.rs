@@ -66,10 +66,15 @@ fn slide(alpha: Vec<f64>, load: &[f64]) -> Slide {
 /// force a point, the one that a motion meets: those are added one by one, and the projection on the cone of those found
 /// so far is that of Lawson & Hanson (`Hull`).
 pub fn no_equilibrium(problem: &ContactProblem, motions: &RigidMotions) -> Option<Slide> {
-    let load = motions.work(&problem.elastic.f);
+    no_equilibrium_with(problem, motions, &problem.elastic.f)
+}
+
+/// The same under other loads, newton, length `n`.
+pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotions, loads: &[f64]) -> Option<Slide> {
+    let load = motions.work(loads);
     let size = norm(&load);
     // Forces that have no resultant, such as those of heat, leave rounding.
-    if size <= ROUNDING * motions.work_size(&problem.elastic.f) {
+    if size <= ROUNDING * motions.work_size(loads) {
         return None;
     }
     let jumps = motions.jumps(&problem.isotropic_rows());

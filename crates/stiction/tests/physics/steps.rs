@@ -520,9 +520,11 @@ fn a_wedge_stays_where_it_was_driven_in() {
     let half = 6.0f64.to_radians();
     let (s, c) = half.sin_cos();
     let force = format!("[\"-1e4*{c}*min(t, 2 - t)\", \"-1e4*{s}*min(t, 2 - t)\", 0]");
+    // Apart by far less than they are pressed together, so that nothing overlaps where no load acts.
     let wall = |on: &str, normal: [f64; 3]| {
+        let point = normal.map(|n| -1e-12 * n);
         format!(
-            "[[contact]]\non = \"{on}\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = {normal:?} }} }}\n\
+            "[[contact]]\non = \"{on}\"\nagainst = {{ plane = {{ point = {point:?}, normal = {normal:?} }} }}\n\
              friction = {{ coulomb = 0.3 }}\n"
         )
     };

@@ -17,6 +17,7 @@ use super::stretch::sought_forces;
 use super::{Event, Outcome, Settings, StepLine};
 use crate::Error;
 use crate::certificate::certify;
+use crate::contact::equilibrium::no_equilibrium_with;
 use crate::contact::sliding::Sliding;
 use crate::contact::{ContactProblem, Friction, Moved};
 use crate::friction::{self, Counts, Method, PointState, Progress, Solution, SolverPath, Status};
@@ -355,11 +356,9 @@ fn attempt(
     };
     march.attempts += 1;
     let ContactProblem { elastic, contact, .. } = &prepared.problem;
-    // Where neither loads nor overlaps act, and nothing has slid, the answer is zero: forces that have to vanish leave no scale
-    // to end at. What has slid may be held by friction without any load.
-    let unloaded = elastic.f.iter().all(|&x| x == 0.0)
-        && contact.gap.iter().all(|&gap| gap >= 0.0)
-        && contact.slip_reference.iter().all(|&slid| slid == 0.0);
+    // Where neither loads nor overlaps act the answer is zero: forces that have to vanish leave no scale to end at.
+    let unloaded = elastic.f.iter().all(|&x| x == 0.0) && contact.gap.iter().all(|&gap| gap >= 0.0);
+    let unloaded = unloaded && !may_be_locked(prepared, march);
     if from.0.iter().any(|&x| x != 0.0) && !unloaded {
         let path = settings.solver.path;
         let (factor, newton) = (path != SolverPath::Multigrid, settings.method.method == Method::Newton);
@@ -375,6 +374,15 @@ fn attempt(
         return Ok(cold);
     }
     solve_again(prepared, &with(None, None), kept, observer)
+}
+
+/// Whether friction may hold a floating body without any load, as it does a wedge: where something has slid, and contact that
+/// carries the load of the last step can carry it reversed as well. Both together are forces in balance.
+fn may_be_locked(prepared: &Prepared, march: &March) -> bool {
+    let Some(last) = march.answers.last().filter(|_| !prepared.motions.is_empty()) else { return false };
+    let has_slid = prepared.problem.contact.slip_reference.iter().any(|&slid| slid != 0.0);
+    let reversed: Vec<f64> = last.f.iter().map(|f| -f).collect();
+    has_slid && no_equilibrium_with(&prepared.problem, &prepared.motions, &reversed).is_none()
 }
 
 /// Multipliers and displacements at `t`: those of the last step, or on the line through the last two where what acts is
