@@ -132,7 +132,7 @@ fn a_start_that_the_path_cannot_use_is_refused_and_auto_takes_the_path_that_can(
         (SolverPath::Multigrid, true, false, "`start` holds multipliers"),
         (SolverPath::Multigrid, true, true, "`start` holds multipliers"),
         (SolverPath::Dense, false, true, "`start_displacement` is for multigrid"),
-        (SolverPath::Solves, true, true, "`start_displacement` is for multigrid"),
+        (SolverPath::Solves, false, true, "`start_displacement` is for multigrid"),
     ] {
         let error = solve(&problem, &with(path, start, displacement)).unwrap_err().to_string();
         assert!(error.contains(named) && error.contains("; give `start"), "{path:?}: {error}");
@@ -141,6 +141,8 @@ fn a_start_that_the_path_cannot_use_is_refused_and_auto_takes_the_path_that_can(
     assert_eq!(taken(false, true), SolverPath::Multigrid);
     assert_ne!(taken(true, false), SolverPath::Multigrid);
     assert_eq!(taken(true, true), taken(false, false));
+    // Beside multipliers a factor takes from them where floating bodies are.
+    assert_eq!(solve(&problem, &with(SolverPath::Solves, true, true)).unwrap().path, SolverPath::Solves);
     // Where the only path that could use it is none for the problem, the start is not left unused.
     let mut bare = problem.clone();
     (bare.elastic.node_of, bare.elastic.near_kernel) = (None, None);
