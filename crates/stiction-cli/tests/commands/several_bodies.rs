@@ -103,8 +103,10 @@ fn the_bolted_joint_carries_what_friction_gives() {
         let of = |key: &str| sliding[key].as_f64().unwrap();
         assert!((of("friction") - limit).abs() < 1e-6 * limit, "{sliding} {limit}");
         // No cycles bring to rest what the loads overcome: a third of what the settings allow has to be enough to see it.
+        // The counts are those of all attempts at the step.
         let cycles = summary["counts"]["cycles"].as_u64().unwrap();
-        assert!(cycles <= 333, "{cycles}");
+        let attempts = steps[steps.len() - 1]["attempts"].as_u64().unwrap();
+        assert!(cycles <= 333 * attempts, "{cycles} in {attempts} attempts");
         let pull = steps[steps.len() - 1]["load"][0].as_f64().unwrap();
         assert!((of("load") - pull).abs() < 1e-9 * pull && pull > 0.99 * limit, "{sliding} {pull}");
         let motion = sliding["motion"].as_str().unwrap();
