@@ -136,7 +136,7 @@ class Model:
                     parts["halos"] += 2 * visits_above * self.exchange(size, here, math.ceil(given) - 1)
             above, visits_above = here, count
         if ranks > 1:
-            parts["sums"] = 7 * 2 * self.tree(32, ranks)
+            parts["sums"] = 13 * 2 * self.tree(32, ranks)
         return parts
 
     def efficiency(self, unknowns, ranks):
