@@ -3,7 +3,7 @@
 //! Each rank writes what is its own of a step, by the numbers of nodes in the whole mesh. A step counts from the moment when rank
 //! 0 has put it on the list, `steps.json`, after the files of all ranks are on the disk.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -288,7 +288,7 @@ fn own_part(
     let of_supports = |list: Option<&Vec<f64>>| list.map_or(Vec::new(), |list| named.of_supports(list));
     let timed = &local.timed;
     let strength = if is_brittle(case) { left(&timed.laws, &timed.lost) } else { Vec::new() };
-    let out: Vec<usize> = timed.out(t).map(|(j, _)| j).collect();
+    let out: HashSet<usize> = timed.out(t).map(|(j, _)| j).collect();
     let own_points = named.own_points.iter().enumerate();
     let codes: Vec<usize> = states.iter().map(|state| usize::from(state.code())).collect();
     StepFile {
