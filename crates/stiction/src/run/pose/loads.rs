@@ -1,6 +1,6 @@
 //! Prescribed displacements and loads of a case, on the mesh.
 
-use super::activity::{ALWAYS, Period};
+use super::activity::ALWAYS;
 use super::arrays::{Found, find};
 use super::facts::{ContactFacts, FixFacts, LoadFacts, SpringFacts};
 use super::ties::{Start, TimedFix};
@@ -51,7 +51,7 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
         };
         let fix = Fix { faces: regions::boundary_faces(mesh, &spec.on, &spec.spot), ..fix };
         facts.push(fact(mesh, spec, &fix));
-        match period_of_fix(spec, &case.steps) {
+        match spec.during.period(&case.steps) {
             ALWAYS => {
                 held.push(fix);
                 spots.push(spec.spot.clone());
@@ -71,14 +71,9 @@ pub(crate) fn fixes(mesh: &Mesh, case: &Case) -> Result<Fixes, Error> {
     Ok(Fixes { held, timed, facts, spots })
 }
 
-/// When a support holds.
-pub(crate) fn period_of_fix(spec: &FixSpec, steps: &[StepSpec]) -> Period {
-    spec.during.period(steps)
-}
-
 /// A support that begins or ends with a step.
 pub(crate) fn timed_fix(spec: &FixSpec, fix: Fix, steps: &[StepSpec]) -> TimedFix {
-    let period = period_of_fix(spec, steps);
+    let period = spec.during.period(steps);
     let start = match spec.during.from.filter(|_| period[0].is_finite()) {
         None => Start::AtOnce,
         Some(_) if spec.as_it_stands => Start::Stays,

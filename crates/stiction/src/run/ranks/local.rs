@@ -16,7 +16,7 @@ use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{Initial, acting};
-use crate::run::pose::loads::{end, load, period_of_fix, timed_fix};
+use crate::run::pose::loads::{end, load, timed_fix};
 use crate::run::pose::place;
 use crate::run::pose::ties::TimedFix;
 
@@ -170,14 +170,14 @@ fn region(kind: &str, number: usize, spot: &Spot) -> Region {
 
 /// Prescribed displacements of the nodes here that always hold.
 pub(super) fn fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<Fix> {
-    let always = |k: usize| period_of_fix(&case.fixes[k], &case.steps) == ALWAYS;
+    let always = |k: usize| case.fixes[k].during.period(&case.steps) == ALWAYS;
     (0..case.fixes.len()).filter(|&k| always(k)).filter_map(|k| fix(mesh, case, k, symmetry[k])).collect()
 }
 
 /// Those that begin or end with a step.
 fn timed_fixes(mesh: &Mesh, case: &Case, symmetry: &[u32]) -> Vec<TimedFix> {
     let timed = |(k, spec): (usize, &FixSpec)| {
-        let in_time = period_of_fix(spec, &case.steps) != ALWAYS;
+        let in_time = spec.during.period(&case.steps) != ALWAYS;
         let fix = fix(mesh, case, k, symmetry[k]).filter(|_| in_time)?;
         Some(timed_fix(spec, fix, &case.steps))
     };

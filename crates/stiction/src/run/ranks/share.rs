@@ -13,7 +13,7 @@ use crate::mesh::{Bounds, Group, Mesh, MeshPiece, bisection, pieces};
 use crate::ranks::{Ranks, Wire, agree, put, take};
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
-use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature, period_of_fix};
+use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
 use crate::run::pose::materials::materials;
 use crate::run::pose::ties::TimedFix;
 use crate::run::pose::{
@@ -186,7 +186,7 @@ impl Whole {
 fn fixed_regions(case: &Case, held: &[Fix], timed: &[TimedFix], groups: &mut Vec<Group>) -> Result<Vec<u32>, Error> {
     let (mut symmetry, mut held, mut timed) = (Vec::new(), held.iter(), timed.iter().map(|timed| &timed.fix));
     for (k, spec) in case.fixes.iter().enumerate() {
-        let always = period_of_fix(spec, &case.steps) == ALWAYS;
+        let always = spec.during.period(&case.steps) == ALWAYS;
         let Some(fix) = (if always { held.next() } else { timed.next() }) else { continue };
         groups.push(Group { name: name("fix", k), nodes: fix.nodes.clone(), ..Group::default() });
         let along = (0..3).find(|&c| fix.value[c].is_some()).filter(|_| spec.symmetry);

@@ -13,7 +13,6 @@ use crate::ranks::max;
 use crate::run::pose::activity::{ALWAYS, Activity, Period, note_gaps, timed_contacts};
 use crate::run::pose::coefficients;
 use crate::run::pose::load_state::{jump, take_lost_strength};
-use crate::run::pose::loads::period_of_fix;
 use crate::run::pose::ties::{TIES, Ties, TimedFix, ties_of_supports};
 use crate::run::solve::strength::lose_of;
 
@@ -54,7 +53,7 @@ impl Timed {
         let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, all.into_iter());
         let ties = ties_of_supports(mesh, &model.dofs, supports)?;
         let ties = Ties::new(&model.dofs, ties, problem, &mut activity)?;
-        if ties.is_empty() && case.fixes.iter().any(|fix| period_of_fix(fix, &case.steps) != ALWAYS) {
+        if ties.is_empty() && case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS) {
             // Pairs are the same on all ranks.
             let none = problem.points()..problem.points();
             problem.labels.pairs.push(Pair { name: TIES.into(), points: none });
@@ -89,7 +88,7 @@ pub(super) fn changes_laws(case: &Case) -> bool {
             || contact.bonded_until.is_some()
             || coefficients::of_time(&contact.friction).is_some()
     };
-    case.contacts.iter().any(of_contact) || case.fixes.iter().any(|fix| period_of_fix(fix, &case.steps) != ALWAYS)
+    case.contacts.iter().any(of_contact) || case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS)
 }
 
 /// Whether strength can be lost.
@@ -100,7 +99,7 @@ pub(super) fn is_brittle(case: &Case) -> bool {
 /// The times at which something begins that keeps what it finds, ascending.
 pub(super) fn begins(case: &Case) -> Vec<f64> {
     let of_contacts = case.contacts.iter().flat_map(|contact| contact.periods(&case.steps));
-    let of_fixes = case.fixes.iter().map(|fix| period_of_fix(fix, &case.steps));
+    let of_fixes = case.fixes.iter().map(|fix| fix.during.period(&case.steps));
     let mut begins: Vec<f64> =
         of_contacts.chain(of_fixes).map(|period| period[0]).filter(|begin| begin.is_finite()).collect();
     begins.sort_by(f64::total_cmp);
