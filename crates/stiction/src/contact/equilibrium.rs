@@ -97,7 +97,10 @@ pub(crate) fn no_equilibrium_with(problem: &ContactProblem, motions: &RigidMotio
         if distance <= BALANCED {
             return None;
         }
-        let (point, generator) = forces.against(&residual)?;
+        let Some((point, generator)) = forces.against(&residual) else {
+            // No point can carry force.
+            return Some(physical(&forces, &hull, residual, &load));
+        };
         // The error of the residual is the root of the angle; an angle of rounding gains nothing any more.
         if dot(&generator, &residual) <= 1e-14 * distance || distance >= before {
             return Some(physical(&forces, &hull, residual, &load));
@@ -158,7 +161,8 @@ impl Forces<'_> {
         };
         let mut resultant = Resultant::new();
         let mut friction = vec![0.0; residual.len()];
-        for j in 0..m {
+        let out = &self.problem.contact.out;
+        for j in (0..m).filter(|&j| out.binary_search(&(j as u32)).is_err()) {
             let rows = self.problem.rows(j);
             let [n, t1, t2] = rows.map(|i| jump[i]);
             let sliding = t1.hypot(t2);

@@ -92,11 +92,12 @@ fn remedy(kind: Kind) -> &'static str {
     }
 }
 
-/// The contact points that a body has a part in.
+/// The contact points that a body has a part in, as far as they take part themselves.
 fn touching(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Vec<usize> {
     let own = &motions.bodies[body].unknowns;
     let meets = |&j: &usize| problem.contact.B.row(j).0.iter().any(|i| own.binary_search(i).is_ok());
-    (0..problem.points()).filter(meets).collect()
+    let is_in = |&j: &usize| problem.contact.out.binary_search(&(j as u32)).is_err();
+    (0..problem.points()).filter(is_in).filter(meets).collect()
 }
 
 /// How many of these points move apart.

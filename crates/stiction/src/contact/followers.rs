@@ -9,6 +9,7 @@ use super::friction_law::{At, law};
 use super::points::Point;
 use super::{ContactSurface, SurfaceFacts};
 use crate::Error;
+use crate::fem::Followed;
 use crate::mesh::Mesh;
 
 /// Weights that differ by less are the same.
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 1e-6;
 pub(super) fn merge(
     mesh: &Mesh,
     surface: &ContactSurface,
-    follows: &HashMap<u32, u32>,
+    follows: &HashMap<u32, Followed>,
     points: &mut Vec<Point>,
     facts: &mut SurfaceFacts,
 ) -> Result<(), Error> {
@@ -29,8 +30,8 @@ pub(super) fn merge(
     let place: HashMap<u32, usize> = points.iter().enumerate().map(|(j, point)| (point.node, j)).collect();
     let leader = |point: &Point| {
         // One that follows a third node itself may be merged: it cannot take another's area.
-        let node = follows.get(&point.node).filter(|node| !follows.contains_key(node))?;
-        let i = *place.get(node)?;
+        let followed = follows.get(&point.node).filter(|followed| !follows.contains_key(&followed.node))?;
+        let i = *place.get(&followed.node)?;
         says_the_same(point, &points[i], follows).then_some(i)
     };
     let leaders: Vec<Option<usize>> = points.iter().map(leader).collect();
@@ -48,10 +49,10 @@ pub(super) fn merge(
 }
 
 /// Whether what a point meets follows what the other meets.
-fn says_the_same(point: &Point, leader: &Point, follows: &HashMap<u32, u32>) -> bool {
+fn says_the_same(point: &Point, leader: &Point, follows: &HashMap<u32, Followed>) -> bool {
     let met = |(other, weight): &(u32, f64)| {
-        let led = follows.get(other).unwrap_or(other);
-        leader.others.iter().any(|(node, w)| node == led && (w - weight).abs() <= ROUNDING)
+        let led = follows.get(other).map_or(*other, |followed| followed.node);
+        leader.others.iter().any(|(node, w)| *node == led && (w - weight).abs() <= ROUNDING)
     };
     point.others.len() == leader.others.len() && point.others.iter().all(met)
 }

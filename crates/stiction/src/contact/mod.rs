@@ -38,6 +38,7 @@ pub use layer::InterfaceStiffness;
 pub(crate) use node_to_surface::faces_around;
 pub use obstacle::{Obstacle, Side};
 pub use overlap::{Assembly, Moved, Overlap, OverlapKind, SMALL_MOTION, overlaps};
+pub(crate) use pair::area_met_when_moved;
 pub use pose::pose;
 pub(crate) use pose::{bodies_of, centroid, pose_points};
 pub(crate) use posed::PosedPoints;

@@ -1,9 +1,9 @@
 use std::collections::HashMap;
 
 use super::obstacle::unit;
-use crate::fem::{DofMap, nodal_normals};
+use crate::fem::{DofMap, direction, normal_sums};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, dot, norm, scale, sub};
+use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 /// Nodes this part of a face's size off a plane lie in it.
 const IN_PLANE: f64 = 1e-6;
@@ -31,7 +31,7 @@ struct Edge {
 /// Half of the faces around a node on a plane of symmetry are not there: where the surface goes on smoothly beyond the
 /// plane its normal lies in the plane. Such a plane is recognised by displacements prescribed to be zero across it.
 pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3)> {
-    let mut normals = nodal_normals(mesh, faces);
+    let mut normals = turned_together(normal_sums(mesh, faces), dofs);
     let of: HashMap<u32, V3> = normals.iter().copied().collect();
     let across = planes(mesh, faces, dofs);
     let constrained = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
@@ -63,6 +63,27 @@ pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3
         }
     }
     normals
+}
+
+/// The normals of sums over faces. Those of a node and of one that follows it (cyclic symmetry) are of one surface that goes on
+/// across the cut: both get that of all faces, each in its own directions.
+fn turned_together(mut sums: Vec<(u32, V3, f64)>, dofs: &DofMap) -> Vec<(u32, V3)> {
+    let place = |sums: &[(u32, V3, f64)], node: u32| sums.binary_search_by_key(&node, |entry| entry.0).ok();
+    let mut cuts: Vec<(usize, usize, [V3; 3])> = (dofs.follows.iter())
+        .filter_map(|(&node, followed)| Some((place(&sums, node)?, place(&sums, followed.node)?, followed.axes)))
+        .collect();
+    cuts.sort_unstable_by_key(|(follower, leader, _)| [*follower, *leader]);
+    for &(follower, leader, axes) in &cuts {
+        let (_, sum, size) = sums[follower];
+        let there = (0..3).fold([0.0; 3], |there, c| add(there, scale(sum[c], axes[c])));
+        sums[leader].1 = add(sums[leader].1, there);
+        sums[leader].2 += size;
+    }
+    for &(follower, leader, axes) in &cuts {
+        let (_, sum, size) = sums[leader];
+        (sums[follower].1, sums[follower].2) = (axes.map(|axis| dot(sum, axis)), size);
+    }
+    sums.into_iter().map(|(node, sum, size)| (node, direction(sum, size))).collect()
 }
 
 /// The directions in which the displacement of a node is prescribed to be zero.

@@ -123,6 +123,23 @@ pub(super) fn points_of_pair(
     Ok(found)
 }
 
+/// The area of the slave that meets the other surface once its nodes are moved, and all of it; length squared.
+pub(crate) fn area_met_when_moved(
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    master: &Master,
+    moved: &dyn Fn([f64; 3]) -> [f64; 3],
+) -> [f64; 2] {
+    let search = master.search.unwrap_or_else(|| default_search(mesh, &surface.faces, &master.faces));
+    let mut there = mesh.clone();
+    for node in mesh.face_nodes(&surface.faces) {
+        there.nodes[node as usize] = moved(mesh.nodes[node as usize]);
+    }
+    let met = meet(&there, &surface.faces, &master.faces, search, false);
+    let whole = surface.faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
+    [met.iter().map(|met| met.covered).sum(), whole]
+}
+
 /// A quarter of the diagonal of the smaller surface.
 pub(super) fn default_search(mesh: &Mesh, slave: &[u32], master: &[u32]) -> f64 {
     let diagonal = |faces: &[u32]| {

@@ -15,7 +15,7 @@ use super::{
 use crate::Error;
 use crate::fem::FeModel;
 use crate::linalg::in_huge_pages;
-use crate::mesh::v3::{cross, norm, sub};
+use crate::mesh::v3::{Sum, cross, norm, scale, sub};
 use crate::mesh::{self, Mesh};
 
 /// Poses contact of the surfaces on `model`, which was assembled on `mesh`. The stiffness matrix moves from the model
@@ -79,6 +79,7 @@ pub(crate) fn pose_points(
         friction: points.iter().map(|p| p.friction).collect(),
         orthotropy: (points.iter().any(|p| p.orthotropy != 1.0)).then(|| points.iter().map(|p| p.orthotropy).collect()),
         rounding: 0.0,
+        out: Vec::new(),
     };
     let labels = Labels {
         area: points.iter().map(|p| p.area).collect(),
@@ -132,7 +133,7 @@ pub(crate) fn bodies_of(mesh: &Mesh) -> (Vec<u32>, Vec<Body>) {
     };
     let list = (0..count).map(|body| {
         let size = nodes[body].len().max(1) as f64;
-        let centre = [0, 1, 2].map(|c| nodes[body].iter().map(|x| x[c]).sum::<f64>() / size);
+        let centre = scale(1.0 / size, Sum::of(nodes[body].iter().copied()).value());
         let radius = nodes[body].iter().map(|&x| norm(sub(x, centre))).fold(0.0, f64::max);
         Body { name: group_of(body).unwrap_or_else(|| (body + 1).to_string()), centre, radius }
     });
@@ -143,7 +144,7 @@ pub(crate) fn bodies_of(mesh: &Mesh) -> (Vec<u32>, Vec<Body>) {
 /// The mean of all nodes.
 pub(crate) fn centroid(mesh: &Mesh) -> [f64; 3] {
     let count = mesh.nodes.len().max(1) as f64;
-    [0, 1, 2].map(|c| mesh.nodes.iter().map(|x| x[c]).sum::<f64>() / count)
+    scale(1.0 / count, Sum::of(mesh.nodes.iter().copied()).value())
 }
 
 /// The displacement of degree of freedom `dof`, which moves its node along `d`, under unit translations along and rotations

@@ -89,6 +89,14 @@ impl PosedPoints {
         heaviest.keys().filter_map(|&node| last(node)).collect()
     }
 
+    /// Gives all nodes other numbers.
+    pub(crate) fn renumber(&mut self, number: &dyn Fn(u32) -> u32) {
+        for point in &mut self.points {
+            point.node = number(point.node);
+            point.others.iter_mut().for_each(|(node, _)| *node = number(*node));
+        }
+    }
+
     /// As a message: the points all of whose nodes are among `nodes`, which ascend, with the places there as their nodes.
     pub(crate) fn message(&self, nodes: &[u64]) -> Vec<u8> {
         let place = |node: u32| nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);

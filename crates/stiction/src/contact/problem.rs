@@ -135,6 +135,8 @@ pub struct Contact {
     /// What the rounding of the data leaves open in gaps and slips, length: larger than the rounding of the numbers here
     /// where they are differences of far larger ones.
     pub rounding: f64,
+    /// Points that take no part now, ascending: their gaps are wider than anything moves, and none of them can balance a load.
+    pub out: Vec<u32>,
 }
 
 /// Names, areas and supports, for reports, moving obstacles and the balance of forces.
@@ -166,7 +168,15 @@ impl ContactProblem {
         let m = gap.len();
         ContactProblem {
             elastic: Elastic { K: K.into(), f, node_of: None, near_kernel: None, middles: None },
-            contact: Contact { B, gap, slip_reference: vec![0.0; 2 * m], friction, orthotropy: None, rounding: 0.0 },
+            contact: Contact {
+                B,
+                gap,
+                slip_reference: vec![0.0; 2 * m],
+                friction,
+                orthotropy: None,
+                rounding: 0.0,
+                out: Vec::new(),
+            },
             labels: Labels {
                 area: vec![1.0; m],
                 unity_sum: vec![1.0; m],

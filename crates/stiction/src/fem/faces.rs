@@ -42,6 +42,19 @@ pub fn face_coordinates(mesh: &Mesh, face: u32) -> Vec<V3> {
 /// # Panics
 /// If a face does not exist.
 pub fn nodal_normals(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, V3)> {
+    let unit = |(node, sum, size): (u32, V3, f64)| (node, direction(sum, size));
+    normal_sums(mesh, faces).into_iter().map(unit).collect()
+}
+
+/// A vector of length one along a sum of normals whose lengths add up to `size`; zero where they cancel.
+pub(crate) fn direction(sum: V3, size: f64) -> V3 {
+    let length = norm(sum);
+    // What rounding leaves of normals that cancel is no direction.
+    if length > 1e-12 * size { scale(1.0 / length, sum) } else { [0.0; 3] }
+}
+
+/// The normals of the faces around each node, ascending, as long as their areas: their sum and the sum of their lengths.
+pub(crate) fn normal_sums(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, V3, f64)> {
     let mut sums: Vec<(u32, V3, f64)> = mesh.face_nodes(faces).into_iter().map(|node| (node, [0.0; 3], 0.0)).collect();
     for &face in faces {
         let (x, nodes) = (face_coordinates(mesh, face), mesh.faces[face as usize].nodes());
@@ -52,12 +65,7 @@ pub fn nodal_normals(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, V3)> {
             (*sum, *size) = (add(*sum, normal), *size + norm(normal));
         }
     }
-    let unit = |(node, sum, size): (u32, V3, f64)| {
-        let length = norm(sum);
-        // What rounding leaves of normals that cancel is no direction.
-        (node, if length > 1e-12 * size { scale(1.0 / length, sum) } else { [0.0; 3] })
-    };
-    sums.into_iter().map(unit).collect()
+    sums
 }
 
 /// The normal of a curved face at each of its nodes, as long as its area.

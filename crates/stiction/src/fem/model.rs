@@ -154,7 +154,16 @@ pub struct DofMap {
     /// nodes of the mesh. It has the axes of the node of the mesh.
     pub layer: Vec<u32>,
     /// Nodes that follow others by equations, turned about an axis (cyclic symmetry), each with the one it follows.
-    pub follows: HashMap<u32, u32>,
+    pub follows: HashMap<u32, Followed>,
+}
+
+/// The node that another follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Followed {
+    /// Its number.
+    pub node: u32,
+    /// What the directions x, y, z at the other node are at this one.
+    pub axes: [[f64; 3]; 3],
 }
 
 impl DofMap {

@@ -155,6 +155,7 @@ fn problem(arrays: &Arrays) -> Result<(ContactProblem, f64), Error> {
         friction,
         orthotropy: optional(arrays, "friction_across", m)?,
         rounding: scalar(arrays, "data_rounding")?,
+        out: Vec::new(),
     };
     let labels = Labels {
         area: f64s(arrays, "area", Some(m))?.to_vec(),

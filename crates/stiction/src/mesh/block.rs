@@ -60,6 +60,18 @@ impl BlockElement {
         }
     }
 
+    /// The kind of its cells.
+    pub fn kind(self) -> CellKind {
+        match self {
+            BlockElement::Tet4Five { .. } | BlockElement::Tet4Six => CellKind::Tet4,
+            BlockElement::Hex8 => CellKind::Hex8,
+            BlockElement::Tet10Five { .. } | BlockElement::Tet10Six => CellKind::Tet10,
+            BlockElement::Hex20 => CellKind::Hex20,
+            BlockElement::Wedge6 => CellKind::Wedge6,
+            BlockElement::Wedge15 => CellKind::Wedge15,
+        }
+    }
+
     /// Whether there are nodes in the middles of edges.
     pub fn is_quadratic(self) -> bool {
         self != self.linear()
@@ -104,7 +116,8 @@ const WEDGES: [[usize; 6]; 2] = [[0, 1, 3, 4, 5, 7], [0, 3, 2, 4, 7, 6]];
 /// # Errors
 /// If a size, a number of cells or a grading cannot be used, or the mesh has too many nodes.
 pub fn block(block: &Block) -> Result<Mesh, Error> {
-    validate(block)?;
+    shape_error(block)?;
+    count_error(block)?;
     let axes = [axis(block, 0)?, axis(block, 1)?, axis(block, 2)?];
     let mut nodes = Vec::with_capacity(axes.iter().map(Vec::len).product());
     for &z in &axes[2] {
@@ -125,7 +138,8 @@ pub fn block(block: &Block) -> Result<Mesh, Error> {
     Ok(mesh)
 }
 
-fn validate(block: &Block) -> Result<(), Error> {
+/// Refuses sizes, numbers of cells and gradings that no block has.
+pub(super) fn shape_error(block: &Block) -> Result<(), Error> {
     let fail = |what: String, remedy: &str| Err(Error::new("block", what, remedy));
     for c in 0..3 {
         let name = ["x", "y", "z"][c];
@@ -148,17 +162,23 @@ fn validate(block: &Block) -> Result<(), Error> {
     if let BlockElement::Tet4Five { parity: 2.. } = block.element.linear() {
         return fail("its parity is neither 0 nor 1".into(), "choose one of them");
     }
+    Ok(())
+}
+
+/// Refuses more nodes than can be numbered in a whole mesh.
+fn count_error(block: &Block) -> Result<(), Error> {
     // the faces of six tetrahedra a cell must be numbered by u32, as must the nodes
     let room = f64::from(u32::MAX / 36);
     if block.nodes() > room {
         let [x, y, z] = block.cells;
-        return fail(format!("{x} x {y} x {z} cells are too many"), &format!("a block has at most {room:.0} nodes"));
+        let what = format!("{x} x {y} x {z} cells are too many");
+        return Err(Error::new("block", what, format!("a block has at most {room:.0} nodes")));
     }
     Ok(())
 }
 
 /// Node coordinates along an axis.
-fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
+pub(super) fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
     let n = block.cells[c];
     let (origin, size) = (block.origin[c], block.size[c]);
     // logarithm of the ratio of neighbouring cells: lengths 1, q, q², ... sum up to (qⁱ - 1) / (q - 1)
@@ -179,17 +199,32 @@ fn axis(block: &Block, c: usize) -> Result<Vec<f64>, Error> {
     Err(Error::new("block", what, "use fewer cells, a milder grading, or an origin nearer to the block"))
 }
 
+/// Cells that each cell of the grid is cut into.
+pub(super) fn parts(element: BlockElement) -> usize {
+    match element.linear() {
+        BlockElement::Tet4Five { .. } => 5,
+        BlockElement::Tet4Six => 6,
+        BlockElement::Wedge6 => 2,
+        _ => 1,
+    }
+}
+
+/// The corners of the cells in the cell of the grid whose places along the axes have this sum.
+pub(super) fn corners(element: BlockElement, sum: u64) -> &'static [usize] {
+    match element.linear() {
+        BlockElement::Tet4Five { parity } if (sum + u64::from(parity)).is_multiple_of(2) => FIVE_EVEN.as_flattened(),
+        BlockElement::Tet4Five { .. } => FIVE_ODD.as_flattened(),
+        BlockElement::Tet4Six => SIX.as_flattened(),
+        BlockElement::Wedge6 => WEDGES.as_flattened(),
+        _ => &HEX,
+    }
+}
+
 /// All cells with their corners, numbered with x fastest; those of one grid cell follow one another.
 fn cells(block: &Block) -> RawCells {
     let [nx, ny, nz] = block.cells;
-    let element = block.element.linear();
-    let (parts, kind) = match element {
-        BlockElement::Tet4Five { .. } => (5, CellKind::Tet4),
-        BlockElement::Tet4Six => (6, CellKind::Tet4),
-        BlockElement::Wedge6 => (2, CellKind::Wedge6),
-        _ => (1, CellKind::Hex8),
-    };
-    let of_cell = parts * kind.nodes();
+    let (element, kind) = (block.element.linear(), block.element.kind().linear());
+    let of_cell = parts(element) * kind.nodes();
     let mut nodes = vec![0; nx * ny * nz * of_cell];
     nodes.par_chunks_exact_mut(nx * ny * of_cell).enumerate().for_each(|(k, layer)| {
         let mut own = layer.chunks_exact_mut(of_cell);
@@ -199,16 +234,7 @@ fn cells(block: &Block) -> RawCells {
                     let (x, y, z) = (i + (b & 1), j + (b >> 1 & 1), k + (b >> 2));
                     (x + (nx + 1) * (y + (ny + 1) * z)) as u32
                 };
-                let corners = match element {
-                    BlockElement::Tet4Five { parity } if (i + j + k + parity as usize).is_multiple_of(2) => {
-                        FIVE_EVEN.as_flattened()
-                    }
-                    BlockElement::Tet4Five { .. } => FIVE_ODD.as_flattened(),
-                    BlockElement::Tet4Six => SIX.as_flattened(),
-                    BlockElement::Wedge6 => WEDGES.as_flattened(),
-                    _ => &HEX,
-                };
-                own.iter_mut().zip(corners).for_each(|(node, &b)| *node = corner(b));
+                own.iter_mut().zip(corners(element, (i + j + k) as u64)).for_each(|(node, &b)| *node = corner(b));
             }
         }
     });

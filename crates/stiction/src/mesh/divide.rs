@@ -1,50 +1,9 @@
-//! A mesh divided among ranks: parts by recursive bisection, and the piece of each.
+//! A mesh divided among ranks: the piece of each.
 
 use std::collections::{HashMap, HashSet};
 
 use super::{CellArray, CellKind, Cells, Face, Group, Mesh, MeshArrays, NodeArray};
 use crate::ranks::{Wire, put, take};
-
-/// The part of each node, of so many parts: places are cut across their longest extent into halves of equal weight, again and
-/// again. Nodes at the same coordinate are divided by their numbers.
-pub fn bisection(places: &[[f64; 3]], weights: &[f64], parts: usize) -> Vec<u32> {
-    let mut part = vec![0; places.len()];
-    let mut all: Vec<u32> = (0..places.len() as u32).collect();
-    bisect(places, weights, &mut all, 0..parts as u32, &mut part);
-    part
-}
-
-fn bisect(places: &[[f64; 3]], weights: &[f64], nodes: &mut [u32], parts: std::ops::Range<u32>, part: &mut [u32]) {
-    if parts.len() < 2 {
-        nodes.iter().for_each(|&v| part[v as usize] = parts.start);
-        return;
-    }
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for &v in nodes.iter() {
-        for c in 0..3 {
-            bounds[0][c] = bounds[0][c].min(places[v as usize][c]);
-            bounds[1][c] = bounds[1][c].max(places[v as usize][c]);
-        }
-    }
-    let extent = |c: usize| bounds[1][c] - bounds[0][c];
-    let axis = (0..3).fold(0, |best, c| if extent(c) > extent(best) { c } else { best });
-    nodes.sort_unstable_by(|&a, &b| {
-        let [x, y] = [a, b].map(|v| places[v as usize][axis]);
-        x.total_cmp(&y).then(a.cmp(&b))
-    });
-    let middle = parts.start + parts.len() as u32 / 2;
-    let whole: f64 = nodes.iter().map(|&v| weights[v as usize]).sum();
-    let wanted = whole * f64::from(middle - parts.start) / parts.len() as f64;
-    let mut sum = 0.0;
-    let cut = nodes.iter().take_while(|&&v| {
-        sum += weights[v as usize];
-        sum <= wanted
-    });
-    let cut = cut.count();
-    let (low, high) = nodes.split_at_mut(cut);
-    bisect(places, weights, low, parts.start..middle, part);
-    bisect(places, weights, high, middle..parts.end, part);
-}
 
 /// The mesh of one part: its nodes and all cells at them, and what [`pieces`] adds. Nodes and cells keep their order.
 #[derive(Debug, Clone, PartialEq)]
@@ -286,7 +245,8 @@ fn take_arrays(from: &mut &[u8]) -> MeshArrays {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Block, BlockElement, block};
+    use crate::mesh::{Block, BlockElement, Cuts, WeightedNode, block};
+    use crate::ranks::Alone;
 
     #[test]
     fn parts_have_equal_weights_and_pieces_all_cells_and_faces_at_their_nodes() {
@@ -299,12 +259,15 @@ mod tests {
                 (0..mesh.faces.len() as u32).step_by(3).map(|face| (face, f64::from(mesh.faces[face as usize].cell)));
             let (name, faces) = ("c".into(), faces.collect());
             mesh.arrays.cells.push(CellArray { name, values: numbers(mesh.cell_count()), faces });
-            let weights = vec![1.0; mesh.nodes.len()];
+            let nodes: Vec<WeightedNode> = (mesh.nodes.iter().zip(0..))
+                .map(|(&place, number)| WeightedNode { place, number, weight: 1.0 })
+                .collect();
             // Some nodes of the last layer hang on some of the first.
             let last = mesh.nodes.len() as u32 - 1;
             let links: Vec<Vec<u32>> = (0..20).map(|k| vec![last - k, k, k + 1]).collect();
             for parts in [1, 2, 3, 7] {
-                let owner = bisection(&mesh.nodes, &weights, parts);
+                let cuts = Cuts::new(&Alone, &nodes, parts);
+                let owner: Vec<u32> = nodes.iter().map(|node| cuts.part(node.place, node.number)).collect();
                 let mut counts = vec![0; parts];
                 owner.iter().for_each(|&part| counts[part as usize] += 1);
                 let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());

@@ -24,7 +24,8 @@ pub struct Ring {
 pub const MOST_DEGREES: f64 = 270.0;
 
 /// Groups of a block and what they become.
-const SIDES: [(&str, &str); 4] = [("x-min", "inner"), ("x-max", "outer"), ("y-min", "start"), ("y-max", "end")];
+pub(super) const SIDES: [(&str, &str); 4] =
+    [("x-min", "inner"), ("x-max", "outer"), ("y-min", "start"), ("y-max", "end")];
 
 /// The mesh of a piece of a ring, with the groups `inner` `outer` `start` `end` `z-min` `z-max` and `body`. Its nodes
 /// lie on the cylinders, its faces are those of the cells.
@@ -32,22 +33,8 @@ const SIDES: [(&str, &str); 4] = [("x-min", "inner"), ("x-max", "outer"), ("y-mi
 /// # Errors
 /// If lengths, angles or numbers of cells are not as [`Ring`] says.
 pub fn ring(ring: &Ring) -> Result<Mesh, Error> {
-    let fail = |what: String, remedy: &str| Err(Error::new("ring", what, remedy));
-    let [inner, outer] = ring.radii;
-    if !(inner > 0.0 && inner < outer && outer.is_finite()) {
-        return fail(format!("its radii are {inner} and {outer}"), "give 0 < inner radius < outer radius");
-    }
-    if !(ring.degrees > 0.0 && ring.degrees <= MOST_DEGREES) {
-        let remedy = "give at most 270; of a whole ring take a half between planes of symmetry";
-        return fail(format!("it spans {} degrees", ring.degrees), remedy);
-    }
-    let mut mesh = block(&Block {
-        size: [outer - inner, ring.degrees.to_radians(), ring.height],
-        cells: ring.cells,
-        origin: [inner, 0.0, 0.0],
-        grading: ring.grading,
-        element: ring.element,
-    })?;
+    ring_error(ring)?;
+    let mut mesh = block(&ring.straight())?;
     for node in &mut mesh.nodes {
         let [r, angle, z] = *node;
         *node = [r * angle.cos(), r * angle.sin(), z];
@@ -58,6 +45,34 @@ pub fn ring(ring: &Ring) -> Result<Mesh, Error> {
         }
     }
     Ok(mesh)
+}
+
+/// Refuses radii and angles that no ring has.
+pub(super) fn ring_error(ring: &Ring) -> Result<(), Error> {
+    let fail = |what: String, remedy: &str| Err(Error::new("ring", what, remedy));
+    let [inner, outer] = ring.radii;
+    if !(inner > 0.0 && inner < outer && outer.is_finite()) {
+        return fail(format!("its radii are {inner} and {outer}"), "give 0 < inner radius < outer radius");
+    }
+    if !(ring.degrees > 0.0 && ring.degrees <= MOST_DEGREES) {
+        let remedy = "give at most 270; of a whole ring take a half between planes of symmetry";
+        return fail(format!("it spans {} degrees", ring.degrees), remedy);
+    }
+    Ok(())
+}
+
+impl Ring {
+    /// The block that is bent: radius, angle and height along its axes.
+    pub(super) fn straight(&self) -> Block {
+        let [inner, outer] = self.radii;
+        Block {
+            size: [outer - inner, self.degrees.to_radians(), self.height],
+            cells: self.cells,
+            origin: [inner, 0.0, 0.0],
+            grading: self.grading,
+            element: self.element,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -52,3 +52,37 @@ pub(crate) fn across(n: V3) -> [V3; 2] {
     let e = scale(1.0 / norm(e), e);
     [e, cross(n, e)]
 }
+
+/// A sum of many places in twice the digits: what is left of it in single numbers does not depend on the order of what is added
+/// (Neumaier 1974), so that a mean of nodes is the same however they are divided.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Sum {
+    high: V3,
+    low: V3,
+}
+
+impl Sum {
+    pub(crate) fn add(&mut self, x: V3) {
+        for c in 0..3 {
+            let sum = self.high[c] + x[c];
+            let taken = sum - self.high[c];
+            self.low[c] += (self.high[c] - (sum - taken)) + (x[c] - taken);
+            self.high[c] = sum;
+        }
+    }
+
+    pub(crate) fn of(places: impl IntoIterator<Item = V3>) -> Sum {
+        let mut sum = Sum::default();
+        places.into_iter().for_each(|x| sum.add(x));
+        sum
+    }
+
+    /// Two numbers a component, whose sums are those of both.
+    pub(crate) fn parts(&self) -> [V3; 2] {
+        [self.high, self.low]
+    }
+
+    pub(crate) fn value(&self) -> V3 {
+        add(self.high, self.low)
+    }
+}

@@ -16,6 +16,7 @@ mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
 mod ranks_files;
+mod ranks_generated;
 mod ranks_loads;
 mod ranks_motion;
 mod ranks_quadratic;

@@ -8,8 +8,8 @@ use stiction::certificate::{Certificate, certify, certify_divided};
 use stiction::contact::Division;
 use stiction::friction::{Multigrid, Settings, SolverPath, solve_multigrid};
 use stiction::io::case::{self, Case};
-use stiction::mesh::bisection;
-use stiction::ranks::{Ranks, threads};
+use stiction::mesh::{Cuts, WeightedNode};
+use stiction::ranks::{Alone, Ranks, threads};
 use stiction::run::{Keep, Outcome, Prepared, RankedSummary, prepare, solve_on_ranks, solve_steps_on_ranks, totals};
 use stiction::{Error, Status};
 use stiction_fixtures::case_run::{displacement, solved_case};
@@ -206,7 +206,10 @@ fn a_cycle_takes_three_sums_and_now_and_then_a_fourth() {
 fn certified(prepared: &Prepared, u: &[f64], lambda: &[f64], size: usize) -> Vec<Certificate> {
     let problem = &prepared.problem;
     let places = &prepared.mesh.nodes;
-    let owner = bisection(places, &vec![1.0; places.len()], size);
+    let nodes: Vec<WeightedNode> =
+        places.iter().zip(0..).map(|(&place, number)| WeightedNode { place, number, weight: 1.0 }).collect();
+    let cuts = Cuts::new(&Alone, &nodes, size);
+    let owner: Vec<u32> = nodes.iter().map(|node| cuts.part(node.place, node.number)).collect();
     threads(size, |ranks: Arc<dyn Ranks>| {
         let division = Division {
             ranks,

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use stiction::Status;
 use stiction::io::case::Case;
 use stiction::io::vtu::{Array, Grid, write};
 use stiction::mesh::{Block, BlockElement, block};
@@ -208,6 +209,26 @@ fn a_glued_block_carries_its_strength_and_no_more_on_ranks() {
 }
 
 /// Equations would be points as supports are, on nodes of several ranks.
+/// Friction of 300 holds a block that was held from above before, until it is pushed by more.
+#[test]
+fn a_body_that_nothing_holds_any_more_has_no_equilibrium_on_ranks() {
+    let text = |push: &str| {
+        format!(
+            "[mesh]\nblock = {{ size = [10, 10, 5], cells = [6, 6, 4], element = \"hex8\" }}\n\
+             [materials.s]\nyoung = 1e5\npoisson = 0.3\n[[load]]\non = \"z-max\"\npressure = 10\n\
+             [[load]]\non = \"z-max\"\nforce = [\"{push}*max(t - 1, 0)\", 0, 0]\n\
+             [[fix]]\non = \"z-max\"\ncomponents = \"xy\"\nuntil = \"a\"\n[[contact]]\non = \"z-min\"\n\
+             against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\nfriction = {{ coulomb = 0.3 }}\n\
+             [[step]]\nname = \"a\"\nuntil = 1\n[[step]]\nname = \"b\"\nuntil = 2\nincrements = 2\n"
+        )
+    };
+    let held = on_ranks(&case_of(&text("290"), "1e-8"), 3).1;
+    assert_eq!((held.status, held.steps.len()), (Status::Solved, 3));
+    let gone = on_ranks(&case_of(&text("2000"), "1e-8"), 3).1;
+    let last = gone.steps.last().unwrap().t;
+    assert!(gone.status != Status::Solved && (1.15..1.17).contains(&last), "{:?} at {last}", gone.status);
+}
+
 #[test]
 fn what_ties_nodes_of_several_ranks_is_still_refused() {
     let equation = "[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n";

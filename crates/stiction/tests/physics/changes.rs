@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use stiction::Status;
 use stiction::io::case;
 use stiction::run::{self, Origin, Outcome, Prepared, Settings, StepRecord, body_fields, prepare, solve_steps};
 use stiction_fixtures::case_run::{at, block, displacement, is, refused, solved, stress};
@@ -304,5 +305,69 @@ fn what_is_bonded_for_a_time_has_a_law_afterwards() {
     ] {
         let error = case::parse(&text(keys), "case.toml", &[]).unwrap_err();
         assert!(error.to_string().contains(word) && !error.remedy.is_empty(), "{error}");
+    }
+}
+
+/// The end of a case that may not be solved.
+fn ended(text: &str) -> Outcome {
+    let case = case::parse(text, "case.toml", &[]).unwrap();
+    let mut prepared = prepare(&case).unwrap();
+    let settings = Settings::of(&case.solver);
+    solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// A block of weight 1000 on a floor with friction 0.3; in the second step it is pushed by `push` of the time in it.
+fn pushed(during: &str, fixes: &str, push: &str, path: &str) -> String {
+    block([10.0, 10.0, 5.0], [3, 3, 2], "element = \"hex8\"")
+        + "[materials.s]\nyoung = 1e5\npoisson = 0.3\n[[load]]\non = \"z-max\"\npressure = 10\n"
+        + &format!("[[load]]\non = \"z-max\"\nforce = [\"{push}*max(t - 1, 0)\", 0, 0]\n")
+        + "[[contact]]\non = \"z-min\"\nfriction = { coulomb = 0.3 }\n"
+        + &format!("against = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n{during}{fixes}")
+        + &steps(&["a", "b"], 4)
+        + &format!("[solver]\npath = \"{path}\"\n")
+}
+
+/// What is let go holds nothing: friction of 300 ends at t = 1.15 whatever held the block before, and where a contact is out
+/// nothing carries the weight. Points that are out have a gap of a thousand meshes, in which such a body was caught.
+#[test]
+fn a_body_that_nothing_holds_any_more_has_no_equilibrium() {
+    for path in PATHS {
+        for held in ["[[fix]]\non = \"z-max\"\ncomponents = \"xy\"\nuntil = \"a\"\n", ""] {
+            for push in ["2000", "1e5"] {
+                let end = ended(&pushed("", held, push, path));
+                assert_eq!(end.solution.status, Status::NoEquilibrium, "{path} {held}");
+                let (last, most) = (end.steps.last().unwrap().t, 1.0 + 300.0 / push.parse::<f64>().unwrap());
+                assert!(last >= most - 1e-9 && last <= most + 0.01, "{path} {held}: {last} where {most} is wanted");
+            }
+            // The same is held by less than it can carry.
+            let held = ended(&pushed("", held, "290", path));
+            assert_eq!((held.solution.status, held.steps.len()), (Status::Solved, 8), "{path}");
+        }
+        let outer = "[[fix]]\non = \"x-min\"\ncomponents = \"xy\"\n";
+        let gone = ended(&pushed("until = \"a\"\n", outer, "0", path));
+        assert_eq!(gone.solution.status, Status::NoEquilibrium, "{path}");
+        assert!((1.0..1.01).contains(&gone.steps.last().unwrap().t), "{path}");
+        let not_yet = ended(&pushed("from = \"b\"\n", outer, "0", path));
+        assert_eq!(not_yet.solution.status, Status::NoEquilibrium, "{path}");
+    }
+}
+
+/// A face held until a step ends has an edge in the contact surface, where contact and support say the same along the normal:
+/// as long as it is held the answer is that of a face that always is.
+#[test]
+fn a_support_by_time_may_hold_nodes_of_a_contact() {
+    for push in ["0", "-3000"] {
+        for path in ["dense", "solves"] {
+            let held = "[[fix]]\non = \"x-min\"\n";
+            let always = ended(&pushed("", held, push, path));
+            let until = ended(&pushed("", &format!("{held}until = \"a\"\n"), "0", path));
+            assert_eq!((always.solution.status, until.solution.status), (Status::Solved, Status::Solved), "{path}");
+            for (a, b) in always.steps.iter().zip(&until.steps).take(4) {
+                is(a.answer.displacement_max, b.answer.displacement_max, 1e3 * a.answer.displacement_max);
+                (0..3).for_each(|c| is(a.answer.reaction[c], b.answer.reaction[c], 1e6));
+            }
+            // Let go, the floor carries all of it.
+            is(until.steps[7].answer.contact.normal_force, 1000.0, 1e4);
+        }
     }
 }

@@ -84,6 +84,67 @@ fn contact_between_bodies_may_meet_the_cuts() {
     same(&solved(&two(true)), &solved(&(two(false) + &cuts)), 1e-8);
 }
 
+/// A quarter of a ring pressed into another by `gap`, the outer one turned by so many degrees.
+fn rings(degrees: f64, friction: &str) -> String {
+    let ring = |name: &str, radii: &str, more: &str| {
+        format!(
+            "[mesh.parts.{name}]\nring = {{ radii = {radii}, height = 8, degrees = 90, cells = [3, 6, 2], element = \"hex8\" }}\n{more}"
+        )
+    };
+    let held = |on: &str| {
+        format!("[[fix]]\non = \"{on}\"\naxes = {{ point = [0, 0, 0], axis = [0, 0, 1] }}\ncomponents = \"tz\"\n")
+    };
+    let cut = |name: &str| {
+        format!("[[cyclic]]\non = \"{name}.end\"\nagainst = \"{name}.start\"\nsectors = 4\naxis = [0, 0, 1]\n")
+    };
+    ring("shaft", "[5, 10]", "")
+        + &ring("hub", "[10, 20]", &format!("turn = {{ axis = [0, 0, 1], degrees = {degrees} }}\n"))
+        + "[materials.s]\nyoung = 2e5\npoisson = 0.3\n"
+        + &held("shaft.inner")
+        + &held("hub.outer")
+        + &format!(
+            "[[contact]]\nname = \"fit\"\non = \"shaft.outer\"\nagainst = \"hub.inner\"\nfriction = {friction}\ngap = -0.01\n"
+        )
+        + &cut("shaft")
+        + &cut("hub")
+        + "[solver]\ntolerance = 1e-11\n"
+}
+
+/// Every station of two coaxial rings is like the others, those at the cuts too: normals there are those of the faces on both sides.
+#[test]
+fn smooth_rings_in_each_other_have_no_torque_and_the_same_force_at_every_station() {
+    let run = solved(&rings(0.0, "\"none\""));
+    let lambda = &run.0.solution.lambda;
+    let m = run.1.problem.points();
+    let nodes = &run.1.facts.contacts[0].surface.nodes;
+    let middle: Vec<f64> = (0..nodes.len())
+        .filter(|&j| (run.1.mesh.nodes[nodes[j] as usize][2] - 4.0).abs() < 1e-9)
+        .map(|j| lambda[j])
+        .collect();
+    assert!(middle.len() == 6 && lambda[m..2 * m].len() == m);
+    middle.iter().for_each(|&force| is(force, middle[0], middle[0]));
+    let axis = |j: usize| {
+        let (columns, values) = run.1.problem.contact.B.row(j);
+        let own = columns.iter().zip(values).map(|(&k, &v)| (run.1.model.dofs.free[k as usize], v));
+        own.filter(|(dof, _)| dof / 3 == nodes[j]).fold([0.0; 3], |mut sum, (dof, v)| {
+            let d = run.1.model.dofs.direction(dof);
+            (0..3).for_each(|c| sum[c] += v * d[c]);
+            sum
+        })
+    };
+    for (j, &node) in nodes.iter().enumerate() {
+        let ([x, y, _], [nx, ny, _]) = (run.1.mesh.nodes[node as usize], axis(j));
+        is(x * ny - y * nx, 0.0, 10.0);
+    }
+}
+
+/// Points would look in vain for what is in the next sector.
+#[test]
+fn contact_that_goes_on_in_the_next_sector_is_refused() {
+    let error = refused(&rings(15.0, "\"none\""));
+    assert!(error.contains("in the next sector") && error.contains("cut both bodies by the same planes"), "{error}");
+}
+
 #[test]
 fn cuts_that_do_not_match_are_refused() {
     let with = |old: &str, new: &str| refused(&(plate(false, "hex8", "auto") + &CUTS.replace(old, new)));

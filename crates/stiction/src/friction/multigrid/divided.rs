@@ -280,6 +280,7 @@ impl Divided {
             friction: own.iter().map(|&j| contact.friction[j as usize]).collect(),
             orthotropy: contact.orthotropy.as_ref().map(|ratios| at(ratios)),
             rounding: contact.rounding,
+            out: (0..).zip(own.iter()).filter(|(_, j)| contact.out.binary_search(j).is_ok()).map(|(k, _)| k).collect(),
         };
         let before = |j: usize| own.partition_point(|&k| (k as usize) < j);
         let pair =

@@ -230,6 +230,7 @@ fn joined(pieces: &[Piece]) -> Result<(ContactProblem, Vec<Places>, WholeNames),
         friction: whole.friction()?,
         orthotropy: whole.orthotropy()?,
         rounding: rounding.collect::<Result<Vec<f64>, _>>()?.into_iter().fold(0.0, f64::max),
+        out: Vec::new(),
     };
     let labels = Labels {
         area: whole.of_points("area", 1)?,

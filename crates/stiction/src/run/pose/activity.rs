@@ -1,8 +1,9 @@
 //! Contact points that take part in some load steps only: supports and contacts that begin or end with a step, and contacts
 //! that are bonded at first.
 //!
-//! A point that is out has no friction and a gap that nothing closes, which every solver and the certificate know already.
-//! Its rows of `B` stay, so that one factor or one hierarchy serves all steps.
+//! A point that is out has no friction and a gap that nothing closes, which every solver and the certificate know already; statics
+//! leaves it out (`Contact::out`), or a body without another hold would be caught there. Its rows of `B` stay, so that one
+//! factor or one hierarchy serves all steps.
 
 use std::ops::Range;
 
@@ -45,6 +46,18 @@ impl Activity {
         if periods != [ALWAYS] {
             self.points.push((point, periods));
         }
+    }
+
+    /// Takes a point out during a period.
+    pub(crate) fn except(&mut self, point: usize, period: Period) {
+        let place = self.points.iter().position(|(other, _)| *other == point);
+        let place = place.unwrap_or_else(|| {
+            self.points.push((point, vec![ALWAYS]));
+            self.points.len() - 1
+        });
+        let left = |[begin, end]: Period| [[begin, end.min(period[0])], [begin.max(period[1]), end]];
+        let periods = &mut self.points[place].1;
+        *periods = periods.iter().flat_map(|&own| left(own)).filter(|[begin, end]| begin < end).collect();
     }
 
     /// Bonds a point until `end`.

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use super::regions;
 use super::ties::{Tie, along_at};
 use crate::Error;
-use crate::fem::{Axes, DofMap, Field, Fix};
-use crate::io::case::{CyclicSpec, Spot};
+use crate::contact::{ContactSurface, Counterpart, area_met_when_moved};
+use crate::fem::{Axes, DofMap, Field, Fix, Followed};
+use crate::io::case::{ContactSpec, CyclicSpec, Spot};
 use crate::mesh::v3::{V3, across, add, cross, dot, norm, scale, sub};
 use crate::mesh::{Bounds, Mesh, Tree, bodies};
 
@@ -18,7 +19,10 @@ const APART: f64 = 1e-4;
 /// Entries of an equation below this cancel.
 const ROUNDING: f64 = 1e-12;
 
+const UNITS: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// A rotation about an axis.
+#[derive(Clone, Copy)]
 struct Turn {
     point: V3,
     axis: V3,
@@ -99,15 +103,17 @@ impl Cuts {
     }
 
     /// Each node that follows another, with that one.
-    pub(crate) fn followers(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.pairs.iter().copied()
+    pub(crate) fn followers(&self) -> impl Iterator<Item = (u32, Followed)> {
+        let back = self.turn.back();
+        let axes = UNITS.map(|unit| back.vector(unit));
+        self.pairs.iter().map(move |&(node, followed)| (node, Followed { node: followed, axes }))
     }
 
     /// The equations of the nodes that follow.
     pub(crate) fn ties(&self, dofs: &DofMap) -> Vec<Tie> {
         let (back, mut ties) = (self.turn.back(), Vec::new());
         for &(node, partner) in &self.pairs {
-            for unit in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            for unit in UNITS {
                 let mut entries: BTreeMap<u32, f64> = along_at(dofs, node, unit);
                 for (dof, part) in along_at(dofs, partner, back.vector(unit)) {
                     *entries.entry(dof).or_default() -= part;
@@ -119,6 +125,33 @@ impl Cuts {
         }
         ties
     }
+}
+
+/// The part of a surface that may meet the next sector of the other one by the roughness of meshes.
+const ACROSS: f64 = 2e-3;
+
+/// Refuses a pair whose surfaces meet across the cuts, each in another sector: points look for the other surface in the mesh alone.
+pub(crate) fn refuse_contact_across(
+    mesh: &Mesh,
+    cuts: &[Cuts],
+    surfaces: &[ContactSurface],
+    specs: &[ContactSpec],
+) -> Result<(), Error> {
+    for (surface, spec) in surfaces.iter().zip(specs) {
+        let Counterpart::Surface(master) = &surface.against else { continue };
+        for turn in cuts.iter().flat_map(|cuts| [cuts.turn, cuts.turn.back()]) {
+            let [met, whole] = area_met_when_moved(mesh, surface, master, &|x| turn.place(x));
+            if met > ACROSS * whole {
+                let what = format!(
+                    "{:.1} % of the surface meet the other one in the next sector, where contact is not looked for: the bodies are cut at different angles",
+                    100.0 * met / whole
+                );
+                let remedy = "cut both bodies by the same planes, or choose cuts beside the contact";
+                return Err(spec.spot.error(what, remedy));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Each node of a cut with the one of the other cut that is nearest to it once that is turned, and their distance. Of bodies

@@ -17,8 +17,8 @@ use crate::fem::{
     DofMap, Field, Fix, InitialStrain, Load, Solid, Voigt, dof_map, external_forces, full_displacement, initial_strain,
 };
 use crate::io::case::{Case, Spot, StepSpec};
-use crate::mesh::Mesh;
 use crate::mesh::v3::{dot, norm, scale, sub};
+use crate::mesh::{Mesh, ascending};
 
 /// Displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -405,6 +405,7 @@ pub(crate) fn apply(prepared: &mut Prepared, loads: &LoadState, slid: &[f64]) {
         |j: usize| (if j < m { loading.undeformed[j].max(0.0) } else { loading.undeformed[j] }) + loads.motion[j];
     let mut offset: Vec<f64> = (0..3 * m).map(place).collect();
     loads.out.iter().for_each(|&(j, wide)| offset[j] += wide);
+    problem.contact.out = ascending(loads.out.iter().map(|&(j, _)| j as u32));
     offset[m..].iter_mut().zip(slid).for_each(|(o, s)| *o += s);
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&loads.displacement)).for_each(|(o, held)| *o -= held);

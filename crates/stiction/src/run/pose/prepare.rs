@@ -7,14 +7,14 @@ use super::axis::Position;
 use super::bolts::{bolts, tightened};
 use super::coarser::{Coarser, coarser};
 use super::couplings::{Coupling, couplings};
-use super::cyclic::{Cuts, cuts};
+use super::cyclic::{Cuts, cuts, refuse_contact_across};
 use super::facts::{ContactFacts, CouplingFacts, CyclicFacts, Facts, MaterialFacts};
 use super::load_state::{Loading, apply, load_state};
 use super::loads::{Fixes, end, fixes, held_by_contact, loads, one_temperature, springs};
 use super::memory::{MemoryLimit, is_of_memory};
 use super::path::multigrid_first;
 use super::seconds::{Span, stopwatch};
-use super::ties::{Ties, ties_of_equations, ties_of_supports};
+use super::ties::{Ties, held_along_normal, ties_of_equations, ties_of_supports};
 use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
@@ -99,6 +99,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         |(surface, i): (&ContactSurface, usize)| ContactSpec { name: surface.name.clone(), ..case.contacts[i].clone() };
     let case = &Case { contacts: surfaces.iter().zip(of.iter().copied()).map(named).collect(), ..case.clone() };
     coefficients::read(&mesh, &case.contacts, &mut surfaces, end(case))?;
+    refuse_contact_across(&mesh, &cuts, &surfaces, &case.contacts)?;
     let (problem, shapes) = rayon::join(|| pose(&mesh, &mut model, &surfaces), || mesh.cell_shapes());
     let (mut problem, surface_facts) = problem.map_err(|error| at_contact(case, error))?;
     let mut ties = ties_of_equations(&mesh, &model.dofs, &case.equations)?;
@@ -110,6 +111,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
     let points = problem.labels.pairs.iter().map(|pair| pair.points.clone());
     let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, case.contacts.iter().zip(points));
+    let nodes = surface_facts.iter().flat_map(|facts| facts.nodes.iter().copied());
+    for (point, period) in held_along_normal(&mesh, &model.dofs, &problem, nodes, &timed) {
+        activity.except(point, period);
+    }
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {

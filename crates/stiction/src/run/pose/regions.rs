@@ -101,18 +101,20 @@ fn inside(
         return Err(spot.error(format!("a point has no {thing}"), "give a group or a box"));
     };
     let [low, high] = mesh.bounding_box();
-    let slack = ROUNDING * (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt();
-    let within = |node: u32| {
-        let x = mesh.nodes[node as usize];
-        (0..3).all(|c| min[c] - slack <= x[c] && x[c] <= max[c] + slack)
-    };
-    let found = things.enumerate().filter(|(_, nodes)| nodes.iter().all(|&node| within(node)));
+    let within = in_box([*min, *max], [low, high]);
+    let found = things.enumerate().filter(|(_, nodes)| nodes.iter().all(|&node| within(mesh.nodes[node as usize])));
     let found: Vec<u32> = found.map(|(number, _)| number as u32).collect();
     if found.is_empty() {
         let what = format!("no {thing} lies inside the box from {min:?} to {max:?}");
         return Err(spot.error(what, format!("enlarge the box; the mesh reaches from {low:?} to {high:?}")));
     }
     Ok(found)
+}
+
+/// Whether a place lies in a box, in a whole mesh with the bounding box `low` to `high`; lengths.
+pub(crate) fn in_box([min, max]: [[f64; 3]; 2], [low, high]: [[f64; 3]; 2]) -> impl Fn([f64; 3]) -> bool + Sync {
+    let slack = ROUNDING * (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt();
+    move |x| (0..3).all(|c| min[c] - slack <= x[c] && x[c] <= max[c] + slack)
 }
 
 /// The group called `name`, which must have what it is asked for.

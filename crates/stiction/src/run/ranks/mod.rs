@@ -1,9 +1,10 @@
-//! A case on several ranks: rank 0 makes the mesh and divides it, each rank poses, solves and writes its own part.
+//! A case on several ranks: rank 0 reads the mesh and divides it, or each rank makes its part; each poses, solves and writes its own.
 //!
 //! What ranks cannot do yet is refused by name (`scope`).
 
 mod bolts;
 mod check;
+mod generate;
 mod hash;
 mod keep;
 mod local;

@@ -1,16 +1,17 @@
-//! What rank 0 finds in the whole mesh, and sends to each rank for its piece.
+//! What rank 0 finds in the whole mesh, or at its boundary, and sends to each rank for its piece.
 
 use std::collections::HashSet;
 
 use super::bolts::{self, RankBolt, put_bolts, take_bolts};
+use super::generate;
 use super::local::changes;
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
 use crate::io::case::{Case, ContactSpec, LoadKind, NodalSpec};
-use crate::mesh::{Bounds, Group, Mesh, MeshPiece, bisection, pieces};
-use crate::ranks::{Ranks, Wire, agree, put, take};
+use crate::mesh::{Bounds, Cuts, Group, Mesh, MeshPiece, WeightedNode, pieces};
+use crate::ranks::{Ranks, Wire, agree, put, sum, take};
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
@@ -65,43 +66,88 @@ pub(super) const REVERSED: u8 = 2;
 /// No axis of symmetry.
 pub(super) const NO_AXIS: u32 = u32::MAX;
 
-/// The share of each rank: the mesh is made or read, checked and divided by rank 0, which holds all of it for that time.
+/// The share of each rank. The mesh is made by all of them where it can be, otherwise made or read and checked by rank 0, which
+/// holds all of it for that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
-    let whole = if ranks.rank() == 0 { Whole::new(case, ranks.size()).map(Some) } else { Ok(None) };
+    if let Some(grids) = generate::grids(case)
+        && let Some(share) = generate::share(case, &grids, ranks)?
+    {
+        return Ok(share);
+    }
+    let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size()).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
-    let Some(whole) = whole else { return Ok(Share::from_bytes(case, &ranks.exchange(Vec::new(), &[0])[0])) };
-    let mut own = None;
-    for (rank, message) in whole.messages(ranks.size()).enumerate() {
+    let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);
+    let cuts = Cuts::new(ranks, &nodes, ranks.size());
+    enough(case, &cuts, &nodes, ranks)?;
+    drop(nodes);
+    Ok(Share::from_bytes(case, &sent(ranks, whole.map(|whole| whole.divided(&cuts)))))
+}
+
+/// Refuses ranks of which some would have no nodes: `nodes` are those that this rank has divided.
+pub(super) fn enough(case: &Case, cuts: &Cuts, nodes: &[WeightedNode], ranks: &dyn Ranks) -> Result<(), Error> {
+    let parts = ranks.size();
+    let mut counts = vec![0.0; parts];
+    nodes.iter().for_each(|node| counts[cuts.part(node.place, node.number) as usize] += 1.0);
+    sum(ranks, &mut counts);
+    if counts.contains(&0.0) {
+        let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
+        return Err(case.mesh.spot.error(what, "use fewer ranks"));
+    }
+    Ok(())
+}
+
+/// The share of this rank, as a message: rank 0, which alone has them, sends each its own.
+pub(super) fn sent(ranks: &dyn Ranks, divided: Option<Divided>) -> Vec<u8> {
+    let Some(divided) = divided else { return ranks.exchange(Vec::new(), &[0]).swap_remove(0) };
+    let mut own = Vec::new();
+    for (rank, message) in divided.messages(ranks.size()).enumerate() {
         // One after the other: rank 0 never holds all pieces beside the mesh.
         match rank {
-            0 => own = Some(message),
+            0 => own = message,
             _ => drop(ranks.exchange(vec![(rank, message)], &[])),
         }
     }
-    Ok(Share::from_bytes(case, &own.unwrap_or_default()))
+    own
 }
 
-/// The whole mesh, whose groups are the regions of the case.
-struct Whole {
-    mesh: Mesh,
-    owner: Vec<u32>,
-    material_of_cell: Vec<u32>,
+/// The whole mesh, or what of it lies at its boundary. Its groups are the regions of the case.
+pub(super) struct Whole {
+    pub mesh: Mesh,
+    /// The numbers of its nodes and cells where these are not all.
+    numbers: Option<[Vec<u64>; 2]>,
+    /// Nodes and cells of the whole.
+    sizes: [u64; 2],
+    pub material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
     moments: Vec<FaceMoments>,
     points: PosedPoints,
     kinds: Vec<u8>,
     contact_of: Vec<u32>,
     bodies: Vec<Body>,
-    body_of_node: Vec<u32>,
+    pub body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
+    /// What each node counts when the mesh is divided; nodes that go where another does, and that one, which counts for both.
+    pub weights: Vec<f64>,
+    leaders: Vec<[u32; 2]>,
 }
 
 impl Whole {
-    fn new(case: &Case, parts: usize) -> Result<Whole, Error> {
+    fn made(case: &Case, parts: usize) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-        let (mut mesh, _) = made_mesh(&case.mesh, &limit)?;
-        if mesh.nodes.len() < parts {
-            let what = format!("the mesh has {} nodes and there are {parts} ranks", mesh.nodes.len());
+        let (mesh, _) = made_mesh(&case.mesh, &limit)?;
+        let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
+        Whole::new(case, mesh, (None, sizes), parts)
+    }
+
+    /// A case on a mesh, to be divided into so many parts.
+    pub(super) fn new(
+        case: &Case,
+        mut mesh: Mesh,
+        (numbers, sizes): (Option<[Vec<u64>; 2]>, [u64; 2]),
+        parts: usize,
+    ) -> Result<Whole, Error> {
+        if sizes[0] < parts as u64 {
+            let what = format!("the mesh has {} nodes and there are {parts} ranks", sizes[0]);
             return Err(case.mesh.spot.error(what, "use fewer ranks"));
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
@@ -120,10 +166,12 @@ impl Whole {
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
         mesh.groups = groups;
         keep_arrays(case, &mut mesh);
-        let owner = divided(case, &mesh, &points, &held, parts)?;
+        let leaders = points.leaders();
+        let weights = weights(&mesh, &points, &held, &leaders);
         Ok(Whole {
             mesh,
-            owner,
+            numbers,
+            sizes,
             material_of_cell,
             symmetry,
             moments,
@@ -133,14 +181,62 @@ impl Whole {
             bodies,
             body_of_node,
             bolts,
+            weights,
+            leaders,
         })
+    }
+
+    /// The number of a node in the whole.
+    pub(super) fn node_number(&self, v: usize) -> u64 {
+        self.numbers.as_ref().map_or(v as u64, |[nodes, _]| nodes[v])
+    }
+
+    /// The numbers of all cells here in the whole.
+    pub(super) fn cell_numbers(&self) -> impl Iterator<Item = u64> {
+        (0..self.mesh.cell_count()).map(|cell| self.numbers.as_ref().map_or(cell as u64, |[_, cells]| cells[cell]))
+    }
+
+    /// The nodes that go where others do.
+    pub(super) fn follows(&self) -> HashSet<u32> {
+        self.leaders.iter().map(|[node, _]| *node).collect()
+    }
+
+    fn nodes_to_divide(&self) -> Vec<WeightedNode> {
+        let follows = self.follows();
+        let leads = (0..self.mesh.nodes.len()).filter(|v| !follows.contains(&(*v as u32)));
+        let node =
+            |v: usize| WeightedNode { place: self.mesh.nodes[v], number: self.node_number(v), weight: self.weights[v] };
+        leads.map(node).collect()
+    }
+
+    pub(super) fn divided(self, cuts: &Cuts) -> Divided {
+        let part = |(v, x): (usize, &[f64; 3])| cuts.part(*x, self.node_number(v));
+        let mut owner: Vec<u32> = self.mesh.nodes.iter().enumerate().map(part).collect();
+        self.leaders.iter().for_each(|&[node, leader]| owner[node as usize] = owner[leader as usize]);
+        Divided { whole: self, owner }
+    }
+}
+
+/// The same with the rank of each node.
+pub(super) struct Divided {
+    whole: Whole,
+    owner: Vec<u32>,
+}
+
+impl Divided {
+    /// The nodes that go where others do, by their numbers in the whole, and their ranks.
+    pub(super) fn following(&self) -> Vec<[u64; 2]> {
+        let rank = |&[node, _]: &[u32; 2]| [self.whole.node_number(node as usize), self.owner[node as usize].into()];
+        self.whole.leaders.iter().map(rank).collect()
     }
 
     /// For each rank in turn.
     fn messages(&self, parts: usize) -> impl Iterator<Item = Vec<u8>> {
+        let Divided { whole, owner } = self;
         let Whole {
             mesh,
-            owner,
+            numbers,
+            sizes,
             material_of_cell,
             symmetry,
             moments,
@@ -150,11 +246,11 @@ impl Whole {
             bodies,
             body_of_node,
             bolts,
-        } = self;
+            ..
+        } = whole;
         let center = centroid(mesh);
         let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
-        let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        let message = move |piece: MeshPiece| {
+        let message = move |mut piece: MeshPiece| {
             let mut to = Vec::new();
             sizes.write(&mut to);
             center.write(&mut to);
@@ -175,6 +271,10 @@ impl Whole {
             bodies.iter().for_each(|body| put(body.name.as_bytes(), &mut to));
             put_bolts(bolts, &piece, &mut to);
             to.extend(points.message(&piece.nodes));
+            if let Some([nodes, cells]) = numbers {
+                piece.nodes.iter_mut().for_each(|v| *v = nodes[*v as usize]);
+                piece.cells.iter_mut().for_each(|c| *c = cells[*c as usize]);
+            }
             to.extend(piece.to_bytes());
             to
         };
@@ -269,41 +369,18 @@ fn overlap_of_held_nodes(
     Ok(())
 }
 
-/// The rank of each node.
-fn divided(case: &Case, mesh: &Mesh, points: &PosedPoints, held: &[Fix], parts: usize) -> Result<Vec<u32>, Error> {
+/// What each node counts when the mesh is divided.
+fn weights(mesh: &Mesh, points: &PosedPoints, held: &[Fix], leaders: &[[u32; 2]]) -> Vec<f64> {
     let mut weights = vec![1.0; mesh.nodes.len()];
     points.nodes().chain(points.links().into_iter().flatten()).for_each(|v| weights[v as usize] = CONTACT_WEIGHT);
     // A part needs nodes that move: those held in all directions have no row in any matrix.
     for fix in held.iter().filter(|fix| fix.value.iter().all(Option::is_some)) {
         fix.nodes.iter().for_each(|&v| weights[v as usize] = 0.0);
     }
-    let owner = bisection_with_leaders(mesh, weights, &points.leaders(), parts);
-    let mut has_nodes = vec![false; parts];
-    owner.iter().for_each(|&part| has_nodes[part as usize] = true);
-    if has_nodes.contains(&false) {
-        let what = format!("the mesh has too few nodes that move for {parts} ranks: some would have none");
-        return Err(case.mesh.spot.error(what, "use fewer ranks"));
-    }
-    Ok(owner)
-}
-
-/// The parts of the nodes where some are in that of a leader: `leaders` are pairs of both.
-fn bisection_with_leaders(mesh: &Mesh, mut weights: Vec<f64>, leaders: &[[u32; 2]], parts: usize) -> Vec<u32> {
-    if leaders.is_empty() {
-        return bisection(&mesh.nodes, &weights, parts);
-    }
-    let mut follows = vec![u32::MAX; mesh.nodes.len()];
     for &[node, leader] in leaders {
-        follows[node as usize] = leader;
         weights[leader as usize] += std::mem::take(&mut weights[node as usize]);
     }
-    let free: Vec<usize> = (0..mesh.nodes.len()).filter(|&v| follows[v] == u32::MAX).collect();
-    let places: Vec<[f64; 3]> = free.iter().map(|&v| mesh.nodes[v]).collect();
-    let of_free = bisection(&places, &free.iter().map(|&v| weights[v]).collect::<Vec<_>>(), parts);
-    let mut owner = vec![0; mesh.nodes.len()];
-    free.iter().zip(of_free).for_each(|(&v, part)| owner[v] = part);
-    leaders.iter().for_each(|&[node, leader]| owner[node as usize] = owner[leader as usize]);
-    owner
+    weights
 }
 
 /// The faces, nodes or cells of each load as a group, and the moments of its faces.
@@ -356,7 +433,7 @@ fn keep_arrays(case: &Case, mesh: &mut Mesh) {
 }
 
 impl Share {
-    fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
+    pub(super) fn from_bytes(case: &Case, bytes: &[u8]) -> Share {
         let (sizes, center, diagonal) = (Wire::read(bytes), Wire::read(&bytes[16..]), Wire::read(&bytes[40..]));
         let mut from = &bytes[48..];
         let from = &mut from;

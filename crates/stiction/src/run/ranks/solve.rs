@@ -157,7 +157,8 @@ fn march(
             return Ok((found, steps));
         }
         let solved = found.solution.status == Status::Solved;
-        let may_be_shorter = matches!(found.solution.status, Status::MaxIterations | Status::Stalled);
+        let unsolved = [Status::MaxIterations, Status::Stalled, Status::NoEquilibrium];
+        let may_be_shorter = unsolved.contains(&found.solution.status);
         if may_be_shorter
             && !found.solution.certificate.is_as_good_as_the_data()
             && let Some(shorter) = march.at.halve()

@@ -8,6 +8,7 @@ use super::timed::laws;
 use crate::Error;
 use crate::fem::{DofMap, Solid, dof_map, full_displacement};
 use crate::io::case::Case;
+use crate::mesh::ascending;
 use crate::mesh::v3::{dot, scale};
 use crate::run::pose::bolts::Bolt;
 use crate::run::pose::frames::PointFrame;
@@ -38,6 +39,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let mut offset: Vec<f64> = apart.chain(slid.iter().copied()).collect();
     offset.iter_mut().zip(&motion).for_each(|(o, moved)| *o += moved);
     timed.out(t).for_each(|(j, wide)| offset[j] += wide);
+    problem.contact.out = ascending(timed.out(t).map(|(j, _)| j as u32));
     if let Some(supports) = &mut problem.labels.supports {
         offset.iter_mut().zip(supports.B.times(&dofs.value)).for_each(|(o, held)| *o -= held);
         supports.load.clone_from(&support_load);

@@ -17,7 +17,7 @@ use crate::contact::ContactProblem;
 use crate::friction::{self, Multigrid, Progress, Solution, Status, solve_multigrid, tighten_by_multigrid};
 use crate::io::case::Case;
 use crate::linalg::Watch;
-use crate::ranks::{agree, sum};
+use crate::ranks::{agree, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::bolts::Target;
 use crate::run::solve::bolts::BoltSearch;
@@ -134,7 +134,7 @@ impl Solver<'_, '_> {
             bolts::close_clearance(self.local, with, targets, &from_rest, &mut search.shortening);
         }
         let (mut from, mut cycles) = (None, 0);
-        let mut tries_together = if search.sought().is_empty() { 0 } else { 2 };
+        let mut tries_together = if search.may_be_found_together() { 2 } else { 0 };
         loop {
             self.put(t, &march.slid, &search.shortening)?;
             from = from.or_else(|| march.predicted(self.local, t));
@@ -155,6 +155,9 @@ impl Solver<'_, '_> {
             let mut solution = self.attempt(from.as_deref(), &search.shortening);
             cycles += solution.counts.cycles;
             let found = everywhere(self.local, self.multigrid, &solution);
+            if solution.status == Status::Solved && self.is_held_by_what_is_out(&found.lambda) {
+                solution.status = Status::NoEquilibrium;
+            }
             let states = bolts::states(self.local, &found.u, &search.shortening);
             let next = search.next(&states.iter().map(|bolt| bolt.force).collect::<Vec<f64>>());
             let solved = solution.status == Status::Solved;
@@ -172,6 +175,14 @@ impl Solver<'_, '_> {
             }
             from = Some(found.free);
         }
+    }
+
+    /// Whether a point that takes no part carries force: nothing else keeps a body there.
+    fn is_held_by_what_is_out(&self, lambda: &[f64]) -> bool {
+        let mut carried =
+            [self.local.problem.contact.out.iter().fold(0.0, |most: f64, &j| most.max(lambda[j as usize]))];
+        max(&*self.local.division.ranks, &mut carried);
+        carried[0] > 0.0
     }
 
     /// Puts what acts at time `t` into the problem, which without steps, bolts and obstacles that move contains it.

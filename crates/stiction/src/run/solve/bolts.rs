@@ -53,11 +53,16 @@ pub(crate) struct BoltSearch {
     last: Option<(Vec<f64>, Vec<f64>)>,
     /// Force.
     allowed: f64,
+    is_slackened: bool,
     left: usize,
 }
 
 /// Forces are met to this multiple of the tolerance of the solver, as a part of the largest.
 const FORCE_TOLERANCE: f64 = 10.0;
+
+/// Bolts that are slackened to less than this part of what they may have carried are as good as loose: forces are met as a part of
+/// this, as a part of nothing they could not be.
+const SLACK: f64 = 1e-3;
 
 impl BoltSearch {
     /// From the shortenings `before` (empty: none); `stiffness` is that of each cut.
@@ -78,14 +83,22 @@ impl BoltSearch {
         let count = sought.len();
         let mut slope = vec![vec![0.0; count]; count];
         (0..count).for_each(|k| slope[k][k] = stiffness[sought[k].0]);
-        let allowed = FORCE_TOLERANCE * tolerance * sought.iter().fold(0.0, |a: f64, s| a.max(s.1.abs()));
+        let largest = sought.iter().fold(0.0, |a: f64, s| a.max(s.1.abs()));
+        let from = sought.iter().fold(0.0, |a: f64, s| a.max(stiffness[s.0] * old(s.0).abs()));
+        let is_slackened = largest <= SLACK * from;
+        let allowed = FORCE_TOLERANCE * tolerance * largest.max(SLACK * from);
         // A linear problem takes twice as many steps as there are bolts; contact opens and closes on top of that.
-        BoltSearch { shortening, sought, slope, last: None, allowed, left: 20 + 4 * count }
+        BoltSearch { shortening, sought, slope, last: None, allowed, is_slackened, left: 20 + 4 * count }
     }
 
     /// The bolts whose force is sought, and how large it shall be.
     pub(crate) fn sought(&self) -> &[(usize, f64)] {
         &self.sought
+    }
+
+    /// Whether shortenings may be found beside the displacements, which are known as a part of the forces sought.
+    pub(crate) fn may_be_found_together(&self) -> bool {
+        !self.sought.is_empty() && !self.is_slackened
     }
 
     /// Goes on from shortenings that a solver has found, by what they are longer.

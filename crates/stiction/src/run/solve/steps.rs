@@ -289,7 +289,7 @@ fn tighten(
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
     let mut from = None;
     // From rest the shortenings are far from the final ones, and a flange finds its sets only from a solve with fixed ones.
-    let mut tries_together = if search.sought().is_empty() { 0 } else { 2 };
+    let mut tries_together = if search.may_be_found_together() { 2 } else { 0 };
     loop {
         let mut loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);

@@ -10,15 +10,18 @@ use std::collections::{BTreeMap, HashSet};
 use super::activity::{ALWAYS, Activity, Period, within};
 use super::{place, regions};
 use crate::Error;
-use crate::contact::ContactProblem;
+use crate::contact::{ContactProblem, Friction};
 use crate::fem::{DofMap, Field, Fix};
 use crate::io::case::{EquationSpec, Spot};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{V3, add, dot, scale};
+use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
 pub(crate) use append::TIES;
 use append::append;
 use eliminate::{Redundant, eliminate};
+
+/// A normal that differs by less from what a support holds is held.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// Values that follow from one another agree to this part of the largest of them.
 const SAME_VALUE: f64 = 1e-9;
@@ -153,6 +156,37 @@ pub(crate) fn ties_of_supports(mesh: &Mesh, dofs: &DofMap, supports: &[TimedFix]
         }
     }
     Ok(ties)
+}
+
+/// Contact points, whose nodes are `nodes`, that a support which begins or ends with a step holds along their normals, and when:
+/// their constraint says what the support says already, as that of nodes that are always held, which carry no points. Bonded
+/// points are left in, as they keep their place when the support ends.
+pub(crate) fn held_along_normal(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    problem: &ContactProblem,
+    nodes: impl Iterator<Item = u32> + Clone,
+    supports: &[TimedFix],
+) -> Vec<(usize, Period)> {
+    let mut found = Vec::new();
+    for TimedFix { fix, period, .. } in supports {
+        let held: HashSet<u32> = fix.nodes.iter().copied().collect();
+        let pressed = |j: &(usize, u32)| held.contains(&j.1) && problem.contact.friction[j.0] != Friction::Bonded;
+        for (j, node) in nodes.clone().enumerate().filter(pressed) {
+            let at = mesh.nodes[node as usize];
+            let along = (0..3).filter(|&c| fix.value[c].is_some()).filter_map(|c| fix.axes.direction(c, at));
+            let (columns, values) = problem.contact.B.row(j);
+            let own = columns.iter().zip(values).map(|(&k, &v)| (dofs.free[k as usize], v));
+            let own = own.filter(|(dof, _)| dof / 3 == node).map(|(dof, v)| scale(v, dofs.direction(dof)));
+            let normal = own.fold([0.0; 3], add);
+            // The axes of a support are across one another.
+            let left = along.fold(normal, |left, axis| sub(left, scale(dot(left, axis), axis)));
+            if norm(left) <= SAME_DIRECTION * norm(normal) {
+                found.push((j, *period));
+            }
+        }
+    }
+    found
 }
 
 /// The displacement of a node along a direction by degrees of freedom.
