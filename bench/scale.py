@@ -30,9 +30,10 @@ MACHINES = {
 # Seconds of a core for a cycle and a million unknowns, and for the set-up: 20 cycles of the brick of 2 million unknowns,
 # docs/notes/2026-11-25-ranks.md and 2026-11-23-multigrid-trials.md, a virtual machine of 2.5 GHz.
 COST = {"cycle": 0.20, "set-up": 5.8, "cycles": 20}
-# Bytes a node that rank 0 holds while it makes and divides the mesh, bytes an unknown of a rank; fewest nodes of a level for each
-# rank that has some, most nodes of a level that goes on one rank in any case.
-WHOLE, UNKNOWN, NODES_PER_RANK, ONE_RANK, COARSEST, INDEX = 400, 1700, 256, 300, 50, 3
+# Bytes a node that rank 0 holds while it poses what it has of the mesh, of a mesh made by ranks the cells at the boundary: two layers
+# of nodes on a brick of 3 x 1 x 1. Bytes an unknown of a rank: 10 million on two, docs/notes/2026-11-26-ranks.md. Fewest nodes of a
+# level for each rank that has some, most nodes of a level that goes on one rank in any case.
+POSED, UNKNOWN, NODES_PER_RANK, ONE_RANK, COARSEST, INDEX = 400, 2250, 256, 300, 50, 3
 
 
 def measure(program):
@@ -144,10 +145,10 @@ class Model:
         return sum(self.cycle(unknowns, 1).values()) / ranks / sum(parts.values())
 
     def memory(self, unknowns, ranks):
-        """Bytes of a rank, and of rank 0 while it divides the mesh."""
+        """Bytes of a rank, and of rank 0 while it poses the boundary of a mesh that the ranks make."""
         levels = levels_of(unknowns, self.shape)
         held = max((e / holders(n, ranks) for n, e in levels[1:] if holders(n, ranks) < ranks), default=0)
-        return UNKNOWN * unknowns / ranks + 8 * held, WHOLE * unknowns / 3
+        return UNKNOWN * unknowns / ranks + 8 * held, POSED * 2 * 14 * (unknowns / 9) ** (2 / 3)
 
 
 def seconds(value):

@@ -117,9 +117,12 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
         square(&mut share.points(&points).map(|p| p.rounding)),
         square(&mut share.unknowns(&imbalance).copied()),
         square(&mut share.unknowns(&internal).copied()),
+        square(&mut share.unknowns(&at_contact(problem, &internal)).copied()),
     ];
     share.sum(&mut sums);
-    let [gap, gap_rounding, residual, rounding, unbalanced, inside] = sums;
+    let [gap, gap_rounding, residual, rounding, unbalanced, inside, at_contact] = sums;
+    // Displacements are no better known than forces inside the bodies add up: contact that carries less than that carries nothing.
+    let rounding = rounding.sqrt() + ROUNDING * at_contact.sqrt();
     let balances = balances(problem, share, u, lambda, &internal).unwrap_or_default();
     let mut certificate = Certificate {
         equilibrium: measure(unbalanced.sqrt(), ROUNDING * inside.sqrt(), scales.load),
@@ -130,7 +133,7 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
         cone,
         slip_direction,
         bipotential_gap: measure(gap.abs(), gap_rounding, scales.work),
-        natural_residual: measure(residual.sqrt(), rounding.sqrt(), scales.contact),
+        natural_residual: measure(residual.sqrt(), rounding, scales.contact),
         data_rounding: (problem.contact.rounding > 0.0).then(|| measure(problem.contact.rounding, 0.0, scales.length)),
         // A displacement that keeps all constraints is found point after point, on one rank.
         duality_gap: if share.is_whole() { duality_gap(problem, u, lambda, scales.length) } else { None },
@@ -143,6 +146,13 @@ fn certify_share(problem: &ContactProblem, share: &Share, u: &[f64], lambda: &[f
     certificate.worst = certificate.measures().iter().fold(0.0, |a: f64, (_, v)| a.max(*v));
     certificate.passed = certificate.missed() <= 1.0 && no_numbers == 0.0;
     certificate
+}
+
+/// The forces at the unknowns that contact touches, and zeros.
+fn at_contact(problem: &ContactProblem, forces: &[f64]) -> Vec<f64> {
+    let mut found = vec![0.0; forces.len()];
+    problem.contact.B.column.iter().for_each(|&i| found[i as usize] = forces[i as usize]);
+    found
 }
 
 impl Certificate {

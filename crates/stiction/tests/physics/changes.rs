@@ -371,3 +371,30 @@ fn a_support_by_time_may_hold_nodes_of_a_contact() {
         }
     }
 }
+
+/// A heated block between planes of symmetry, held from below in a step: it expands freely, and no support and no contact carries
+/// anything but what rounding leaves of the forces of heat.
+#[test]
+fn supports_that_carry_nothing_while_a_body_expands_are_no_reason_to_fail() {
+    for path in ["dense", "solves"] {
+        let end = ended(
+            &(block([4.0, 3.0, 2.0], [4, 3, 2], "element = \"hex8\"")
+                + "[materials.s]\nyoung = 2e5\npoisson = 0.3\nexpansion = 1.2e-5\n\
+                   [[fix]]\non = \"x-min\"\ncondition = \"symmetry\"\n[[fix]]\non = \"y-min\"\ncondition = \"symmetry\"\n\
+                   [[fix]]\non = \"z-min\"\ncomponents = \"z\"\nuntil = \"b\"\n[[load]]\ntemperature = \"200*t\"\n\
+                   [[contact]]\non = \"x-max\"\nfriction = { coulomb = 0.2 }\n\
+                   against = { plane = { point = [4.1, 0, 0], normal = [-1, 0, 0] } }\n"
+                + &steps(&["a", "b"], 2)
+                + &format!("[solver]\npath = \"{path}\"\n")),
+        );
+        assert_eq!(
+            (end.solution.status, end.steps.len()),
+            (Status::Solved, 4),
+            "{path}: {:?}",
+            end.solution.certificate
+        );
+        let stretch = 1.2e-5 * 400.0;
+        is(end.steps[3].answer.displacement_max, stretch * 29f64.sqrt(), stretch);
+        assert_eq!(end.steps[3].answer.contact.normal_force, 0.0);
+    }
+}
