@@ -46,7 +46,7 @@ pub(super) fn unanswered(requests: &Requests) -> Vec<String> {
 /// All tables of an answer.
 pub(super) fn text(requests: &Requests, of: &Answer) -> String {
     let mut out = String::new();
-    for print in requests.prints.iter().filter(|print| print.step <= of.step) {
+    for print in requests.prints.iter().filter(|print| print.steps.contains(&of.step)) {
         for key in &print.keys {
             match (print.of, key.as_str()) {
                 (Printed::Nodes, "U") => {

@@ -97,6 +97,20 @@ fn job(folder: &Folder, name: &str, text: &str, words: &[&str]) -> Run {
     folder.run(&[&["ccx"], words].concat())
 }
 
+/// As CalculiX does: a card of a later step takes the place of those of its kind, others go on.
+#[test]
+fn tables_of_a_step_take_the_place_of_those_before() {
+    let folder = Folder::new("ccx-tables", CASE);
+    let second = "*END STEP\n*STEP\n*STATIC\n*NODE PRINT, NSET=TOP\nU\n*NODE PRINT, NSET=TOP, TOTALS=ONLY\nRF\n*END STEP\n\
+                  *STEP\n*STATIC\n*END STEP\n";
+    job(&folder, "steps", &BOXES.replace("*END STEP\n", second), &["-i", "steps"]).ends(0, &[]);
+    let dat = std::fs::read_to_string(folder.at("steps.dat")).unwrap();
+    let at = |what: &str, t: usize| dat.matches(&format!("{what} and time  0.{t}000000E+01")).count();
+    assert_eq!([1, 2, 3].map(|t| at("for set BASE", t)), [3, 0, 0], "{dat}");
+    assert_eq!([1, 2, 3].map(|t| at("for set TOP", t)), [1, 2, 2], "{dat}");
+    assert_eq!([1, 2, 3].map(|t| dat.matches(&format!("time  0.{t}000000E+01")).count()), [5, 3, 3], "{dat}");
+}
+
 #[test]
 fn the_file_of_results_has_the_closed_form_at_the_nodes_of_the_deck() {
     let folder = Folder::new("ccx", CASE);

@@ -379,15 +379,15 @@ impl Grids {
             (nodes.iter().map(place).collect::<Vec<u32>>(), own)
         };
         let chunks = |k: usize| of_grid(k).par_chunks(CHUNK).map(|some| chunk(k, some)).collect::<Vec<_>>();
-        let chunks: Vec<Vec<(Vec<u32>, Vec<u64>)>> = (0..self.len()).map(chunks).collect();
+        let chunks: Vec<Vec<Chunk>> = (0..self.len()).map(chunks).collect();
         let mut nodes: Vec<u64> = chunks.iter().flatten().flat_map(|(_, own)| own.iter().copied()).collect();
         nodes.par_sort_unstable();
         nodes.dedup();
-        let local = |(places, own): &(Vec<u32>, Vec<u64>)| {
+        let local = |(places, own): &Chunk| {
             let own: Vec<u32> = own.iter().map(|number| nodes.partition_point(|node| node < number) as u32).collect();
             places.iter().map(|&place| own[place as usize]).collect::<Vec<u32>>()
         };
-        let block = |(k, chunks): (usize, &Vec<(Vec<u32>, Vec<u64>)>)| Cells {
+        let block = |(k, chunks): (usize, &Vec<Chunk>)| Cells {
             kind: self.list[k].1.element.kind(),
             nodes: chunks.par_iter().flat_map_iter(local).collect(),
         };
@@ -435,6 +435,9 @@ impl Grids {
 
 /// Cells whose nodes a thread finds at a time.
 const CHUNK: usize = 1 << 14;
+
+/// The nodes of some cells by their places among those of the chunk, which ascend.
+type Chunk = (Vec<u32>, Vec<u64>);
 
 impl BlockElement {
     fn linear_kind(self) -> CellKind {

@@ -63,11 +63,11 @@ pub(crate) struct Sum {
 
 impl Sum {
     pub(crate) fn add(&mut self, x: V3) {
-        for c in 0..3 {
-            let sum = self.high[c] + x[c];
-            let taken = sum - self.high[c];
-            self.low[c] += (self.high[c] - (sum - taken)) + (x[c] - taken);
-            self.high[c] = sum;
+        for ((high, low), x) in self.high.iter_mut().zip(&mut self.low).zip(x) {
+            let sum = *high + x;
+            let taken = sum - *high;
+            *low += (*high - (sum - taken)) + (x - taken);
+            *high = sum;
         }
     }
 

@@ -50,8 +50,9 @@ pub struct Print {
     pub keys: Vec<String>,
     /// Whether the single values are given, and whether their sum is.
     pub values: [bool; 2],
-    /// The first step it is given for, from 1; it is for the later ones too.
-    pub step: usize,
+    /// The steps it is given for, from 1: up to the one before the next that asks for tables of the same kind, which takes the place of
+    /// all before it, as in CalculiX.
+    pub steps: std::ops::Range<usize>,
 }
 
 /// Numbers of nodes and cells; cells of a kind stand in the order of the deck.
@@ -85,7 +86,12 @@ pub(super) fn requests(reader: &mut Reader) -> Requests {
                 file(&mut asked, card);
             }
             "NODEPRINT" | "ELPRINT" | "CONTACTPRINT" => {
-                asked.prints.extend(print(reader, card, &place, step.max(1)));
+                if let Some(print) = print(reader, card, &place, step.max(1)) {
+                    let before = |old: &&mut Print| old.of == print.of && old.steps.start < print.steps.start;
+                    let replaced = asked.prints.iter_mut().filter(before);
+                    replaced.for_each(|old| old.steps.end = old.steps.end.min(print.steps.start));
+                    asked.prints.push(print);
+                }
             }
             _ => {}
         }
@@ -135,5 +141,5 @@ fn print(reader: &mut Reader, card: &Card, place: &[u32], step: usize) -> Option
         Some("ONLY") => [false, true],
         _ => [true, false],
     };
-    Some(Print { of, set, places, keys: words(card), values, step })
+    Some(Print { of, set, places, keys: words(card), values, steps: step..usize::MAX })
 }

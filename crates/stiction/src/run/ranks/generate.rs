@@ -174,7 +174,10 @@ fn boxes(grids: &Grids, cuts: &Cuts, nodes: &[WeightedNode], ranks: &dyn Ranks) 
     own
 }
 
-/// Grid cells of a row that a thread looks through at a time.
+/// The rank of a node.
+type Owner<'a> = dyn Fn(u64) -> u32 + Sync + 'a;
+
+/// Cells that a thread looks through at a time.
 const CHUNK: usize = 1 << 13;
 
 /// The share of a rank with the inside of its part: `share` has its boundary.
@@ -182,7 +185,7 @@ fn filled(
     case: &Case,
     share: Share,
     (grids, outline): (&Grids, &Outline),
-    (owner, boxes): (&(dyn Fn(u64) -> u32 + Sync), &[(usize, CornerBox)]),
+    (owner, boxes): (&Owner, &[(usize, CornerBox)]),
     ranks: &dyn Ranks,
 ) -> Share {
     let own = ranks.rank() as u32;

@@ -56,7 +56,7 @@ impl RankedAnswer {
     }
 }
 
-/// Solves a case on all ranks: rank 0 reads the mesh and sends each its piece, and from then on no rank has more than that.
+/// Solves a case on all ranks: each has its piece of the mesh, and no rank has more than that once it is posed.
 /// `observer` is told of every cycle; it ends all ranks if one of them says so.
 ///
 /// # Errors

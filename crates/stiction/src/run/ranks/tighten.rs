@@ -10,7 +10,7 @@ use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::{Everywhere, everywhere};
 use super::steps::{put_state, slid};
-use super::timed::{lose_strength, note_where_it_stands};
+use super::timed::{changes_laws, lose_strength, note_where_it_stands};
 use crate::Error;
 use crate::certificate::ghost_values;
 use crate::contact::ContactProblem;
@@ -179,6 +179,9 @@ impl Solver<'_, '_> {
 
     /// Whether a point that takes no part carries force: nothing else keeps a body there.
     fn is_held_by_what_is_out(&self, lambda: &[f64]) -> bool {
+        if !changes_laws(self.case) {
+            return false;
+        }
         let mut carried =
             [self.local.problem.contact.out.iter().fold(0.0, |most: f64, &j| most.max(lambda[j as usize]))];
         max(&*self.local.division.ranks, &mut carried);
