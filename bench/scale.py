@@ -33,7 +33,7 @@ COST = {"cycle": 0.20, "set-up": 5.8, "cycles": 20}
 # Bytes a node that rank 0 holds while it poses what it has of the mesh, of a mesh made by ranks the cells at the boundary: two layers
 # of nodes on a brick of 3 x 1 x 1. Bytes an unknown of a rank: 10 million on two, docs/notes/2026-11-26-made-by-ranks.md. Fewest nodes of a
 # level for each rank that has some, most nodes of a level that goes on one rank in any case.
-POSED, UNKNOWN, NODES_PER_RANK, ONE_RANK, COARSEST, INDEX = 400, 2250, 256, 300, 50, 3
+POSED, UNKNOWN, NODES_PER_RANK, ONE_RANK, COARSEST, INDEX = 400, 1720, 256, 300, 50, 3
 
 
 def measure(program):

@@ -1,6 +1,8 @@
 //! Rows of blocks between ranks: those of ghosts, and contributions to the rows of others.
 
-use super::blocks::{Block, Blocks};
+use std::collections::BTreeMap;
+
+use super::blocks::{Block, Blocks, grow};
 use super::coarsen::{Coarser, Kernel};
 use crate::ranks::{Halo, Wire, from_bytes, to_bytes};
 
@@ -68,20 +70,68 @@ pub(super) fn returned_rows<const R: usize, const C: usize>(
     rows.flat_map(|((_, places), bytes)| places.iter().copied().zip(unpack(bytes))).collect()
 }
 
-/// The same matrix with its columns numbered anew.
+/// The same matrix with its columns numbered anew, in the memory it has.
 pub(super) fn renumbered<const R: usize, const C: usize>(
-    a: &Blocks<R, C>,
+    mut a: Blocks<R, C>,
     cols: usize,
     place: impl Fn(u32) -> u32,
 ) -> Blocks<R, C> {
-    let mut new = Blocks { rows: a.rows, cols, start: a.start.clone(), column: Vec::new(), value: Vec::new() };
-    for i in 0..a.rows {
-        let mut row: Vec<(u32, &Block<R, C>)> = a.entries_of(i).map(|(j, block)| (place(j), block)).collect();
-        row.sort_unstable_by_key(|entry| entry.0);
-        new.column.extend(row.iter().map(|entry| entry.0));
-        new.value.extend(row.iter().map(|entry| *entry.1));
+    a.cols = cols;
+    a.column.iter_mut().for_each(|j| *j = place(*j));
+    let mut row: Vec<(u32, Block<R, C>)> = Vec::new();
+    for own in a.start.windows(2).map(|ends| ends[0]..ends[1]) {
+        let (column, value) = (&mut a.column[own.clone()], &mut a.value[own]);
+        if !column.is_sorted() {
+            row.clear();
+            row.extend(column.iter().copied().zip(value.iter().copied()));
+            row.sort_unstable_by_key(|entry| entry.0);
+            column.iter_mut().zip(value).zip(&row).for_each(|((j, block), entry)| (*j, *block) = *entry);
+        }
     }
-    new
+    a
+}
+
+/// The matrix with further parts of its rows added, in their order and in the memory it has: `place` are the places of their columns.
+pub(super) fn added<const R: usize, const C: usize>(
+    mut a: Blocks<R, C>,
+    parts: Vec<(u32, Entries<R, C>)>,
+    place: impl Fn(u64) -> u32,
+) -> Blocks<R, C> {
+    let mut sums: BTreeMap<u32, Vec<(u32, Block<R, C>)>> = BTreeMap::new();
+    for (i, part) in parts {
+        let own = || a.entries_of(i as usize).map(|(j, block)| (j, *block)).collect();
+        let row = sums.entry(i).or_insert_with(own);
+        for (column, block) in part {
+            let column = place(column);
+            match row.binary_search_by_key(&column, |entry| entry.0) {
+                Ok(k) => row[k].1.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(a, b)| *a += b),
+                Err(k) => row.insert(k, (column, block)),
+            }
+        }
+    }
+    let longer: usize = sums.iter().map(|(&i, row)| row.len() - a.row(i as usize).0.len()).sum();
+    let mut end = a.column.len() + longer;
+    grow(&mut a.column, longer, 0);
+    grow(&mut a.value, longer, [[0.0; C]; R]);
+    // From the last row on each moves to the end of what is left.
+    for i in (0..a.rows).rev() {
+        let own = a.start[i]..a.start[i + 1];
+        a.start[i + 1] = end;
+        match sums.get(&(i as u32)) {
+            Some(row) => {
+                end -= row.len();
+                for (k, (column, block)) in row.iter().enumerate() {
+                    (a.column[end + k], a.value[end + k]) = (*column, *block);
+                }
+            }
+            None => {
+                end -= own.len();
+                a.column.copy_within(own.clone(), end);
+                a.value.copy_within(own, end);
+            }
+        }
+    }
+    a
 }
 
 /// A matrix with so many rows, each the sum of those given for it, in their order.
@@ -144,8 +194,8 @@ pub(super) fn gathered<const R: usize>(step: Coarser<R>, group: usize) -> Coarse
     let parts: Vec<Vec<(u32, Block<6, 6>)>> = rows.into_iter().map(local).collect();
     let of_row: Vec<Vec<u32>> = (0..own as u32).map(|i| vec![i]).collect();
     Coarser {
-        prolongation: renumbered(&prolongation, last.len(), |j| place(global(&j))),
-        a_times_p: renumbered(&a_times_p, last.len(), |j| place(global(&j))),
+        prolongation: renumbered(prolongation, last.len(), |j| place(global(&j))),
+        a_times_p: renumbered(a_times_p, last.len(), |j| place(global(&j))),
         matrix: summed(own, last.len(), &parts, &of_row),
         kernel,
         halo: last,
@@ -306,6 +356,31 @@ mod tests {
     use super::super::tests::lattice;
     use super::*;
     use crate::ranks::threads;
+
+    #[test]
+    fn parts_of_rows_are_added_in_place_as_in_a_new_matrix() {
+        let named = |i: usize, name: &mut dyn FnMut(u32)| (0..i as u32 % 3).for_each(|k| name(2 * k + 1));
+        let value = |i: usize, j: u32| [[(i * 10) as f64 + f64::from(j), 1.0]];
+        let a: Blocks<1, 2> = Blocks::from_rows(7, 9, named, |i, row| {
+            (0..i as u32 % 3).for_each(|k| *row.at(2 * k + 1) = value(i, 2 * k + 1));
+        });
+        let parts: Vec<(u32, Entries<1, 2>)> = vec![
+            (1, vec![(100, [[1.0, 2.0]]), (101, [[3.0, 4.0]])]),
+            (6, vec![(104, [[5.0, 6.0]])]),
+            (1, vec![(108, [[7.0, 8.0]]), (101, [[0.5, 0.5]])]),
+        ];
+        let place = |g: u64| (g - 100) as u32;
+        let own = |i: usize| a.entries_of(i).map(|(j, block)| (j, *block)).collect::<Vec<_>>();
+        let local = |row: &Entries<1, 2>| row.iter().map(|(g, block)| (place(*g), *block)).collect::<Vec<_>>();
+        let all: Vec<_> = (0..7).map(own).chain(parts.iter().map(|(_, row)| local(row))).collect();
+        let mut of_row: Vec<Vec<u32>> = (0..7).map(|i| vec![i]).collect();
+        parts.iter().zip(7..).for_each(|((i, _), part)| of_row[*i as usize].push(part));
+        let expected = summed(7, 9, &all, &of_row);
+        let found = added(a.clone(), parts, place);
+        assert_eq!((found.start, found.column, found.value), (expected.start, expected.column, expected.value));
+        let same = added(a.clone(), Vec::new(), place);
+        assert_eq!((same.start, same.column, same.value), (a.start, a.column, a.value));
+    }
 
     /// Each rank has a slab of the lattice.
     #[test]

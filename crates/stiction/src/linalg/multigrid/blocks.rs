@@ -24,7 +24,7 @@ pub(crate) struct Blocks<const R: usize, const C: usize> {
 }
 
 /// Appends `more` values `x`.
-fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
+pub(super) fn grow<T: Copy>(array: &mut Vec<T>, more: usize, x: T) {
     let length = array.len() + more;
     if array.capacity() < length {
         let mut larger = in_huge_pages(Vec::with_capacity(length));
@@ -81,6 +81,19 @@ impl Pattern {
 }
 
 impl<const R: usize, const C: usize> Blocks<R, C> {
+    /// The first `rows` rows, whose columns are below `cols`.
+    pub(super) fn truncated(mut self, rows: usize, cols: usize) -> Self {
+        if rows == 0 {
+            return Blocks { cols, start: vec![0], ..Blocks::default() };
+        }
+        let entries = self.start[rows];
+        self.start.truncate(rows + 1);
+        (self.rows, self.cols) = (rows, cols);
+        self.column.truncate(entries);
+        self.value.truncate(entries);
+        self
+    }
+
     /// Columns and blocks of row `i`.
     pub(crate) fn row(&self, i: usize) -> (&[u32], &[Block<R, C>]) {
         let range = self.start[i]..self.start[i + 1];

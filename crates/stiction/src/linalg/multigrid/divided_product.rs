@@ -1,6 +1,6 @@
 //! Coarse levels of nodes that are divided among ranks.
 
-use super::between_ranks::{ghost_rows, renumbered, returned_rows, summed};
+use super::between_ranks::{added, ghost_rows, renumbered, returned_rows, summed};
 use super::blocks::{Block, Blocks};
 use super::coarsen::{Coarser, fill_idle, products};
 use crate::ranks::Halo;
@@ -45,7 +45,10 @@ pub(super) fn divided_galerkin<const R: usize, const C: usize>(
     let own_row = |i: u32| p.entries_of(i as usize).map(|(j, b)| (coarse.global(j as usize), *b)).collect();
     let ghosts = ghost_rows(halo, own_row);
     let wider = with_ghosts(&coarse, ghosts.iter().flatten().map(|entry| entry.0));
-    let mut p = renumbered(&p, wider.len(), |j| place(&wider, coarse.global(j as usize)));
+    let mut p = renumbered(p, wider.len(), |j| place(&wider, coarse.global(j as usize)));
+    let more = ghosts.iter().map(Vec::len).sum();
+    p.column.reserve_exact(more);
+    p.value.reserve_exact(more);
     for row in ghosts {
         let mut row: Vec<(u32, Block<R, C>)> = row.into_iter().map(|(j, block)| (place(&wider, j), block)).collect();
         row.sort_unstable_by_key(|entry| entry.0);
@@ -58,18 +61,11 @@ pub(super) fn divided_galerkin<const R: usize, const C: usize>(
     let returned = returned_rows(&wider, &found, |j| wider.global(j as usize));
     let last = with_ghosts(&wider, returned.iter().flat_map(|(_, row)| row).map(|entry| entry.0));
     let to_last = |j: u32| place(&last, wider.global(j as usize));
-    let own = wider.own();
-    let mut parts: Vec<Vec<(u32, Block<C, C>)>> =
-        (0..own).map(|k| found.entries_of(k).map(|(j, block)| (to_last(j), *block)).collect()).collect();
-    let mut of_row: Vec<Vec<u32>> = (0..own as u32).map(|k| vec![k]).collect();
-    for (k, row) in returned {
-        of_row[k as usize].push(parts.len() as u32);
-        parts.push(row.into_iter().map(|(j, block)| (place(&last, j), block)).collect());
-    }
-    drop(found);
-    let mut matrix = summed(own, last.len(), &parts, &of_row);
+    // The largest matrices of the set-up beside the one above: no copy is made of them.
+    let matrix = renumbered(found.truncated(wider.own(), wider.len()), last.len(), to_last);
+    let mut matrix = added(matrix, returned, |j| place(&last, j));
     fill_idle(&mut matrix);
-    Some((renumbered(&p, last.len(), to_last), matrix, renumbered(&kept, last.len(), to_last), last))
+    Some((renumbered(p, last.len(), to_last), matrix, renumbered(kept, last.len(), to_last), last))
 }
 
 /// Extends the pattern of the coarse matrix of a step by `more` columns of each row, ghosts included: what ranks find for rows of
@@ -86,14 +82,14 @@ pub(super) fn widened<const R: usize, const C: usize>(step: Coarser<R, C>, more:
     for (k, row) in returned {
         of_row[k as usize].extend(row.iter().map(|entry| place(&last, entry.0)));
     }
-    let own = renumbered(&matrix, last.len(), to_last);
+    let own = renumbered(matrix, last.len(), to_last);
     let named = |k: usize, name: &mut dyn FnMut(u32)| own.row(k).0.iter().chain(&of_row[k]).for_each(|&j| name(j));
     let matrix = Blocks::from_rows(own.rows, last.len(), named, |k, row| {
         own.entries_of(k).for_each(|(j, block)| *row.at(j) = *block);
     });
     Coarser {
-        prolongation: renumbered(&prolongation, last.len(), to_last),
-        a_times_p: renumbered(&a_times_p, last.len(), to_last),
+        prolongation: renumbered(prolongation, last.len(), to_last),
+        a_times_p: renumbered(a_times_p, last.len(), to_last),
         matrix,
         kernel,
         halo: last,
@@ -121,9 +117,9 @@ pub(super) fn moved<const C: usize>(step: Coarser<3, C>, contact: &Halo, moved: 
     }
     let a_times_p = summed(a_times_p.rows, last.len(), &parts, &of_row);
     Coarser {
-        prolongation: renumbered(&prolongation, last.len(), to_last),
+        prolongation: renumbered(prolongation, last.len(), to_last),
         a_times_p,
-        matrix: renumbered(&matrix, last.len(), to_last),
+        matrix: renumbered(matrix, last.len(), to_last),
         kernel,
         halo: last,
     }

@@ -33,8 +33,8 @@ impl RelativeMatrix {
         let (own, here) = (halo.own(), halo.len());
         let (mut changed, rows) = relative.as_ref().map(|relative| relative.changed_rows(&a)).unwrap_or_default();
         changed.truncate(changed.partition_point(|&i| (i as usize) < own));
-        let rows = first_rows(rows, changed.len(), here);
-        let (at, a) = (places(&changed, own), first_rows(a, own, here));
+        let rows = rows.truncated(changed.len(), here);
+        let (at, a) = (places(&changed, own), a.truncated(own, here));
         RelativeMatrix { a, halo, relative, rows, at }
     }
 
@@ -90,17 +90,4 @@ impl RelativeMatrix {
         }
         y
     }
-}
-
-/// The first `rows` rows, whose columns are below `cols`.
-fn first_rows(mut a: Blocks<3, 3>, rows: usize, cols: usize) -> Blocks<3, 3> {
-    if rows == 0 {
-        return Blocks { cols, start: vec![0], ..Blocks::default() };
-    }
-    let entries = a.start[rows];
-    a.start.truncate(rows + 1);
-    (a.rows, a.cols) = (rows, cols);
-    a.column.truncate(entries);
-    a.value.truncate(entries);
-    a
 }

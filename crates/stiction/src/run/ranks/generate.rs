@@ -69,10 +69,9 @@ pub(super) fn share(case: &Case, grids: &Grids, ranks: &dyn Ranks) -> Result<Opt
 
 /// What lies at the boundary, posed.
 fn boundary(case: &Case, grids: &Grids, parts: usize) -> Result<Whole, Error> {
-    let cells = grids.boundary_cells();
+    let mut made = grids.mesh(grids.boundary_cells());
     let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-    posing_fits(cells.len() as f64, 0.0, &limit)?;
-    let mut made = grids.mesh(cells);
+    posing_fits(made.nodes.len() as f64, 0.0, &limit)?;
     made.mesh.groups = grids.groups(&made);
     let GridMesh { mesh, nodes, cells } = made;
     Whole::new(case, mesh, (Some([nodes, cells]), grids.sizes()), parts)
