@@ -357,6 +357,23 @@ impl Grids {
         nodes[from..].iter_mut().for_each(|node| *node += self.before[0][k]);
     }
 
+    /// What each is made of.
+    pub fn elements(&self) -> impl Iterator<Item = BlockElement> {
+        self.list.iter().map(|(_, grid)| grid.element)
+    }
+
+    /// No fewer nodes than [`Self::boundary_cells`] have, nearly.
+    pub fn boundary_nodes(&self) -> f64 {
+        let of_grid = |(_, grid): &(Option<String>, Grid)| {
+            let [all, inside]: [f64; 2] =
+                [0.0, 2.0].map(|less| grid.cells.iter().map(|&n| (n as f64 - less).max(0.0)).product());
+            let (nodes, outer): (f64, f64) = (grid.nodes() as f64, all - inside);
+            // Two layers of nodes for one of cells.
+            nodes.min(2.0 * nodes * outer / all)
+        };
+        self.list.iter().map(of_grid).sum()
+    }
+
     /// All cells at the nodes of the boundary, and some beside them.
     pub fn boundary_cells(&self) -> Vec<u64> {
         let mut cells = Vec::new();

@@ -87,6 +87,14 @@ fn what_the_boundary_lacks_is_found_in_the_whole() {
     let nowhere = inside.replace("[[0.5, 0.3, 1.2], [3.4, 1.7, 1.8]]", "[[9, 9, 9], [10, 10, 10]]");
     let error = refusal(&case_of(&nowhere, "1e-8"), 3, None);
     assert!(error.what.contains("no cell lies inside the box"), "{error:?}");
+    // Boxes through the block that cross inside.
+    let hot =
+        |low: [f64; 3], high: [f64; 3]| format!("[[load]]\non = {{ box = [{low:?}, {high:?}] }}\ntemperature = 9\n");
+    let crossing = regions("element = \"hex8\"").replace("[[load]]\ntemperature = \"60*x\"\n", "")
+        + &hot([0.0, 0.5, 1.2], [4.0, 1.5, 1.8])
+        + &hot([1.0, 0.0, 1.2], [3.0, 2.0, 1.8]);
+    let error = refusal(&case_of(&crossing, "1e-8"), 3, None);
+    assert!(error.what.contains("have a temperature already"), "{error:?}");
     let wrong = PARTS.replace("\"lid.z-max\"", "\"lid.top\"");
     let error = refusal(&case_of(&wrong, "1e-8"), 2, None);
     assert!(error.what.contains("no group \"lid.top\""), "{error:?}");

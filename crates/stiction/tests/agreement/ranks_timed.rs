@@ -208,7 +208,6 @@ fn a_glued_block_carries_its_strength_and_no_more_on_ranks() {
     }
 }
 
-/// Equations would be points as supports are, on nodes of several ranks.
 /// Friction of 300 holds a block that was held from above before, until it is pushed by more.
 #[test]
 fn a_body_that_nothing_holds_any_more_has_no_equilibrium_on_ranks() {
@@ -229,6 +228,7 @@ fn a_body_that_nothing_holds_any_more_has_no_equilibrium_on_ranks() {
     assert!(gone.status != Status::Solved && (1.15..1.17).contains(&last), "{:?} at {last}", gone.status);
 }
 
+/// Equations would be points as supports are, on nodes of several ranks.
 #[test]
 fn what_ties_nodes_of_several_ranks_is_still_refused() {
     let equation = "[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n";

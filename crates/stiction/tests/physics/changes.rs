@@ -398,3 +398,28 @@ fn supports_that_carry_nothing_while_a_body_expands_are_no_reason_to_fail() {
         assert_eq!(end.steps[3].answer.contact.normal_force, 0.0);
     }
 }
+
+/// A body that a support moves onto another one presses on it, whichever carries the points: what the support says of its nodes is not
+/// what contact says of the other body.
+#[test]
+fn a_body_moved_by_a_support_for_a_time_presses_on_another() {
+    for (fine, coarse) in [(3, 2), (2, 3)] {
+        let part = |name: &str, n: usize, z: f64| {
+            format!(
+                "[mesh.parts.{name}]\nblock = {{ size = [1, 1, 1], cells = [{n}, {n}, 1], origin = [0, 0, {z}], element = \"hex8\" }}\n"
+            )
+        };
+        let end = ended(
+            &(part("low", coarse, 0.0)
+                + &part("high", fine, 1.0)
+                + "[materials.soft]\nyoung = 1000\npoisson = 0\n[[fix]]\non = \"low.z-min\"\n\
+                   [[fix]]\non = \"high\"\nvalue = [0, 0, \"-0.01*min(t, 1)\"]\nuntil = \"b\"\n\
+                   [[contact]]\non = \"high.z-min\"\nagainst = \"low.z-max\"\nfriction = \"none\"\n"
+                + &steps(&["a", "b"], 1)),
+        );
+        assert_eq!((end.solution.status, end.steps.len()), (Status::Solved, 2));
+        for step in &end.steps {
+            is(step.answer.contact.normal_force, 10.0, 1e3);
+        }
+    }
+}

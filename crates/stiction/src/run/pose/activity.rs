@@ -5,6 +5,7 @@
 //! leaves it out (`Contact::out`), or a body without another hold would be caught there. Its rows of `B` stay, so that one
 //! factor or one hierarchy serves all steps.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::contact::{Friction, SurfaceFriction};
@@ -22,7 +23,7 @@ const WIDE: f64 = 1e3;
 /// The points that are not always in.
 #[derive(Debug, Clone, Default)]
 pub struct Activity {
-    /// Each with its periods.
+    /// Each with its periods, ascending.
     points: Vec<(usize, Vec<Period>)>,
     /// The gap of a point that is out, length.
     wide: f64,
@@ -48,16 +49,15 @@ impl Activity {
         }
     }
 
-    /// Takes a point out during a period.
-    pub(crate) fn except(&mut self, point: usize, period: Period) {
-        let place = self.points.iter().position(|(other, _)| *other == point);
-        let place = place.unwrap_or_else(|| {
-            self.points.push((point, vec![ALWAYS]));
-            self.points.len() - 1
-        });
-        let left = |[begin, end]: Period| [[begin, end.min(period[0])], [begin.max(period[1]), end]];
-        let periods = &mut self.points[place].1;
-        *periods = periods.iter().flat_map(|&own| left(own)).filter(|[begin, end]| begin < end).collect();
+    /// Takes points out, each during a period.
+    pub(crate) fn take_out(&mut self, list: Vec<(usize, Period)>) {
+        let mut all: BTreeMap<usize, Vec<Period>> = std::mem::take(&mut self.points).into_iter().collect();
+        for (point, [from, until]) in list {
+            let left = |[begin, end]: Period| [[begin, end.min(from)], [begin.max(until), end]];
+            let periods = all.entry(point).or_insert_with(|| vec![ALWAYS]);
+            *periods = periods.iter().flat_map(|&own| left(own)).filter(|[begin, end]| begin < end).collect();
+        }
+        self.points = all.into_iter().collect();
     }
 
     /// Bonds a point until `end`.

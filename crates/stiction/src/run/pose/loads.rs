@@ -327,13 +327,24 @@ fn nodal(mesh: &Mesh, spec: &NodalSpec) -> Result<Nodal, Error> {
 
 /// Each cell has one temperature at most.
 pub(crate) fn one_temperature(mesh: &Mesh, loads: &[Load], specs: &[LoadSpec]) -> Result<(), Error> {
-    let mut heated = vec![false; mesh.cell_count()];
-    for (load, spec) in loads.iter().zip(specs) {
-        let Load::Temperature { cells, .. } = load else { continue };
+    let heated = loads.iter().zip(specs).filter_map(|(load, spec)| match load {
+        Load::Temperature { cells, .. } => Some((&cells[..], &spec.spot)),
+        _ => None,
+    });
+    one_temperature_each(mesh.cell_count(), heated)
+}
+
+/// The same of so many cells, by those that loads heat.
+pub(crate) fn one_temperature_each<'a>(
+    count: usize,
+    loads: impl Iterator<Item = (&'a [u32], &'a Spot)>,
+) -> Result<(), Error> {
+    let mut heated = vec![false; count];
+    for (cells, spot) in loads {
         let twice = cells.iter().filter(|&&cell| heated[cell as usize]).count();
         if twice > 0 {
             let what = format!("{twice} cells have a temperature already from a [[load]] above");
-            return Err(spec.spot.error(what, "give each cell one temperature: temperatures do not add up"));
+            return Err(spot.error(what, "give each cell one temperature: temperatures do not add up"));
         }
         cells.iter().for_each(|&cell| heated[cell as usize] = true);
     }

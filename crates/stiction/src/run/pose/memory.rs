@@ -110,7 +110,7 @@ pub(crate) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<
 }
 
 /// Bytes a node of a block costs until its contact is posed.
-pub(super) fn of_block(element: BlockElement) -> f64 {
+pub(crate) fn of_block(element: BlockElement) -> f64 {
     match element {
         BlockElement::Hex8 => Bytes::HEX8,
         BlockElement::Hex20 => Bytes::HEX20,

@@ -19,7 +19,7 @@ use super::travel::{travel, travel_rounding};
 use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
-use crate::contact::{ContactProblem, ContactSurface, pose};
+use crate::contact::{ContactProblem, ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction, pose};
 use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
 use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot, StepSpec};
 use crate::io::text::{number, triple};
@@ -111,10 +111,8 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
     let points = problem.labels.pairs.iter().map(|pair| pair.points.clone());
     let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, case.contacts.iter().zip(points));
-    let nodes = surface_facts.iter().flat_map(|facts| facts.nodes.iter().copied());
-    for (point, period) in held_along_normal(&mesh, &model.dofs, &problem, nodes, &timed) {
-        activity.except(point, period);
-    }
+    let on_obstacles = on_obstacles_at_rest(&surface_facts, &surfaces, &case.contacts);
+    activity.take_out(held_along_normal(&mesh, &model.dofs, &problem, &on_obstacles, &timed));
     let ties = Ties::new(&model.dofs, ties, &mut problem, &mut activity)?;
     problem.validate()?;
     let contacts = surface_facts.into_iter().zip(&surfaces).zip(&case.contacts).map(|((surface, s), spec)| {
@@ -248,6 +246,25 @@ fn coupling_facts(mesh: &Mesh, case: &Case, loading: &Loading) -> Result<Vec<Cou
         Ok(CouplingFacts { name, on, nodes, point, distributing: spec.distributing, force: [x, y, z] })
     };
     case.couplings.iter().zip(&loading.couplings).map(facts).collect()
+}
+
+/// Contact points that press on obstacles at rest, with their nodes. Bonded ones keep their place when a support ends, and those of
+/// interfaces that yield carry what their layer does.
+fn on_obstacles_at_rest(
+    facts: &[SurfaceFacts],
+    surfaces: &[ContactSurface],
+    contacts: &[ContactSpec],
+) -> Vec<(usize, u32)> {
+    let (mut points, mut first) = (Vec::new(), 0);
+    for ((facts, surface), contact) in facts.iter().zip(surfaces).zip(contacts) {
+        let bonded = contact.bonded_until.is_some() || surface.friction == SurfaceFriction::Bonded;
+        let yields = surface.stiffness.is_some() || contact.motion.is_some();
+        if matches!(surface.against, Counterpart::Obstacle(_)) && !bonded && !yields {
+            points.extend((first..).zip(facts.nodes.iter().copied()));
+        }
+        first += facts.nodes.len();
+    }
+    points
 }
 
 fn cyclic_facts(mesh: &Mesh, case: &Case) -> Result<Vec<CyclicFacts>, Error> {

@@ -5,17 +5,20 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::room;
 use super::share::{Divided, Share, Whole, enough, name, sent};
 use crate::Error;
 use crate::contact::Body;
-use crate::io::case::{Case, LoadKind, LoadSpec, MeshSource, MeshSpec, Region};
+use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, MeshSource, MeshSpec, Region};
 use crate::mesh::v3::{Sum, V3, norm, scale, sub};
 use crate::mesh::{
     CornerBox, Cuts, Face, Grid, GridMesh, Grids, Group, Mesh, MeshPiece, Turn, WeightedNode, ascending,
 };
-use crate::ranks::{Ranks, broadcast, from_bytes, gather_all, max, put, sum, take, to_bytes};
+use crate::ranks::{Ranks, agree, broadcast, from_bytes, gather_all, max, put, sum, take, to_bytes};
 use crate::run::pose::MemoryLimit;
-use crate::run::pose::memory::posing_fits;
+use crate::run::pose::activity::ALWAYS;
+use crate::run::pose::loads::one_temperature_each;
+use crate::run::pose::memory::{of_block, posing_fits};
 use crate::run::pose::regions;
 
 /// The grids of a case whose mesh is made of blocks and rings alone; none where something is asked of the inside of the whole:
@@ -38,13 +41,20 @@ pub(super) fn grids(case: &Case) -> Option<Grids> {
     Some(Grids::new(parts.iter().map(part).collect::<Option<_>>()?))
 }
 
-/// The share of each rank; `None`, on all, if rank 0 cannot pose the case on its boundary: what is wrong with it, or whether the
-/// inside has what the boundary lacks, is then a matter of the whole.
-pub(super) fn share(case: &Case, grids: &Grids, ranks: &dyn Ranks) -> Result<Option<Share>, Error> {
-    let whole = (ranks.rank() == 0).then(|| boundary(case, grids, ranks.size()).ok()).flatten();
+/// The share of each rank; why there is none, at rank 0, if it cannot pose the case on its boundary: what is wrong with it, or
+/// whether the inside has what the boundary lacks, is then a matter of the whole.
+pub(super) fn share(case: &Case, grids: &Grids, ranks: &dyn Ranks) -> Result<Result<Share, Option<Error>>, Error> {
+    let (nodes, each) = (grids.sizes()[0] as f64 / ranks.size() as f64, grids.elements().map(of_block));
+    room::part_fits([nodes, each.fold(0.0, f64::max)], &room::limit(case, ranks), ranks)?;
+    let posed = (ranks.rank() == 0).then(|| boundary(case, grids, ranks.size()));
+    let (whole, missing) = match posed {
+        Some(Ok(whole)) => (Some(whole), None),
+        Some(Err(error)) => (None, Some(error)),
+        None => (None, None),
+    };
     let outline = broadcast(ranks, whole.as_ref().map_or(Vec::new(), |whole| Outline::of(whole, grids).to_bytes()));
     if outline.is_empty() {
-        return Ok(None);
+        return Ok(Err(missing));
     }
     let outline = Outline::from_bytes(&outline);
     let nodes = nodes_to_divide(case, grids, &outline, ranks);
@@ -64,14 +74,16 @@ pub(super) fn share(case: &Case, grids: &Grids, ranks: &dyn Ranks) -> Result<Opt
         None if ranks.size() == 1 => 0,
         None => cuts.part(grids.place(number), number),
     };
-    Ok(Some(filled(case, share, (grids, &outline), (&owner, &boxes), ranks)))
+    let share = filled(case, share, (grids, &outline), (&owner, &boxes), ranks);
+    agree(ranks, refuse_two_temperatures(case, &share.piece.mesh))?;
+    Ok(Ok(share))
 }
 
 /// What lies at the boundary, posed.
 fn boundary(case: &Case, grids: &Grids, parts: usize) -> Result<Whole, Error> {
-    let mut made = grids.mesh(grids.boundary_cells());
     let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-    posing_fits(made.nodes.len() as f64, 0.0, &limit)?;
+    posing_fits(grids.boundary_nodes(), 0.0, &limit)?;
+    let mut made = grids.mesh(grids.boundary_cells());
     made.mesh.groups = grids.groups(&made);
     let GridMesh { mesh, nodes, cells } = made;
     Whole::new(case, mesh, (Some([nodes, cells]), grids.sizes()), parts)
@@ -128,7 +140,8 @@ impl Outline {
 fn nodes_to_divide(case: &Case, grids: &Grids, outline: &Outline, ranks: &dyn Ranks) -> Vec<WeightedNode> {
     let [count, _] = grids.sizes();
     let at = |rank: usize| (u128::from(count) * rank as u128 / ranks.size() as u128) as u64;
-    let clamped = case.fixes.iter().filter(|fix| !fix.symmetry && fix.value.iter().all(Option::is_some));
+    let always = |fix: &&FixSpec| fix.during.period(&case.steps) == ALWAYS;
+    let clamped = case.fixes.iter().filter(always).filter(|fix| !fix.symmetry && fix.value.iter().all(Option::is_some));
     let clamped: Vec<Inside> = clamped.map(|fix| Inside::of(&fix.on, grids, outline)).collect();
     let numbers = at(ranks.rank())..at(ranks.rank() + 1);
     let node = |number: u64| {
@@ -313,9 +326,9 @@ fn fill_groups(
     ranks: &dyn Ranks,
 ) {
     let everywhere = Inside::Grids((0..grids.len()).collect());
-    let in_place = |list: Vec<u32>, group: Option<usize>, mesh: &mut Mesh, of: fn(&mut Group) -> &mut Vec<u32>| {
-        let Some(group) = group.map(|k| of(&mut mesh.groups[k])) else { return };
-        *group = ascending(group.iter().copied().chain(list));
+    let add_nodes = |list: Vec<u32>, group: Option<usize>, mesh: &mut Mesh| {
+        let Some(nodes) = group.map(|k| &mut mesh.groups[k].nodes) else { return };
+        *nodes = ascending(nodes.iter().copied().chain(list));
     };
     let named = |mesh: &Mesh, name: String| mesh.groups.iter().position(|group| group.name == name);
     let nodes_in = |inside: &Inside, mesh: &Mesh| -> Vec<u32> {
@@ -330,7 +343,7 @@ fn fill_groups(
                 mesh.groups[group].nodes = here.into_iter().collect();
             }
         }
-        _ => in_place(nodes_in(inside, mesh), group, mesh, |group| &mut group.nodes),
+        _ => add_nodes(nodes_in(inside, mesh), group, mesh),
     };
     for (k, fix) in case.fixes.iter().enumerate() {
         let group = named(mesh, name("fix", k));
@@ -359,11 +372,25 @@ fn fill_groups(
                     max(ranks, &mut heavy);
                     list.retain(|&cell| heavy[0] == 0.0 || density(cell) > 0.0);
                 }
-                in_place(list, group, mesh, |group| &mut group.cells);
+                // All cells here, those of the boundary among them.
+                if let Some(group) = group {
+                    mesh.groups[group].cells = list;
+                }
             }
             _ => {}
         }
     }
+}
+
+/// Each cell has one temperature at most, also inside, which rank 0 does not see.
+fn refuse_two_temperatures(case: &Case, mesh: &Mesh) -> Result<(), Error> {
+    let heated = case.loads.iter().enumerate().filter_map(|(k, load)| match load.kind {
+        LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. } => {
+            Some((&mesh.group(&name("load", k))?.cells[..], &load.spot))
+        }
+        _ => None,
+    });
+    one_temperature_each(mesh.cell_count(), heated)
 }
 
 /// The node nearest to a point, the one with the least number if several are.

@@ -19,7 +19,12 @@ pub(super) fn limit(case: &Case, ranks: &dyn Ranks) -> MemoryLimit {
 
 /// Refuses a piece of a mesh whose matrix some rank has no memory for.
 pub(super) fn piece_fits(mesh: &Mesh, limit: &MemoryLimit, ranks: &dyn Ranks) -> Result<(), Error> {
-    agree(ranks, posing_fits(mesh.nodes.len() as f64, of_mesh(mesh), limit).map_err(|error| named(error, ranks)))
+    part_fits([mesh.nodes.len() as f64, of_mesh(mesh)], limit, ranks)
+}
+
+/// The same of so many nodes, and bytes for each.
+pub(super) fn part_fits([nodes, each]: [f64; 2], limit: &MemoryLimit, ranks: &dyn Ranks) -> Result<(), Error> {
+    agree(ranks, posing_fits(nodes, each, limit).map_err(|error| named(error, ranks)))
 }
 
 /// Refuses a hierarchy that some rank has no memory for.

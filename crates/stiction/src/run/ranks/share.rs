@@ -69,12 +69,14 @@ pub(super) const NO_AXIS: u32 = u32::MAX;
 /// The share of each rank. The mesh is made by all of them where it can be, otherwise made or read and checked by rank 0, which
 /// holds all of it for that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
-    if let Some(grids) = generate::grids(case)
-        && let Some(share) = generate::share(case, &grids, ranks)?
-    {
-        return Ok(share);
+    let mut missing = None;
+    if let Some(grids) = generate::grids(case) {
+        match generate::share(case, &grids, ranks)? {
+            Ok(share) => return Ok(share),
+            Err(error) => missing = error,
+        }
     }
-    let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size()).map(Some) } else { Ok(None) };
+    let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size(), missing).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
     let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);
     let cuts = Cuts::new(ranks, &nodes, ranks.size());
@@ -132,9 +134,10 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    fn made(case: &Case, parts: usize) -> Result<Whole, Error> {
+    /// Of a mesh that is too large to be made the error says what its boundary is `missing`, if that was posed.
+    fn made(case: &Case, parts: usize, missing: Option<Error>) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-        let (mesh, _) = made_mesh(&case.mesh, &limit)?;
+        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(|error| missing.unwrap_or(error))?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         Whole::new(case, mesh, (None, sizes), parts)
     }

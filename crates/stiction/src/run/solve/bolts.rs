@@ -60,9 +60,11 @@ pub(crate) struct BoltSearch {
 /// Forces are met to this multiple of the tolerance of the solver, as a part of the largest.
 const FORCE_TOLERANCE: f64 = 10.0;
 
-/// Bolts that are slackened to less than this part of what they may have carried are as good as loose: forces are met as a part of
-/// this, as a part of nothing they could not be.
+/// Where all bolts are slackened to zero, their forces are met as a part of what the cuts would carry at the shortenings before, times
+/// this: nothing is a part of zero.
 const SLACK: f64 = 1e-3;
+/// A force below this is none, in any unit.
+const NOTHING: f64 = 1e-100;
 
 impl BoltSearch {
     /// From the shortenings `before` (empty: none); `stiffness` is that of each cut.
@@ -85,8 +87,9 @@ impl BoltSearch {
         (0..count).for_each(|k| slope[k][k] = stiffness[sought[k].0]);
         let largest = sought.iter().fold(0.0, |a: f64, s| a.max(s.1.abs()));
         let from = sought.iter().fold(0.0, |a: f64, s| a.max(stiffness[s.0] * old(s.0).abs()));
-        let is_slackened = largest <= SLACK * from;
-        let allowed = FORCE_TOLERANCE * tolerance * largest.max(SLACK * from);
+        let is_slackened = largest == 0.0;
+        let whole = if is_slackened { (SLACK * from).max(NOTHING) } else { largest };
+        let allowed = FORCE_TOLERANCE * tolerance * whole;
         // A linear problem takes twice as many steps as there are bolts; contact opens and closes on top of that.
         BoltSearch { shortening, sought, slope, last: None, allowed, is_slackened, left: 20 + 4 * count }
     }

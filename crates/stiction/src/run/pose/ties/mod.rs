@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashSet};
 use super::activity::{ALWAYS, Activity, Period, within};
 use super::{place, regions};
 use crate::Error;
-use crate::contact::{ContactProblem, Friction};
+use crate::contact::ContactProblem;
 use crate::fem::{DofMap, Field, Fix};
 use crate::io::case::{EquationSpec, Spot};
 use crate::mesh::Mesh;
@@ -158,21 +158,24 @@ pub(crate) fn ties_of_supports(mesh: &Mesh, dofs: &DofMap, supports: &[TimedFix]
     Ok(ties)
 }
 
-/// Contact points, whose nodes are `nodes`, that a support which begins or ends with a step holds along their normals, and when:
-/// their constraint says what the support says already, as that of nodes that are always held, which carry no points. Bonded
-/// points are left in, as they keep their place when the support ends.
+/// Of contact points on obstacles at rest, each with its node, those that a support which begins or ends with a step holds still along
+/// their normals, and when: their constraint says what the support says already, as that of nodes that are always held, which carry no
+/// points. Where a support moves its nodes, or the other surface can come nearer, contact has more to say.
 pub(crate) fn held_along_normal(
     mesh: &Mesh,
     dofs: &DofMap,
     problem: &ContactProblem,
-    nodes: impl Iterator<Item = u32> + Clone,
+    points: &[(usize, u32)],
     supports: &[TimedFix],
 ) -> Vec<(usize, Period)> {
     let mut found = Vec::new();
     for TimedFix { fix, period, .. } in supports {
         let held: HashSet<u32> = fix.nodes.iter().copied().collect();
-        let pressed = |j: &(usize, u32)| held.contains(&j.1) && problem.contact.friction[j.0] != Friction::Bonded;
-        for (j, node) in nodes.clone().enumerate().filter(pressed) {
+        let still = |value: &Option<Field>| matches!(value, None | Some(Field::Constant(0.0)));
+        if !fix.value.iter().all(still) {
+            continue;
+        }
+        for &(j, node) in points.iter().filter(|(_, node)| held.contains(node)) {
             let at = mesh.nodes[node as usize];
             let along = (0..3).filter(|&c| fix.value[c].is_some()).filter_map(|c| fix.axes.direction(c, at));
             let (columns, values) = problem.contact.B.row(j);
@@ -181,7 +184,7 @@ pub(crate) fn held_along_normal(
             let normal = own.fold([0.0; 3], add);
             // The axes of a support are across one another.
             let left = along.fold(normal, |left, axis| sub(left, scale(dot(left, axis), axis)));
-            if norm(left) <= SAME_DIRECTION * norm(normal) {
+            if norm(normal) > 0.0 && norm(left) <= SAME_DIRECTION * norm(normal) {
                 found.push((j, *period));
             }
         }
