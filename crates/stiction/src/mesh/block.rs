@@ -241,10 +241,12 @@ fn cells(block: &Block) -> RawCells {
     RawCells { kind, nodes, ids: Vec::new() }
 }
 
+/// The groups of faces on the sides, across each axis in turn.
+pub(super) const SIDE_NAMES: [&str; 6] = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
+
 /// The six groups of faces: a boundary face lies on the side where all its nodes have the coordinate of that side.
 fn sides(axes: &[Vec<f64>; 3], mesh: &Mesh) -> Vec<super::Group> {
-    let names = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
-    let mut groups = names.map(|name| super::Group { name: name.into(), ..super::Group::default() });
+    let mut groups = SIDE_NAMES.map(|name| super::Group { name: name.into(), ..super::Group::default() });
     for (number, face) in mesh.faces.iter().enumerate() {
         for (c, axis) in axes.iter().enumerate() {
             for (side, end) in [axis[0], axis[axis.len() - 1]].into_iter().enumerate() {
@@ -260,4 +262,4 @@ fn sides(axes: &[Vec<f64>; 3], mesh: &Mesh) -> Vec<super::Group> {
 
 #[cfg(test)]
 #[path = "block_tests.rs"]
-mod tests;
+pub(super) mod tests;

@@ -5,7 +5,7 @@ fn unit(cells: [usize; 3], element: BlockElement) -> Block {
     Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }
 }
 
-const ELEMENTS: [BlockElement; 10] = [
+pub(in crate::mesh) const ELEMENTS: [BlockElement; 10] = [
     BlockElement::Tet10Five { parity: 0 },
     BlockElement::Tet10Five { parity: 1 },
     BlockElement::Tet10Six,

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::block::{axis, corners, parts, shape_error};
+use super::block::{SIDE_NAMES, axis, corners, parts, shape_error};
 use super::ring::{SIDES, ring_error};
 use super::v3::{V3, add, scale};
 use super::{Block, BlockElement, CellKind, Cells, Face, Group, Mesh, MeshArrays, Ring, Turn, ascending};
@@ -15,7 +15,7 @@ use crate::Error;
 /// Places of a corner along the axes, or how far it is from one to another.
 type Step = [i64; 3];
 
-/// The same numbers at a corner within the grid, at its beginning and at its end, along an axis.
+/// Where a corner may be along an axis: within the grid, at its beginning, at its end.
 const KINDS: usize = 3;
 
 /// A block or ring divided into cells, moved to where it is.
@@ -32,9 +32,6 @@ pub struct Grid {
     /// Such edges before each row of corners along x, and of all.
     edges_before: Vec<u64>,
 }
-
-/// Faces of a grid on its sides, the groups of [`block`](super::block()).
-const SIDE_NAMES: [&str; 6] = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
 
 impl Grid {
     /// That of a block, turned and moved.
@@ -464,21 +461,9 @@ impl BlockElement {
 
 #[cfg(test)]
 mod tests {
+    use super::super::block::tests::ELEMENTS;
     use super::super::{block, join, place, ring};
     use super::*;
-
-    const ELEMENTS: [BlockElement; 10] = [
-        BlockElement::Tet4Five { parity: 0 },
-        BlockElement::Tet4Five { parity: 1 },
-        BlockElement::Tet4Six,
-        BlockElement::Hex8,
-        BlockElement::Wedge6,
-        BlockElement::Tet10Five { parity: 0 },
-        BlockElement::Tet10Five { parity: 1 },
-        BlockElement::Tet10Six,
-        BlockElement::Hex20,
-        BlockElement::Wedge15,
-    ];
 
     /// The whole by counting is that which is built from its cells.
     #[test]
