@@ -130,6 +130,13 @@ impl Dual {
         self.factor.solve(&force)
     }
 
+    /// What the multipliers `lambda` add to the displacements, `-K⁻¹ Bᵀ lambda`, length `n`.
+    pub fn response(&self, problem: &ContactProblem, lambda: &[f64]) -> Vec<f64> {
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        let force: Vec<f64> = problem.contact.B.transpose_times(lambda).iter().map(|b| -b).collect();
+        self.factor.solve(&force)
+    }
+
     /// Improves `u`, a [displacement](Self::displacement) under `lambda`, by a step of iterative refinement with the residual
     /// in twice the precision (Wilkinson 1963): the compliance of a slender body turns the rounding of its factor into
     /// displacements that contact notices.

@@ -31,6 +31,7 @@ mod passing;
 mod plane_decks;
 mod published;
 mod quadratic;
+mod slender;
 mod smallness;
 mod steps;
 mod supports;

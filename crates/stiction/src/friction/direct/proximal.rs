@@ -11,10 +11,10 @@ struct Threshold;
 impl Threshold {
     /// The parameter over that of the residual. It grows by `Self::FACTOR` with every change of the multipliers, and falls where
     /// `Self::PATIENCE` steps did not arrive: the larger it is, the fewer changes, and the sharper the bends of the energy.
-    const FIRST: f64 = 10.0;
+    const FIRST: f64 = 1e-3;
     const FACTOR: f64 = 10.0;
     const PATIENCE: usize = 12;
-    const SMALLEST: f64 = 1e-2;
+    const SMALLEST: f64 = 1e-6;
     /// Beyond this the proximal term is lost in rounding.
     const LARGEST: f64 = 1e8;
     /// The energy of a set of multipliers is minimised until the multipliers it gives differ from their images by this part

@@ -10,7 +10,7 @@ use crate::friction::law::{V3, frozen, parameters, projection};
 use crate::friction::solution::{Counts, End, Phase, Progress, Settings, Solution, SolverPath, Status};
 use crate::friction::strength::solve_with_strength;
 use crate::friction::system::{
-    Descent, Iterate, Newton, Observe, Rules, accelerated_gradients, by_component, by_point, length, newton,
+    Descent, Iterate, Newton, Observe, Rules, System, accelerated_gradients, by_component, by_point, length, newton,
 };
 use crate::linalg::{Watch, axpy, norm};
 
@@ -46,8 +46,10 @@ impl Threshold {
     /// Gradient steps after a stall, and what the parameter of the residual is divided by then.
     const GRADIENT_STEPS: usize = 20;
     const SMALLER_PARAMETER: f64 = 3.0;
-    /// Relative residual to which a step of the fixed point is solved.
-    const FIXED_POINT_TARGET: f64 = 1e-6;
+    /// Relative accuracy of the step that takes back what rounding has left.
+    const CORRECTION: f64 = 1e-6;
+    /// Part of the residual of the law itself, at most one, to which a step of the fixed point is solved.
+    const FIXED_POINT_PART: f64 = 1e-2;
 }
 
 /// What a stage of the strategy runs.
@@ -255,7 +257,10 @@ impl<'a> Solver<'a> {
             return End::Limit;
         }
         self.counts.fixed_point_steps += 1;
-        let (frozen, target) = (self.frozen_laws(), tolerance.max(Threshold::FIXED_POINT_TARGET));
+        let frozen = self.frozen_laws();
+        let law = self.newton(self.friction(), &self.r, tolerance);
+        let residual = law.merit(&self.at) / law.weighed(&self.at.lambda).max(f64::MIN_POSITIVE);
+        let target = tolerance.max(Threshold::FIXED_POINT_PART * residual.min(1.0));
         match self.steps(proximal, &frozen, Phase::FixedPoint, 1.0, target, observer) {
             End::Stalled => self.gradient_steps(),
             End::Converged => {}
@@ -379,14 +384,35 @@ impl<'a> Solver<'a> {
         self.settle();
     }
 
+    /// Takes the displacements of one more Newton step. A slender body turns the last digit of the multipliers into displacements
+    /// that contact notices (a belt of 0.5 around a radius of 100: 1e-6 of its forces): the multipliers cannot hold what
+    /// this step adds to them, and equilibrium does not notice it.
+    fn correct(&mut self, u: &mut [f64], tolerance: f64) {
+        let newton = self.newton(self.friction(), &self.r, tolerance);
+        let laws = newton.linearised(&self.at, f64::INFINITY);
+        let Some(step) = self.system.step(&self.at, &laws, Threshold::CORRECTION) else { return };
+        let next = self.system.advance(&self.at, 1.0, &step);
+        if !step.resisted || newton.merit(&next) >= newton.merit(&self.at) {
+            return;
+        }
+        axpy(1.0, &self.dual().response(self.problem, &by_component(&step.lambda)), u);
+        self.dual().floating.motions.add(&step.alpha, u);
+        self.at = next;
+    }
+
     /// Makes the multipliers admissible, recomputes everything from them and lets the certificate judge.
     fn finish(&mut self, end: End, tolerance: f64) -> Solution {
         let states = self.newton(self.friction(), &self.r, tolerance).states(&self.at);
         let mut lambda = by_component(&self.at.lambda);
         make_admissible(self.friction(), &mut lambda);
         self.at.lambda = by_point(&lambda);
-        let u = self.displacement(&lambda);
+        let mut u = self.displacement(&lambda);
         self.at.v = by_point(&self.problem.gap_and_slip(&u));
+        if self.refines {
+            self.correct(&mut u, tolerance);
+            lambda = by_component(&self.at.lambda);
+            make_admissible(self.friction(), &mut lambda);
+        }
         self.given.out_of_isotropic(&mut lambda);
         let certificate = certify(self.given, &u, &lambda, tolerance);
         let status = end.status(certificate.passed);

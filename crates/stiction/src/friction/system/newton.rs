@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use super::{Iterate, System, length};
+use super::{Iterate, Step, System, length};
 use crate::contact::Friction;
 use crate::friction::law::{Linearisation, V3, augmented, residual, state};
 use crate::friction::{End, PointState};
@@ -31,6 +31,10 @@ impl Threshold {
     const MEMORY: usize = 4;
     /// Part of the residual by which a full step has to lower it.
     const DECREASE: f64 = 1e-4;
+    /// Relative accuracy of a step that is taken again where one of less was no descent: a thin strip bends far under small
+    /// differences of forces, and its residual rises by what the inner iteration left (a belt around a cylinder is not solved
+    /// without).
+    const FINE: f64 = 1e-9;
     /// Relative residual below which friction follows the normal force whatever the coefficient.
     const NEAR: f64 = 0.1;
 }
@@ -136,24 +140,30 @@ pub(crate) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
         let quadratic = (0.3 * target / theta).max(0.1 * relative).min(on.rules.accuracy);
         let accuracy = if now == previous { quadratic } else { on.rules.accuracy };
         let largest_slope = if theta < Threshold::NEAR * scale { f64::INFINITY } else { on.rules.largest_slope };
-        let step = on.system.step(at, &on.linearised(at, largest_slope), accuracy);
+        let laws = on.linearised(at, largest_slope);
         // A motion that nothing resists would be as long as rounding makes it.
-        let Some(step) = step.filter(|step| step.resisted) else { return End::Stalled };
+        let step = |accuracy: f64| on.system.step(at, &laws, accuracy).filter(|step| step.resisted);
+        let Some(first) = step(accuracy) else { return End::Stalled };
         recent.push(theta);
         let highest = recent.iter().rev().take(Threshold::MEMORY).fold(0.0, |a: f64, &b| a.max(b));
-        let lengths = std::iter::successors(Some(1.0), |t| Some(0.5 * t)).take_while(|t| *t >= on.rules.shortest);
-        let trial = |t: f64| {
-            let next = on.system.advance(at, t, &step);
+        let trial = |step: &Step, t: f64| {
+            let next = on.system.advance(at, t, step);
             let theta = on.merit(&next);
             (next, theta)
         };
-        let falls = |t: f64| Some(trial(t)).filter(|(_, theta)| *theta <= (1.0 - Threshold::DECREASE * t) * highest);
-        let next = match { lengths }.find_map(falls) {
+        let search = |step: &Step| {
+            let mut lengths =
+                std::iter::successors(Some(1.0), |t| Some(0.5 * t)).take_while(|t| *t >= on.rules.shortest);
+            let falls = |(_, theta): &(Iterate, f64), t: f64| *theta <= (1.0 - Threshold::DECREASE * t) * highest;
+            lengths.find_map(|t| Some(trial(step, t)).filter(|next| falls(next, t)))
+        };
+        let next = search(&first).or_else(|| search(&step(Threshold::FINE).filter(|_| accuracy > Threshold::FINE)?));
+        let next = match next {
             Some(next) => next,
             None if leaps < on.rules.leaps => {
                 leaps += 1;
                 recent.clear();
-                trial(1.0)
+                trial(&first, 1.0)
             }
             None => return End::Stalled,
         };
