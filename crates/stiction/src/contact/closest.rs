@@ -18,6 +18,8 @@ const FILLET: f64 = 1e-3;
 const BESIDE: f64 = 1e-7;
 /// A triangle faces the body if the cosine between its normal and the outward normal of the body is less than minus this.
 const FACING: f64 = 0.05;
+/// A triangle lies face to face with the body if that cosine is less than minus this: within 25 degrees.
+const PARALLEL: f64 = 0.9;
 /// Distances below this part of the diagonal are rounding.
 const ROUNDING: f64 = 1e-14;
 
@@ -35,11 +37,15 @@ impl Triangles {
     /// `None` beyond the border of an open surface, where there is nothing to meet.
     ///
     /// Of triangles as near as others those count that face a body with the outward normal `facing`: in a corner a floor
-    /// meets the floor. Where only a triangle that looks away is near, that is the answer.
+    /// meets the floor. Where only a triangle that looks away is near, that is the answer. `None` also beside a sharp edge of a
+    /// triangle that lies face to face with the body.
     pub(super) fn distance(&self, x: V3, facing: Option<V3>) -> Option<(f64, V3)> {
         let any = self.nearest(x, |_| true);
         let Some(facing) = facing else { return any };
         let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };
+        if let Some(found) = self.face_to_face(x, |t| sign * dot(self.normal(t), facing) < -PARALLEL) {
+            return found;
+        }
         match (any, self.nearest(x, |t| sign * dot(self.normal(t), facing) < -FACING)) {
             // Beside the surface a feature that is not the nearest tells no side.
             (Some((far, _)), Some((near, _))) if far > 0.0 && near < 0.0 => any,
@@ -47,6 +53,39 @@ impl Triangles {
             (_, Some(found)) => Some(found),
             _ => any,
         }
+    }
+
+    /// At a sharp edge of a triangle that lies face to face with the body, as `parallel` says: the distance from that triangle and
+    /// its own normal, up to a fillet beside the edge; the mean of its two sides would push the body along the face, and
+    /// what lies farther beside it slides past the edge. None where no such triangle is nearest, or no such edge is near.
+    fn face_to_face(&self, x: V3, parallel: impl Fn(u32) -> bool) -> Option<Option<(f64, V3)>> {
+        let weights = |t: u32| weights_on_triangle(x, self.corners(t));
+        let distance2 = |t: u32| {
+            let d = self.offset(x, t, weights(t));
+            dot(d, d)
+        };
+        let (_, least) = self.tree.nearest(x, f64::INFINITY, distance2)?;
+        let (t, here) =
+            self.tree.nearest(x, f64::INFINITY, |t| if parallel(t) { distance2(t) } else { f64::INFINITY })?;
+        if !parallel(t) || here.sqrt() > least.sqrt() + ROUNDING * self.size {
+            return None;
+        }
+        let (w, fillet) = (weights(t), FILLET * self.size);
+        let feature = feature(w);
+        let near = |k: usize| self.sharp[t as usize][k] && self.off_edge(t, k, w) < fillet;
+        if !self.is_sharp(t, feature) && !(0..3).any(near) {
+            return None;
+        }
+        let (apart, plane) = (self.offset(x, t, w), self.normal(t));
+        let height = dot(apart, plane);
+        if norm(sub(apart, scale(height, plane))) > fillet {
+            return Some(None);
+        }
+        let (distance, normal) = (height - self.bulge(t, w), self.smooth_normal(t, w));
+        Some(Some(match self.side {
+            Side::Outside => (distance, normal),
+            Side::Inside => (0.0 - distance, normal.map(|c| 0.0 - c)),
+        }))
     }
 
     /// Whether what moves from `x` by `way` passes from the body's side of the surface to the other, and not back.

@@ -18,6 +18,7 @@ mod normals;
 mod obstacle;
 mod overlap;
 mod pair;
+mod patches;
 mod points;
 mod pose;
 mod posed;

@@ -14,12 +14,13 @@
 //! Warped faces are taken as flat, along the mean normal of the slave face, and the coupling is that of the reference
 //! configuration.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
 use super::flat::{Flat, P2, area, bounds, clip, quadrature};
 use super::obstacle::unit;
+use super::patches::keep_nearest_part;
 use super::tributary::{END, ends, positive};
 use crate::fem::face_coordinates;
 use crate::mesh::shape::FACE_NODES;
@@ -53,6 +54,8 @@ pub(super) struct Met {
     pub covered: f64,
     /// The area of the flat pieces that stand for the face.
     pub flat: f64,
+    /// From the face to what it meets, without sign, in the mean; length.
+    pub distance: f64,
     /// Whether a face of the other surface that looks the same way lies over or under it.
     pub averted: bool,
 }
@@ -103,25 +106,26 @@ impl Seen {
 pub(super) fn meet(mesh: &Mesh, slave: &[u32], master: &[u32], search: f64, averted: bool) -> Vec<Met> {
     let tree = Tree::new(master.iter().map(|&face| Bounds::around(face_coordinates(mesh, face))).collect());
     let of = |&face: &u32| {
-        let found = met(mesh, face, master, &tree, search, false).unwrap_or_default();
+        let found = met(mesh, face, master, &tree, search, [false, averted]).unwrap_or_default();
         let again = averted && found.averted && found.covered == 0.0;
-        if again { met(mesh, face, master, &tree, search, true).unwrap_or(found) } else { found }
+        if again { met(mesh, face, master, &tree, search, [true; 2]).unwrap_or(found) } else { found }
     };
     slave.par_iter().map(of).collect()
 }
 
 /// The part of a slave face under one master face, or a piece of both.
-struct Segment {
-    face: u32,
+pub(super) struct Segment {
+    pub face: u32,
     /// Place of the master face among those that were looked at.
     seen: usize,
-    polygon: Vec<P2>,
+    pub polygon: Vec<P2>,
     /// Of its middle, from the slave face to the master face along the normal; length.
-    distance: f64,
+    pub distance: f64,
 }
 
-/// With `same` what looks the same way is met, otherwise what looks back.
-fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, same: bool) -> Option<Met> {
+/// With `same` what looks the same way is met, otherwise what looks back. With `every` all parts of the other surface are met, not
+/// the nearest alone.
+fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, every]: [bool; 2]) -> Option<Met> {
     let plane = Plane::of_face(mesh, face)?;
     let own = face_coordinates(mesh, face);
     let slave = plane.see(&own);
@@ -164,15 +168,20 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, same: b
         }
     }
     keep_nearest(&mut segments, whole);
+    if !every {
+        keep_nearest_part(mesh, &mut segments, whole);
+    }
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
     if covered < LEAST_PART * whole {
         return Some(Met { averted, flat: whole, ..Met::default() });
     }
+    let distance = segments.iter().map(|s| area(&s.polygon) * s.distance.abs()).sum::<f64>() / covered;
     couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
         areas,
         masters,
         covered,
         flat: whole,
+        distance,
         averted,
     })
 }
@@ -270,21 +279,25 @@ type Carriers = BTreeMap<u32, Vec<(u32, f64)>>;
 
 /// Middles of edges (`edges`) leave their functions to other middles where there are any: ends of the edge would depend
 /// on one another through it.
-fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl Fn(u32) -> bool) -> Carriers {
-    let mut near: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl Fn(u32, u32) -> bool) -> Carriers {
+    // For each dropped node the others of its faces, and whether those keep theirs in any.
+    let mut near: BTreeMap<u32, BTreeMap<u32, bool>> = BTreeMap::new();
     for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         let nodes = mesh.faces[face as usize].nodes();
-        for &node in nodes.iter().filter(|&&node| !keep(node)) {
-            near.entry(node).or_default().extend(nodes.iter().filter(|&&other| other != node));
+        for &node in nodes.iter().filter(|&&node| !keep(face, node)) {
+            let near = near.entry(node).or_default();
+            nodes.iter().filter(|&&other| other != node).for_each(|&o| *near.entry(o).or_default() |= keep(face, o));
         }
     }
     let mut carriers = Carriers::new();
     for _ in 0..RINGS {
         let mut ring = Carriers::new();
         for (&node, others) in near.iter().filter(|(node, _)| !carriers.contains_key(node)) {
-            let is_kept_middle = |other: &&u32| edges.contains_key(other) && keep(**other);
+            let is_kept_middle = |(other, kept): &(&u32, &bool)| edges.contains_key(other) && **kept;
             let middles = edges.contains_key(&node) && others.iter().any(|other| is_kept_middle(&other));
-            let of = |other: &u32| if keep(*other) { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() };
+            let of = |(other, kept): (&u32, &bool)| {
+                if *kept { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() }
+            };
             let known: Vec<Vec<(u32, f64)>> =
                 others.iter().filter(|other| !middles || is_kept_middle(other)).filter_map(of).collect();
             let part = 1.0 / known.len() as f64;
@@ -299,12 +312,13 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl 
     carriers
 }
 
-/// The rows of the slave nodes that `keep` keeps, ascending by node, and the covered area no row stands for.
+/// The rows of the slave nodes that `keep` keeps in a face (its arguments), ascending by node, and the covered area no row
+/// stands for.
 ///
 /// A dropped node `q` leaves its function to the kept nodes next to it, `psi_j + sum_q c_jq psi_q`, `sum_j c_jq = 1`: the
 /// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
 /// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
-pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -> bool) -> (Vec<Row>, f64) {
+pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32, u32) -> bool) -> (Vec<Row>, f64) {
     let edges = edges(mesh, slave);
     let carriers = carriers(mesh, slave, met, &edges, &keep);
     let mut sums: HashMap<u32, Sums> = HashMap::new();
@@ -312,7 +326,7 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32) -
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate() {
-            if keep(node) {
+            if keep(face, node) {
                 let own = sums.entry(node).or_default();
                 own.area += met.areas[i];
                 own.add(met, i, 1.0);

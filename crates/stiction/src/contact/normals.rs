@@ -29,9 +29,10 @@ struct Edge {
 /// The outward normal of each node of the faces, ascending, averaged over the faces.
 ///
 /// Half of the faces around a node on a plane of symmetry are not there: where the surface goes on smoothly beyond the
-/// plane its normal lies in the plane. Such a plane is recognised by displacements prescribed to be zero across it.
-pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap) -> Vec<(u32, V3)> {
-    let mut normals = turned_together(normal_sums(mesh, faces), dofs);
+/// plane its normal lies in the plane. Such a plane is recognised by displacements prescribed to be zero across it. A face
+/// that does not count for a node (the arguments of `counts`) has no part in its normal.
+pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap, counts: &dyn Fn(u32, u32) -> bool) -> Vec<(u32, V3)> {
+    let mut normals = turned_together(normal_sums(mesh, faces, counts), dofs);
     let of: HashMap<u32, V3> = normals.iter().copied().collect();
     let across = planes(mesh, faces, dofs);
     let constrained = |node: u32, d: V3| still(dofs, node).map(|q| dot(q, d).powi(2)).sum::<f64>() > 1.0 - SAME;
@@ -134,7 +135,7 @@ mod tests {
         let wall = mesh.face_nodes(&mesh.group("x-min").unwrap().faces);
         let fix = Fix { nodes: wall, value: [Some(Field::Constant(0.0)), None, None], ..Fix::default() };
         let dofs = dof_map(&mesh, &[fix], 1.0).unwrap();
-        let normals = normals(&mesh, &mesh.group("z-max").unwrap().faces, &dofs);
+        let normals = normals(&mesh, &mesh.group("z-max").unwrap().faces, &dofs, &|_, _| true);
         normals.into_iter().map(|(node, n)| (mesh.nodes[node as usize][0], n)).collect()
     }
 

@@ -11,6 +11,7 @@ use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
+use super::patches::Patches;
 use super::points::{Point, prescribed, refuse_dragging};
 use super::slave_choice::face_size;
 use super::surface::SEARCH;
@@ -72,10 +73,12 @@ pub(super) fn points_of_pair(
         ..PairFacts::default()
     };
     let mut found = SurfaceFacts::named(&surface.name);
-    let outward = normals(mesh, &surface.faces, dofs);
-    let frames = frames(mesh, dofs, surface, master, &met, &outward, taken, &mut facts, &mut found);
+    let patches = Patches::new(mesh, &surface.faces, &met, tied);
+    let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
+    let frames = frames(mesh, dofs, surface, master, (&met, &patches), &outward, taken, &mut facts, &mut found);
     let outward: HashMap<u32, V3> = outward.into_iter().collect();
-    let (rows, lost) = rows(mesh, &surface.faces, &met, |node| frames.contains_key(&node));
+    let keep = |face: u32, node: u32| frames.contains_key(&node) && patches.carries(face, node);
+    let (rows, lost) = rows(mesh, &surface.faces, &met, keep);
     found.dropped_area = lost;
     for row in rows {
         let (normal, mut frame) = frames[&row.node];
@@ -155,7 +158,7 @@ fn frames(
     dofs: &DofMap,
     surface: &ContactSurface,
     master: &Master,
-    met: &[Met],
+    (met, patches): (&[Met], &Patches),
     outward: &[(u32, V3)],
     taken: &HashSet<u32>,
     facts: &mut PairFacts,
@@ -164,7 +167,7 @@ fn frames(
     let mut covered: HashMap<u32, f64> = HashMap::new();
     for (&face, met) in surface.faces.iter().zip(met) {
         for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
-            *covered.entry(node).or_default() += area;
+            *covered.entry(node).or_default() += if patches.carries(face, node) { area } else { 0.0 };
         }
     }
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();

@@ -4,12 +4,13 @@ use std::collections::HashSet;
 
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
+use super::mortar::FACING;
 use super::tributary::{TributaryArea, areas_on_obstacle};
 use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts, SurfaceFriction};
 use crate::Error;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{dot, norm};
+use crate::mesh::v3::{add, dot, norm, scale};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -49,7 +50,14 @@ pub(super) fn points_on_obstacle(
         return Err(Error::new("", "the contact surface has no faces", "name a group of boundary faces in `on`"));
     }
     let mut facts = SurfaceFacts::named(&surface.name);
-    let outward = nodal_normals(mesh, &surface.faces);
+    let tied = surface.friction == SurfaceFriction::Bonded;
+    let facing = faces_that_look(mesh, &surface.faces, obstacle).filter(|_| !tied);
+    let faces = facing.as_ref().unwrap_or(&surface.faces);
+    let outward = nodal_normals(mesh, faces);
+    if facing.is_some() {
+        facts.looking_away = mesh.face_nodes(&surface.faces).len() - outward.len();
+        facts.area = area_of(mesh, &surface.faces) - area_of(mesh, faces);
+    }
     let negligible = ROUNDING * dofs.value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     let distance_of = |node: u32| -> Result<Option<(f64, [f64; 3])>, Error> {
         let x = mesh.nodes[node as usize];
@@ -61,7 +69,7 @@ pub(super) fn points_on_obstacle(
         }
         Ok(found)
     };
-    'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, &surface.faces).into_iter().zip(&outward) {
+    'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, faces).into_iter().zip(&outward) {
         let (unity_sum, TributaryArea { node, area, others }) = (patch.unity_sum(), patch);
         let x = mesh.nodes[node as usize];
         if area <= 0.0 {
@@ -77,6 +85,10 @@ pub(super) fn points_on_obstacle(
             facts.beyond += 1;
             continue;
         };
+        if facing.is_some() && dot(outward, away) >= FACING {
+            facts.looking_away += 1;
+            continue;
+        }
         let mut measured = distance;
         for &(other, weight) in &others {
             let Some((distance, _)) = distance_of(other)? else {
@@ -88,7 +100,6 @@ pub(super) fn points_on_obstacle(
         let normal = away.map(|c| 0.0 - c); // towards the obstacle; 0 - c keeps zeros positive
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|p| p.is_none());
-        let tied = surface.friction == SurfaceFriction::Bonded;
         if tied {
             refuse_moving_tied(&constrained, negligible, node, x)?;
         }
@@ -147,6 +158,24 @@ pub(super) fn points_on_obstacle(
         return Err(Error::new("", what, "leave nodes of the contact surface free to move towards the obstacle"));
     }
     Ok(facts)
+}
+
+/// Those of the faces that look at the obstacle; `None` where all do, or none does. A side face that shares an edge with them would
+/// add to what the nodes there stand for.
+fn faces_that_look(mesh: &Mesh, faces: &[u32], obstacle: &Obstacle) -> Option<Vec<u32>> {
+    let looks = |face: &u32| {
+        let corners = mesh.faces[*face as usize].corners();
+        let sum = corners.iter().fold([0.0; 3], |sum, &corner| add(sum, mesh.nodes[corner as usize]));
+        let normal = mesh.face_normal(*face as usize);
+        let found = obstacle.distance_facing(scale(1.0 / corners.len() as f64, sum), normal);
+        found.is_none_or(|(_, away)| dot(normal, away) < FACING)
+    };
+    let looking: Vec<u32> = faces.iter().copied().filter(looks).collect();
+    (!looking.is_empty() && looking.len() < faces.len()).then_some(looking)
+}
+
+fn area_of(mesh: &Mesh, faces: &[u32]) -> f64 {
+    faces.iter().map(|&face| mesh.face_area(face as usize)).sum()
 }
 
 /// The prescribed components of a node, along its own axes where it is turned.

@@ -216,6 +216,8 @@ pub struct SurfaceFacts {
     pub beyond: usize,
     /// Points whose outward normal does not face the obstacle.
     pub facing_away: usize,
+    /// Nodes of faces that look away from the obstacle, where others look at it: dropped.
+    pub looking_away: usize,
     /// Area of dropped nodes, which carries no contact force.
     pub dropped_area: f64,
     /// For contact between two surfaces.

@@ -43,7 +43,7 @@ pub fn face_coordinates(mesh: &Mesh, face: u32) -> Vec<V3> {
 /// If a face does not exist.
 pub fn nodal_normals(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, V3)> {
     let unit = |(node, sum, size): (u32, V3, f64)| (node, direction(sum, size));
-    normal_sums(mesh, faces).into_iter().map(unit).collect()
+    normal_sums(mesh, faces, &|_, _| true).into_iter().map(unit).collect()
 }
 
 /// A vector of length one along a sum of normals whose lengths add up to `size`; zero where they cancel.
@@ -53,13 +53,14 @@ pub(crate) fn direction(sum: V3, size: f64) -> V3 {
     if length > 1e-12 * size { scale(1.0 / length, sum) } else { [0.0; 3] }
 }
 
-/// The normals of the faces around each node, ascending, as long as their areas: their sum and the sum of their lengths.
-pub(crate) fn normal_sums(mesh: &Mesh, faces: &[u32]) -> Vec<(u32, V3, f64)> {
+/// The normals of the faces around each node, ascending, as long as their areas: their sum and the sum of their lengths, of
+/// the faces that count for the node (the arguments of `counts`).
+pub(crate) fn normal_sums(mesh: &Mesh, faces: &[u32], counts: &dyn Fn(u32, u32) -> bool) -> Vec<(u32, V3, f64)> {
     let mut sums: Vec<(u32, V3, f64)> = mesh.face_nodes(faces).into_iter().map(|node| (node, [0.0; 3], 0.0)).collect();
     for &face in faces {
         let (x, nodes) = (face_coordinates(mesh, face), mesh.faces[face as usize].nodes());
         let normals = if x.len() > 4 { normals_at_nodes(&x) } else { normals_around_nodes(&x) };
-        for (&node, normal) in nodes.iter().zip(normals) {
+        for (&node, normal) in nodes.iter().zip(normals).filter(|(node, _)| counts(face, **node)) {
             let place = sums.partition_point(|entry| entry.0 < node);
             let (_, sum, size) = &mut sums[place];
             (*sum, *size) = (add(*sum, normal), *size + norm(normal));

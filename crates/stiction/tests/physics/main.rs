@@ -14,6 +14,7 @@ mod deck_changes;
 mod deck_files;
 mod decks;
 mod discretisation;
+mod edges;
 mod equations;
 mod error_bound;
 mod exact_answers;

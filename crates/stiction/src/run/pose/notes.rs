@@ -46,6 +46,8 @@ impl ContactFacts {
         let guided = if self.friction == SurfaceFriction::None { 0 } else { s.guided };
         note(guided, format!("{guided} points are guided: friction acts in their free directions only"));
         note(s.beyond, format!("{} nodes lie beyond the border of the obstacle and meet nothing", s.beyond));
+        let away = s.looking_away;
+        note(away, format!("{away} nodes are on faces that look away from the obstacle, and carry no contact force"));
         note(
             s.facing_away,
             format!("{} points face away from the obstacle; check the normal or `side` of the obstacle", s.facing_away),

@@ -258,12 +258,15 @@ pub(crate) fn solve_again(
 pub(crate) fn tightened_by_multigrid(
     prepared: &Prepared,
     settings: &Settings,
-    sought: &[SoughtForce],
+    (sought, direct_has_failed): (&[SoughtForce], bool),
     kept: &mut Kept,
     observer: &mut Watch<Event>,
 ) -> Result<Option<(Tightened, Seconds)>, Error> {
     let (problem, mut solver) = (&prepared.problem, settings.solver.clone());
-    if sought.is_empty() || settings.method.method != Method::Newton || !kept.begins_with_multigrid(problem, &solver) {
+    if sought.is_empty() || settings.method.method != Method::Newton {
+        return Ok(None);
+    }
+    if !direct_has_failed && !kept.begins_with_multigrid(problem, &solver) {
         return Ok(None);
     }
     let mut clock = Clock::new();

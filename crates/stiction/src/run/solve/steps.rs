@@ -280,16 +280,18 @@ fn tighten(
     prepared.loading.lost.clone_from(&march.lost);
     let base = load_state(prepared, t)?;
     let targets = prepared.loading.targets(march.at.step, t)?;
-    let before = &march.body.loads.initial.shortening;
+    let before = march.body.loads.initial.shortening.clone();
     let stiffness: Vec<f64> = prepared.loading.bolts.iter().map(|bolt| bolt.cut.stiffness).collect();
-    let mut search = BoltSearch::new(&stiffness, &targets, before, settings.solver.tolerance);
+    let mut search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
-    let mut from = None;
+    let (mut from, mut failed) = (None, false);
     // From rest the shortenings are far from the final ones, and a flange finds its sets only from a solve with fixed ones.
     let mut tries_together = if search.may_be_found_together() { 2 } else { 0 };
+    // Where the factor fails multigrid is tried, as it is for a solve without bolts.
+    let mut changes_over = settings.solver.path == SolverPath::Auto && search.may_be_found_together();
     loop {
         let mut loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);
@@ -300,7 +302,7 @@ fn tighten(
             let solver = friction::Settings { start_displacement, ..settings.solver.clone() };
             let with_start = Settings { solver, ..settings.clone() };
             let sought = sought_forces(prepared, search.sought());
-            let together = tightened_by_multigrid(prepared, &with_start, &sought, kept, observer)?;
+            let together = tightened_by_multigrid(prepared, &with_start, (&sought, failed), kept, observer)?;
             // Where it is solved, or multigrid is not for the problem, there is nothing to try again.
             if together.as_ref().is_none_or(|(found, _)| found.solved) {
                 tries_together = 0;
@@ -324,6 +326,11 @@ fn tighten(
         if solved && strength::lose(prepared, &outcome.solution.states) {
             from = Some((outcome.solution.lambda, outcome.solution.u));
             march.attempts -= 1;
+            continue;
+        }
+        if changes_over && matches!(outcome.solution.status, Status::MaxIterations | Status::Stalled) {
+            (changes_over, failed, tries_together) = (false, true, 1);
+            search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
             continue;
         }
         let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
