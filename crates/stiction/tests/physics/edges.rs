@@ -198,12 +198,6 @@ block = {{ size = [20, 20, 10], cells = [4, 4, 2], element = "hex8" }}
 [materials.steel]
 young = 210e3
 poisson = 0.3
-[[fix]]
-on = {{ point = [0, 0, 10] }}
-components = "y"
-[[fix]]
-on = {{ point = [20, 0, 10] }}
-components = "y"
 [[load]]
 on = "z-max"
 force = [{push}, 0, -1000]

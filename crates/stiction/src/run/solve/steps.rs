@@ -328,13 +328,14 @@ fn tighten(
             march.attempts -= 1;
             continue;
         }
-        if changes_over && matches!(outcome.solution.status, Status::MaxIterations | Status::Stalled) {
+        let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
+        let found = search.next(&forces);
+        let stalls = matches!(outcome.solution.status, Status::MaxIterations | Status::Stalled);
+        if changes_over && (stalls || solved && found == ControlFlow::Break(false)) {
             (changes_over, failed, tries_together) = (false, true, 1);
             search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
             continue;
         }
-        let forces = bolt_states(prepared, &outcome).iter().map(|bolt| bolt.force).collect::<Vec<f64>>();
-        let found = search.next(&forces);
         if !solved || found.is_break() {
             if solved && found == ControlFlow::Break(false) {
                 outcome.solution.status = Status::Stalled;
