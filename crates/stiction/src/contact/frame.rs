@@ -4,10 +4,21 @@ use super::obstacle::unit;
 use crate::fem::DofMap;
 use crate::mesh::v3::{cross, norm};
 
-/// [`frame`] at a node: `free` are its components, along its own axes where it is turned.
-pub(super) fn frame_at(dofs: &DofMap, node: u32, normal: [f64; 3], free: [bool; 3]) -> Option<[[f64; 3]; 3]> {
-    let axes = frame(dofs.components(node, normal), free)?;
-    Some(axes.map(|v| dofs.vector(node, v)))
+/// [`frame`] at a node: `free` are its components, along its own axes where it is turned. In those that `slides` names the other
+/// body moves along the surface: there are tangents as if the node were free.
+pub(super) fn frame_at(
+    dofs: &DofMap,
+    node: u32,
+    normal: [f64; 3],
+    free: [bool; 3],
+    slides: [bool; 3],
+) -> Option<[[f64; 3]; 3]> {
+    let normal = dofs.components(node, normal);
+    let [within, mut first, mut second] = frame(normal, free)?;
+    if slides.contains(&true) {
+        [_, first, second] = frame(normal, [0, 1, 2].map(|c| free[c] || slides[c]))?;
+    }
+    Some([within, first, second].map(|v| dofs.vector(node, v)))
 }
 
 /// [`tied_frame`] at a node.

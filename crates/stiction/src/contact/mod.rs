@@ -8,6 +8,7 @@ mod flat;
 mod followers;
 mod frame;
 mod friction_law;
+mod held;
 mod hull;
 mod isotropic;
 mod law;

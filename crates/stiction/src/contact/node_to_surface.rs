@@ -8,6 +8,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
+use super::held::{Below, is_held_along};
 use super::mortar::{FACING, Plane, Row};
 use super::pair::{default_search, initial_gap};
 use super::points::{Point, prescribed, refuse_dragging};
@@ -138,7 +139,7 @@ pub(super) fn points_of_nodes(
         };
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
-        let frame = frame_at(dofs, node, normal, free);
+        let frame = frame_at(dofs, node, normal, free, [false; 3]);
         let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         let mut frame = match frame {
             _ if others.contains(&node) => {
@@ -156,13 +157,18 @@ pub(super) fn points_of_nodes(
             }
             Some(frame) => frame,
         };
+        let below = Below::of_node(node, weights.iter().map(|weight| weight.0), facts.face_size[1]);
+        let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
+        frame = frame_at(dofs, node, normal, free, slides).unwrap_or(frame);
         let along = dofs.components(node, normal);
         let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
-        refuse_dragging(&constrained, imposed, along, node, x, &surface.friction)?;
+        let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(node, tangent));
+        refuse_dragging(&constrained, imposed, along, node, x, &surface.friction, &tangents)?;
         let others = weights.into_iter().map(|(other, weight)| (other, -weight)).collect();
         let row = Row { node, area, unity_sum: 1.0, others };
         let gap = initial_gap(mesh, &row, normal, &master.gap, &HashMap::new());
         found.guided += usize::from(frame[2] == [0.0; 3]);
+        found.held_along_surface += usize::from(is_held_along(dofs, node, &tangents));
         (found.gap_min, found.gap_max) = (found.gap_min.min(gap), found.gap_max.max(gap));
         facts.covered_area += area;
         if gap.abs() <= TOUCHING * facts.face_size[0] {

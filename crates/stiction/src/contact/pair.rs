@@ -9,6 +9,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
+use super::held::{Below, is_held_along};
 use super::mortar::{Met, Row, meet, rows};
 use super::normals::normals;
 use super::patches::Patches;
@@ -75,7 +76,7 @@ pub(super) fn points_of_pair(
     let mut found = SurfaceFacts::named(&surface.name);
     let patches = Patches::new(mesh, &surface.faces, &met, tied);
     let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
-    let frames = frames(mesh, dofs, surface, master, (&met, &patches), &outward, taken, &mut facts, &mut found);
+    let frames = frames(mesh, dofs, surface, master, (&met, &patches), &outward, taken, &mut facts, &mut found)?;
     let outward: HashMap<u32, V3> = outward.into_iter().collect();
     let keep = |face: u32, node: u32| frames.contains_key(&node) && patches.carries(face, node);
     let (rows, lost) = rows(mesh, &surface.faces, &met, keep);
@@ -86,10 +87,12 @@ pub(super) fn points_of_pair(
         let constrained = prescribed(dofs, row.node);
         let along = dofs.components(row.node, normal);
         let imposed: f64 = (0..3).map(|c| along[c] * constrained[c].unwrap_or(0.0)).sum();
-        refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction)?;
+        let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
+        refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
+        found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
         (found.gap_min, found.gap_max) = (found.gap_min.min(visible), found.gap_max.max(visible));
         if visible.abs() <= TOUCHING * sizes[0] {
             facts.touching_area += row.area * row.unity_sum.min(1.0);
@@ -163,7 +166,7 @@ fn frames(
     taken: &HashSet<u32>,
     facts: &mut PairFacts,
     found: &mut SurfaceFacts,
-) -> HashMap<u32, (V3, [V3; 3])> {
+) -> Result<HashMap<u32, (V3, [V3; 3])>, Error> {
     let mut covered: HashMap<u32, f64> = HashMap::new();
     for (&face, met) in surface.faces.iter().zip(met) {
         for (&node, area) in mesh.faces[face as usize].nodes().iter().zip(met.areas) {
@@ -172,13 +175,14 @@ fn frames(
     }
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
+    let below = Below::new(mesh, dofs, &surface.faces, met, facts.face_size[0]);
     let mut frames = HashMap::new();
     for (&(node, normal), tributary) in outward.iter().zip(tributary_areas(mesh, &surface.faces)) {
         let whole = tributary.area;
         found.area += tributary.unity_sum() * whole;
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
-        let axes = frame_at(dofs, node, normal, free);
+        let axes = frame_at(dofs, node, normal, free, [false; 3]);
         let axes = axes.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         match axes {
             _ if covered[&node] == 0.0 => facts.uncovered += 1,
@@ -188,11 +192,13 @@ fn frames(
             None => found.held_along_normal += 1,
             _ if covered[&node] < LEAST_COVER * whole => facts.barely_covered += 1,
             Some(axes) => {
+                let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
+                let axes = frame_at(dofs, node, normal, free, slides).unwrap_or(axes);
                 frames.insert(node, (normal, axes));
             }
         }
     }
-    frames
+    Ok(frames)
 }
 
 /// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as

@@ -10,7 +10,7 @@ use super::{ContactSurface, Friction, InterfaceStiffness, Obstacle, SurfaceFacts
 use crate::Error;
 use crate::fem::{DofMap, nodal_normals};
 use crate::mesh::Mesh;
-use crate::mesh::v3::{add, dot, norm, scale};
+use crate::mesh::v3::{add, dot, norm, scale, sub};
 
 /// Prescribed displacements below this part of others are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -24,7 +24,8 @@ pub(super) struct Point {
     pub friction: Friction,
     /// See `ContactProblem::orthotropy`.
     pub orthotropy: f64,
-    /// Normal and tangents in the free components of the node; a tangent may be zero.
+    /// Normal and tangents in the free components of the node, tangents also where the other body moves below a node that is held;
+    /// a tangent may be zero.
     pub frame: [[f64; 3]; 3],
     /// The unit normal over all components.
     pub normal: [f64; 3],
@@ -103,7 +104,7 @@ pub(super) fn points_on_obstacle(
         if tied {
             refuse_moving_tied(&constrained, negligible, node, x)?;
         }
-        let frame = frame_at(dofs, node, normal, free);
+        let frame = frame_at(dofs, node, normal, free, [false; 3]);
         let frame = frame.or_else(|| if tied { tied_frame_at(dofs, node, free) } else { None });
         let frame = frame.filter(|_| !tied_elsewhere.contains(&node));
         let along = dofs.components(node, normal);
@@ -116,7 +117,7 @@ pub(super) fn points_on_obstacle(
             refuse_imposed_overlap(gap, distance, node, x, surface)?;
             continue;
         };
-        refuse_dragging(&constrained, imposed, along, node, x, &surface.friction)?;
+        refuse_dragging(&constrained, imposed, along, node, x, &surface.friction, &[])?;
         facts.guided += usize::from(frame[2] == [0.0; 3]);
         facts.facing_away += usize::from(dot(outward, normal) <= 0.0);
         facts.gap_min = facts.gap_min.min(distance);
@@ -213,6 +214,8 @@ fn refuse_moving_tied(prescribed: &[Option<f64>; 3], negligible: f64, node: u32,
     ))
 }
 
+/// Refuses what is prescribed along the surface, but along the tangents that have rows: components of unit vectors or of zeros.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn refuse_dragging(
     prescribed: &[Option<f64>; 3],
     imposed: f64,
@@ -220,8 +223,12 @@ pub(super) fn refuse_dragging(
     node: u32,
     x: [f64; 3],
     friction: &SurfaceFriction,
+    with_rows: &[[f64; 3]],
 ) -> Result<(), Error> {
-    let along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
+    let mut along = [0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0) - imposed * normal[c]);
+    for tangent in with_rows {
+        along = sub(along, scale(dot(along, *tangent), *tangent));
+    }
     let size = norm([0, 1, 2].map(|c| prescribed[c].unwrap_or(0.0)));
     if *friction == SurfaceFriction::None || norm(along) <= ROUNDING * size || size == 0.0 {
         return Ok(());

@@ -124,11 +124,13 @@ pub(super) fn jump(dofs: &DofMap, points: &[Point]) -> (Csr, Csr) {
             let [row, own] = [along(point.node, *row), along(point.node, full)];
             for c in 0..3 {
                 let dof = 3 * point.node + c as u32;
-                let is_free = dofs.unknown[dof as usize] != u32::MAX;
+                let is_free = |dof: u32| dofs.unknown[dof as usize] != u32::MAX;
                 let at_layer = point.layer.map_or(dof, |layer| 3 * layer + c as u32);
-                match is_free {
-                    true => add(k * m + j, at_layer, row[c]),
-                    false => add(k * m + j, dof, own[c]),
+                match () {
+                    () if is_free(dof) => add(k * m + j, at_layer, row[c]),
+                    // The layer slides before a node that is held.
+                    () if is_free(at_layer) => add(k * m + j, at_layer, own[c]),
+                    () => add(k * m + j, dof, own[c]),
                 }
             }
             for &(other, weight) in &point.others {

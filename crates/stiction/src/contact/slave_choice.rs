@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::held::is_held_where_the_other_moves;
 use super::mortar::meet;
 use super::pair::default_search;
 use super::{ContactSurface, Counterpart, Master, SurfaceFriction};
@@ -32,6 +33,8 @@ pub enum Reason {
     Nodes,
     /// Most nodes of the other surface are prescribed.
     Free,
+    /// Supports hold nodes of the other surface along it while this one moves there.
+    Unheld,
     /// Its faces are smaller.
     Finer,
     /// Its body is softer.
@@ -50,10 +53,13 @@ const AS_STIFF: f64 = 1.01;
 const NEARLY_RIGID: f64 = 5.0;
 
 /// Which of two surfaces carries the contact points, the slave: one that is free to move rather than one whose nodes are
-/// mostly prescribed; then that of a much softer body, to which the other is a rigid obstacle; then the one with the
+/// mostly prescribed; then that of a much softer body, to which the other is a rigid obstacle; then the one none of whose
+/// nodes is held in a direction in which the other body moves, as a point of multigrid has to; then the one with the
 /// smaller faces, whose nodes could otherwise sink in between those of the other; then that of the softer body, which
-/// adapts to the other; then the first.
-pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64; 2]) -> (Role, Reason) {
+/// adapts to the other; then the first. `young` are the moduli behind the surface and behind its counterpart.
+pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young: [f64; 2]) -> (Role, Reason) {
+    let Counterpart::Surface(master) = &surface.against else { return (Role::On, Reason::First) };
+    let faces = [&surface.faces[..], &master.faces];
     let constrained = faces.map(|faces| mostly_constrained(mesh, dofs, faces));
     if constrained[0] != constrained[1] {
         return (if constrained[0] { Role::Against } else { Role::On }, Reason::Free);
@@ -67,6 +73,12 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, faces: [&[u32]; 2], young: [f64;
         return (softer, Reason::Softer);
     }
     let [a, b] = faces.map(|faces| face_size(mesh, faces));
+    let search = master.search.unwrap_or_else(|| default_search(mesh, faces[0], faces[1]));
+    let held = [([faces[0], faces[1]], a), ([faces[1], faces[0]], b)]
+        .map(|(faces, size)| is_held_where_the_other_moves(mesh, dofs, faces, (search, size), &surface.friction));
+    if held[0] != held[1] {
+        return (if held[0] { Role::Against } else { Role::On }, Reason::Unheld);
+    }
     if let Some(finer) = smaller(a, b, ALIKE) {
         return (finer, Reason::Finer);
     }

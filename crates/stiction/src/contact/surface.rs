@@ -212,6 +212,8 @@ pub struct SurfaceFacts {
     pub held_along_normal: usize,
     /// Points with one or no free tangential direction, as on a symmetry plane.
     pub guided: usize,
+    /// Points that a support holds along the surface while the other body moves there: friction acts on it and on the support.
+    pub held_along_surface: usize,
     /// Nodes beyond the border of an open obstacle, which meet nothing: dropped.
     pub beyond: usize,
     /// Points whose outward normal does not face the obstacle.

@@ -22,6 +22,7 @@ mod floating;
 mod fretting;
 mod friction_laws;
 mod geometry;
+mod held_edges;
 mod interface_layers;
 mod interfaces;
 mod loads;

@@ -44,6 +44,16 @@ pub(super) fn no_own_node(problem: &ContactProblem, nodes: &Nodes, NoOwnNode { p
         None => format!("point {j}"),
     };
     let label = |v: usize| nodes.of.iter().position(|&(w, _)| w as usize == v).map_or(v as u32, |i| labels[i]);
+    // Where a support holds the node along the surface its rows have a prescribed displacement instead of an unknown.
+    let held = problem.labels.supports.as_ref().is_some_and(|supports| {
+        let m = problem.points();
+        [m + point, 2 * m + point].iter().any(|&i| supports.B.row(i).1.iter().any(|&entry| entry != 0.0))
+    });
+    if shares.is_none() && held {
+        let what = format!("{needed}, and a support holds a node of {} along the surface", named(point));
+        let remedy = "leave `settings.path` at auto, or put the points (the rows of `contact.B`) on the other body";
+        return Error::new("", what, remedy);
+    }
     let Some((v, other)) = shares else {
         return refused(&format!("{needed}, and on no node the rows of {} are a frame", named(point)));
     };

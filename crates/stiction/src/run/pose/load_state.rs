@@ -370,7 +370,7 @@ pub(crate) fn refuse_overlap(
     Ok(())
 }
 
-/// Friction acts in the free directions of a node only: a node with some components held must not slide in those.
+/// Friction acts along the tangents of a point only: a node with some components held must not slide elsewhere in those.
 pub(crate) fn refuse_dragging(
     mesh: &Mesh,
     dofs: &DofMap,
@@ -388,6 +388,9 @@ pub(crate) fn refuse_dragging(
             sub(relative, scale(dot(relative, normal), normal))
         }
     };
+    // Between bodies a node that is held has a tangent where the other body moves.
+    let tangents = frame.tangents.map(|tangent| dofs.components(frame.node, tangent));
+    let along = tangents.iter().fold(along, |along, &tangent| sub(along, scale(dot(along, tangent), tangent)));
     let value = [0, 1, 2].map(|c| held(c).map_or(0.0, |i| dofs.value[i]));
     if norm(along) <= ROUNDING * norm(value).max(norm(translation)) {
         return Ok(());

@@ -82,6 +82,10 @@ fn of_pair(contact: &ContactFacts, pair: &PairFacts) -> Vec<String> {
     if s.guided > 0 && contact.friction != SurfaceFriction::None {
         notes.push(format!("{} points are guided: friction acts in their free directions only", s.guided));
     }
+    if s.held_along_surface > 0 {
+        let what = "points are held along the surface by a support: friction acts on it and on the other body";
+        notes.push(format!("{} {what}", s.held_along_surface));
+    }
     let deep = -s.gap_min;
     let size = pair.face_size[0].min(pair.face_size[1]);
     if s.points > 0 && deep > size {

@@ -18,7 +18,7 @@ pub(crate) fn multigrid_first(spec: &SolverSpec, problem: &ContactProblem) -> bo
 }
 
 /// Arguments of the library and what the case file calls them.
-const KEYS: [(&str, &str); 5] = [
+const KEYS: [(&str, &str); 6] = [
     ("`settings.memory_limit`", "`memory` under [solver]"),
     ("`settings.path`", "`path` under [solver]"),
     ("`method.method`", "method = \"newton\" under [solver]"),
@@ -26,6 +26,10 @@ const KEYS: [(&str, &str); 5] = [
     (
         "put the points (the rows of `contact.B`) on the softer body",
         "leave out `slave` under [[contact]], which puts the points on the softer body",
+    ),
+    (
+        "put the points (the rows of `contact.B`) on the other body",
+        "let `slave` under [[contact]] name the other surface",
     ),
 ];
 

@@ -90,11 +90,14 @@ fn triangles(file: &SurfaceFile) -> Result<Obstacle, Error> {
 /// Lets the slave of each pair be what the case asks for or [`choose_slave`] finds.
 pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurface]) {
     for surface in surfaces {
-        let Counterpart::Surface(master) = &mut surface.against else { continue };
+        let Counterpart::Surface(master) = &surface.against else { continue };
+        let mut chosen = (master.slave, master.reason);
         if ![Reason::Asked, Reason::Array, Reason::Nodes].contains(&master.reason) {
             let young = [young(solid, &surface.faces), young(solid, &master.faces)];
-            (master.slave, master.reason) = choose_slave(solid.mesh, dofs, [&surface.faces, &master.faces], young);
+            chosen = choose_slave(solid.mesh, dofs, surface, young);
         }
+        let Counterpart::Surface(master) = &mut surface.against else { continue };
+        (master.slave, master.reason) = chosen;
         if master.slave == Role::Against {
             std::mem::swap(&mut surface.faces, &mut master.faces);
         }

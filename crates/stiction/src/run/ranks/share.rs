@@ -323,10 +323,16 @@ fn contact(
     }
     let specs: Vec<ContactSpec> = of.iter().map(|&k| case.contacts[k].clone()).collect();
     coefficients::read(mesh, &specs, &mut surfaces, end(case))?;
-    let (points, _) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
+    let (points, facts) = PosedPoints::new(mesh, dofs, &surfaces).map_err(|error| {
         let named = surfaces.iter().position(|surface| error.place == format!("contact \"{}\"", surface.name));
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
+    if let Some(k) = facts.iter().position(|facts| facts.held_along_surface > 0) {
+        let what = "a support holds nodes along the surface that carry contact points while the other body moves there, and \
+                    multigrid, which ranks solve by, wants them free";
+        let remedy = "let `slave` name the other surface, or use `stiction solve` on one machine";
+        return Err(case.contacts[of[k]].spot.error(what, remedy));
+    }
     overlap_of_held_nodes(case, mesh, held, (&surfaces, &of), &points)?;
     let kinds = surfaces.iter().map(|surface| match &surface.against {
         Counterpart::Surface(master) if master.slave == Role::Against => REVERSED,

@@ -17,7 +17,7 @@ use crate::io::text::{measure, number, triple};
 use crate::mesh::many;
 use crate::run::pose::Prepared;
 use crate::run::pose::bolts::Target;
-use crate::run::solve::quantities::largest_displacement;
+use crate::run::solve::quantities::{couples, largest_displacement};
 use crate::run::solve::{
     BalanceRecord, BoltState, BoundRecord, CouplingState, Outcome, SolutionsRecord, StepRecord, Totals, bolt_states,
     coupling_states, escape, pair_totals, totals, word,
@@ -100,6 +100,12 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
+    for couple in couples(prepared, &outcome.solution.lambda) {
+        let (moment, part) = (triple(couple.moment), accuracy_text::percent(couple.part));
+        let what = "shear acts at either surface, and these lie apart: of the moments of the contact forces the couple";
+        let remedy = "mesh the surfaces where they touch, or move one there";
+        rows.add("warning", format!("contact \"{}\": {what} {moment} is left, {part} of them; {remedy}", couple.pair));
+    }
     let (size, place) = largest_displacement(prepared, outcome);
     rows.add("displacement", format!("at most {} at {}", number(size), triple(place)));
     outcome.smallness.iter().for_each(|of| rows.add("deformation", smallness_text::line(of)));

@@ -1,11 +1,13 @@
 //! Single quantities of an answer: energy, forces of supports and loads, the largest displacement, how a body escapes, how small
 //! its deformation is.
 
+mod couple;
 mod micromotion;
 mod smallness;
 
 pub use super::discretisation::nodal_stress_of;
 pub(crate) use super::discretisation::stress_at;
+pub(crate) use couple::couples;
 pub use micromotion::Micromotion;
 pub(super) use micromotion::micromotions;
 pub(super) use smallness::smallness;
