@@ -6,9 +6,9 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::SurfaceFriction;
 use super::mortar::{Met, meet};
 use super::points::prescribed;
-use super::SurfaceFriction;
 use crate::Error;
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
@@ -112,27 +112,44 @@ impl Below {
     }
 }
 
-/// Whether some nodes of the surface are held in a direction in which the other surface, of the faces `master`, moves below them.
-pub(super) fn is_held_where_the_other_moves(
+/// How nodes of a surface are held along it while the other surface moves below them; what comes later is worse for its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Held {
+    /// None is.
+    Nowhere,
+    /// Some are held where forces of contact move the other surface.
+    WhereItMoves,
+    /// Some are held where supports alone move it, which is refused.
+    WhereItIsDriven,
+}
+
+/// How nodes of the surface with the faces `own` are held while that with the faces `master` moves.
+pub(super) fn held_along(
     mesh: &Mesh,
     dofs: &DofMap,
     [own, master]: [&[u32]; 2],
     (search, size): (f64, f64),
     friction: &SurfaceFriction,
-) -> bool {
+) -> Held {
     let held = |face: &u32| mesh.faces[*face as usize].nodes().iter().any(|&node| held_in_part(dofs, node));
     let faces: Vec<u32> = own.iter().copied().filter(held).collect();
     if faces.is_empty() || *friction == SurfaceFriction::None {
-        return false;
+        return Held::Nowhere;
     }
     let met = meet(mesh, &faces, master, search, *friction == SurfaceFriction::Bonded);
     let below = Below::new(mesh, dofs, &faces, &met, size);
-    faces.iter().any(|&face| {
+    let of_face = |&face: &u32| {
         let normal = mesh.face_normal(face as usize);
-        let slides = |&node: &u32| below.slides(mesh, dofs, node, normal, friction) != Ok([false; 3]);
-        let carries = |node: &&u32| (0..3).any(|c| is_free(dofs, **node, c) && part(dofs, **node, c, normal) > ROUNDING);
-        mesh.faces[face as usize].nodes().iter().filter(carries).any(slides)
-    })
+        let of_node = |&node: &u32| match below.slides(mesh, dofs, node, normal, friction) {
+            Err(_) => Held::WhereItIsDriven,
+            Ok(slides) if slides.contains(&true) => Held::WhereItMoves,
+            Ok(_) => Held::Nowhere,
+        };
+        let carries =
+            |node: &&u32| (0..3).any(|c| is_free(dofs, **node, c) && part(dofs, **node, c, normal) > ROUNDING);
+        mesh.faces[face as usize].nodes().iter().filter(carries).map(of_node).max()
+    };
+    faces.iter().filter_map(of_face).max().unwrap_or(Held::Nowhere)
 }
 
 /// Whether one of the tangents, components along the axes of the node, has a part that is prescribed.
@@ -169,5 +186,9 @@ fn driven(mesh: &Mesh, node: u32) -> Error {
          friction could act",
         node + 1
     );
-    Error::new("", what, "hold none of its components, let both surfaces move together, or make the contact frictionless")
+    Error::new(
+        "",
+        what,
+        "hold none of its components, let both surfaces move together, or make the contact frictionless",
+    )
 }

@@ -58,7 +58,8 @@ pub(super) fn add_layer(model: &mut FeModel, points: &mut [Point]) {
         if of_layer.len() == free.len() {
             continue;
         }
-        let prescribed = held.iter().filter_map(|&c| Some((c, dofs.prescribed.binary_search(&(3 * point.node + c as u32)).ok()?)));
+        let prescribed =
+            held.iter().filter_map(|&c| Some((c, dofs.prescribed.binary_search(&(3 * point.node + c as u32)).ok()?)));
         for (c, p) in prescribed.clone() {
             at_supports.extend(unknowns.iter().map(|&(d, j)| (p, j, springs[c][d])));
             at_supports.extend(of_layer.iter().enumerate().map(|(k, &d)| (p, first + k, 0.0 - springs[c][d])));

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::held::is_held_where_the_other_moves;
+use super::held::held_along;
 use super::mortar::meet;
 use super::pair::default_search;
 use super::{ContactSurface, Counterpart, Master, SurfaceFriction};
@@ -75,9 +75,9 @@ pub fn choose_slave(mesh: &Mesh, dofs: &DofMap, surface: &ContactSurface, young:
     let [a, b] = faces.map(|faces| face_size(mesh, faces));
     let search = master.search.unwrap_or_else(|| default_search(mesh, faces[0], faces[1]));
     let held = [([faces[0], faces[1]], a), ([faces[1], faces[0]], b)]
-        .map(|(faces, size)| is_held_where_the_other_moves(mesh, dofs, faces, (search, size), &surface.friction));
+        .map(|(faces, size)| held_along(mesh, dofs, faces, (search, size), &surface.friction));
     if held[0] != held[1] {
-        return (if held[0] { Role::Against } else { Role::On }, Reason::Unheld);
+        return (if held[0] > held[1] { Role::Against } else { Role::On }, Reason::Unheld);
     }
     if let Some(finer) = smaller(a, b, ALIKE) {
         return (finer, Reason::Finer);

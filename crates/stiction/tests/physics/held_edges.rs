@@ -1,4 +1,4 @@
-//! Supports that hold nodes of a contact surface along it while the other body moves below them.
+//! Between bodies: supports that hold nodes along the surface while the other body moves below them, and surfaces that lie apart.
 
 use std::ops::ControlFlow;
 
@@ -92,9 +92,11 @@ fn a_pad_held_everywhere_along_the_surface_is_dragged_over() {
 /// Multigrid wants the node of a point free along the surface and says so; left the choice, the direct path is taken.
 #[test]
 fn multigrid_names_the_support_that_holds_a_point() {
-    let text = pad_on_strip("hex8", ["[4, 4, 2]", "[9, 5, 1]"], PULLED, "slave = \"on\"\n[solver]\npath = \"multigrid\"");
+    let text =
+        pad_on_strip("hex8", ["[4, 4, 2]", "[9, 5, 1]"], PULLED, "slave = \"on\"\n[solver]\npath = \"multigrid\"");
     let case = case::parse(&text, "case.toml", &[]).unwrap();
-    let error = solve(&prepare(&case).unwrap(), &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let error =
+        solve(&prepare(&case).unwrap(), &Settings::of(&case.solver), &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(error.what.contains("a support holds a node of point") && error.remedy.contains("`slave`"), "{error}");
     let free = run(&text.replace("slave = \"on\"", ""));
     assert_eq!(free.1.solution.path, SolverPath::Multigrid);
@@ -123,8 +125,36 @@ fn a_plane_of_symmetry_keeps_its_rows() {
 /// Where supports alone say what slides over what, there is no unknown for friction to act on.
 #[test]
 fn friction_between_what_supports_hold_and_what_they_drive_is_refused() {
-    let driven = "[[fix]]\non = \"b\"\nvalue = [0.5, 0, 0]\ncomponents = \"xy\"\n[[fix]]\non = \"b.z-min\"\ncomponents = \"z\"";
+    let driven =
+        "[[fix]]\non = \"b\"\nvalue = [0.5, 0]\ncomponents = \"xy\"\n[[fix]]\non = \"b.z-min\"\ncomponents = \"z\"";
     let text = pad_on_strip("hex8", ["[4, 4, 2]", "[9, 5, 1]"], driven, "slave = \"on\"");
     let error = case::parse(&text, "case.toml", &[]).and_then(|case| prepare(&case).map(|_| ())).unwrap_err();
     assert!(error.what.contains("supports move the other surface over it"), "{error}");
+    let free = only_pair(&run(&text.replace("slave = \"on\"", "")));
+    assert!((free.tangential_force[0] - 300.0).abs() < 0.1, "{free:?}");
+}
+
+/// Shear that acts at two surfaces a distance apart leaves a couple of both, which the report names; where the surfaces touch there
+/// is none.
+#[test]
+fn a_couple_lost_across_a_distance_that_nothing_closes_is_told() {
+    let blocks = |apart: f64, law: &str| {
+        format!(
+            "[mesh.parts.a]\nblock = {{ size = [20, 20, 10], cells = [4, 4, 2], element = \"hex8\" }}\n\
+             [mesh.parts.b]\nblock = {{ size = [20, 20, 10], cells = [5, 3, 2], element = \"hex8\", origin = [0, 0, {}] }}\n\
+             [materials.s]\nyoung = 210e3\npoisson = 0.3\n[[fix]]\non = \"a.z-min\"\n\
+             [[load]]\non = \"b.z-max\"\nforce = [100, 0, -1000]\n\
+             [[contact]]\nname = \"c\"\non = \"b.z-min\"\nagainst = \"a.z-max\"\n{law}\n",
+            10.0 + apart
+        )
+    };
+    for law in ["friction = \"bonded\"", "friction = { coulomb = 0.5 }\ngap = \"closed\""] {
+        for (apart, told) in [(2.0, true), (0.0, false)] {
+            let (prepared, outcome) = run(&blocks(apart, law));
+            let rows = stiction::run::report(&prepared, &outcome).rows;
+            let row = rows.into_iter().find(|row| row.label == "warning" && row.value.contains("couple"));
+            assert_eq!(row.is_some(), told, "{law} {apart}");
+            assert!(row.is_none_or(|row| row.value.contains("200, 0)") && row.value.contains("\"c\"")), "{law}");
+        }
+    }
 }

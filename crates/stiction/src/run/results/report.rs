@@ -100,7 +100,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
-    for couple in couples(prepared, &outcome.solution.lambda) {
+    for couple in couples(prepared, &outcome.solution.u, &outcome.solution.lambda) {
         let (moment, part) = (triple(couple.moment), accuracy_text::percent(couple.part));
         let what = "shear acts at either surface, and these lie apart: of the moments of the contact forces the couple";
         let remedy = "mesh the surfaces where they touch, or move one there";
