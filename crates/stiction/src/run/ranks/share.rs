@@ -328,8 +328,9 @@ fn contact(
         named.map_or(error.clone(), |k| place::at(&case.contacts[of[k]].spot, error))
     })?;
     if let Some(k) = facts.iter().position(|facts| facts.held_along_surface > 0) {
-        let what = "a support holds nodes along the surface that carry contact points while the other body moves there, and \
-                    multigrid, which ranks solve by, wants them free";
+        // Multigrid, which ranks solve by, wants the node of a point free.
+        let what = "contact points that a support holds along the surface while the other body moves there cannot be divided among \
+                    ranks in this version";
         let remedy = "let `slave` name the other surface, or use `stiction solve` on one machine";
         return Err(case.contacts[of[k]].spot.error(what, remedy));
     }
