@@ -39,11 +39,18 @@ pub(super) struct Below {
 }
 
 impl Below {
-    /// What the nodes held in some component meet of the master.
-    pub(super) fn new(mesh: &Mesh, dofs: &DofMap, faces: &[u32], met: &[Met], size: f64) -> Below {
+    /// What the nodes held in some component meet of the master, by the faces of which they carry their part.
+    pub(super) fn new(
+        mesh: &Mesh,
+        dofs: &DofMap,
+        (faces, met): (&[u32], &[Met]),
+        carries: &dyn Fn(u32, u32) -> bool,
+        size: f64,
+    ) -> Below {
         let mut masters: HashMap<u32, BTreeSet<u32>> = HashMap::new();
         for (&face, met) in faces.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
-            for &node in mesh.faces[face as usize].nodes().iter().filter(|&&node| held_in_part(dofs, node)) {
+            let held = |node: &&u32| held_in_part(dofs, **node) && carries(face, **node);
+            for &node in mesh.faces[face as usize].nodes().iter().filter(held) {
                 masters.entry(node).or_default().extend(met.masters.iter().map(|(master, _)| *master));
             }
         }
@@ -137,7 +144,7 @@ pub(super) fn held_along(
         return Held::Nowhere;
     }
     let met = meet(mesh, &faces, master, search, *friction == SurfaceFriction::Bonded);
-    let below = Below::new(mesh, dofs, &faces, &met, size);
+    let below = Below::new(mesh, dofs, (&faces, &met), &|_, _| true, size);
     let of_face = |&face: &u32| {
         let normal = mesh.face_normal(face as usize);
         let of_node = |&node: &u32| match below.slides(mesh, dofs, node, normal, friction) {

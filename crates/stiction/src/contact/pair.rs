@@ -175,7 +175,8 @@ fn frames(
     }
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let below = Below::new(mesh, dofs, &surface.faces, met, facts.face_size[0]);
+    let carries = |face: u32, node: u32| patches.carries(face, node);
+    let below = Below::new(mesh, dofs, (&surface.faces, met), &carries, facts.face_size[0]);
     let mut frames = HashMap::new();
     for (&(node, normal), tributary) in outward.iter().zip(tributary_areas(mesh, &surface.faces)) {
         let whole = tributary.area;
