@@ -69,7 +69,7 @@ const PARTS: &str = "\
     [mesh.parts.lid]\nblock = { size = [3, 3, 0.5], cells = [8, 8, 3], element = \"wedge6\" }\nmove = [0, 0, 1]\n\
     [materials.soft]\nyoung = 2e9\npoisson = 0.3\non = [\"bush\"]\n\
     [materials.steel]\nyoung = 2e11\npoisson = 0.3\non = [\"housing.body\", \"lid\"]\n\
-    [[fix]]\non = \"housing.outer\"\n[[fix]]\non = \"bush.z-min\"\ncomponents = \"z\"\n[[fix]]\non = \"lid.y-max\"\ncomponents = \"xy\"\n[[load]]\non = \"lid.z-max\"\ntraction = [0, 0, -1e5]\n\
+    [[fix]]\non = \"housing.outer\"\n[[fix]]\non = [\"bush.z-min\", \"housing.z-min\"]\ncomponents = \"z\"\n[[fix]]\non = \"lid.y-max\"\ncomponents = \"xy\"\n[[load]]\non = \"lid.z-max\"\ntraction = [0, 0, -1e5]\n\
     [[contact]]\nname = \"fit\"\non = \"bush.outer\"\nagainst = \"housing.inner\"\nfriction = { coulomb = 0.2 }\n\
     [[contact]]\nname = \"seat\"\non = \"lid.z-min\"\nagainst = [\"bush.z-max\", \"housing.z-max\"]\nfriction = { coulomb = 0.2 }\n";
 
