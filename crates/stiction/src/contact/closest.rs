@@ -20,6 +20,8 @@ const BESIDE: f64 = 1e-7;
 const FACING: f64 = 0.05;
 /// A triangle lies face to face with the body if that cosine is less than minus this: within 25 degrees.
 const PARALLEL: f64 = 0.9;
+/// Triangles whose normals have a larger cosine are one flat face.
+const COPLANAR: f64 = 0.999;
 /// Distances below this part of the diagonal are rounding.
 const ROUNDING: f64 = 1e-14;
 
@@ -43,7 +45,7 @@ impl Triangles {
         let any = self.nearest(x, |_| true);
         let Some(facing) = facing else { return any };
         let sign = if self.side == Side::Outside { 1.0 } else { -1.0 };
-        if let Some(found) = self.face_to_face(x, |t| sign * dot(self.normal(t), facing) < -PARALLEL) {
+        if let Some(found) = self.face_to_face(x, facing, sign) {
             return found;
         }
         match (any, self.nearest(x, |t| sign * dot(self.normal(t), facing) < -FACING)) {
@@ -55,25 +57,34 @@ impl Triangles {
         }
     }
 
-    /// At a sharp edge of a triangle that lies face to face with the body, as `parallel` says: the distance from that triangle and
+    /// At a sharp edge of a triangle that lies face to face with the body: the distance from that triangle and
     /// its own normal, up to a fillet beside the edge; the mean of its two sides would push the body along the face, and
     /// what lies farther beside it slides past the edge. None where no such triangle is nearest, or no such edge is near.
-    fn face_to_face(&self, x: V3, parallel: impl Fn(u32) -> bool) -> Option<Option<(f64, V3)>> {
+    fn face_to_face(&self, x: V3, facing: V3, sign: f64) -> Option<Option<(f64, V3)>> {
+        let cosine = |t: u32| sign * dot(self.normal(t), facing);
+        let (parallel, looks) = (|t: u32| cosine(t) < -PARALLEL, |t: u32| cosine(t) < -FACING);
         let weights = |t: u32| weights_on_triangle(x, self.corners(t));
         let distance2 = |t: u32| {
             let d = self.offset(x, t, weights(t));
             dot(d, d)
         };
         let (_, least) = self.tree.nearest(x, f64::INFINITY, distance2)?;
-        let (t, here) =
-            self.tree.nearest(x, f64::INFINITY, |t| if parallel(t) { distance2(t) } else { f64::INFINITY })?;
-        if !parallel(t) || here.sqrt() > least.sqrt() + ROUNDING * self.size {
+        let reach = (least.sqrt() + 2.0 * ROUNDING * self.size).powi(2);
+        let (t, _) = self.tree.nearest(x, reach, |t| if parallel(t) { distance2(t) } else { f64::INFINITY })?;
+        if !parallel(t) {
             return None;
         }
         let (w, fillet) = (weights(t), FILLET * self.size);
         let feature = feature(w);
         let near = |k: usize| self.sharp[t as usize][k] && self.off_edge(t, k, w) < fillet;
         if !self.is_sharp(t, feature) && !(0..3).any(near) {
+            return None;
+        }
+        // On a ridge both flanks look at the body, and in a corner the closest point says little of what lies inside.
+        let coplanar = |other: u32| dot(self.normal(other), self.normal(t)) > COPLANAR;
+        let is_ridge = self.any_around(t, feature, |other| looks(other) && !coplanar(other));
+        if is_ridge || dot(self.offset(x, t, w), self.pseudonormal(t, feature)) * sign < 0.0 && feature != Feature::Face
+        {
             return None;
         }
         let (apart, plane) = (self.offset(x, t, w), self.normal(t));
@@ -246,6 +257,15 @@ impl Triangles {
             Feature::Corner(_) => unit(self.pseudonormal(t, feature)).unwrap_or_else(|| self.normal(t)),
         };
         norm(sub(apart, scale(dot(apart, normal), normal))) > BESIDE * self.size + BESIDE * norm(apart)
+    }
+
+    /// Whether `is` holds for some triangle at a feature of a triangle.
+    fn any_around(&self, t: u32, feature: Feature, is: impl Fn(u32) -> bool) -> bool {
+        match feature {
+            Feature::Face => false,
+            Feature::Edge(k) => self.across[t as usize][k] != BORDER && is(self.across[t as usize][k]),
+            Feature::Corner(k) => self.fan(t, k, |triangle, _| is(triangle)),
+        }
     }
 
     /// Whether `is` holds for some edge at corner `k` of a triangle, over all triangles reached around it.

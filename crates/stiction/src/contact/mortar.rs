@@ -14,7 +14,7 @@
 //! Warped faces are taken as flat, along the mean normal of the slave face, and the coupling is that of the reference
 //! configuration.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
@@ -54,8 +54,13 @@ pub(super) struct Met {
     pub covered: f64,
     /// The area of the flat pieces that stand for the face.
     pub flat: f64,
-    /// From the face to what it meets, without sign, in the mean; length.
+    /// From the face to what it meets, in the mean and least and most, negative where it lies in it; length.
     pub distance: f64,
+    pub distances: [f64; 2],
+    /// Of the faces it meets the normals times the areas met.
+    pub normals: V3,
+    /// Whether it meets parts that do not hang together.
+    pub several: bool,
     /// Whether a face of the other surface that looks the same way lies over or under it.
     pub averted: bool,
 }
@@ -168,20 +173,26 @@ fn met(mesh: &Mesh, face: u32, master: &[u32], tree: &Tree, search: f64, [same, 
         }
     }
     keep_nearest(&mut segments, whole);
-    if !every {
-        keep_nearest_part(mesh, &mut segments, whole);
-    }
+    let several = !every && keep_nearest_part(mesh, &mut segments, whole);
     let covered: f64 = segments.iter().map(|s| area(&s.polygon)).sum();
     if covered < LEAST_PART * whole {
         return Some(Met { averted, flat: whole, ..Met::default() });
     }
-    let distance = segments.iter().map(|s| area(&s.polygon) * s.distance.abs()).sum::<f64>() / covered;
+    let distance = segments.iter().map(|s| area(&s.polygon) * s.distance).sum::<f64>() / covered;
+    let heights = segments.iter().flat_map(|s| s.polygon.iter().map(|&x| masters[s.seen].height(x) - slave.height(x)));
+    let distances = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);
+    let normals = segments
+        .iter()
+        .fold([0.0; 3], |sum, s| add(sum, scale(area(&s.polygon).abs(), mesh.face_normal(s.face as usize))));
     couple(mesh, &slave, &masters, &segments, own.len()).map(|(areas, masters)| Met {
         areas,
         masters,
         covered,
         flat: whole,
         distance,
+        distances,
+        normals,
+        several,
         averted,
     })
 }
@@ -275,28 +286,39 @@ pub(super) struct Row {
 const RINGS: usize = 2;
 
 /// Who carries for each dropped node with a covered patch, and which part of it: the kept nodes next to it.
-type Carriers = BTreeMap<u32, Vec<(u32, f64)>>;
+type Carriers = BTreeMap<Dropped, Vec<(u32, f64)>>;
+
+/// A node and the side of the surface on which it keeps no multiplier.
+type Dropped = (u32, u32);
 
 /// Middles of edges (`edges`) leave their functions to other middles where there are any: ends of the edge would depend
 /// on one another through it.
-fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl Fn(u32, u32) -> bool) -> Carriers {
-    // For each dropped node the others of its faces, and whether those keep theirs in any.
-    let mut near: BTreeMap<u32, BTreeMap<u32, bool>> = BTreeMap::new();
+fn carriers(
+    mesh: &Mesh,
+    slave: &[u32],
+    met: &[Met],
+    edges: &Edges,
+    keep: &impl Fn(u32, u32) -> Result<(), u32>,
+) -> Carriers {
+    // For each dropped node the others of its faces, each with where that one is dropped, if it is.
+    let mut near: BTreeMap<Dropped, BTreeSet<(u32, Option<u32>)>> = BTreeMap::new();
     for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         let nodes = mesh.faces[face as usize].nodes();
-        for &node in nodes.iter().filter(|&&node| !keep(face, node)) {
-            let near = near.entry(node).or_default();
-            nodes.iter().filter(|&&other| other != node).for_each(|&o| *near.entry(o).or_default() |= keep(face, o));
+        for &node in nodes {
+            let Err(side) = keep(face, node) else { continue };
+            let others = nodes.iter().filter(|&&other| other != node).map(|&other| (other, keep(face, other).err()));
+            near.entry((node, side)).or_default().extend(others);
         }
     }
     let mut carriers = Carriers::new();
     for _ in 0..RINGS {
         let mut ring = Carriers::new();
-        for (&node, others) in near.iter().filter(|(node, _)| !carriers.contains_key(node)) {
-            let is_kept_middle = |(other, kept): &(&u32, &bool)| edges.contains_key(other) && **kept;
-            let middles = edges.contains_key(&node) && others.iter().any(|other| is_kept_middle(&other));
-            let of = |(other, kept): (&u32, &bool)| {
-                if *kept { Some(vec![(*other, 1.0)]) } else { carriers.get(other).cloned() }
+        for (&dropped, others) in near.iter().filter(|(dropped, _)| !carriers.contains_key(dropped)) {
+            let is_kept_middle = |(other, side): &&(u32, Option<u32>)| edges.contains_key(other) && side.is_none();
+            let middles = edges.contains_key(&dropped.0) && others.iter().any(|other| is_kept_middle(&other));
+            let of = |&(other, side): &(u32, Option<u32>)| match side {
+                None => Some(vec![(other, 1.0)]),
+                Some(side) => carriers.get(&(other, side)).cloned(),
             };
             let known: Vec<Vec<(u32, f64)>> =
                 others.iter().filter(|other| !middles || is_kept_middle(other)).filter_map(of).collect();
@@ -304,7 +326,7 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl 
             let mut parts: BTreeMap<u32, f64> = BTreeMap::new();
             known.iter().flatten().for_each(|&(other, weight)| *parts.entry(other).or_default() += part * weight);
             if !parts.is_empty() {
-                ring.insert(node, parts.into_iter().collect());
+                ring.insert(dropped, parts.into_iter().collect());
             }
         }
         carriers.append(&mut ring);
@@ -313,12 +335,17 @@ fn carriers(mesh: &Mesh, slave: &[u32], met: &[Met], edges: &Edges, keep: &impl 
 }
 
 /// The rows of the slave nodes that `keep` keeps in a face (its arguments), ascending by node, and the covered area no row
-/// stands for.
+/// stands for. Where it does not, it tells on which side of the surface the node is dropped.
 ///
 /// A dropped node `q` leaves its function to the kept nodes next to it, `psi_j + sum_q c_jq psi_q`, `sum_j c_jq = 1`: the
 /// functions still add up to one, so that a constant pressure is carried everywhere (Puso & Laursen 2004; Wohlmuth 2000
 /// at cross points), and the displacement of the dropped node enters the jump of those that carry for it.
-pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32, u32) -> bool) -> (Vec<Row>, f64) {
+pub(super) fn rows(
+    mesh: &Mesh,
+    slave: &[u32],
+    met: &[Met],
+    keep: impl Fn(u32, u32) -> Result<(), u32>,
+) -> (Vec<Row>, f64) {
     let edges = edges(mesh, slave);
     let carriers = carriers(mesh, slave, met, &edges, &keep);
     let mut sums: HashMap<u32, Sums> = HashMap::new();
@@ -326,13 +353,13 @@ pub(super) fn rows(mesh: &Mesh, slave: &[u32], met: &[Met], keep: impl Fn(u32, u
     let mut lost = 0.0;
     for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
         for (i, &node) in mesh.faces[face as usize].nodes().iter().enumerate() {
-            if keep(face, node) {
+            let Err(side) = keep(face, node) else {
                 let own = sums.entry(node).or_default();
                 own.area += met.areas[i];
                 own.add(met, i, 1.0);
                 continue;
-            }
-            let Some(carriers) = carriers.get(&node) else {
+            };
+            let Some(carriers) = carriers.get(&(node, side)) else {
                 lost += stands_for(&node, met.areas[i]);
                 continue;
             };

@@ -39,7 +39,7 @@ pub(super) fn normals(mesh: &Mesh, faces: &[u32], dofs: &DofMap, counts: &dyn Fn
     let mut edges: HashMap<u32, Vec<Edge>> = HashMap::new();
     for &face in faces {
         let nodes = mesh.faces[face as usize].nodes();
-        for &node in nodes {
+        for &node in nodes.iter().filter(|node| counts(face, **node)) {
             let Some(planes) = across.get(&node) else { continue };
             let entries = edges.entry(node).or_insert_with(|| vec![Edge::default(); planes.len()]);
             for (&plane, entry) in planes.iter().zip(entries) {

@@ -26,6 +26,8 @@ use crate::mesh::{Bounds, Mesh, Tree, nearest_on_triangle};
 /// A node is dropped if less than this part of its patch of faces looks at the other surface: it lies far outside that
 /// surface, whose displacement there would be guessed.
 const LEAST_COVER: f64 = 0.02;
+/// Nodes of one smooth side have normals with a larger cosine.
+const SIDE: f64 = 0.5;
 /// Gaps below this part of a face's size are rounding.
 const TOUCHING: f64 = 1e-6;
 
@@ -78,7 +80,13 @@ pub(super) fn points_of_pair(
     let outward = normals(mesh, &surface.faces, dofs, &|face, node| patches.shapes(face, node));
     let frames = frames(mesh, dofs, surface, master, (&met, &patches), &outward, taken, &mut facts, &mut found)?;
     let outward: HashMap<u32, V3> = outward.into_iter().collect();
-    let keep = |face: u32, node: u32| frames.contains_key(&node) && patches.carries(face, node);
+    let within = distances_of_several(mesh, &surface.faces, &met, &patches);
+    // Wholly dropped nodes are so on all sides alike.
+    let keep = |face: u32, node: u32| match frames.contains_key(&node) {
+        false => Err(u32::MAX),
+        true if patches.carries(face, node) => Ok(()),
+        true => Err(patches.side(face)),
+    };
     let (rows, lost) = rows(mesh, &surface.faces, &met, keep);
     found.dropped_area = lost;
     for row in rows {
@@ -90,6 +98,13 @@ pub(super) fn points_of_pair(
         let tangents = [frame[1], frame[2]].map(|tangent| dofs.components(row.node, tangent));
         refuse_dragging(&constrained, imposed, along, row.node, x, &surface.friction, &tangents)?;
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
+        // A mean lies among what it is of; the dual functions, negative in places, may go beyond.
+        let gap = match within.get(&row.node) {
+            Some([low, high]) if master.gap == InitialGap::AsMeshed => {
+                gap.clamp(low * row.unity_sum, high * row.unity_sum)
+            }
+            _ => gap,
+        };
         let visible = gap / row.unity_sum;
         found.guided += usize::from(frame[2] == [0.0; 3]);
         found.held_along_surface += usize::from(is_held_along(dofs, row.node, &tangents));
@@ -141,7 +156,8 @@ pub(crate) fn area_met_when_moved(
     for node in mesh.face_nodes(&surface.faces) {
         there.nodes[node as usize] = moved(mesh.nodes[node as usize]);
     }
-    let met = meet(&there, &surface.faces, &master.faces, search, false);
+    let tied = surface.friction == SurfaceFriction::Bonded;
+    let met = meet(&there, &surface.faces, &master.faces, search, tied);
     let whole = surface.faces.iter().map(|&face| mesh.face_area(face as usize)).sum();
     [met.iter().map(|met| met.covered).sum(), whole]
 }
@@ -202,6 +218,23 @@ fn frames(
     Ok(frames)
 }
 
+/// For the nodes of faces that meet parts which do not hang together the least and the largest distance to them.
+fn distances_of_several(mesh: &Mesh, slave: &[u32], met: &[Met], patches: &Patches) -> HashMap<u32, [f64; 2]> {
+    let several: HashSet<u32> = (slave.iter().zip(met))
+        .filter(|(_, met)| met.several)
+        .flat_map(|(&face, _)| mesh.faces[face as usize].nodes().iter().copied())
+        .collect();
+    let mut within: HashMap<u32, [f64; 2]> = HashMap::new();
+    for (&face, met) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
+        let nodes = mesh.faces[face as usize].nodes().iter();
+        for &node in nodes.filter(|&&node| several.contains(&node) && patches.carries(face, node)) {
+            let [low, high] = within.entry(node).or_insert([f64::INFINITY, f64::NEG_INFINITY]);
+            (*low, *high) = (low.min(met.distances[0]), high.max(met.distances[1]));
+        }
+    }
+    within
+}
+
 /// The weighted jump of the coordinates along the normal, or what the case says it is: the weighted jump of a field as
 /// long as the gap along the normals of the slave surface, which turn where that is curved.
 pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, outward: &HashMap<u32, V3>) -> f64 {
@@ -217,7 +250,9 @@ pub(super) fn initial_gap(mesh: &Mesh, row: &Row, normal: V3, gap: &InitialGap, 
         InitialGap::ClosedAt(nodes) if nodes.binary_search(&row.node).is_ok() => 0.0,
         InitialGap::ClosedAt(_) => meshed(),
         InitialGap::Uniform(gap) => {
-            let of = |&(other, weight): &(u32, f64)| Some(weight * dot(normal, *outward.get(&other)?));
+            // A node that is carried for across a sharp edge has a normal of its own there.
+            let along = |cosine: f64| if cosine < SIDE { 1.0 } else { cosine };
+            let of = |&(other, weight): &(u32, f64)| Some(weight * along(dot(normal, *outward.get(&other)?)));
             gap * (1.0 + row.others.iter().filter_map(of).sum::<f64>())
         }
     }

@@ -4,26 +4,28 @@
 //! other surface; where that one ends and another part of it lies behind, it is that of the nearer part. In a face that is
 //! left out its neighbours carry for the node, as for any node without a multiplier.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::flat::area;
 use super::mortar::{Met, Segment};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, dot, unit};
 
-/// Faces around a node are one smooth surface if the normal of each has a larger cosine with that of all: a coarse cylinder of
-/// ten sides is smooth, an edge that bends by 74 degrees is not.
+/// Faces around a node are one smooth surface if the normal of each has a larger cosine with that of all (an edge may bend by
+/// 74 degrees), and next to one another if theirs have.
 const SMOOTH: f64 = 0.8;
-/// Distances that differ by less than this part of the size of a face are the same.
-const SAME_DISTANCE: f64 = 1e-6;
+/// Of two parts that do not hang together the one that is farther by more than this part of a face's size lies behind.
+const BEHIND: f64 = 0.05;
 /// What covers less of a face is not what the face lies on.
 const LEAST_PART: f64 = 0.02;
 
 /// The faces that do not count for a node: pairs of both.
 #[derive(Debug, Default)]
 pub(super) struct Patches {
+    /// The smooth side of the surface that each face is of.
+    side: HashMap<u32, u32>,
     /// On another side of a sharp edge.
-    averse: HashSet<(u32, u32)>,
+    across_edge: HashSet<(u32, u32)>,
     /// On a farther part of the other surface.
     behind: HashSet<(u32, u32)>,
 }
@@ -36,19 +38,26 @@ impl Patches {
         for (i, &face) in slave.iter().enumerate() {
             mesh.faces[face as usize].nodes().iter().for_each(|&node| around.entry(node).or_default().push(i));
         }
-        let mut patches = Patches::default();
+        let sides = sides(mesh, slave);
+        let mut meets = vec![0.0; slave.len()];
+        sides.iter().zip(met).for_each(|(&side, met)| meets[side] += met.covered);
+        let mut patches = Patches {
+            side: slave.iter().zip(&sides).map(|(&face, &side)| (face, side as u32)).collect(),
+            ..Patches::default()
+        };
         for (&node, faces) in &around {
-            let averse = averse(mesh, slave, met, faces);
-            let averse = averse.into_iter().filter(|&i| !tied || met[i].covered == 0.0);
-            patches.averse.extend(averse.map(|i| (node, slave[i])));
+            let left_out = across_edge(mesh, slave, met, faces, (&sides, &meets));
+            let left_out = left_out.into_iter().filter(|&i| !tied || met[i].covered == 0.0);
+            patches.across_edge.extend(left_out.map(|i| (node, slave[i])));
         }
         // A strip of single faces between two edges would carry nothing: its nodes keep the mean of the sides.
-        for (&face, _) in slave.iter().zip(met).filter(|(_, met)| met.covered > 0.0) {
-            let nodes = mesh.faces[face as usize].nodes();
-            if nodes.iter().all(|&node| !patches.shapes(face, node)) {
-                patches.averse.retain(|(node, _)| !nodes.contains(node));
-            }
-        }
+        let strips: HashSet<u32> = (slave.iter().zip(met))
+            .filter(|(_, met)| met.covered > 0.0)
+            .map(|(&face, _)| (face, mesh.faces[face as usize].nodes()))
+            .filter(|(face, nodes)| nodes.iter().all(|&node| !patches.shapes(*face, node)))
+            .flat_map(|(_, nodes)| nodes.iter().copied())
+            .collect();
+        patches.across_edge.retain(|(node, _)| !strips.contains(node));
         if !tied {
             for (&node, faces) in &around {
                 let behind = behind(&patches, node, slave, met, faces);
@@ -60,66 +69,116 @@ impl Patches {
 
     /// Whether a face has a part in the normal of a node of it.
     pub(super) fn shapes(&self, face: u32, node: u32) -> bool {
-        !self.averse.contains(&(node, face))
+        !self.across_edge.contains(&(node, face))
     }
 
     /// Whether a node carries its own part of a face.
     pub(super) fn carries(&self, face: u32, node: u32) -> bool {
         self.shapes(face, node) && !self.behind.contains(&(node, face))
     }
+
+    /// The smooth side of the surface that a face is of.
+    pub(super) fn side(&self, face: u32) -> u32 {
+        self.side[&face]
+    }
 }
 
-/// The faces around a node that do not belong to its normal: none unless they have a sharp edge there.
-fn averse(mesh: &Mesh, slave: &[u32], met: &[Met], around: &[usize]) -> Vec<usize> {
-    let normal = |i: usize| mesh.face_normal(slave[i] as usize);
-    let sum = around.iter().fold([0.0; 3], |sum: V3, &i| add(sum, mesh.face_vector_area(slave[i] as usize)));
-    if unit(sum).is_some_and(|mean| around.iter().all(|&i| dot(normal(i), mean) >= SMOOTH)) {
-        return Vec::new();
-    }
-    let meets = |side: usize| -> f64 {
-        around.iter().filter(|&&i| dot(normal(i), normal(side)) >= SMOOTH).map(|&i| met[i].covered).sum()
-    };
-    let mut best: Option<(usize, f64)> = None;
-    for &i in around.iter().filter(|&&i| met[i].covered > 0.0) {
-        let covered = meets(i);
-        // Of sides that meet as much the first, whatever the rounding.
-        if best.is_none_or(|(_, most)| covered > (1.0 + SAME_DISTANCE) * most) {
-            best = Some((i, covered));
+/// For each face the first of the smooth side it is of: sides end at sharp edges, so that all nodes of an edge choose alike.
+fn sides(mesh: &Mesh, slave: &[u32]) -> Vec<usize> {
+    let mut of_edge: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    for (i, &face) in slave.iter().enumerate() {
+        let corners = mesh.faces[face as usize].corners();
+        for (k, &corner) in corners.iter().enumerate() {
+            let next = corners[(k + 1) % corners.len()];
+            of_edge.entry([corner.min(next), corner.max(next)]).or_default().push(i);
         }
     }
-    let Some((side, _)) = best else { return Vec::new() };
-    around.iter().copied().filter(|&i| dot(normal(i), normal(side)) < SMOOTH).collect()
+    let mut side: Vec<usize> = vec![usize::MAX; slave.len()];
+    for first in 0..slave.len() {
+        if side[first] != usize::MAX {
+            continue;
+        }
+        let mut open = vec![first];
+        side[first] = first;
+        while let Some(i) = open.pop() {
+            let corners = mesh.faces[slave[i] as usize].corners();
+            let normal = mesh.face_normal(slave[i] as usize);
+            for (k, &corner) in corners.iter().enumerate() {
+                let next = corners[(k + 1) % corners.len()];
+                for &other in &of_edge[&[corner.min(next), corner.max(next)]] {
+                    if side[other] == usize::MAX && dot(mesh.face_normal(slave[other] as usize), normal) >= SMOOTH {
+                        side[other] = first;
+                        open.push(other);
+                    }
+                }
+            }
+        }
+    }
+    side
 }
 
-/// The faces around a node that meet another part of the other surface than the nearest of them, and farther away.
+/// The faces around a node that do not belong to its normal: none unless they have a sharp edge there. `meets` has the area that
+/// each of the `sides` meets.
+fn across_edge(
+    mesh: &Mesh,
+    slave: &[u32],
+    met: &[Met],
+    around: &[usize],
+    (sides, meets): (&[usize], &[f64]),
+) -> Vec<usize> {
+    let normal = |i: usize| mesh.face_normal(slave[i] as usize);
+    let mean = |of: &dyn Fn(usize) -> bool| {
+        let of = around.iter().filter(|&&i| of(i));
+        unit(of.fold([0.0; 3], |sum: V3, &i| add(sum, mesh.face_vector_area(slave[i] as usize))))
+    };
+    if mean(&|_| true).is_some_and(|mean| around.iter().all(|&i| dot(normal(i), mean) >= SMOOTH)) {
+        return Vec::new();
+    }
+    let candidates: BTreeSet<usize> = around.iter().filter(|&&i| met[i].covered > 0.0).map(|&i| sides[i]).collect();
+    let Some(best) = candidates.iter().copied().reduce(|a, b| if meets[b] > meets[a] { b } else { a }) else {
+        return Vec::new();
+    };
+    // How squarely a normal looks at what the faces meet.
+    let looks = |normal: V3, of: &dyn Fn(usize) -> bool| {
+        let of: Vec<usize> = around.iter().copied().filter(|&i| met[i].covered > 0.0 && of(i)).collect();
+        let covered: f64 = of.iter().map(|&i| met[i].covered).sum();
+        -of.iter().map(|&i| dot(normal, met[i].normals)).sum::<f64>() / covered
+    };
+    let is_best = |i: usize| sides[i] == best;
+    let Some(own) = mean(&is_best) else { return Vec::new() };
+    // A ridge or tip that is pressed on one flat part looks at it with the mean of its flanks.
+    let all_met = mean(&|i| met[i].covered > 0.0);
+    let of_all = all_met.filter(|&all| looks(all, &|_| true) > looks(own, &is_best));
+    let chosen = of_all.unwrap_or(own);
+    let left_out = |i: usize| match of_all {
+        Some(_) => met[i].covered == 0.0 && dot(normal(i), chosen) < SMOOTH,
+        None => !is_best(i) && dot(normal(i), chosen) < SMOOTH,
+    };
+    around.iter().copied().filter(|&i| left_out(i)).collect()
+}
+
+/// The faces around a node that meet another part of the other surface than the nearest of them, behind it.
 fn behind(patches: &Patches, node: u32, slave: &[u32], met: &[Met], around: &[usize]) -> Vec<usize> {
     let meets: Vec<usize> =
         around.iter().copied().filter(|&i| met[i].covered > 0.0 && patches.shapes(slave[i], node)).collect();
-    let distances: Vec<f64> = meets.iter().map(|&i| met[i].distance).collect();
-    let size = meets.iter().fold(0.0, |size: f64, &i| size.max(met[i].flat.abs().sqrt()));
-    let nodes: Vec<Vec<u32>> = meets.iter().map(|&i| met[i].masters.iter().map(|entry| entry.0).collect()).collect();
-    farther(&distances, size, &nodes).into_iter().map(|k| meets[k]).collect()
-}
-
-/// Of parts, each at a distance and with nodes of the other surface, those that hang together with the nearest by no common
-/// nodes and are farther away.
-fn farther(distances: &[f64], size: f64, nodes: &[Vec<u32>]) -> Vec<usize> {
-    let Some(nearest) = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b])) else {
+    let Some(nearest) = meets.iter().copied().min_by(|&a, &b| met[a].distance.total_cmp(&met[b].distance)) else {
         return Vec::new();
     };
-    let mut away: Vec<usize> =
-        (0..distances.len()).filter(|&k| distances[k] > distances[nearest] + SAME_DISTANCE * size).collect();
-    let mut reached: HashSet<u32> =
-        (0..distances.len()).filter(|k| !away.contains(k)).flat_map(|k| nodes[k].iter().copied()).collect();
-    while let Some(place) = away.iter().position(|&k| nodes[k].iter().any(|node| reached.contains(node))) {
-        reached.extend(&nodes[away.swap_remove(place)]);
+    let size = meets.iter().fold(0.0, |size: f64, &i| size.max(met[i].flat.abs().sqrt()));
+    let limit = met[nearest].distance + BEHIND * size;
+    let nodes = |i: usize| met[i].masters.iter().map(|entry| entry.0);
+    let (near, mut behind): (Vec<usize>, Vec<usize>) = meets.into_iter().partition(|&i| met[i].distance <= limit);
+    let mut reached: HashSet<u32> = near.into_iter().flat_map(nodes).collect();
+    while let Some(place) = behind.iter().position(|&i| nodes(i).any(|node| reached.contains(&node))) {
+        reached.extend(nodes(behind.swap_remove(place)));
     }
-    away
+    behind
 }
 
 /// Leaves of the segments of a face those on what it lies on: where the other surface ends under the face and another part of it
-/// lies behind, the dual functions, negative in places, would make an overlap of two distances.
-pub(super) fn keep_nearest_part(mesh: &Mesh, segments: &mut Vec<Segment>, whole: f64) {
+/// lies behind, the dual functions, negative in places, would make an overlap of two distances. Whether parts that do not
+/// hang together are left.
+pub(super) fn keep_nearest_part(mesh: &Mesh, segments: &mut Vec<Segment>, whole: f64) -> bool {
     let mut parts: Vec<(HashSet<u32>, Vec<usize>)> = Vec::new();
     for (k, segment) in segments.iter().enumerate() {
         let nodes = mesh.faces[segment.face as usize].nodes();
@@ -130,30 +189,28 @@ pub(super) fn keep_nearest_part(mesh: &Mesh, segments: &mut Vec<Segment>, whole:
             part.0.extend(known);
             part.1.extend(members);
         }
+        part.1.sort_unstable();
         parts = apart;
         parts.push(part);
     }
     if parts.len() < 2 {
-        return;
+        return false;
     }
-    let sum = |members: &[usize], of: &dyn Fn(&Segment) -> f64| -> f64 {
-        let mut members = members.to_vec();
-        members.sort_unstable();
-        members.iter().map(|&k| of(&segments[k])).sum()
-    };
-    let covers = |members: &[usize]| sum(members, &|segment| area(&segment.polygon).abs());
+    let covers = |members: &[usize]| members.iter().map(|&k| area(&segments[k].polygon).abs()).sum::<f64>();
     let distance = |members: &[usize]| {
-        sum(members, &|segment| area(&segment.polygon).abs() * segment.distance.abs()) / covers(members)
+        let of = |&k: &usize| area(&segments[k].polygon).abs() * segments[k].distance;
+        members.iter().map(of).sum::<f64>() / covers(members)
     };
-    let enough: Vec<usize> = (0..parts.len()).filter(|&p| covers(&parts[p].1) >= LEAST_PART * whole.abs()).collect();
-    let Some(nearest) = enough.into_iter().map(|p| distance(&parts[p].1)).min_by(|a, b| a.total_cmp(b)) else {
-        return;
-    };
-    let stays = |members: &[usize]| distance(members) <= nearest + SAME_DISTANCE * whole.abs().sqrt();
+    let large = parts.iter().filter(|(_, members)| covers(members) >= LEAST_PART * whole.abs());
+    let Some(nearest) = large.map(|(_, members)| distance(members)).min_by(|a, b| a.total_cmp(b)) else { return true };
+    let limit = nearest + BEHIND * whole.abs().sqrt();
     let mut kept = vec![false; segments.len()];
-    for (_, members) in parts.iter().filter(|(_, members)| stays(members)) {
+    let mut left = 0;
+    for (_, members) in parts.iter().filter(|(_, members)| distance(members) <= limit) {
         members.iter().for_each(|&k| kept[k] = true);
+        left += 1;
     }
     let mut kept = kept.into_iter();
     segments.retain(|_| kept.next() == Some(true));
+    left > 1
 }

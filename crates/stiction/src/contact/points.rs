@@ -52,7 +52,7 @@ pub(super) fn points_on_obstacle(
     }
     let mut facts = SurfaceFacts::named(&surface.name);
     let tied = surface.friction == SurfaceFriction::Bonded;
-    let facing = faces_that_look(mesh, &surface.faces, obstacle).filter(|_| !tied);
+    let facing = if tied { None } else { faces_that_look(mesh, &surface.faces, obstacle) };
     let faces = facing.as_ref().unwrap_or(&surface.faces);
     let outward = nodal_normals(mesh, faces);
     if facing.is_some() {
@@ -88,6 +88,7 @@ pub(super) fn points_on_obstacle(
         };
         if facing.is_some() && dot(outward, away) >= FACING {
             facts.looking_away += 1;
+            facts.dropped_area += unity_sum * area;
             continue;
         }
         let mut measured = distance;
@@ -152,6 +153,10 @@ pub(super) fn points_on_obstacle(
             facts.beyond
         );
         return Err(Error::new("", what, "check `scale`, `turn` and `move` of the obstacle, or enlarge it"));
+    }
+    if facts.points == 0 && facts.looking_away > 0 {
+        let what = "no node of the contact surface looks at the obstacle";
+        return Err(Error::new("", what, "check the place of the obstacle and its `side`, or mesh the surface finer"));
     }
     if facts.points == 0 {
         let what =

@@ -116,6 +116,10 @@ pub(super) fn in_three(dimension: usize, x: &[f64]) -> Vec<V3> {
 }
 
 impl System for Discrete<'_> {
+    fn is_exact(&self) -> bool {
+        true
+    }
+
     fn step(&self, _: &Iterate, points: &[Linearisation], _: f64) -> Option<Step> {
         let linear = self.operator.linearised(points);
         let lambda = if linear.rhs.is_empty() {

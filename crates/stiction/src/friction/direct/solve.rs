@@ -259,7 +259,9 @@ impl<'a> Solver<'a> {
         self.counts.fixed_point_steps += 1;
         let frozen = self.frozen_laws();
         let law = self.newton(self.friction(), &self.r, tolerance);
-        let residual = law.merit(&self.at) / law.weighed(&self.at.lambda).max(f64::MIN_POSITIVE);
+        let scale = law.weighed(&self.at.lambda).max(f64::MIN_POSITIVE);
+        // Less than it is now, or the step would be none.
+        let residual = law.merit(&self.at).min(10.0 * self.newton(&frozen, &self.r, tolerance).merit(&self.at)) / scale;
         let target = tolerance.max(Threshold::FIXED_POINT_PART * residual.min(1.0));
         match self.steps(proximal, &frozen, Phase::FixedPoint, 1.0, target, observer) {
             End::Stalled => self.gradient_steps(),
@@ -392,7 +394,8 @@ impl<'a> Solver<'a> {
         let laws = newton.linearised(&self.at, f64::INFINITY);
         let Some(step) = self.system.step(&self.at, &laws, Threshold::CORRECTION) else { return };
         let next = self.system.advance(&self.at, 1.0, &step);
-        if !step.resisted || newton.merit(&next) >= newton.merit(&self.at) {
+        let falls = newton.merit(&next) < newton.merit(&self.at);
+        if !step.resisted || !falls {
             return;
         }
         axpy(1.0, &self.dual().response(self.problem, &by_component(&step.lambda)), u);
@@ -408,13 +411,22 @@ impl<'a> Solver<'a> {
         self.at.lambda = by_point(&lambda);
         let mut u = self.displacement(&lambda);
         self.at.v = by_point(&self.problem.gap_and_slip(&u));
-        if self.refines {
-            self.correct(&mut u, tolerance);
-            lambda = by_component(&self.at.lambda);
-            make_admissible(self.friction(), &mut lambda);
-        }
         self.given.out_of_isotropic(&mut lambda);
-        let certificate = certify(self.given, &u, &lambda, tolerance);
+        let mut certificate = certify(self.given, &u, &lambda, tolerance);
+        if self.refines && end != End::Interrupted && !certificate.is_as_good_as_the_data() {
+            let (before, mut corrected) = (self.at.clone(), u.clone());
+            self.correct(&mut corrected, tolerance);
+            let mut forces = by_component(&self.at.lambda);
+            make_admissible(self.friction(), &mut forces);
+            self.given.out_of_isotropic(&mut forces);
+            let of_corrected = certify(self.given, &corrected, &forces, tolerance);
+            // A long step after a stall may need forces that are not admissible.
+            if of_corrected.missed() < certificate.missed() {
+                (u, lambda, certificate) = (corrected, forces, of_corrected);
+            } else {
+                self.at = before;
+            }
+        }
         let status = end.status(certificate.passed);
         self.counts.newton_steps = self.max_steps - self.steps_left;
         self.counts.products = self.dual().products();

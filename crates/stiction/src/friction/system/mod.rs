@@ -53,6 +53,11 @@ pub(crate) trait System {
     /// `None` where they are singular to working precision.
     fn step(&self, at: &Iterate, points: &[Linearisation], accuracy: f64) -> Option<Step>;
 
+    /// Whether steps are solved as well as they can be whatever accuracy is asked for.
+    fn is_exact(&self) -> bool {
+        false
+    }
+
     /// The point at `t` times a step.
     fn advance(&self, at: &Iterate, t: f64, step: &Step) -> Iterate;
 }

@@ -157,7 +157,8 @@ pub(crate) fn newton(on: &Newton<'_>, at: &mut Iterate, steps: &mut usize, obser
             let falls = |(_, theta): &(Iterate, f64), t: f64| *theta <= (1.0 - Threshold::DECREASE * t) * highest;
             lengths.find_map(|t| Some(trial(step, t)).filter(|next| falls(next, t)))
         };
-        let next = search(&first).or_else(|| search(&step(Threshold::FINE).filter(|_| accuracy > Threshold::FINE)?));
+        let fine = || if on.system.is_exact() || accuracy <= Threshold::FINE { None } else { step(Threshold::FINE) };
+        let next = search(&first).or_else(|| search(&fine()?));
         let next = match next {
             Some(next) => next,
             None if leaps < on.rules.leaps => {

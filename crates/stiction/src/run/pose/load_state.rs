@@ -354,10 +354,14 @@ pub(crate) fn refuse_overlap(
         let value = [0, 1, 2].map(held);
         let x = mesh.nodes[node as usize];
         let Some((distance, away)) = obstacle.distance(x) else { continue };
-        if carries.contains(&node) || value.iter().all(Option::is_none) {
+        if carries.contains(&node) {
             continue;
         }
         let [away, d] = [away, d].map(|v| dofs.components(node, v));
+        // Those without a point that can get out of the way look away from the obstacle.
+        if (0..3).any(|c| value[c].is_none() && away[c].abs() > ROUNDING) {
+            continue;
+        }
         let apart = (0..3).map(|c| away[c] * (value[c].unwrap_or(0.0) - d[c])).sum::<f64>();
         let rounding = ROUNDING * norm(value.map(|v| v.unwrap_or(0.0))).max(norm(d));
         if distance + apart < 0.0 && apart < -rounding {

@@ -287,11 +287,16 @@ fn tighten(
     apply(prepared, &base, &march.slid);
     close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());
-    let (mut from, mut failed) = (None, false);
+    let mut from = None;
     // From rest the shortenings are far from the final ones, and a flange finds its sets only from a solve with fixed ones.
     let mut tries_together = if search.may_be_found_together() { 2 } else { 0 };
-    // Where the factor fails multigrid is tried, as it is for a solve without bolts.
-    let mut changes_over = settings.solver.path == SolverPath::Auto && search.may_be_found_together();
+    // Where the search by the factor fails multigrid is tried, as it is for a solve without bolts.
+    let mut changes_over = settings.solver.path == SolverPath::Auto
+        && settings.method.method == Method::Newton
+        && search.may_be_found_together()
+        && !kept.begins_with_multigrid(&prepared.problem, &settings.solver);
+    let mut failed: Option<(LoadState, Outcome)> = None;
+    let first_shortening = search.shortening.clone();
     loop {
         let mut loads = tightened(prepared, base.clone(), &search.shortening);
         apply(prepared, &loads, &march.slid);
@@ -302,11 +307,12 @@ fn tighten(
             let solver = friction::Settings { start_displacement, ..settings.solver.clone() };
             let with_start = Settings { solver, ..settings.clone() };
             let sought = sought_forces(prepared, search.sought());
-            let together = tightened_by_multigrid(prepared, &with_start, (&sought, failed), kept, observer)?;
+            let together = tightened_by_multigrid(prepared, &with_start, (&sought, failed.is_some()), kept, observer)?;
             // Where it is solved, or multigrid is not for the problem, there is nothing to try again.
             if together.as_ref().is_none_or(|(found, _)| found.solved) {
                 tries_together = 0;
             }
+            let solved = together.as_ref().is_some_and(|(found, _)| found.solved);
             if let Some((found, seconds)) = together {
                 spent.add(&seconds);
                 counts.add(&found.counts);
@@ -316,6 +322,10 @@ fn tighten(
                     apply(prepared, &loads, &march.slid);
                     start = (found.lambda, found.u);
                 }
+            }
+            if let Some((loads, mut outcome)) = failed.take().filter(|_| !solved) {
+                (outcome.seconds, outcome.solution.counts) = (spent, counts);
+                return Ok((loads, outcome));
             }
         }
         let mut outcome = attempt(prepared, settings, march, &start, kept, observer)?;
@@ -332,8 +342,13 @@ fn tighten(
         let found = search.next(&forces);
         let stalls = matches!(outcome.solution.status, Status::MaxIterations | Status::Stalled);
         if changes_over && (stalls || solved && found == ControlFlow::Break(false)) {
-            (changes_over, failed, tries_together) = (false, true, 1);
+            (changes_over, tries_together) = (false, 1);
+            outcome.solution.status = Status::Stalled;
+            failed = Some((loads, outcome));
             search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
+            search.shortening.clone_from(&first_shortening);
+            prepared.problem.contact.friction.clone_from(&march.laws);
+            prepared.loading.lost.clone_from(&march.lost);
             continue;
         }
         if !solved || found.is_break() {
