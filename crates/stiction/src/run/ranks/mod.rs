@@ -8,6 +8,7 @@ mod generate;
 mod hash;
 mod keep;
 mod local;
+mod parts;
 mod record;
 mod room;
 mod scope;

@@ -3,8 +3,9 @@
 use std::collections::HashSet;
 
 use super::bolts::{self, RankBolt, put_bolts, take_bolts};
-use super::generate;
+use super::generate::Made;
 use super::local::changes;
+use super::parts::{self, Parts};
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
@@ -70,8 +71,9 @@ pub(super) const NO_AXIS: u32 = u32::MAX;
 /// holds all of it for that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
     let mut missing = None;
-    if let Some(grids) = generate::grids(case) {
-        match generate::share(case, &grids, ranks)? {
+    let made = Made::new(case, ranks).map(|made| Box::new(made) as Box<dyn Parts>);
+    if let Some(mut parts) = made {
+        match parts::share(case, &mut *parts, ranks)? {
             Ok(share) => return Ok(share),
             Err(error) => missing = error,
         }
@@ -119,14 +121,14 @@ pub(super) struct Whole {
     numbers: Option<[Vec<u64>; 2]>,
     /// Nodes and cells of the whole.
     sizes: [u64; 2],
-    pub material_of_cell: Vec<u32>,
+    material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
     moments: Vec<FaceMoments>,
     points: PosedPoints,
     kinds: Vec<u8>,
     contact_of: Vec<u32>,
     bodies: Vec<Body>,
-    pub body_of_node: Vec<u32>,
+    body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
     /// What each node counts when the mesh is divided; nodes that go where another does, and that one, which counts for both.
     pub weights: Vec<f64>,
@@ -139,14 +141,15 @@ impl Whole {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
         let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(|error| missing.unwrap_or(error))?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        Whole::new(case, mesh, (None, sizes), parts)
+        Whole::new(case, mesh, (None, sizes), None, parts)
     }
 
-    /// A case on a mesh, to be divided into so many parts.
+    /// A case on a mesh, to be divided into so many parts. The body of each node, and the bodies, are found unless they are `known`.
     pub(super) fn new(
         case: &Case,
         mut mesh: Mesh,
         (numbers, sizes): (Option<[Vec<u64>; 2]>, [u64; 2]),
+        known: Option<(Vec<u32>, Vec<Body>)>,
         parts: usize,
     ) -> Result<Whole, Error> {
         if sizes[0] < parts as u64 {
@@ -155,7 +158,7 @@ impl Whole {
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
         let Fixes { held, timed, .. } = fixes(&mesh, case)?;
-        let (body_of_node, bodies) = bodies_of(&mesh);
+        let (body_of_node, bodies) = known.unwrap_or_else(|| bodies_of(&mesh));
         let mut groups = Vec::new();
         let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
@@ -192,11 +195,6 @@ impl Whole {
     /// The number of a node in the whole.
     pub(super) fn node_number(&self, v: usize) -> u64 {
         self.numbers.as_ref().map_or(v as u64, |[nodes, _]| nodes[v])
-    }
-
-    /// The numbers of all cells here in the whole.
-    pub(super) fn cell_numbers(&self) -> impl Iterator<Item = u64> {
-        (0..self.mesh.cell_count()).map(|cell| self.numbers.as_ref().map_or(cell as u64, |[_, cells]| cells[cell]))
     }
 
     /// The nodes that go where others do.
