@@ -99,6 +99,11 @@ pub(crate) fn is_of_memory(error: &Error) -> bool {
     error.remedy.contains("`settings.memory_limit`")
 }
 
+/// The same of an error in terms of the case.
+pub(crate) fn was_of_memory(error: &Error) -> bool {
+    error.remedy.contains("`memory` under [solver]")
+}
+
 /// Refuses a mesh whose matrix alone would not fit, before it is made or assembled: nobody should find that out by the machine
 /// running out of memory.
 pub(crate) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<(), Error> {
@@ -123,6 +128,11 @@ pub(crate) fn of_block(element: BlockElement) -> f64 {
 
 /// The same of a mesh, by the kinds of its cells.
 pub(crate) fn of_mesh(mesh: &Mesh) -> f64 {
+    of_kinds(mesh.cells.iter().filter(|cells| !cells.is_empty()).map(|cells| cells.kind))
+}
+
+/// The same of cells of these kinds.
+pub(crate) fn of_kinds(kinds: impl Iterator<Item = CellKind>) -> f64 {
     let of_kind = |kind: CellKind| match kind {
         CellKind::Tet4 => Bytes::TET4,
         CellKind::Hex8 => Bytes::HEX8,
@@ -131,8 +141,7 @@ pub(crate) fn of_mesh(mesh: &Mesh) -> f64 {
         CellKind::Wedge6 => Bytes::WEDGE6,
         CellKind::Wedge15 => Bytes::WEDGE15,
     };
-    let kinds = mesh.cells.iter().filter(|cells| !cells.is_empty());
-    kinds.map(|cells| of_kind(cells.kind)).fold(0.0, f64::max)
+    kinds.map(of_kind).fold(0.0, f64::max)
 }
 
 /// Refuses a mesh file that cannot be read in the memory there is.

@@ -3,12 +3,17 @@
 //! What ranks cannot do yet is refused by name (`scope`).
 
 mod bolts;
+mod cells;
 mod check;
+mod components;
 mod generate;
 mod hash;
+mod homes;
 mod keep;
 mod local;
+mod numbering;
 mod parts;
+mod ranges;
 mod record;
 mod room;
 mod scope;

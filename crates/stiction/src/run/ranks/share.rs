@@ -6,6 +6,7 @@ use super::bolts::{self, RankBolt, put_bolts, take_bolts};
 use super::generate::Made;
 use super::local::changes;
 use super::parts::{self, Parts};
+use super::ranges;
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
@@ -17,6 +18,7 @@ use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
 use crate::run::pose::materials::materials;
+use crate::run::pose::memory::was_of_memory;
 use crate::run::pose::ties::TimedFix;
 use crate::run::pose::{
     MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
@@ -67,17 +69,29 @@ pub(super) const REVERSED: u8 = 2;
 /// No axis of symmetry.
 pub(super) const NO_AXIS: u32 = u32::MAX;
 
-/// The share of each rank. The mesh is made by all of them where it can be, otherwise made or read and checked by rank 0, which
-/// holds all of it for that time.
+/// The share of each rank. The mesh is made or read by all of them where it can be, otherwise by rank 0, which holds all of it for
+/// that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
-    let mut missing = None;
-    let made = Made::new(case, ranks).map(|made| Box::new(made) as Box<dyn Parts>);
-    if let Some(mut parts) = made {
-        match parts::share(case, &mut *parts, ranks)? {
-            Ok(share) => return Ok(share),
-            Err(error) => missing = error,
-        }
+    match of_parts(case, ranks)? {
+        Ok(share) => Ok(share),
+        Err(missing) => of_whole(case, missing, ranks),
     }
+}
+
+/// That of a mesh that ranks make or read part by part; if there is none, what was wrong, which rank 0 knows.
+fn of_parts(case: &Case, ranks: &dyn Ranks) -> Result<Result<Share, Option<Error>>, Error> {
+    let parts = match Made::new(case, ranks) {
+        Some(made) => Ok(Box::new(made) as Box<dyn Parts>),
+        None => ranges::read(case, ranks).map(|read| Box::new(read) as Box<dyn Parts>),
+    };
+    match parts {
+        Ok(mut parts) => parts::share(case, &mut *parts, ranks),
+        Err(wrong) => Ok(Err(wrong)),
+    }
+}
+
+/// That of a mesh that rank 0 makes or reads; `missing` is the error if it cannot hold it.
+fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -> Result<Share, Error> {
     let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size(), missing).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
     let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);
@@ -136,10 +150,12 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    /// Of a mesh that is too large to be made the error says what its boundary is `missing`, if that was posed.
+    /// Of a mesh that is too large to be made or read the error says what its boundary or a range of it is `missing`, if that was looked
+    /// at.
     fn made(case: &Case, parts: usize, missing: Option<Error>) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(|error| missing.unwrap_or(error))?;
+        let instead = |error: Error| if was_of_memory(&error) { missing.unwrap_or(error) } else { error };
+        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(instead)?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
         Whole::new(case, mesh, (None, sizes), None, parts)
     }
@@ -474,3 +490,7 @@ impl Share {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "share_tests.rs"]
+mod tests;
