@@ -86,7 +86,7 @@ impl MeshRanges {
         }
     }
 
-    /// Nodes and elements of the file; no more than bytes.
+    /// Nodes and elements that the file says it has.
     pub fn sizes(&self) -> [u64; 2] {
         match &self.of {
             Format::Gmsh(blocks) => blocks.sizes(),
@@ -177,3 +177,7 @@ impl Stored {
 
 /// The remedy for whatever a writer would not have written.
 const DAMAGED: &str = "the file is damaged or incomplete; write it again";
+
+#[cfg(test)]
+#[path = "ranges_tests.rs"]
+mod tests;

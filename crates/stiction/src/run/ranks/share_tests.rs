@@ -199,6 +199,35 @@ fn shares_of_a_vtu_file_read_by_ranges_are_those_of_the_whole() {
     std::fs::remove_file(&file).unwrap();
 }
 
+/// Files of other programs: each held at its upper end and pressed onto a plane.
+#[test]
+fn shares_of_files_of_other_programs_are_those_of_the_whole() {
+    let files = [
+        "meshes/cylinders-41-binary.msh",
+        "meshes/bar-41-binary.msh",
+        "data/brick-vtk-raw.vtu",
+        "data/brick-vtk-raw-zlib.vtu",
+        "data/curved-tet10-41.msh",
+        "data/curved-hex20-41.msh",
+        "data/curved-wedge15-41.msh",
+    ];
+    for name in files {
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests")).join(name);
+        let (mesh, _) = crate::run::pose::read_mesh(&path, 1.0, &[]).unwrap();
+        let [low, high] = mesh.bounding_box();
+        let end = |z: f64| {
+            format!("{{ box = [[{:?}, {:?}, {z:?}], [{:?}, {:?}, {z:?}]] }}", low[0], low[1], high[0], high[1])
+        };
+        let (upper, lower) = (end(high[2]), end(low[2]));
+        let more = format!(
+            "{STEEL}[[fix]]\non = {upper}\n[[contact]]\non = {lower}\nfriction = {{ coulomb = 0.3 }}\n\
+             against = {{ plane = {{ point = [0, 0, {:?}], normal = [0, 0, 1] }} }}\n",
+            low[2]
+        );
+        same(&case_on(&path, &more), name);
+    }
+}
+
 /// The messages are those of the reader of the whole, on all ranks, and the ranges have seen that something is wrong.
 #[test]
 fn what_is_wrong_with_a_file_ends_all_ranks_with_the_words_of_the_whole() {
