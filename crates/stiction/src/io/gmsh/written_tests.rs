@@ -117,7 +117,7 @@ pub(crate) fn written(mesh: &Mesh, style: Style) -> Vec<u8> {
         }
     }
     out.text("\n$EndEntities\n$Nodes\n");
-    // Those of no cell among the others: none of them is finite, so that nobody may read it.
+    // Those of no cell among the others.
     let mut nodes: Vec<[f64; 3]> = Vec::new();
     let mut place = Vec::new();
     for (k, x) in mesh.nodes.iter().enumerate() {

@@ -21,9 +21,13 @@ fn case_on(path: &Path, more: &str) -> Case {
     case::parse(&text, "case.toml", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Every part of the shares is the same.
 fn same(case: &Case, what: &str) {
-    for size in SIZES {
+    same_on(case, what, &SIZES);
+}
+
+/// Every part of the shares is the same.
+fn same_on(case: &Case, what: &str, sizes: &[usize]) {
+    for &size in sizes {
         let expected = threads(size, |ranks| of_whole(case, None, &*ranks).unwrap());
         let found =
             threads(size, |ranks| of_parts(case, &*ranks).unwrap().unwrap_or_else(|error| panic!("{what}: {error:?}")));
@@ -187,6 +191,9 @@ fn a_hollow_body_is_one() {
     let more = "[[fix]]\non = { box = [[0, 0, 9], [9, 9, 9]] }\n[[contact]]\non = { box = [[0, 0, 0], [9, 9, 0]] }\n\
                 against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\nfriction = \"none\"\n";
     same(&case_on(&file, &format!("{STEEL}{more}")), "hollow");
+    // A mesh of fewer cells than a rank that reads some of another one has.
+    std::fs::write(&file, written(&of_block(BlockElement::Hex8, [9.0; 3], [3, 1, 1], [0.0; 3]), STYLES[2].1)).unwrap();
+    same_on(&case_on(&file, &format!("{STEEL}{more}").replace("[0, 0, 9]", "[0, 9, 9]")), "few", &[1, 6]);
     std::fs::remove_file(&file).unwrap();
 }
 
