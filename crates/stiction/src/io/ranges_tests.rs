@@ -107,6 +107,104 @@ fn what_has_to_be_read_as_a_whole_is_told() {
     assert!(MeshRanges::open(&shipped(RANGES[0]), 0.0).is_err());
 }
 
+/// A VTU file with raw appended data, compressed in blocks of so many bytes if there are any; its cells are in `part-0` to `part-4`.
+fn vtu(mesh: &Mesh, block: Option<usize>, big: bool, header: usize) -> Vec<u8> {
+    let turned = |mut bytes: Vec<u8>| {
+        if big {
+            bytes.reverse();
+        }
+        bytes
+    };
+    let head = |n: usize| turned((n as u64).to_le_bytes()[..header].to_vec());
+    let floats = mesh.nodes.iter().flatten().flat_map(|x| turned(x.to_le_bytes().to_vec())).collect();
+    let named =
+        mesh.cell_iter().flat_map(|(_, nodes)| nodes).flat_map(|&v| turned(i64::from(v).to_le_bytes().to_vec()));
+    let mut end = 0;
+    let ends = mesh.cell_iter().flat_map(|(_, nodes)| {
+        end += nodes.len() as i32;
+        turned(end.to_le_bytes().to_vec())
+    });
+    let codes = mesh.cell_iter().map(|(kind, _)| if kind == CellKind::Tet4 { 10 } else { 12 }).collect();
+    let parts = (0..mesh.cell_count() as i16).flat_map(|k| turned((k / 7 % 5).to_le_bytes().to_vec())).collect();
+    let arrays: [(&str, &str, &str, Vec<u8>); 5] = [
+        ("CellData", "part", "Int16", parts),
+        ("Points", "Points", "Float64", floats),
+        ("Cells", "connectivity", "Int64", named.collect()),
+        ("Cells", "offsets", "Int32", ends.collect()),
+        ("Cells", "types", "UInt8", codes),
+    ];
+    let (mut tags, mut appended) = (String::new(), Vec::new());
+    for (section, name, kind, bytes) in arrays {
+        let components = if name == "Points" { 3 } else { 1 };
+        tags += &format!(
+            "<{section}><DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
+             offset=\"{}\"/></{section}>\n",
+            appended.len()
+        );
+        let Some(block) = block else {
+            appended.extend(head(bytes.len()));
+            appended.extend(bytes);
+            continue;
+        };
+        let packed = |part: &[u8]| {
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+            std::io::Write::write_all(&mut encoder, part).unwrap();
+            encoder.finish().unwrap()
+        };
+        let blocks: Vec<Vec<u8>> = bytes.chunks(block).map(packed).collect();
+        let heads = [blocks.len(), block, bytes.len() % block].into_iter().chain(blocks.iter().map(Vec::len));
+        appended.extend(heads.flat_map(head));
+        appended.extend(blocks.concat());
+    }
+    let order = if big { "BigEndian" } else { "LittleEndian" };
+    let compressor = if block.is_some() { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
+    let mut file = format!(
+        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"{order}\" header_type=\"UInt{}\"{compressor}>\n<UnstructuredGrid>\
+         <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n{tags}</Piece></UnstructuredGrid><AppendedData encoding=\"raw\">_",
+        8 * header,
+        mesh.nodes.len(),
+        mesh.cell_count()
+    )
+    .into_bytes();
+    file.extend(appended);
+    file.extend(b"</AppendedData></VTKFile>");
+    file
+}
+
+#[test]
+fn ranges_of_compressed_blocks_are_those_of_the_whole() {
+    for (k, element) in [BlockElement::Hex8, BlockElement::Tet4Six].into_iter().enumerate() {
+        let mesh = cube(element, [5, 4, 3]);
+        for (block, big, header) in
+            [(None, true, 8), (Some(1 << 15), false, 4), (Some(240), true, 4), (Some(8), false, 8)]
+        {
+            let path = temporary(&format!("blocks-{k}-{block:?}.vtu"));
+            std::fs::write(&path, vtu(&mesh, block, big, header)).unwrap();
+            let (read, _) = vtu_read::read(&path, 1.0).unwrap();
+            let file = open(&path).unwrap();
+            assert_eq!((file.groups().len(), read.groups.len()), (5, 5));
+            let whole = all(&file, 1000).unwrap();
+            assert!(whole.1 == read.nodes && whole.1 == mesh.nodes);
+            for (set, group) in read.groups.iter().enumerate() {
+                let sets = whole.2.iter().flat_map(|block| &block.1).zip(0..);
+                let own: Vec<u32> = sets.filter(|(own, _)| **own == [set as u32]).map(|(_, cell)| cell).collect();
+                assert_eq!(own, group.cells);
+            }
+            assert!([1, 11, 50].iter().all(|&pieces| all(&file, pieces).unwrap() == whole), "{block:?}");
+            std::fs::remove_file(&path).unwrap();
+        }
+        // A number that goes on in the next block.
+        let path = temporary(&format!("odd-{k}.vtu"));
+        std::fs::write(&path, vtu(&mesh, Some(30), false, 4)).unwrap();
+        assert!(vtu_read::read(&path, 1.0).is_ok() && MeshRanges::open(&path, 1.0).is_err());
+        std::fs::remove_file(&path).unwrap();
+    }
+}
+
+fn cube(element: BlockElement, cells: [usize; 3]) -> Mesh {
+    block(&Block { size: [1.0; 3], cells, origin: [0.0; 3], grading: [1.0; 3], element }).unwrap()
+}
+
 /// Deterministic noise (Marsaglia's xorshift).
 struct Noise(u64);
 
@@ -121,21 +219,18 @@ impl Noise {
 
 /// Small files of all kinds, by their ending.
 fn small() -> Vec<(&'static str, Vec<u8>)> {
-    let of = |element| {
-        let (size, cells, origin, grading) = ([1.0; 3], [3, 2, 2], [0.0; 3], [1.0; 3]);
-        block(&Block { size, cells, origin, grading, element }).unwrap()
-    };
+    let of = |element| cube(element, [3, 2, 2]);
     let mesh: Mesh = of(BlockElement::Wedge6);
     let shuffled = Style { big: true, size: 4, tag: |i| (i ^ 5) + 1, unused: 4, block: 5 };
     let path = temporary("small.vtu");
     write_mesh(&path, &mesh).unwrap();
-    let vtu = std::fs::read(&path).unwrap();
+    let plain = std::fs::read(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
-    let zlib = std::fs::read(shipped("data/brick-vtk-raw-zlib.vtu")).unwrap();
+    let zlib = vtu(&of(BlockElement::Hex8), Some(64), false, 4);
     vec![
         ("msh", written(&mesh, PLAIN)),
         ("msh", written(&of(BlockElement::Tet10Six), shuffled)),
-        ("vtu", vtu),
+        ("vtu", plain),
         ("vtu", zlib),
     ]
 }
