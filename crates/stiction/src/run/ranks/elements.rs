@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::cells::{CellList, Kinds};
-use super::homes::Homes;
+use super::homes::{Homes, leader};
 use super::numbering::NONE;
 use crate::io::ranges::Elements;
 use crate::mesh::{CellKind, ascending};
@@ -59,7 +59,7 @@ impl Named {
         Named { elements, keys, by_cells }
     }
 
-    /// The cells by their numbers in the whole, each at the ranks that keep the lowest nodes of its faces: these see all cells at a
+    /// The cells by their numbers in the whole, each at the ranks that keep the leaders of its faces: these see all cells at a
     /// face. With the groups of each class, and the kinds of all cells.
     pub(super) fn cells(&self, ranks: &dyn Ranks, homes: &Homes, numbers: &[u64]) -> (CellList, Vec<Vec<u32>>, Kinds) {
         let Elements { sets, cells, .. } = &self.elements;
@@ -78,8 +78,8 @@ impl Named {
                 let mut nodes = [0; 20];
                 let nodes = &mut nodes[..list.len()];
                 nodes.iter_mut().zip(list).for_each(|(node, key)| *node = numbers[place_of(&self.keys, key) as usize]);
-                let lowest = kind.linear().faces().iter().map(|face| face.iter().map(|&i| nodes[i]).min().unwrap_or(0));
-                for home in ascending(lowest.map(|node| homes.of(node))) {
+                let leaders = kind.linear().faces().iter().map(|face| leader(face.iter().map(|&i| nodes[i])));
+                for home in ascending(leaders.map(|node| homes.of(node))) {
                     out[home].push(number, class_of[set as usize], nodes);
                 }
             }

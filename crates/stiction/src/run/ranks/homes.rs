@@ -43,6 +43,13 @@ impl Homes {
     }
 }
 
+/// The node that leads some, at whose rank they meet: one of them by an order that has nothing to do with their numbers. By the lowest the
+/// first ranks would have most of a mesh whose numbers are spread over it.
+pub(super) fn leader(nodes: impl Iterator<Item = u64>) -> u64 {
+    // A product with an odd number is another for each of them.
+    nodes.min_by_key(|node| node.wrapping_mul(0x9e37_79b9_7f4a_7c15)).unwrap_or(0)
+}
+
 /// The way between what a rank keeps and those that have asked for it.
 pub(super) struct Plan {
     /// Places at this rank of what each rank wants.

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use super::cells::{CellList, Kinds};
 use super::elements::{Regions, distinct, place_of};
-use super::homes::{Homes, Plan};
+use super::homes::{Homes, Plan, leader};
 use super::numbering::NONE;
 use crate::mesh::v3::V3;
 use crate::mesh::{CellKind, Cells, Face, Group, Meeting, Mesh, RawCells, RawMesh, ascending};
 use crate::ranks::{Ranks, all_to_all, from_bytes, gather, to_bytes};
 
-/// The cells at the faces whose lowest nodes a rank keeps, as a mesh.
+/// The cells at the faces whose leaders a rank keeps, as a mesh.
 pub(super) struct Here {
     cells: CellList,
     /// Of the nodes in the whole, ascending.
@@ -89,9 +89,9 @@ impl Here {
     }
 }
 
-/// The rank that keeps a cell: that of its lowest corner.
+/// The rank that keeps a cell: that of the leader of its corners.
 pub(super) fn keeper(homes: &Homes, kind: CellKind, nodes: &[u64]) -> usize {
-    homes.of(nodes[..kind.linear().nodes()].iter().copied().min().unwrap_or(0))
+    homes.of(leader(nodes[..kind.linear().nodes()].iter().copied()))
 }
 
 /// What ranks have found of the surface of the whole and of its groups, each a part.
@@ -117,7 +117,7 @@ impl Surfaces {
     ) -> Surfaces {
         let number = |&v: &u32| here.numbers[v as usize];
         let name = |face: &Face| [here.cells.numbers[face.cell as usize], u64::from(face.local)];
-        let own = |face: &Face| face.corners().iter().map(number).min().is_some_and(|v| homes.of(v) == ranks.rank());
+        let own = |face: &Face| homes.of(leader(face.corners().iter().map(number))) == ranks.rank();
         let (mut boundary, mut marked) = (Vec::new(), Vec::new());
         for face in meeting.boundary().filter(own) {
             boundary.push(name(&face));
@@ -126,7 +126,7 @@ impl Surfaces {
         let Regions { faces: asked, mut nodes } = regions;
         let mut out = vec![Vec::new(); ranks.size()];
         for face in asked {
-            out[homes.of(face[1..].iter().copied().min().unwrap_or(0))].push(face);
+            out[homes.of(leader(face[1..].iter().copied().filter(|&corner| corner != NONE)))].push(face);
         }
         let asked = all_to_all(ranks, out.iter().map(|list| to_bytes(list)).collect());
         let (mut faces, mut interior) = (Vec::new(), Vec::new());

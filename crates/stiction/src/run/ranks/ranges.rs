@@ -1,4 +1,4 @@
-//! Meshes of files that each rank reads a range of. Cells are checked and matched where the lowest nodes of their faces are kept;
+//! Meshes of files that each rank reads a range of. Cells are checked and matched where the leaders of their faces are kept;
 //! what is wrong or unusual is left to the reader of the whole.
 
 use std::collections::HashSet;
@@ -57,7 +57,7 @@ fn asked<'a>(case: &'a Case) -> HashSet<&'a str> {
     regions.chain(contacts.chain(loads).flatten()).flat_map(names).collect()
 }
 
-/// What this rank keeps of a mesh that ranks have read: nodes, and the cells of which it keeps the lowest node.
+/// What this rank keeps of a mesh that ranks have read: nodes, and the cells of which it keeps the leader.
 pub(super) struct Read {
     homes: Homes,
     /// Of each node, length.
