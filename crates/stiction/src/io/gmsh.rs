@@ -11,6 +11,7 @@ mod contents;
 mod cursor;
 mod data;
 mod foreign;
+mod ranges;
 mod tags;
 mod types;
 mod version2;
@@ -23,6 +24,7 @@ use crate::Error;
 use crate::mesh::{Mesh, MeshNotes};
 use contents::Contents;
 use cursor::{Cursor, Encoding};
+pub(super) use ranges::{Blocks, blocks};
 
 /// The mesh in the file at `path`, its coordinates multiplied by `scale` > 0.
 ///
@@ -200,3 +202,6 @@ fn physical_names(at: &mut Cursor, contents: &mut Contents) -> Result<(), Error>
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+#[path = "gmsh/written_tests.rs"]
+pub(crate) mod written;

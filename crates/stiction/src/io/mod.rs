@@ -36,6 +36,7 @@ pub mod pieces;
 pub mod plot;
 pub mod problem;
 pub mod pvtu;
+pub mod ranges;
 pub mod step;
 pub mod storage;
 pub mod surface;

@@ -13,11 +13,14 @@ mod arrays;
 mod assemble;
 mod document;
 mod fields;
+mod ranges;
 mod stream;
 mod types;
 mod xml;
 
 use std::path::Path;
+
+pub(super) use ranges::{Layout, layout};
 
 pub use fields::{Fields, Over, Polygons, read_body, read_fields, read_polygons};
 

@@ -310,13 +310,10 @@ impl Grids {
         self.before[1].partition_point(|&before| before <= number) - 1
     }
 
-    /// The grid all of whose cells make up the group of that name, if there is one.
-    pub fn of_group(&self, group: &str) -> Option<usize> {
-        let is = |(name, _): &(Option<String>, Grid)| match name {
-            None => group == "body",
-            Some(name) => group.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest == ".body"),
-        };
-        self.list.iter().position(is)
+    /// The groups that all cells of a grid are in.
+    pub fn cell_groups(&self, k: usize) -> Vec<String> {
+        let named = |name: &String| vec![name.clone(), format!("{name}.body")];
+        self.list[k].0.as_ref().map_or(vec!["body".into()], named)
     }
 
     /// The place of a node, length.
@@ -501,8 +498,9 @@ mod tests {
         assert_eq!(whole.mesh.groups, expected.groups);
         assert_eq!(&whole.mesh, expected);
         for group in &expected.groups {
-            let of_all = grids.of_group(&group.name).map(|k| grids.before[1][k + 1] - grids.before[1][k]);
-            assert_eq!(of_all.unwrap_or_default(), group.cells.len() as u64, "{}", group.name);
+            let of_all = (0..grids.len()).find(|&k| grids.cell_groups(k).contains(&group.name));
+            let count = of_all.map_or(0, |k| grids.before[1][k + 1] - grids.before[1][k]);
+            assert_eq!(count, group.cells.len() as u64, "{}", group.name);
         }
     }
 

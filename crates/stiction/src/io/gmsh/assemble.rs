@@ -76,7 +76,7 @@ fn faces(contents: &Contents) -> Vec<[u32; 4]> {
 }
 
 /// Empty groups, those with a name first, and which of them each physical group fills. Equal names share a group.
-fn groups(contents: &Contents) -> (Vec<RawGroup>, HashMap<Physical, usize>) {
+pub(super) fn groups(contents: &Contents) -> (Vec<RawGroup>, HashMap<Physical, usize>) {
     let mut groups: Vec<RawGroup> = Vec::new();
     let mut by_name = HashMap::new();
     let mut group_of = HashMap::new();

@@ -45,7 +45,7 @@ impl<'a> Records<'a> {
 }
 
 /// The number in the four or eight bytes of a `size_t`.
-fn size_t(bytes: &[u8], big: bool) -> u64 {
+pub(super) fn size_t(bytes: &[u8], big: bool) -> u64 {
     let mut wide = [0; 8];
     wide[..bytes.len()].copy_from_slice(bytes);
     if big {

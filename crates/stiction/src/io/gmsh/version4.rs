@@ -35,7 +35,7 @@ pub(super) fn entities(at: &mut Cursor, contents: &mut Contents) -> Result<(), E
 }
 
 /// The counts that head nodes and elements: blocks, and all records together.
-fn header(at: &mut Cursor) -> Result<[u64; 2], Error> {
+pub(super) fn header(at: &mut Cursor) -> Result<[u64; 2], Error> {
     let counts = [at.size("a number of blocks")?, at.size("a number of nodes or elements")?];
     at.size("the lowest number")?;
     at.size("the highest number")?;
@@ -43,7 +43,7 @@ fn header(at: &mut Cursor) -> Result<[u64; 2], Error> {
 }
 
 /// The head of a block: dimension and tag of its entity.
-fn entity(at: &mut Cursor) -> Result<(u8, i64), Error> {
+pub(super) fn entity(at: &mut Cursor) -> Result<(u8, i64), Error> {
     let start = at.pos;
     let dimension = at.integer("the dimension of an entity")?;
     let tag = at.integer("the number of an entity")?;

@@ -13,7 +13,7 @@ use crate::mesh::{
 };
 
 /// Arrays of more values are numbers of something else than groups.
-const MOST_GROUPS: usize = 1000;
+pub(super) const MOST_GROUPS: usize = 1000;
 /// Numbers that a thread looks through at a time.
 const AT_A_TIME: usize = 1 << 14;
 /// Nodes of the largest cell.
@@ -254,12 +254,12 @@ fn group_values(document: &Document, section: Section, count: usize) -> Result<V
     Ok(arrays)
 }
 
-fn makes_groups(array: &super::document::Array) -> bool {
+pub(super) fn makes_groups(array: &super::document::Array) -> bool {
     array.number != Number::Float && array.components == 1 && !array.name.starts_with("vtk") && !array.name.is_empty()
 }
 
 /// The name of the group of cells or points with that value.
-fn group_name(array: &str, value: i64, mask: bool) -> String {
+pub(super) fn group_name(array: &str, value: i64, mask: bool) -> String {
     if mask && value == 1 { array.to_string() } else { format!("{array}-{value}") }
 }
 
@@ -325,7 +325,7 @@ fn arrays(document: &Document, cells: &Sorted, mut taken: f64) -> MeshArrays {
     arrays
 }
 
-fn is_data(array: &super::document::Array) -> bool {
+pub(super) fn is_data(array: &super::document::Array) -> bool {
     matches!(array.section, Section::PointData | Section::CellData) && !array.name.is_empty()
 }
 

@@ -38,6 +38,9 @@ impl Bytes {
     /// A byte of a mesh file of text or numbers, and of one that may be compressed, while it is read.
     const FILE: f64 = 3.0;
     const COMPRESSED_FILE: f64 = 10.0;
+    /// The same of the range that one of several ranks reads, with what it is sent of the others.
+    const RANGE: f64 = 5.0;
+    const COMPRESSED_RANGE: f64 = 16.0;
     /// A byte of the stored problem while it is checked.
     const PROBLEM: f64 = 3.0;
     /// A byte of a compressed result that is read again.
@@ -99,6 +102,11 @@ pub(crate) fn is_of_memory(error: &Error) -> bool {
     error.remedy.contains("`settings.memory_limit`")
 }
 
+/// The same of an error in terms of the case.
+pub(crate) fn was_of_memory(error: &Error) -> bool {
+    error.remedy.contains("`memory` under [solver]")
+}
+
 /// Refuses a mesh whose matrix alone would not fit, before it is made or assembled: nobody should find that out by the machine
 /// running out of memory.
 pub(crate) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<(), Error> {
@@ -123,6 +131,11 @@ pub(crate) fn of_block(element: BlockElement) -> f64 {
 
 /// The same of a mesh, by the kinds of its cells.
 pub(crate) fn of_mesh(mesh: &Mesh) -> f64 {
+    of_kinds(mesh.cells.iter().filter(|cells| !cells.is_empty()).map(|cells| cells.kind))
+}
+
+/// The same of cells of these kinds.
+pub(crate) fn of_kinds(kinds: impl Iterator<Item = CellKind>) -> f64 {
     let of_kind = |kind: CellKind| match kind {
         CellKind::Tet4 => Bytes::TET4,
         CellKind::Hex8 => Bytes::HEX8,
@@ -131,15 +144,24 @@ pub(crate) fn of_mesh(mesh: &Mesh) -> f64 {
         CellKind::Wedge6 => Bytes::WEDGE6,
         CellKind::Wedge15 => Bytes::WEDGE15,
     };
-    let kinds = mesh.cells.iter().filter(|cells| !cells.is_empty());
-    kinds.map(|cells| of_kind(cells.kind)).fold(0.0, f64::max)
+    kinds.map(of_kind).fold(0.0, f64::max)
 }
 
 /// Refuses a mesh file that cannot be read in the memory there is.
 pub(super) fn reading_fits(path: &Path) -> Result<(), Error> {
-    let compressed = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vtu"));
-    let each = if compressed { Bytes::COMPRESSED_FILE } else { Bytes::FILE };
+    let each = if may_be_compressed(path) { Bytes::COMPRESSED_FILE } else { Bytes::FILE };
     ensure("this mesh file", each * length(path), None).map_err(in_terms_of_the_case)
+}
+
+/// Refuses one that so many ranks cannot read together.
+pub(crate) fn range_fits(path: &Path, ranks: usize) -> Result<(), Error> {
+    let each = if may_be_compressed(path) { Bytes::COMPRESSED_RANGE } else { Bytes::RANGE };
+    let what = format!("a range of this mesh file, one of {ranks},");
+    ensure(&what, each * length(path) / ranks as f64, None).map_err(in_terms_of_the_case)
+}
+
+fn may_be_compressed(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vtu"))
 }
 
 /// Takes hold of what the files of a result need, so that a solution that has been found can be written.

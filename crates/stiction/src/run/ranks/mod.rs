@@ -1,13 +1,21 @@
-//! A case on several ranks: rank 0 reads the mesh and divides it, or each rank makes its part; each poses, solves and writes its own.
+//! A case on several ranks: each makes or reads its part of the mesh, or rank 0 divides the whole; each poses, solves and writes its own.
 //!
 //! What ranks cannot do yet is refused by name (`scope`).
 
 mod bolts;
+mod cells;
 mod check;
+mod components;
+mod elements;
 mod generate;
 mod hash;
+mod homes;
 mod keep;
 mod local;
+mod matching;
+mod numbering;
+mod parts;
+mod ranges;
 mod record;
 mod room;
 mod scope;

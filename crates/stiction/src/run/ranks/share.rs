@@ -3,8 +3,10 @@
 use std::collections::HashSet;
 
 use super::bolts::{self, RankBolt, put_bolts, take_bolts};
-use super::generate;
+use super::generate::Made;
 use super::local::changes;
+use super::parts::{self, Parts};
+use super::ranges;
 use super::scope;
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
@@ -16,6 +18,7 @@ use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{refuse_overlap, translation};
 use crate::run::pose::loads::{Fixes, end, fixes, load, one_temperature};
 use crate::run::pose::materials::materials;
+use crate::run::pose::memory::was_of_memory;
 use crate::run::pose::ties::TimedFix;
 use crate::run::pose::{
     MemoryLimit, coefficients, made_mesh, place, planned, refuse_loss_without_steps, regions, surfaces,
@@ -66,16 +69,29 @@ pub(super) const REVERSED: u8 = 2;
 /// No axis of symmetry.
 pub(super) const NO_AXIS: u32 = u32::MAX;
 
-/// The share of each rank. The mesh is made by all of them where it can be, otherwise made or read and checked by rank 0, which
-/// holds all of it for that time.
+/// The share of each rank. The mesh is made or read by all of them where it can be, otherwise by rank 0, which holds all of it for
+/// that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
-    let mut missing = None;
-    if let Some(grids) = generate::grids(case) {
-        match generate::share(case, &grids, ranks)? {
-            Ok(share) => return Ok(share),
-            Err(error) => missing = error,
-        }
+    match of_parts(case, ranks)? {
+        Ok(share) => Ok(share),
+        Err(missing) => of_whole(case, missing, ranks),
     }
+}
+
+/// That of a mesh that ranks make or read part by part; if there is none, what was wrong, which rank 0 knows.
+fn of_parts(case: &Case, ranks: &dyn Ranks) -> Result<Result<Share, Option<Error>>, Error> {
+    let parts = match Made::new(case, ranks) {
+        Some(made) => Ok(Box::new(made) as Box<dyn Parts>),
+        None => ranges::read(case, ranks).map(|read| Box::new(read) as Box<dyn Parts>),
+    };
+    match parts {
+        Ok(mut parts) => parts::share(case, &mut *parts, ranks),
+        Err(wrong) => Ok(Err(wrong)),
+    }
+}
+
+/// That of a mesh that rank 0 makes or reads; `missing` is the error if it cannot hold it.
+fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -> Result<Share, Error> {
     let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size(), missing).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
     let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);
@@ -119,14 +135,14 @@ pub(super) struct Whole {
     numbers: Option<[Vec<u64>; 2]>,
     /// Nodes and cells of the whole.
     sizes: [u64; 2],
-    pub material_of_cell: Vec<u32>,
+    material_of_cell: Vec<u32>,
     symmetry: Vec<u32>,
     moments: Vec<FaceMoments>,
     points: PosedPoints,
     kinds: Vec<u8>,
     contact_of: Vec<u32>,
     bodies: Vec<Body>,
-    pub body_of_node: Vec<u32>,
+    body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
     /// What each node counts when the mesh is divided; nodes that go where another does, and that one, which counts for both.
     pub weights: Vec<f64>,
@@ -134,19 +150,22 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    /// Of a mesh that is too large to be made the error says what its boundary is `missing`, if that was posed.
+    /// Of a mesh that is too large to be made or read the error says what its boundary or a range of it is `missing`, if that was looked
+    /// at.
     fn made(case: &Case, parts: usize, missing: Option<Error>) -> Result<Whole, Error> {
         let limit = MemoryLimit { divided: true, ..MemoryLimit::of(&case.solver) };
-        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(|error| missing.unwrap_or(error))?;
+        let instead = |error: Error| if was_of_memory(&error) { missing.unwrap_or(error) } else { error };
+        let (mesh, _) = made_mesh(&case.mesh, &limit).map_err(instead)?;
         let sizes = [mesh.nodes.len() as u64, mesh.cell_count() as u64];
-        Whole::new(case, mesh, (None, sizes), parts)
+        Whole::new(case, mesh, (None, sizes), None, parts)
     }
 
-    /// A case on a mesh, to be divided into so many parts.
+    /// A case on a mesh, to be divided into so many parts. The body of each node, and the bodies, are found unless they are `known`.
     pub(super) fn new(
         case: &Case,
         mut mesh: Mesh,
         (numbers, sizes): (Option<[Vec<u64>; 2]>, [u64; 2]),
+        known: Option<(Vec<u32>, Vec<Body>)>,
         parts: usize,
     ) -> Result<Whole, Error> {
         if sizes[0] < parts as u64 {
@@ -155,7 +174,7 @@ impl Whole {
         }
         let (materials, material_of_cell) = materials(&mesh, &case.materials)?;
         let Fixes { held, timed, .. } = fixes(&mesh, case)?;
-        let (body_of_node, bodies) = bodies_of(&mesh);
+        let (body_of_node, bodies) = known.unwrap_or_else(|| bodies_of(&mesh));
         let mut groups = Vec::new();
         let symmetry = fixed_regions(case, &held, &timed, &mut groups)?;
         for (k, spring) in case.springs.iter().enumerate() {
@@ -192,11 +211,6 @@ impl Whole {
     /// The number of a node in the whole.
     pub(super) fn node_number(&self, v: usize) -> u64 {
         self.numbers.as_ref().map_or(v as u64, |[nodes, _]| nodes[v])
-    }
-
-    /// The numbers of all cells here in the whole.
-    pub(super) fn cell_numbers(&self) -> impl Iterator<Item = u64> {
-        (0..self.mesh.cell_count()).map(|cell| self.numbers.as_ref().map_or(cell as u64, |[_, cells]| cells[cell]))
     }
 
     /// The nodes that go where others do.
@@ -476,3 +490,7 @@ impl Share {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "share_tests.rs"]
+mod tests;
