@@ -215,3 +215,47 @@ friction = {law}
         assert_eq!(status(&case(310.0, "{ coulomb = 0.3 }")), Status::NoEquilibrium, "{over}");
     }
 }
+
+/// A flat body above a roof whose flanks fall by 20 degrees: both look at it face to face, and the ridge is what it meets.
+#[test]
+fn a_ridge_below_a_flat_face_is_met() {
+    let fall = 10.0 * 20f64.to_radians().tan();
+    let folder = Folder::new("ridge");
+    let [a, b, c, d, e, f] = [
+        [-10.0, -10.0, -fall],
+        [-10.0, 30.0, -fall],
+        [0.0, -10.0, 0.0],
+        [0.0, 30.0, 0.0],
+        [10.0, -10.0, -fall],
+        [10.0, 30.0, -fall],
+    ];
+    let mut text = String::from("solid roof\n");
+    for triangle in [[a, c, d], [a, d, b], [c, e, f], [c, f, d]] {
+        text += "facet normal 0 0 0\nouter loop\n";
+        triangle.iter().for_each(|[x, y, z]| text += &format!("vertex {x} {y} {z}\n"));
+        text += "endloop\nendfacet\n";
+    }
+    folder.write("roof.stl", text + "endsolid roof\n");
+    for gap in [0.01, 0.5] {
+        // The middle line of nodes stands above the ridge, and comes down by 1e-3 more than the gap.
+        let run = solved(&format!(
+            r#"
+[mesh]
+block = {{ size = [10, 20, 10], origin = [-5, 0, {gap}], cells = [4, 4, 2], element = "hex8" }}
+[materials.rubber]
+young = 1
+poisson = 0.3
+[[fix]]
+on = "z-max"
+value = [0, 0, "-{gap} - 1e-3"]
+[[contact]]
+on = "z-min"
+against = {{ surface = "{}" }}
+friction = "none"
+"#,
+            folder.at("roof.stl").display()
+        ));
+        let felt = run.0.solution.certificate.bodies[0].contact;
+        assert!(felt[2] > 1e-3 && felt[0].abs() < 1e-7 * felt[2], "{gap}: {felt:?}");
+    }
+}

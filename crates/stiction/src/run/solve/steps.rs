@@ -324,6 +324,7 @@ fn tighten(
                 }
             }
             if let Some((loads, mut outcome)) = failed.take().filter(|_| !solved) {
+                apply(prepared, &loads, &march.slid);
                 (outcome.seconds, outcome.solution.counts) = (spent, counts);
                 return Ok((loads, outcome));
             }
