@@ -148,8 +148,8 @@ fn loose_stack(fixes: &str, push: &str, friction: f64) -> String {
 /// between, and thin: a point's stiffness is that of the pad, and small differences of the forces on its faces bend it.
 #[test]
 fn a_soft_pad_between_loose_bodies_carries_the_load_on_both_paths() {
-    let symmetry = "[[fix]]\non = [\"pad.x-min\", \"lid.x-min\"]\ncomponents = \"x\"\n\
-                    [[fix]]\non = [\"pad.y-min\", \"lid.y-min\"]\ncomponents = \"y\"\n";
+    let symmetry = "[[fix]]\non = [\"plate.x-min\", \"pad.x-min\", \"lid.x-min\"]\ncomponents = \"x\"\n\
+                    [[fix]]\non = [\"plate.y-min\", \"pad.y-min\", \"lid.y-min\"]\ncomponents = \"y\"\n";
     // Normal and tangential force on the pad from below; supports of the planes of symmetry share in the second.
     let guided = (loose_stack(symmetry, "[0, 0, \"-0.3*x\"]", 0.3), 0.3 * 450.0 * 20.0, None);
     let free = (loose_stack("", "[2, -1, \"-5 - 0.3*x\"]", 0.5), 5.0 * 600.0 + 2700.0, Some([-1200.0, 600.0]));
