@@ -100,8 +100,8 @@ pub(super) fn points_of_pair(
         let gap = initial_gap(mesh, &row, normal, &master.gap, &outward);
         // A mean lies among what it is of; the dual functions, negative in places, may go beyond.
         let gap = match within.get(&row.node) {
-            Some([low, high]) if master.gap == InitialGap::AsMeshed => {
-                gap.clamp(low * row.unity_sum, high * row.unity_sum)
+            Some([low, high]) if master.gap == InitialGap::AsMeshed && low <= high => {
+                gap.max(low * row.unity_sum).min(high * row.unity_sum)
             }
             _ => gap,
         };
