@@ -344,7 +344,9 @@ fn tighten(
         let stalls = matches!(outcome.solution.status, Status::MaxIterations | Status::Stalled);
         if changes_over && (stalls || solved && found == ControlFlow::Break(false)) {
             (changes_over, tries_together) = (false, 1);
-            outcome.solution.status = Status::Stalled;
+            if solved {
+                outcome.solution.status = Status::Stalled;
+            }
             failed = Some((loads, outcome));
             search = BoltSearch::new(&stiffness, &targets, &before, settings.solver.tolerance);
             search.shortening.clone_from(&first_shortening);
