@@ -1,7 +1,9 @@
 use super::active_set::{PointLaw, closed_condition};
 use super::directions::Vector;
 use super::points::Point;
-use super::springs::{least_along, spring_condition, spring_force};
+use super::springs::{spring_condition, spring_force};
+use super::step_length::least_along;
+use super::tightening::share;
 use super::transform::Transformed;
 use crate::contact::Friction;
 use crate::friction::law::frozen;
@@ -21,8 +23,8 @@ impl Threshold {
     /// below [`Self::FALLS`] times the last one: in a body that is wedged a bound that falls raises the next one by more.
     const RELAXATION: [f64; 2] = [0.5, 0.06];
     const FALLS: f64 = 0.8;
-    /// Slope of the energy at the end of a step over that at its start. Each length that is tried takes a sum over the ranks.
-    const SLOPE: f64 = 0.01;
+    /// Slope of the energy at the ends of the interval of a step over that where the step begins.
+    const SLOPE: f64 = 0.2;
 }
 
 /// Displacements to start from, by nested iteration without a coarser mesh: contact in the space of the second coarse
@@ -46,6 +48,8 @@ pub(super) fn start(
     // Displacements of the points.
     let mut u: Vector = points.iter().map(|p| rigid.map_or([0.0; 3], |rigid| rigid[p.node])).collect();
     let mut normals: Vec<f64> = Vec::new();
+    // Where each rank has all of the coarse space, the first one counts it.
+    let part = if coarse.halo().is_divided() { 1.0 } else { share(transformed.halo()) };
     let ([mut relaxation, least], mut last) = (Threshold::RELAXATION, f64::INFINITY);
     for cycle in 0..Threshold::CYCLES {
         // From zero the points that touch are tied first: nothing is known of their forces.
@@ -87,14 +91,9 @@ pub(super) fn start(
             1.0
         } else {
             // Elastic and load forces along the step, at its start and their change.
-            let mut elastic = [dot(&z, &ax) - dot(&z, &f), dot(&z, &coarse.times(&z))];
-            coarse.halo().sum(&mut elastic);
-            let slope = |t: f64| {
-                let mut work = [work_along(&given, points, [&u, &d], t)];
-                transformed.halo().sum(&mut work);
-                elastic[0] + t * elastic[1] + work[0]
-            };
-            least_along(slope, Threshold::SLOPE)
+            let elastic = [dot(&z, &ax) - dot(&z, &f), dot(&z, &coarse.times(&z))].map(|work| part * work);
+            let slope = |t: f64| elastic[0] + t * elastic[1] + work_along(&given, points, [&u, &d], t);
+            least_along(transformed.halo(), slope, Threshold::SLOPE)
         };
         x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| *x += step * z);
         u.iter_mut().flatten().zip(d.iter().flatten()).for_each(|(u, d)| *u += step * d);

@@ -23,6 +23,7 @@ mod monitor;
 mod points;
 mod solve;
 mod springs;
+mod step_length;
 mod strategy;
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ use super::active_set::{ContactCondition, PointLaw, across};
 use super::directions::{Direction, MOST_DIRECTIONS, dot, minimise, norm};
 use super::iteration::{Iterate, Observe, State, Subproblem, load, residual, run, states};
 use super::points::Point;
+use super::step_length::least_along;
 use super::transform::Transformed;
 use crate::contact::Friction;
 use crate::friction::{End, PointState};
@@ -20,10 +21,8 @@ impl Threshold {
     const SETTLED: f64 = 0.03;
     /// Cycles for the springs; those plates take 10 to 20.
     const CYCLES: usize = 120;
-    /// Halvings of the interval of a step.
-    const HALVINGS: usize = 30;
-    /// Longest step over that of the quadratic model.
-    const LONGEST: f64 = 64.0;
+    /// Slope of the energy at the ends of the interval of a step over that where the step begins.
+    const SLOPE: f64 = 1e-6;
 }
 
 /// The active-set iteration from the solution with springs in place of contact.
@@ -99,35 +98,13 @@ fn lengthen(problem: &Subproblem<'_>, step: &Direction, at: &mut Iterate) {
             let force = spring_force(law, p, std::array::from_fn(|c| u[c] + (t - 1.0) * d[c]), stiffness(law), bound);
             (0..3).map(|c| force[c] * d[c]).sum::<f64>()
         };
-        let mut slope = [elastic + (t - 1.0) * curvature + points.iter().map(of_point).sum::<f64>()];
-        problem.transformed.halo().sum(&mut slope);
-        slope[0]
+        elastic + (t - 1.0) * curvature + points.iter().map(of_point).sum::<f64>()
     };
-    let change = least_along(slope, 0.0) - 1.0;
+    let change = least_along(problem.transformed.halo(), slope, Threshold::SLOPE) - 1.0;
     let pairs = at.u.iter_mut().flatten().zip(step.p.iter().flatten());
     pairs.for_each(|(u, p)| *u += change * p);
     let pairs = at.ku.iter_mut().flatten().zip(step.kp.iter().flatten());
     pairs.for_each(|(ku, kp)| *ku += change * kp);
-}
-
-/// The length of a step at which an energy is least, over that of the quadratic model, by the slope of the energy along the step.
-/// The search ends where the slope has fallen to `enough` times the first one.
-pub(super) fn least_along(slope: impl Fn(f64) -> f64, enough: f64) -> f64 {
-    let enough = enough * slope(0.0).abs();
-    let (mut low, mut high, mut t) = (0.0, f64::INFINITY, 1.0);
-    for _ in 0..Threshold::HALVINGS {
-        let now = slope(t);
-        if now.abs() <= enough || now < 0.0 && t >= Threshold::LONGEST {
-            return t;
-        }
-        if now < 0.0 {
-            low = t
-        } else {
-            high = t
-        }
-        t = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
-    }
-    high
 }
 
 /// The stiffness of the spring of a point, force per length.
