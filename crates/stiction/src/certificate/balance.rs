@@ -33,6 +33,8 @@ struct Sums {
     sum: [f64; 6],
     magnitude: [f64; 6],
     rounding: [f64; 6],
+    /// How many reactions do work on each motion.
+    reactions: [f64; 6],
     load: [f64; 3],
     support: [f64; 3],
     contact: [f64; 3],
@@ -41,10 +43,11 @@ struct Sums {
 impl Sums {
     /// Adds those of all ranks.
     fn join(&mut self, share: &Share) {
-        let lists: [&mut [f64]; 6] = [
+        let lists: [&mut [f64]; 7] = [
             &mut self.sum,
             &mut self.magnitude,
             &mut self.rounding,
+            &mut self.reactions,
             &mut self.load,
             &mut self.support,
             &mut self.contact,
@@ -59,6 +62,12 @@ impl Sums {
             self.rounding[k] += (motion * internal).abs() * ROUNDING;
         }
     }
+
+    /// A reaction, which is what the deformed body exerts: newton.
+    fn react(&mut self, motion: &[f64; 6], force: f64, internal: f64) {
+        self.add(motion, force, internal);
+        self.reactions.iter_mut().zip(motion).for_each(|(count, &motion)| *count += f64::from(u8::from(motion != 0.0)));
+    }
 }
 
 /// Adds the part of a force along the translations.
@@ -67,8 +76,8 @@ fn along(total: &mut [f64; 3], motion: &[f64; 6], force: f64) {
 }
 
 /// Virtual work of all external forces, reactions and contact forces of each body on its six rigid motions. Without a
-/// list of bodies everything counts as one. `internal` is `|K| |u|`: the reactions add
-/// up to what is left at the free nodes, of which its rounding is a part.
+/// list of bodies everything counts as one. `internal` is `|K| |u|`: the reactions, where
+/// there are some, add up to what is left at the free nodes, of which its rounding is a part.
 pub(super) fn balances(
     problem: &ContactProblem,
     share: &Share,
@@ -103,7 +112,7 @@ pub(super) fn balances(
     for (i, motion) in supports.rigid.iter().enumerate().filter(|(i, _)| share.has_support(*i)) {
         let body = &mut sums[of(bodies.map(|b| &b.of_support), i)];
         // load - contact + reaction, where the reaction is K u - load + contact
-        body.add(motion, forces.elastic[i], forces.magnitude(supports, i, u));
+        body.react(motion, forces.elastic[i], forces.magnitude(supports, i, u));
         along(&mut body.load, motion, supports.load[i]);
         along(&mut body.contact, motion, -forces.contact[i]);
         along(&mut body.support, motion, forces.elastic[i] - supports.load[i] + forces.contact[i]);
@@ -119,7 +128,7 @@ pub(super) fn balances(
             None => (&free_rigid[i], of(bodies.map(|b| &b.of), i)),
             Some(p) => (&supports.rigid[p], of(bodies.map(|b| &b.of_support), p)),
         };
-        sums[body].add(motion, force, force.abs());
+        sums[body].react(motion, force, force.abs());
         along(&mut sums[body].support, motion, force);
     }
     sums.iter_mut().for_each(|sums| sums.join(share));
@@ -128,8 +137,12 @@ pub(super) fn balances(
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)
     };
     let (force_scale, moment_scale) = (scale(0..3), scale(3..6));
-    // What a body's rounding leaves open is handed on to those it touches.
-    let rounding: [f64; 6] = std::array::from_fn(|k| sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k])));
+    // What a body's rounding leaves open is handed on to those it touches. Where nothing reacts loads and contact forces balance one
+    // another, however far the bodies have gone.
+    let rounding: [f64; 6] = std::array::from_fn(|k| {
+        let reacts = sums.iter().any(|s| s.reactions[k] > 0.0);
+        if reacts { sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k])) } else { 0.0 }
+    });
     let balance = |(name, s): (String, &Sums)| {
         // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
         let worst = |range: std::ops::Range<usize>, scale: f64| {

@@ -96,7 +96,10 @@ fn remedy(kind: Kind) -> &'static str {
 fn touching(problem: &ContactProblem, motions: &RigidMotions, body: usize) -> Vec<usize> {
     let own = &motions.bodies[body].unknowns;
     let meets = |&j: &usize| problem.contact.B.row(j).0.iter().any(|i| own.binary_search(i).is_ok());
-    let is_in = |&j: &usize| problem.contact.out.binary_search(&(j as u32)).is_err();
+    // Points of couplings and equations are of no surface.
+    let is_in = |&j: &usize| {
+        problem.labels.unity_sum.get(j) != Some(&0.0) && problem.contact.out.binary_search(&(j as u32)).is_err()
+    };
     (0..problem.points()).filter(is_in).filter(meets).collect()
 }
 

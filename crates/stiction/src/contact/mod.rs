@@ -29,6 +29,7 @@ mod rows;
 mod skin;
 mod slave_choice;
 pub mod sliding;
+mod stitch;
 mod strength;
 mod surface;
 mod triangles;

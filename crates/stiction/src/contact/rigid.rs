@@ -29,6 +29,10 @@ pub struct RigidMotions {
 /// as many as it has nodes.
 pub(crate) const NO_ENERGY: f64 = 1e-12;
 
+/// What is left of the sum of a jump over the sum of the sizes of its parts, below which it is rounding: weights of couplings have
+/// errors of some 1e-13.
+const CANCELLED: f64 = 1e-11;
+
 /// What is left of a rigid motion beside the others, over its own length, below which it is their combination.
 const DEPENDENT: f64 = 1e-9;
 
@@ -102,7 +106,8 @@ impl RigidMotions {
         }
     }
 
-    /// The jumps `G = B R` of the motions, `3m x k`: each row has entries for the motions of the bodies that it is between.
+    /// The jumps `G = B R` of the motions, `3m x k`: each row has entries for the motions of the bodies that it is between. What cancels but
+    /// for rounding is zero: the rows of a coupling between nodes of one body resist none of its motions.
     pub fn jumps(&self, B: &Csr) -> Csr {
         const HELD: (u32, u32) = (u32::MAX, 0);
         // Of each unknown its body, and where it stands there.
@@ -113,15 +118,20 @@ impl RigidMotions {
             first[b] = b.checked_sub(1).map_or(0, |before| first[before] + self.bodies[before].motions.len());
         }
         let mut jumps = Csr::zero(0, self.len());
-        let mut row: BTreeMap<usize, f64> = BTreeMap::new();
+        // Of each motion the sum, and that of the sizes.
+        let mut row: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for i in 0..B.rows {
             for (j, value) in B.entries_of(i).filter(|(j, _)| of[*j as usize] != HELD) {
                 let (b, at) = of[j as usize];
                 for (k, motion) in self.bodies[b as usize].motions.iter().enumerate() {
-                    *row.entry(first[b as usize] + k).or_default() += value * motion[at as usize];
+                    let [sum, size] = row.entry(first[b as usize] + k).or_default();
+                    let part = value * motion[at as usize];
+                    *sum += part;
+                    *size += part.abs();
                 }
             }
-            jumps.append_row(row.iter().filter(|(_, jump)| **jump != 0.0).map(|(&k, &jump)| (k as u32, jump)));
+            let remains = row.iter().filter(|(_, [sum, size])| sum.abs() > CANCELLED * size);
+            jumps.append_row(remains.map(|(&k, &[sum, _])| (k as u32, sum)));
             row.clear();
         }
         jumps

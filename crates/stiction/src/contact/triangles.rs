@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use super::Side;
+use super::stitch::joined;
 use crate::Error;
 pub(super) use crate::mesh::facets::BORDER;
 use crate::mesh::facets::{corner_normals, normal, weighted_normal};
 use crate::mesh::v3::{V3, add, det, dot, sub};
-use crate::mesh::{Bounds, Tree};
+use crate::mesh::{Bounds, Tree, ascending};
 
 /// Triangles as a file gives them, points of equal coordinates being one.
 #[derive(Debug, Clone, Default)]
@@ -89,6 +90,8 @@ pub struct Triangles {
     pub volume: f64,
     /// Triangles without area, which are left out.
     pub collapsed: usize,
+    /// Corners at borders that lie on others but for the last digits, and are joined to them.
+    pub stitched: usize,
 }
 
 /// What may be the same surface twice is one and the same.
@@ -106,18 +109,37 @@ impl Triangles {
     /// No triangle at all, an edge of more than two triangles, triangles on both sides of an edge that look to opposite
     /// sides, points that are not finite.
     pub fn new(raw: RawSurface, name: &str, side: Side, feature_angle: f64) -> Result<Triangles, Error> {
-        let RawSurface { points, triangles, labels, place, collapsed, .. } = raw;
-        let called = |t: u32| format!("{place} {}", labels.get(t as usize).copied().unwrap_or(t + 1));
+        let RawSurface { points, mut triangles, mut labels, place, mut collapsed, .. } = raw;
+        let called = |labels: &[u32], t: u32| format!("{place} {}", labels.get(t as usize).copied().unwrap_or(t + 1));
         if triangles.is_empty() {
             return Err(Error::new("", "the surface has no triangle", "give a surface with at least one"));
         }
         if let Some(t) =
             triangles.iter().position(|t| t.iter().any(|&p| !points[p as usize].iter().all(|c| c.is_finite())))
         {
-            let what = format!("a corner of the triangle {} is not finite", called(t as u32));
+            let what = format!("a corner of the triangle {} is not finite", called(&labels, t as u32));
             return Err(Error::new("", what, "check the coordinates and the scale"));
         }
-        let (across, border_edges) = neighbours(&triangles, &called)?;
+        let (mut across, mut border_edges) = neighbours(&triangles, &|t| called(&labels, t))?;
+        let mut stitched = 0;
+        if let Some(to) = joined(&points, &border_points(&triangles, &across)) {
+            stitched = (0..).zip(&to).filter(|(p, to)| p != *to).count();
+            triangles.iter_mut().flatten().for_each(|p| *p = to[*p as usize]);
+            let whole: Vec<bool> = triangles.iter().map(|[a, b, c]| a != b && b != c && c != a).collect();
+            let mut is_whole = whole.iter();
+            labels.retain(|_| is_whole.next().copied().unwrap_or(true));
+            let mut is_whole = whole.iter();
+            triangles.retain(|_| is_whole.next().copied().unwrap_or(true));
+            collapsed += whole.iter().filter(|whole| !**whole).count();
+            if triangles.is_empty() {
+                return Err(Error::new(
+                    "",
+                    "the surface has no triangle with an area",
+                    "give a surface with at least one",
+                ));
+            }
+            (across, border_edges) = neighbours(&triangles, &|t| called(&labels, t))?;
+        }
         let normal = |t: u32| normal(&points, triangles[t as usize]);
         let bends = feature_angle.to_radians().cos();
         let is_sharp = |t: u32, other: u32| {
@@ -154,6 +176,7 @@ impl Triangles {
             name: name.to_string(),
             border_edges,
             collapsed,
+            stitched,
         })
     }
 
@@ -175,6 +198,15 @@ impl Triangles {
     pub(super) fn normal(&self, t: u32) -> V3 {
         normal(&self.points, self.triangles[t as usize])
     }
+}
+
+/// The points at edges of one triangle only, ascending.
+fn border_points(triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Vec<u32> {
+    let of = |(corners, across): (&[u32; 3], &[u32; 3])| -> Vec<u32> {
+        let border = (0..3).filter(|&k| across[k] == BORDER);
+        border.flat_map(|k| [corners[k], corners[(k + 1) % 3]]).collect()
+    };
+    ascending(triangles.iter().zip(across).flat_map(of))
 }
 
 /// The triangle across each edge, and the number of edges that have none.

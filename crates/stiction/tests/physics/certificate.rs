@@ -181,6 +181,19 @@ fn a_bonded_point_that_moves_is_refused() {
     assert_refused(&free, &s.u, &s.lambda, &["tension", "cone"]);
 }
 
+/// A body that nothing holds has flown so far that the rounding of its inner forces is larger than the load: the load is balanced by
+/// nothing all the same.
+#[test]
+fn a_body_that_has_flown_away_is_refused() {
+    let mut case = brick(2, BlockElement::Hex8, BrickLoad::Press, SurfaceFriction::Coulomb(0.3));
+    case.fixes.clear();
+    let mut p = case.pose().problem;
+    p.elastic.f.iter_mut().for_each(|f| *f = -*f);
+    let rigid = p.elastic.near_kernel.clone().unwrap();
+    let far: Vec<f64> = rigid.iter().map(|motion| 1e12 * motion[2]).collect();
+    assert_refused(&p, &far, &vec![0.0; 3 * p.points()], &["force_balance"]);
+}
+
 fn scaled(a: &Csr, by: f64) -> Csr {
     Csr { value: a.value.iter().map(|v| v * by).collect(), ..a.clone() }
 }

@@ -1,8 +1,11 @@
 //! Nodes that move with a reference point, as a rigid body or in the mean.
 
+use std::ops::ControlFlow;
+
 use stiction::certificate::certify;
+use stiction::friction::Status;
 use stiction::io::case;
-use stiction::run::{CouplingState, Outcome, Prepared, body_fields, coupling_states};
+use stiction::run::{CouplingState, Outcome, Prepared, Settings, body_fields, coupling_states, prepare, solve, totals};
 use stiction_fixtures::case_run::{at, block, is, refused, solved, stress};
 
 const PATHS: [&str; 3] = ["dense", "solves", "multigrid"];
@@ -194,5 +197,45 @@ fn couplings_that_say_too_little_or_too_much_are_refused() {
     ] {
         let error = parse(rest);
         assert!(error.contains(word) && error.contains("case.toml"), "{error}");
+    }
+}
+
+/// A loose block on a plane, taken along by its top: a rigid coupling moves with the block and holds nothing. By statics of friction the
+/// block stays while the force along the plane is below `mu` times what presses, and pressure acts within the foot.
+#[test]
+fn a_rigid_coupling_holds_no_loose_block() {
+    let (mu, down, half) = (0.3, 1000.0, 10.0);
+    let run = |force: [f64; 3], point: [f64; 3], path: &str| {
+        let text = block([2.0 * half, 2.0 * half, 10.0], [3, 3, 2], "element = \"hex8\"")
+            + "[materials.steel]\nyoung = 210e3\npoisson = 0.3\n"
+            + "[[contact]]\non = \"z-min\"\nagainst = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n"
+            + &format!("friction = {{ coulomb = {mu} }}\n")
+            + &format!("[[coupling]]\non = \"z-max\"\npoint = {point:?}\nkind = \"rigid\"\nforce = {force:?}\n")
+            + &format!("[solver]\npath = \"{path}\"\n");
+        let case = case::parse(&text, "case.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+        let prepared = prepare(&case).unwrap_or_else(|e| panic!("{e}"));
+        let settings = Settings::of(&case.solver);
+        let outcome = solve(&prepared, &settings, &mut |_| ControlFlow::Continue(()));
+        (outcome.unwrap_or_else(|e| panic!("{e}")), prepared)
+    };
+    let (top, beside, foot) = ([half, half, 10.0], [half + 1.01 * half, half, 10.0], [half, half, 0.0]);
+    for path in PATHS {
+        for (force, point) in [
+            ([0.0, 0.0, 10.0], top),
+            ([1.01 * mu * down, 0.0, -down], foot),
+            ([0.0, 0.0, -down], beside),
+            // Friction holds, but the block tips over its edge.
+            ([0.29 * down, 0.0, -down], [half, half, 10.0 / 0.28]),
+        ] {
+            let (outcome, _) = run(force, point, path);
+            assert_eq!(outcome.solution.status, Status::NoEquilibrium, "{path} {force:?} at {point:?}");
+        }
+        for (force, point) in [([0.99 * mu * down, 0.0, -down], foot), ([0.0, 0.0, -down], [1.8 * half, half, 10.0])] {
+            let (outcome, prepared) = run(force, point, path);
+            assert_eq!(outcome.solution.status, Status::Solved, "{path} {force:?} at {point:?}");
+            let contact = totals(&prepared, &outcome);
+            is(contact.normal_force, down, 10.0 * down);
+            is(contact.tangential_force[0], -force[0], 10.0 * down);
+        }
     }
 }

@@ -137,3 +137,34 @@ fn the_second_parameter_of_ruiz_is_the_first_times_the_tension_along_the_surface
         all_are(&[*shear], SHEAR);
     }
 }
+
+/// A finely meshed pad that is rubbed over a coarse plate: the work of the points adds up to what the bodies lose, and by Archard's law the
+/// worn volume is that over the coefficient of friction. The sums over the points leave the rims out to a percent.
+#[test]
+fn between_meshes_that_do_not_match_the_work_of_the_points_is_the_dissipation() {
+    let folder = Folder::new("fretting-between-bodies");
+    let text = format!(
+        "units = \"mm, N, MPa\"\n[mesh.parts.plate]\nblock = {{ size = [30, 20, 10], cells = [6, 4, 2], element = \"hex8\" }}\n\
+         [mesh.parts.pad]\nblock = {{ size = [16, 12, 8], cells = [16, 12, 4], element = \"hex8\" }}\nmove = [7, 4, 10]\n\
+         [materials.m]\nyoung = 210e3\npoisson = 0.3\n[[fix]]\non = \"plate.z-min\"\n\
+         [[load]]\non = \"pad.z-max\"\nforce = [\"80*(min(1,max(0,t-1))-2*min(1,max(0,t-2)))\", \"30*sin(3*t)\", \"-1000*min(t,1)\"]\n\
+         [[contact]]\non = \"pad.z-min\"\nagainst = \"plate.z-max\"\nfriction = {{ coulomb = {MU} }}\nwear = {WEAR}\n\
+         [[step]]\nuntil = 1\nincrements = 1\n[[step]]\nuntil = 3\nincrements = 6\n"
+    );
+    let table = table(&text, &folder);
+    let summary = std::fs::read_to_string(folder.at("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let fretting = &summary["fretting"][0];
+    let steps = summary["steps"].as_array().unwrap();
+    let lost = number(&steps.last().unwrap()["balance"]["dissipation"]);
+    let (work, volume) = (number(&fretting["work"]), number(&fretting["worn_volume"]));
+    assert!(lost > 0.0 && (work / lost - 1.0).abs() < 0.01, "{work} of {lost}");
+    assert!((MU * volume / WEAR / lost - 1.0).abs() < 0.01, "{volume} by Archard, {lost} lost");
+    // So does the last step alone, and no point gains energy from friction.
+    let (areas, of_step) = (column(&table, "area [mm^2]"), column(&table, "step_work [MPa mm]"));
+    assert!(of_step.iter().all(|work| work.is_nan() || *work >= 0.0));
+    let sum: f64 = areas.iter().zip(&of_step).filter(|(_, work)| work.is_finite()).map(|(a, w)| a * w).sum();
+    let before = number(&steps[steps.len() - 2]["balance"]["dissipation"]);
+    assert!((sum / (lost - before) - 1.0).abs() < 0.01, "{sum} of {}", lost - before);
+}

@@ -160,6 +160,32 @@ fn beyond_the_border_of_an_open_surface_nothing_is_met() {
     assert!(away.what.contains("beyond the border"), "{away}");
 }
 
+/// A mesh tool writes each corner once for each triangle, rounded differently: the ball stays closed, and its distances are those of the
+/// sphere between its facets' planes and itself.
+#[test]
+fn a_ball_whose_corners_differ_in_the_last_digits_is_closed() {
+    let (radius, n) = (30.0, 12);
+    let mut noise = noise();
+    for rounding in [1e-13, 1e-9, 1e-6] {
+        let mut triangles = ball(n, radius, [0.0; 3]);
+        triangles.iter_mut().flatten().flatten().for_each(|x| *x += rounding * noise());
+        let ball = surface(&triangles, Side::Outside);
+        assert_eq!((ball.border_edges, ball.triangles().len()), (0, 8 * n * n), "{rounding}");
+        // Three corners of each triangle, of the points that an octahedron cut so has.
+        assert_eq!(ball.stitched, 3 * 8 * n * n - (4 * n * n + 2));
+        let sphere = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        assert!(ball.volume < sphere && ball.volume > 0.97 * sphere, "{}", ball.volume);
+        let ball = Obstacle::Surface(ball.into());
+        for _ in 0..1000 {
+            let x: V3 = std::array::from_fn(|_| noise());
+            let length = x.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let x = x.map(|v| 1.01 * radius * v / length);
+            let (distance, _) = ball.distance(x).expect("a closed surface has a closest point everywhere");
+            assert!((distance - 0.01 * radius).abs() < 0.01 * radius, "{distance}");
+        }
+    }
+}
+
 #[test]
 fn a_flat_surface_is_a_plane_to_the_last_digits() {
     let law = SurfaceFriction::Coulomb(0.35);

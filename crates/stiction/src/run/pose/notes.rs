@@ -24,6 +24,10 @@ impl ContactFacts {
                 let what = "triangles of the obstacle have two corners at the same place and are left out";
                 notes.push(format!("contact \"{}\": {} {what}", s.name, surface.collapsed));
             }
+            if surface.stitched > 0 {
+                let what = "corners at the border of the obstacle's triangles lie on others but for rounding and are joined to them";
+                notes.push(format!("contact \"{}\": {} {what}", s.name, surface.stitched));
+            }
             let inwards = if surface.side == Side::Outside { surface.volume < 0.0 } else { surface.volume > 0.0 };
             if inwards {
                 let what = "the body lies within the closed surface of the obstacle; otherwise change `side`";

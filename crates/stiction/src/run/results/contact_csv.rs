@@ -56,6 +56,7 @@ const FRETTING: [(&str, Unit); FIGURES] = [
     ("ruiz_1", Unit::Work),
     ("ruiz_2", Unit::WorkStress),
     ("wear", Unit::Length),
+    ("step_pressed", Unit::Work),
 ];
 
 #[derive(Clone, Copy, PartialEq)]
@@ -202,12 +203,12 @@ fn point_step(line: &str) -> Option<PointStep> {
     let mut fields = line.split(',');
     let mut whole = || fields.next()?.parse::<i32>().ok();
     let (_pair, side, _node, status) = (whole()?, whole()?, whole()?, whole()?);
-    let values: Vec<f64> = fields.take(19).map(|field| field.parse().unwrap_or(f64::NAN)).collect();
+    let values: Vec<f64> = fields.take(18 + FIGURES).map(|field| field.parse().unwrap_or(f64::NAN)).collect();
     let three = |at: usize| Some([*values.get(at)?, *values.get(at + 1)?, *values.get(at + 2)?]);
     let known = side == 0 && status >= 0;
-    let (pressure, tension) = (*values.get(5)?, *values.get(18)?);
+    let (tension, work, pressed) = (*values.get(18)?, *values.get(19)?, *values.get(17 + FIGURES)?);
     let (shear, slip, slid) = (three(6)?, three(9)?, three(12)?);
-    known.then_some(PointStep { pressure, shear, slip, slid, tension, touching: status > 0 })
+    known.then_some(PointStep { work, pressed, shear, slip, slid, tension, touching: status > 0 })
 }
 
 /// Adds the step at whose end the surfaces are like this.

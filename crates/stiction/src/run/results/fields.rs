@@ -89,6 +89,10 @@ pub struct SurfaceFields {
     pub slip: Vec<[f64; 3]>,
     /// The same since the start of the first step.
     pub slid: Vec<[f64; 3]>,
+    /// Work of friction in the last load step, energy per area.
+    pub step_work: Vec<f64>,
+    /// Pressure times slip in the last load step, energy per area.
+    pub step_pressed: Vec<f64>,
     /// The gap that is left; of a bonded surface the opening.
     pub gap: Vec<f64>,
     /// 0 open, 1 stick, 2 slip, -1 no contact point.
@@ -123,6 +127,7 @@ pub(crate) fn surfaces_with(
                 let (at, [pressure, shear @ ..]) = (fields.place(&frames[j]), tractions.points[j]);
                 fields.pressure[at] = pressure;
                 fields.shear[at] = shear.map(|shear| frames[j].sign * shear);
+                [fields.step_work[at], fields.step_pressed[at]] = tractions.rubbing[j];
             });
             fields
         })
@@ -148,6 +153,8 @@ pub(crate) fn empty(prepared: &Prepared, name: &str, faces: &[u32]) -> SurfaceFi
         shear: vec![[f64::NAN; 3]; count],
         slip: vec![[f64::NAN; 3]; count],
         slid: vec![[f64::NAN; 3]; count],
+        step_work: vec![f64::NAN; count],
+        step_pressed: vec![f64::NAN; count],
         gap: vec![f64::NAN; count],
         status: vec![-1; count],
         cohesion: vec![f64::NAN; count],

@@ -14,8 +14,9 @@ use crate::mesh::v3::{V3, dot, norm, scale, sub};
 /// What is known of a contact point at the end of a load step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PointStep {
-    /// Force over area, positive in compression.
-    pub pressure: f64,
+    /// Work of friction in the step, and pressure times slip; energy per area.
+    pub work: f64,
+    pub pressed: f64,
     /// Force of the body on its counterpart along the surface, over area.
     pub shear: V3,
     /// What it slides in the step, length.
@@ -31,8 +32,9 @@ pub(crate) struct PointStep {
 /// What a contact point has been through since the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PointHistory {
-    /// Work of friction in the last step, per area.
+    /// Work of friction in the last step, and pressure times slip there; per area.
     pub step_work: f64,
+    pub step_pressed: f64,
     /// Work of friction since the start, per area.
     pub work: f64,
     /// What it has slid to and fro while it touched, length.
@@ -53,6 +55,7 @@ impl Default for PointHistory {
         let empty = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         PointHistory {
             step_work: 0.0,
+            step_pressed: 0.0,
             work: 0.0,
             path: 0.0,
             pressed_path: 0.0,
@@ -67,11 +70,11 @@ impl Default for PointHistory {
 impl PointHistory {
     /// Goes on by a step. Friction and pressure are those of its end, as in the law that is solved.
     pub(crate) fn add(&mut self, step: &PointStep) {
-        self.step_work = dot(step.shear, step.slip);
-        self.work += self.step_work;
+        (self.step_work, self.step_pressed) = (step.work, step.pressed);
+        self.work += step.work;
         if step.touching {
             self.path += norm(step.slip);
-            self.pressed_path += step.pressure * norm(step.slip);
+            self.pressed_path += step.pressed;
         }
         self.shear = self.shear.max(norm(step.shear));
         self.tension = self.tension.max(step.tension);
@@ -98,16 +101,18 @@ impl PointHistory {
     }
 
     /// All that is written of the point: tension at the end of the step, work of the step, work, path, amplitudes of slip and
-    /// shear, largest shear, largest tension, both of Ruiz's parameters, depth of wear (NaN without a coefficient, 1/stress).
+    /// shear, largest shear, largest tension, both of Ruiz's parameters, depth of wear (NaN without a coefficient, 1/stress), pressure
+    /// times slip of the step.
     pub(crate) fn figures(&self, tension: f64, wear: Option<f64>) -> [f64; FIGURES] {
         let ([first, second], wear) = (self.ruiz(), wear.map_or(f64::NAN, |k| k * self.pressed_path));
         let (slip, shear) = (self.slip_amplitude(), self.shear_amplitude());
-        [tension, self.step_work, self.work, self.path, slip, shear, self.shear, self.tension, first, second, wear]
+        let PointHistory { step_work, step_pressed, work, path, shear: most, tension: highest, .. } = *self;
+        [tension, step_work, work, path, slip, shear, most, highest, first, second, wear, step_pressed]
     }
 }
 
 /// Numbers that [`PointHistory::figures`] gives.
-pub(crate) const FIGURES: usize = 11;
+pub(crate) const FIGURES: usize = 12;
 
 /// Half the diagonal of a box.
 fn amplitude([low, high]: &[V3; 2]) -> f64 {
@@ -160,7 +165,8 @@ pub(crate) fn point_steps<'a>(
     places.zip(tension).map(|((s, at), &tension)| {
         let known = s.side == Side::Slave && s.status[at] >= 0;
         known.then(|| PointStep {
-            pressure: s.pressure[at],
+            work: s.step_work[at],
+            pressed: s.step_pressed[at],
             shear: s.shear[at],
             slip: s.slip[at],
             slid: s.slid[at],
@@ -206,7 +212,7 @@ pub(crate) fn records(surfaces: &[SurfaceFields], figures: &[[f64; FIGURES]]) ->
         }
         let mut r = FrettingRecord { name: surface.name.clone(), ..FrettingRecord::default() };
         for (figures, &area) in own.iter().zip(&surface.area).filter(|(figures, _)| !figures[0].is_nan()) {
-            let [_, _, work, _, slip, shear, _, _, first, second, wear] = *figures;
+            let [_, _, work, _, slip, shear, _, _, first, second, wear, _] = *figures;
             r.work += area * work;
             for (largest, value) in [
                 (&mut r.max_work, work),
@@ -251,7 +257,7 @@ mod tests {
         for part in [1.0, -1.0, 0.25] {
             let slid = [0.3 * part, 0.4 * part, 0.0];
             let (slip, shear) = ([0.0; 3], scale(10.0, slid));
-            point.add(&PointStep { pressure: 1.0, shear, slip, slid, tension: 2.0, touching: true });
+            point.add(&PointStep { work: 0.0, pressed: 0.0, shear, slip, slid, tension: 2.0, touching: true });
         }
         assert!((point.slip_amplitude() - 0.5).abs() < 1e-15 && (point.shear_amplitude() - 5.0).abs() < 1e-14);
         let [first, second] = point.ruiz();

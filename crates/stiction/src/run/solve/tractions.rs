@@ -23,6 +23,9 @@ pub(crate) struct Tractions {
     pub points: Vec<Traction>,
     /// For each pair at the nodes of its master, ascending; none where no point reaches, nothing on obstacles.
     pub masters: Vec<Vec<Option<Traction>>>,
+    /// At each contact point work of friction and pressure times slip of the load step, energy per area. Between two bodies they are
+    /// means like the tractions: the product of a mean shear with the slip of a point is not the work.
+    pub rubbing: Vec<[f64; 2]>,
 }
 
 /// Part of the area of a point at a node of the master; area. Negative where the function of the point is.
@@ -40,6 +43,13 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
         [n, x, y, z].map(|force| force / problem.labels.area[j])
     };
     let mut points: Vec<Traction> = frames.iter().enumerate().map(quotient).collect();
+    let slips = problem.gap_and_slip(&outcome.solution.u);
+    let rubbing = |j: usize| {
+        let [[n, a, b], [_, s, t]] = [lambda, &slips].map(|of| problem.rows(j).map(|row| of[row]));
+        let area = problem.labels.area[j] * problem.labels.unity_sum[j];
+        [-(a * s + b * t) / area, n * s.hypot(t) / area, 0.0, 0.0]
+    };
+    let mut rubbing: Vec<Traction> = (0..frames.len()).map(rubbing).collect();
     let mut masters = Vec::new();
     for (surface, pair) in prepared.surfaces.iter().zip(&problem.labels.pairs) {
         let Counterpart::Surface(master) = &surface.against else {
@@ -49,9 +59,12 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
         let (shared, count) = shared(prepared, master, frames, pair.points.clone());
         let (of_points, of_nodes) = project(&shared, &points[pair.points.clone()], count);
         points[pair.points.clone()].copy_from_slice(&of_points);
+        let (means, _) = project(&shared, &rubbing[pair.points.clone()], count);
+        rubbing[pair.points.clone()].copy_from_slice(&means);
         masters.push(of_nodes);
     }
-    Tractions { points, masters }
+    let rubbing = rubbing.into_iter().map(|[work, pressed, ..]| [work, pressed]).collect();
+    Tractions { points, masters, rubbing }
 }
 
 /// What each of these points shares with the nodes of the master, `int psi_j phi`, with the partition of unity in it, and
