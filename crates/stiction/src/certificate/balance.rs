@@ -3,6 +3,11 @@ use super::share::Share;
 use crate::contact::{ContactProblem, Supports};
 use crate::linalg::Csr;
 
+/// Of the forces on bodies at which nothing reacts more than this part is no rounding, whatever the displacements: an answer that has
+/// flown away would explain any load by the rounding of its inner forces. After a travel of a thousand times the size of the mesh
+/// rounding is a tenth of that.
+const UNEXPLAINED: f64 = 1e-6;
+
 /// Resultants of loads, reactions and contact forces of a body, over the sum of the magnitudes they add up from (that
 /// of the body where it is largest): the largest component.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,11 +142,12 @@ pub(super) fn balances(
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)
     };
     let (force_scale, moment_scale) = (scale(0..3), scale(3..6));
-    // What a body's rounding leaves open is handed on to those it touches. Where nothing reacts loads and contact forces balance one
+    // What a body's rounding leaves open is handed on to those it touches. Where nothing reacts loads and contact forces have to balance one
     // another, however far the bodies have gone.
     let rounding: [f64; 6] = std::array::from_fn(|k| {
+        let largest = sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k]));
         let reacts = sums.iter().any(|s| s.reactions[k] > 0.0);
-        if reacts { sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k])) } else { 0.0 }
+        if reacts { largest } else { largest.min(UNEXPLAINED * [force_scale, moment_scale][k / 3]) }
     });
     let balance = |(name, s): (String, &Sums)| {
         // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.
