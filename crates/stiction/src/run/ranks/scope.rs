@@ -22,8 +22,11 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
-    if case.accuracy.is_some() {
-        return whole("a case with [accuracy]");
+    if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
+        return whole("the proof of a bound of the error (accuracy.proven)");
+    }
+    if case.accuracy.is_some() && !case.steps.is_empty() {
+        return whole("[accuracy] with load steps");
     }
     if case.solver.starts.is_some() {
         return whole("the search for further solutions (solver.starts)");
