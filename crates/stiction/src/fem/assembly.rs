@@ -356,7 +356,10 @@ fn rows_of_ranges(dofs: &[u32], ranges: &[NodeRange]) -> Vec<usize> {
 fn split_rows<'a>(matrix: &'a mut Csr, ends: &[usize]) -> Vec<FullEntries<'a>> {
     let ends: Vec<usize> = ends.iter().map(|&row| matrix.start[row]).collect();
     let columns = split(&mut matrix.column, &ends).into_iter();
-    columns.zip(split(&mut matrix.value, &ends)).map(|(column, value)| FullEntries { column, value, filled: 0 }).collect()
+    columns
+        .zip(split(&mut matrix.value, &ends))
+        .map(|(column, value)| FullEntries { column, value, filled: 0 })
+        .collect()
 }
 
 /// The same of a lower triangle.

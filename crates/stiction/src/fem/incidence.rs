@@ -103,13 +103,7 @@ impl NodeRange {
     }
 
     /// `seen_by[j]` is the last node that listed `j` as its neighbour.
-    fn new(
-        nodes: Range<usize>,
-        incidence: &Incidence,
-        cells: &CellList,
-        needed: &Needed,
-        seen_by: &mut [u32],
-    ) -> Self {
+    fn new(nodes: Range<usize>, incidence: &Incidence, cells: &CellList, needed: &Needed, seen_by: &mut [u32]) -> Self {
         let mut neighbour = Vec::with_capacity(nodes.len() * 10);
         let mut start = vec![0];
         for i in nodes.clone() {

@@ -68,9 +68,7 @@ impl<'a> RowAssembly<'a> {
             CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
             CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
             CellKind::Wedge6 => Wedge6::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
-            CellKind::Wedge15 => {
-                Wedge15::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums))
-            }
+            CellKind::Wedge15 => Wedge15::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
         };
         added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
     }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::local::Local;
-use super::solve::RankedAnswer;
+use super::solve::Everywhere;
 use crate::contact::{Contact, Friction};
 use crate::fem::full_displacement;
 use crate::friction::PointState;
@@ -68,21 +68,20 @@ impl WholeAnswer {
     }
 
     /// That of all ranks, at rank 0.
-    pub(super) fn gathered(answer: &RankedAnswer) -> Option<Self> {
-        let RankedAnswer { local, lambda, states, .. } = answer;
+    pub(super) fn gathered(local: &Local, here: &Everywhere, shortening: &[f64]) -> Option<Self> {
         let (division, contact) = (&local.division, &local.problem.contact);
-        let (nodes, u): (Vec<u64>, Vec<V3>) = answer.displacements().into_iter().unzip();
+        let own = (0..here.u.len()).filter(|&v| division.is_own(v as u32));
+        let (nodes, u): (Vec<u64>, Vec<V3>) = own.map(|v| (local.piece.nodes[v], here.u[v])).unzip();
         let mut message = Vec::new();
         put(&nodes, &mut message);
         put(&u, &mut message);
-        let points: Vec<usize> =
-            (0..local.problem.points()).filter(|&j| division.is_own(division.points[j])).collect();
-        let of = |&j: &usize| (local.name_of(j), point(contact, lambda, states[j], j));
+        let points: Vec<usize> = (0..local.problem.points()).filter(|&j| division.is_own(division.points[j])).collect();
+        let of = |&j: &usize| (local.name_of(j), point(contact, &here.lambda, here.states[j], j));
         put_points(points.iter().map(of), &mut message);
         let all = gather(&*division.ranks, message)?;
         let mut whole = WholeAnswer {
             u: vec![[0.0; 3]; local.sizes[0] as usize],
-            shortening: answer.shortening.clone(),
+            shortening: shortening.to_vec(),
             points: HashMap::new(),
         };
         for message in all {
@@ -158,9 +157,8 @@ fn put_points(points: impl Iterator<Item = ([u64; 2], Point)>, to: &mut Vec<u8>)
         let ([l, a, b], [s, t], [k, c, d, e]) = (point.lambda, point.reference, point.law);
         [l, a, b, s, t, point.gap, k, c, d, e]
     };
-    let (names, numbers): (Vec<[u64; 3]>, Vec<[f64; 10]>) = points
-        .map(|([surface, node], point)| ([surface, node, u64::from(point.state.code())], numbers(point)))
-        .unzip();
+    let (names, numbers): (Vec<[u64; 3]>, Vec<[f64; 10]>) =
+        points.map(|([surface, node], point)| ([surface, node, u64::from(point.state.code())], numbers(point))).unzip();
     put(&names, to);
     put(&numbers, to);
 }

@@ -2,28 +2,31 @@
 //! and refines. The others wait to be told what all ranks do next.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::gather::{WholeAnswer, scattered};
 use super::keep::Keep;
+use super::local::Local;
 use super::room;
 use super::scope;
 use super::share;
 use super::small;
-use super::solve::{Begun, RankedAnswer, Solved, Start};
+use super::solve::{Begun, How, RankedAnswer, Solved, Start};
+use super::tighten::Found;
+use super::write::withdraw;
 use crate::Error;
 use crate::accuracy::Estimate;
-use crate::friction::{Progress, Solution, SolverPath, Status};
+use crate::friction::{Progress, Solution, Status};
 use crate::io::case::{AccuracySpec, Case, MeshSource};
 use crate::io::machine;
 use crate::linalg::{Stop, Watch};
 use crate::ranks::{Ranks, agree, broadcast, max, put, take};
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{apply, load_state};
-use crate::run::pose::loads::end;
-use crate::run::pose::{MemoryLimit, Prepared, prepare_to_look_at, stopwatch};
+use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
-use crate::run::results::{keep_levels, kept_levels, problem_fingerprint, remove_levels};
+use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 use crate::run::solve::{AccuracyRecord, Event, Outcome, Settings, discretisation_error};
 use crate::run::whole::{Plan, Run, Stage};
 use crate::solve::SolveEvent;
@@ -47,7 +50,8 @@ pub(super) fn refined(
     most: usize,
 ) -> Result<RankedAnswer, Error> {
     let limits = [room::limit(case, &**ranks).bytes, MemoryLimit::of(&case.solver).bytes];
-    let mut team = Team { case, ranks, observer, limits, answer: None };
+    let folder = keep.map(|keep| &*keep.folder);
+    let mut team = Team { case, ranks, observer, limits, folder, answer: None };
     if ranks.rank() > 0 {
         loop {
             let _ = match team.told(0) {
@@ -69,6 +73,8 @@ struct Team<'a, 'b> {
     observer: &'a mut Watch<'b, Progress>,
     /// Bytes that this rank may use, and the same if it were alone on its machine; at the beginning.
     limits: [Option<u64>; 2],
+    /// Where load steps are kept.
+    folder: Option<&'a Path>,
     /// The last answer that the ranks have.
     answer: Option<RankedAnswer>,
 }
@@ -83,7 +89,7 @@ impl Team<'_, '_> {
     ///
     /// # Errors
     /// As [`Begun::solved`], and what rank 0 finds wrong with the answer; the same at every rank.
-    fn solve(&mut self, level: Option<&Level>) -> Result<Option<(Prepared, Outcome)>, Error> {
+    fn solve(&mut self, level: Option<&Level>) -> Result<Option<SolvedLevel>, Error> {
         let case = level.map_or(self.case, |level| &level.case);
         let begun = Begun::new(self.ranks);
         let share = share::of_whole(case, None, &*begun.ranks)?;
@@ -93,21 +99,42 @@ impl Team<'_, '_> {
             let all = given.map_or(&[][..], |all| all.as_chunks::<3>().0);
             Start::Displacements(scattered(&**self.ranks, &share.piece.nodes, all))
         });
-        let solved = begun.solved((case, share), start, None, self.observer)?;
-        let whole = WholeAnswer::gathered(&solved.answer);
-        let memory = self.memory();
-        let looked = match &whole {
-            Some(whole) => look(case, whole, &solved, memory).map(Some),
-            None => Ok(None),
+        let mut seen = Seen::new(case);
+        let ranks = &**self.ranks;
+        let mut look = |local: &Local, found: &Found, t: f64| {
+            let whole = WholeAnswer::gathered(local, &found.everywhere, &found.shortening);
+            agree(ranks, whole.map_or(Ok(()), |whole| seen.add(&whole, &found.solution, t)))
         };
-        let looked = agree(&**self.ranks, looked)?;
-        if solved.solution.status == Status::Solved || self.answer.is_none() {
-            self.answer = Some(solved.answer);
+        let apart = self.folder.map(|folder| Keep { folder: folder.join("level"), resume: false, tell: |_| {} });
+        let how = How { start, keep: apart.as_ref(), look: Some(&mut look) };
+        let solved = begun.solved((case, share), how, self.observer);
+        let first = ranks.rank() == 0;
+        let kept = apart.filter(|_| first && !case.steps.is_empty());
+        let discard = || kept.iter().for_each(|apart| discard_level(&apart.folder));
+        let Solved { answer, seconds, energy } = solved.inspect_err(|_| discard())?;
+        let is_solved = answer.summary.status == Status::Solved;
+        let is_taken = is_solved || self.answer.is_none();
+        let settled = match kept.as_ref().zip(self.folder) {
+            Some((apart, folder)) if is_taken => adopt_level(&apart.folder, folder),
+            _ => {
+                discard();
+                Ok(())
+            }
+        };
+        agree(ranks, settled)?;
+        let memory = self.memory();
+        let iterations = answer.summary.steps.iter().map(|step| step.iterations).sum();
+        if is_taken {
+            self.answer = Some(answer);
         }
-        Ok(looked)
+        if !first {
+            return Ok(None);
+        }
+        Ok(seen.ended(iterations, seconds, energy, memory))
     }
 
-    /// Lets the ranks judge an answer on a mesh that rank 0 has; where they have other points they solve it themselves.
+    /// Lets the ranks judge an answer on a mesh that rank 0 has. Where they have other points, and load steps, each of which has files of
+    /// all ranks, they solve themselves.
     ///
     /// # Errors
     /// As [`Begun::solved`], the same at every rank.
@@ -123,8 +150,10 @@ impl Team<'_, '_> {
         let message = broadcast(&**self.ranks, message);
         let mut from = &message[..];
         let iterations = take::<u64>(&mut from).first().map_or(0, |count| *count as usize);
-        let start = Start::Answer(WholeAnswer::take(&mut from), iterations);
-        self.answer = Some(begun.solved((case, share), Some(start), None, self.observer)?.answer);
+        let start = Some(Start::Answer(WholeAnswer::take(&mut from), iterations)).filter(|_| case.steps.is_empty());
+        let keep = self.folder.map(|folder| Keep { folder: folder.to_path_buf(), resume: false, tell: |_| {} });
+        let how = How { start, keep: keep.as_ref(), look: None };
+        self.answer = Some(begun.solved((case, share), how, self.observer)?.answer);
         Ok(())
     }
 
@@ -167,47 +196,78 @@ impl Team<'_, '_> {
     }
 }
 
-/// The answer of all ranks as one of the whole mesh, with the problem it answers.
-///
-/// # Errors
-/// If the whole cannot be posed.
-fn look(case: &Case, whole: &WholeAnswer, solved: &Solved, memory: Option<u64>) -> Result<(Prepared, Outcome), Error> {
-    let mut prepared = prepare_to_look_at(case)?;
-    refuse_travel(case, &prepared)?;
-    let mut lap = stopwatch();
-    if !prepared.loading.bolts.is_empty() {
-        let state = load_state(&prepared, end(case))?;
-        let state = tightened(&prepared, state, &whole.shortening);
-        let unslid = vec![0.0; 2 * prepared.problem.points()];
-        apply(&mut prepared, &state, &unslid);
+/// What rank 0 sees of a level.
+struct Seen<'a> {
+    case: &'a Case,
+    /// The problem of the whole as it was answered last, and the answer.
+    last: Option<(Prepared, Outcome)>,
+    indicators: Indicators,
+}
+
+impl<'a> Seen<'a> {
+    fn new(case: &'a Case) -> Self {
+        Seen { case, last: None, indicators: Indicators::default() }
     }
-    let Some(mut at_points) = whole.at_points_of_whole(&prepared) else {
-        let what = "the ranks have other contact points than the whole mesh";
-        return Err(Error::new("", what, "report this to the developers with the case"));
-    };
-    at_points.put_into(&mut prepared.problem.contact);
-    let dofs = &prepared.model.dofs;
-    let mut components = whole.u.as_flattened().to_vec();
-    dofs.to_components(&mut components);
-    let Solution { status, certificate, counts, .. } = &solved.solution;
-    let solution = Solution {
-        status: *status,
-        path: SolverPath::Multigrid,
-        u: dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect(),
-        lambda: at_points.lambda,
-        states: at_points.states,
-        certificate: certificate.clone(),
-        counts: *counts,
-        history: Vec::new(),
-    };
-    let mut outcome = Outcome::new(solution, &Settings::of(&case.solver));
-    outcome.estimate = Some(discretisation_error(&prepared, &outcome.solution.u));
-    outcome.energy = Some(solved.energy + prepared.loading.initial.energy);
-    outcome.peak_memory = memory.or(outcome.peak_memory);
-    outcome.seconds = solved.seconds;
-    let [mesh, assembly, contact] = prepared.seconds;
-    outcome.seconds.output = mesh + assembly + contact + lap();
-    Ok((prepared, outcome))
+
+    /// Takes the answer at time `t` of all ranks as one of the whole mesh.
+    ///
+    /// # Errors
+    /// If the whole cannot be posed.
+    fn add(&mut self, whole: &WholeAnswer, found: &Solution, t: f64) -> Result<(), Error> {
+        let mut prepared = match self.last.take() {
+            Some((prepared, _)) => prepared,
+            None => prepare_to_look_at(self.case)?,
+        };
+        refuse_travel(self.case, &prepared)?;
+        if !self.case.steps.is_empty() || !prepared.loading.bolts.is_empty() {
+            let state = tightened(&prepared, load_state(&prepared, t)?, &whole.shortening);
+            let unslid = vec![0.0; 2 * prepared.problem.points()];
+            apply(&mut prepared, &state, &unslid);
+        }
+        let Some(mut at_points) = whole.at_points_of_whole(&prepared) else {
+            let what = "the ranks have other contact points than the whole mesh";
+            return Err(Error::new("", what, "report this to the developers with the case"));
+        };
+        at_points.put_into(&mut prepared.problem.contact);
+        let dofs = &prepared.model.dofs;
+        let mut components = whole.u.as_flattened().to_vec();
+        dofs.to_components(&mut components);
+        let solution = Solution {
+            u: dofs.free.iter().map(|&dof| components[dofs.mesh_dof(dof) as usize]).collect(),
+            lambda: at_points.lambda,
+            states: at_points.states,
+            ..found.clone()
+        };
+        let mut outcome = Outcome::new(solution, &Settings::of(&self.case.solver));
+        outcome.estimate = Some(discretisation_error(&prepared, &outcome.solution.u));
+        self.indicators.add(&prepared, &outcome);
+        self.last = Some((prepared, outcome));
+        Ok(())
+    }
+
+    /// The last answer with what the solve has taken; `iterations` are those of load steps.
+    fn ended(self, iterations: usize, seconds: Seconds, energy: f64, memory: Option<u64>) -> Option<SolvedLevel> {
+        let Seen { last, indicators, .. } = self;
+        let (prepared, mut outcome) = last?;
+        outcome.energy = Some(energy + prepared.loading.initial.energy);
+        outcome.peak_memory = memory.or(outcome.peak_memory);
+        outcome.solution.counts.cycles = outcome.solution.counts.cycles.max(iterations);
+        outcome.seconds = seconds;
+        Some(SolvedLevel { prepared, outcome, indicators })
+    }
+}
+
+/// Moves the load steps of a level, which have a folder of their own until it is solved, into that of the result.
+fn adopt_level(from: &Path, folder: &Path) -> Result<(), Error> {
+    withdraw(folder, &|_| true)?;
+    adopt_steps(from, folder)
+}
+
+/// Removes those of a level that was not solved.
+fn discard_level(folder: &Path) {
+    // What cannot be removed is replaced by the next level.
+    let _ = withdraw(folder, &|_| true);
+    discard_steps(folder);
 }
 
 /// Displacements of one machine leave out what supports have in common; those of ranks do not.
@@ -287,15 +347,14 @@ impl<'a, 'b> First<'a, 'b> {
 
     fn solve_together(&mut self, level: &Level) -> Result<SolvedLevel, Error> {
         self.team.told(SOLVE);
-        let looked = self.team.solve(Some(level))?;
-        let Some((prepared, outcome)) = looked else { return Err(other_case()) };
-        self.check(level, &prepared)?;
-        if outcome.solution.status == Status::Solved {
+        let Some(solved) = self.team.solve(Some(level))? else {
+            return Err(Error::new("", "the ranks have no answer", "report this to the developers with the case"));
+        };
+        self.check(level, &solved.prepared)?;
+        if solved.outcome.solution.status == Status::Solved {
             self.alone = None;
         }
-        let mut indicators = Indicators::default();
-        indicators.add(&prepared, &outcome);
-        Ok(SolvedLevel { prepared, outcome, indicators })
+        Ok(solved)
     }
 
     /// Refuses levels of another case to go on from.
@@ -334,3 +393,7 @@ impl Levels for First<'_, '_> {
         keep_levels(&keep.folder, &self.problem, sequence)
     }
 }
+
+#[cfg(test)]
+#[path = "refine_tests.rs"]
+mod tests;

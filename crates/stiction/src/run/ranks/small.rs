@@ -129,5 +129,8 @@ pub(super) fn taken(
         counts: Counts { cycles: iterations, ..Counts::default() },
         history: Vec::new(),
     };
-    Ok(Some((Found { solution, everywhere: Everywhere { free, u, lambda, states }, shortening: answer.shortening.clone() }, steps)))
+    Ok(Some((
+        Found { solution, everywhere: Everywhere { free, u, lambda, states }, shortening: answer.shortening.clone() },
+        steps,
+    )))
 }

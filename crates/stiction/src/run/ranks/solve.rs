@@ -92,7 +92,8 @@ pub fn solve_steps_on_ranks(
     }
     let begun = Begun::new(ranks);
     let share = share::share(case, &*begun.ranks)?;
-    Ok(begun.solved((case, share), None, keep, observer)?.answer)
+    let how = How { keep, ..How::default() };
+    Ok(begun.solved((case, share), how, observer)?.answer)
 }
 
 /// What a solve starts from, where there is something.
@@ -103,11 +104,21 @@ pub(super) enum Start {
     Answer(WholeAnswer, usize),
 }
 
+/// Told of every answer: of each increment as it is solved, or of the only one at last. All ranks are, and an error of one of them is one of all.
+pub(super) type Look<'a> = dyn FnMut(&Local, &Found, f64) -> Result<(), Error> + 'a;
+
+/// How a share is solved.
+#[derive(Default)]
+pub(super) struct How<'a> {
+    pub start: Option<Start>,
+    pub keep: Option<&'a Keep>,
+    /// With it rank 0 solves nothing alone.
+    pub look: Option<&'a mut Look<'a>>,
+}
+
 /// An answer with what the loop over meshes wants to know of it.
 pub(super) struct Solved {
     pub answer: RankedAnswer,
-    /// Its solution of the points and unknowns of this rank.
-    pub solution: Solution,
     pub seconds: Seconds,
     /// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks.
     pub energy: f64,
@@ -133,8 +144,7 @@ impl Begun {
     pub(super) fn solved(
         self,
         (case, share): (&Case, Share),
-        start: Option<Start>,
-        keep: Option<&Keep>,
+        How { start, keep, mut look }: How,
         observer: &mut Watch<Progress>,
     ) -> Result<Solved, Error> {
         let Begun { ranks, counted, mut lap } = self;
@@ -164,13 +174,15 @@ impl Begun {
             Some(found) => found,
             None => {
                 let start = start.map(|start| start.displacements(&local));
-                march(case, (&mut local, &mut multigrid, own), (settings, start), kept.as_mut(), observer)?
+                let each = (kept.as_mut(), look.as_deref_mut());
+                march(case, (&mut local, &mut multigrid, own), (settings, start), each, observer)?
             }
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
         // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
         if unsolved
             && !alone
+            && look.is_none()
             && kept.is_none()
             && unknowns(&local) <= small::MOST_UNKNOWNS
             && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
@@ -179,18 +191,24 @@ impl Begun {
             (found, steps, alone) = (other.0, other.1, true);
             found.solution.counts.cycles += before;
         }
-        let Found { solution, everywhere: found, shortening } = found;
-        let tractions = tractions(&local, &found.lambda);
-        let contact = totals(&local, &multigrid, &solution, &tractions);
-        let energy = energy(&local, &found.free);
+        let Found { solution, everywhere: here, shortening } = &found;
+        let tractions = tractions(&local, &here.lambda);
+        let contact = totals(&local, &multigrid, solution, &tractions);
+        let energy = energy(&local, &here.free);
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
-        let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
-        let summary = summary.with_bolts(states(&local, &found.u, &shortening)).found_by_first(alone);
-        let Everywhere { u, free, lambda, states } = found;
+        let summary = summary(case, &local, &multigrid, (solution, contact, steps), &here.u, &seconds, traffic);
+        let summary = summary.with_bolts(states(&local, &here.u, shortening)).found_by_first(alone);
+        // What looks at the only answer of a case has room then.
+        drop(multigrid);
+        if let Some(look) = look.filter(|_| case.steps.is_empty()) {
+            look(&local, &found, end(case))?;
+            seconds.output = lap();
+        }
+        let Found { everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
         let (tractions, error) = (tractions.points, Vec::new());
         let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, summary };
-        Ok(Solved { answer, solution, seconds, energy })
+        Ok(Solved { answer, seconds, energy })
     }
 }
 
@@ -212,7 +230,7 @@ fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
     (settings, start): (friction::Settings, Option<Vec<f64>>),
-    mut kept: Option<&mut Kept>,
+    (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
 ) -> Result<(Found, Vec<RankedStep>), Error> {
     let ranks = Arc::clone(&local.division.ranks);
@@ -248,6 +266,7 @@ fn march(
             march.at = shorter;
             continue;
         }
+        look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
         let tractions = tractions(solver.local, &found.everywhere.lambda);
         let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
         let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
