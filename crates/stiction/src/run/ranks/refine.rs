@@ -166,7 +166,10 @@ impl Team<'_, '_> {
         let outcome = agree(ranks, found)?;
         let own = outcome.as_ref().and_then(|outcome| outcome.accuracy.as_ref());
         let message = broadcast(ranks, serde_json::to_vec(&own).unwrap_or_default());
-        let accuracy: Option<AccuracyRecord> = serde_json::from_slice(&message).unwrap_or_default();
+        let accuracy: Option<AccuracyRecord> = match own {
+            Some(own) => Some(own.clone()),
+            None => serde_json::from_slice(&message).unwrap_or_default(),
+        };
         let estimate = outcome.as_ref().and_then(|outcome| outcome.estimate.as_ref());
         let mut relative = [estimate.map_or(f64::NEG_INFINITY, Estimate::relative)];
         max(ranks, &mut relative);
