@@ -24,6 +24,7 @@ use crate::linalg::{Stop, Watch};
 use crate::ranks::{Ranks, agree, broadcast, max, put, take};
 use crate::run::pose::bolts::tightened;
 use crate::run::pose::load_state::{apply, load_state};
+use crate::run::pose::memory::looking_fits;
 use crate::run::pose::{MemoryLimit, Prepared, Seconds, prepare_to_look_at};
 use crate::run::refine::{Indicators, Level, Levels, Sequence, SolvedLevel, other_case, solve_to_accuracy};
 use crate::run::results::{adopt_steps, discard_steps, keep_levels, kept_levels, problem_fingerprint, remove_levels};
@@ -215,11 +216,14 @@ impl<'a> Seen<'a> {
     /// Takes the answer at time `t` of all ranks as one of the whole mesh.
     ///
     /// # Errors
-    /// If the whole cannot be posed.
+    /// If the whole cannot be posed, or there is no memory for it.
     fn add(&mut self, whole: &WholeAnswer, found: &Solution, t: f64) -> Result<(), Error> {
         let mut prepared = match self.last.take() {
             Some((prepared, _)) => prepared,
-            None => prepare_to_look_at(self.case)?,
+            None => {
+                looking_fits(whole.u.len() as f64, &MemoryLimit::of(&self.case.solver))?;
+                prepare_to_look_at(self.case)?
+            }
         };
         refuse_travel(self.case, &prepared)?;
         if !self.case.steps.is_empty() || !prepared.loading.bolts.is_empty() {
@@ -323,8 +327,12 @@ impl<'a, 'b> First<'a, 'b> {
         }
         let (wanted, before) = found.unzip();
         self.wanted = wanted;
-        if let Some(sequence) = &before {
-            (keep.tell)(&Stage::Note(&format!("going on after {} meshes", sequence.levels.len())));
+        let note = match &before {
+            Some(sequence) => format!("going on after {} meshes", sequence.levels.len()),
+            None => "there are no meshes to go on from: solving from the beginning".into(),
+        };
+        if keep.resume {
+            (keep.tell)(&Stage::Note(&note));
         }
         Ok(before)
     }
