@@ -7,8 +7,8 @@ use crate::fem::Field;
 use crate::io::case;
 use crate::io::folder;
 use crate::ranks::threads;
-use crate::run::ranks::write_on_ranks;
-use crate::run::{check, solve_case};
+use crate::run::ranks::{check, write_on_ranks};
+use crate::run::whole::solve_case;
 
 const STEEL: &str = "[materials.steel]\nyoung = 21.19e10\npoisson = 0.277\nexpansion = 12e-6\n";
 
