@@ -14,7 +14,7 @@ use stiction::friction::Status;
 use stiction::io::case;
 use stiction::io::lock::Lock;
 use stiction::ranks::{Ranks, agree};
-use stiction::run::{Keep, solve_steps_on_ranks, write_on_ranks};
+use stiction::run::{Keep, Stage, level_line, solve_steps_on_ranks, write_on_ranks};
 use stiction::{Error, Progress};
 
 /// Certified elastic contact with friction in 3D, on several machines: mpirun -n N stiction-mpi solve CASE.toml
@@ -44,7 +44,10 @@ struct Solve {
     /// Change a value of the case, as in --set contact.0.friction.coulomb=0.2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set: Vec<(String, String)>,
-    /// Go on after the last finished load step that the folder of results holds, on any number of ranks
+    /// Refine the mesh until the error in the energy norm is below this, short for --set accuracy.energy=P%
+    #[arg(long, value_name = "P%")]
+    accuracy: Option<String>,
+    /// Go on after the last finished load step, or mesh of a refining run, that the folder of results holds, on any number of ranks
     #[arg(long)]
     resume: bool,
     /// Print a line for every cycle, on standard error
@@ -104,7 +107,10 @@ fn run(mpi: &Arc<Mpi>) -> u8 {
 fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
     let first = ranks.rank() == 0;
     agree(&**ranks, start_threads(arguments.threads, ranks.size()))?;
-    let case = agree(&**ranks, case::read(&arguments.case, &arguments.set))?;
+    let mut set = arguments.set.clone();
+    set.extend(arguments.accuracy.iter().map(|goal| ("accuracy.energy".to_string(), goal.clone())));
+    let case = case::read(&arguments.case, &set).map_err(|error| as_typed(arguments, error));
+    let case = agree(&**ranks, case)?;
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let lock = if first { Lock::take(&folder).map(Some) } else { Ok(None) };
     let lock = agree(&**ranks, lock)?;
@@ -118,14 +124,34 @@ fn solve(arguments: &Solve, ranks: &Arc<dyn Ranks>) -> Result<u8, Error> {
         }
         ControlFlow::Continue(())
     };
-    let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell: |what| eprintln!("note: {what}") };
+    let tell: fn(&Stage) = |stage| match stage {
+        Stage::Level(level) => println!("{}", level_line(level)),
+        Stage::Note(what) => eprintln!("note: {what}"),
+        _ => {}
+    };
+    let keep = Keep { folder: folder.clone(), resume: arguments.resume, tell };
     let answer = solve_steps_on_ranks(&case, ranks, Some(&keep), &mut observer)?;
     let files = write_on_ranks(&answer, &folder, &**ranks)?;
     if first {
         print!("{}\n{}", case.title, answer.summary);
         println!("  files        {} in {}", files.join(", "), folder.display());
     }
-    Ok(if answer.summary.status == Status::Solved { 0 } else { SHORT })
+    let missed = answer.summary.accuracy.as_ref().filter(|accuracy| !accuracy.reached);
+    if let Some(accuracy) = missed.filter(|_| first) {
+        let why = accuracy.ended.as_deref().unwrap_or_default();
+        eprintln!("warning: the accuracy was not reached: {why}; the files hold the last mesh");
+    }
+    Ok(if answer.summary.status == Status::Solved && missed.is_none() { 0 } else { SHORT })
+}
+
+/// The same error at the option that stands for `--set`.
+fn as_typed(arguments: &Solve, error: Error) -> Error {
+    match &arguments.accuracy {
+        Some(goal) if error.place == format!("--set accuracy.energy={goal}") => {
+            Error { place: format!("--accuracy {goal}"), ..error }
+        }
+        _ => error,
+    }
 }
 
 /// Starts the pool of this rank. Launchers bind a rank to its cores, and as many threads are its own; where they do

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::elements::Law;
-use super::incidence::{Incidence, NodeRange};
+use super::incidence::{Entries, Incidence, Needed, NodeRange};
 use super::rotated::turn_block;
 use super::row_assembly::RowAssembly;
 use super::{DofMap, FeModel, Fix, Load, Solid, dof_map, external_forces};
@@ -24,6 +24,17 @@ use crate::mesh::v3::V3;
 /// # Errors
 /// If mesh, materials, loads or prescribed displacements cannot be used.
 pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<FeModel, Error> {
+    assemble_part(solid, loads, fixes, t, Entries::All)
+}
+
+/// The same with no more of `K` than is asked for.
+pub(crate) fn assemble_part(
+    solid: &Solid,
+    loads: &[Load],
+    fixes: &[Fix],
+    t: f64,
+    entries: Entries,
+) -> Result<FeModel, Error> {
     solid.validate()?;
     let cells = solid.cells();
     let acting = || -> Result<_, Error> {
@@ -34,11 +45,12 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
     };
     let (incidence, acting) = rayon::join(|| Incidence::new(solid.mesh), acting);
     let (incidence, (dofs, force)) = (incidence?, acting?);
-    let constrained: Vec<bool> = dofs.unknown.as_chunks::<3>().0.iter().map(|dofs| dofs.contains(&u32::MAX)).collect();
-    let ranges = NodeRange::all(&incidence, &cells, &constrained);
+    let constrained = dofs.unknown.as_chunks::<3>().0.iter().map(|dofs| dofs.contains(&u32::MAX)).collect();
+    let needed = Needed { constrained, entries };
+    let ranges = NodeRange::all(&incidence, &cells, &needed);
     let laws: Vec<Law> = solid.materials.iter().map(Law::new).collect();
 
-    let mut model = with_pattern(dofs, &ranges)?;
+    let mut model = with_pattern(dofs, &ranges, entries)?;
     let FeModel { dofs, stiffness, load, support_stiffness, support_support, support_load, .. } = &mut model;
     *load = dofs.free.iter().map(|&dof| force[dof as usize]).collect();
     *support_load = dofs.prescribed.iter().map(|&dof| force[dof as usize]).collect();
@@ -57,9 +69,10 @@ pub fn assemble(solid: &Solid, loads: &[Load], fixes: &[Fix], t: f64) -> Result<
         .with_max_len(piece(ranges.len()))
         .zip(rows.collect::<Vec<_>>())
         .map_init(
-            || RowAssembly::new(solid, &laws, &cells, &incidence, &constrained),
+            || RowAssembly::new(solid, &laws, &cells, &incidence, &needed),
             |sums, (range, (((free_free, support_free), support_support), load))| {
-                Rows { dofs, number: &number, rotated: &rotated, free_free, support_free, support_support, load }
+                let (number, rotated) = (&number, &rotated);
+                Rows { dofs, number, rotated, entries, free_free, support_free, support_support, load }
                     .fill(range, sums)
             },
         )
@@ -76,9 +89,11 @@ struct Rows<'a> {
     number: &'a [u32],
     /// For each node its place in `dofs.rotated`, or `u32::MAX`; empty if none is rotated.
     rotated: &'a [u32],
+    /// Which of `K` there are.
+    entries: Entries,
     free_free: LowerEntries<'a>,
-    support_free: Entries<'a>,
-    support_support: Entries<'a>,
+    support_free: FullEntries<'a>,
+    support_support: FullEntries<'a>,
     load: &'a mut [f64],
 }
 
@@ -103,7 +118,8 @@ impl Rows<'_> {
         self.store_columns(i, neighbours);
         // Nearly everywhere all but the last: all three components of a node before this one are unknown.
         let is_plain = |&&j: &&u32| (j as usize) < i && (0..3).all(|b| self.is_free(3 * j as usize + b));
-        let plain = neighbours.iter().take_while(is_plain).count();
+        let all = self.entries == Entries::All;
+        let plain = if all { neighbours.iter().take_while(is_plain).count() } else { 0 };
         for a in 0..3 {
             let free = self.is_free(3 * i + a);
             let stored = if free { plain } else { 0 };
@@ -113,8 +129,10 @@ impl Rows<'_> {
                 for (b, &value) in block[a].iter().enumerate() {
                     let column = self.number[first + b];
                     match (free, self.is_free(first + b)) {
-                        // The lower triangle alone.
-                        (true, true) if first + b <= 3 * i + a => self.free_free.push(value),
+                        // The lower triangle alone, or its last entry.
+                        (true, true) if first + b == 3 * i + a || all && first + b < 3 * i + a => {
+                            self.free_free.push(value);
+                        }
                         (true, true) => {}
                         (true, false) => self.load[*free_row] -= value * self.dofs.value[column as usize],
                         (false, true) => self.support_free.push(column, value),
@@ -129,6 +147,11 @@ impl Rows<'_> {
     /// The columns that the unknowns of node `i` share: those of the nodes before it, then its own.
     fn store_columns(&mut self, i: usize, neighbours: &[u32]) {
         if !(0..3).any(|a| self.is_free(3 * i + a)) {
+            return;
+        }
+        if self.entries == Entries::Diagonal {
+            let own = self.dofs.unknown[3 * i..3 * i + 3].iter();
+            own.filter(|&&unknown| unknown != u32::MAX).for_each(|&unknown| self.free_free.share(unknown));
             return;
         }
         for &j in neighbours.iter().take_while(|&&j| j as usize <= i) {
@@ -152,13 +175,13 @@ impl Rows<'_> {
 }
 
 /// Consecutive entries of a matrix, written in order.
-struct Entries<'a> {
+struct FullEntries<'a> {
     column: &'a mut [u32],
     value: &'a mut [f64],
     filled: usize,
 }
 
-impl Entries<'_> {
+impl FullEntries<'_> {
     fn push(&mut self, column: u32, value: f64) {
         self.column[self.filled] = column;
         self.value[self.filled] = value;
@@ -193,7 +216,7 @@ impl LowerEntries<'_> {
 }
 
 /// The model with its row pointers; columns and values are still zero. An error where there is no memory for them.
-fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> Result<FeModel, Error> {
+fn with_pattern(dofs: DofMap, ranges: &[NodeRange], entries: Entries) -> Result<FeModel, Error> {
     let (n, p) = (dofs.free.len(), dofs.prescribed.len());
     let free_of_node: Vec<u8> = dofs
         .unknown
@@ -222,7 +245,10 @@ fn with_pattern(dofs: DofMap, ranges: &[NodeRange]) -> Result<FeModel, Error> {
         matrix.column = in_huge_pages(vec![0; entries]);
         matrix.value = in_huge_pages(vec![0.0; entries]);
     }
-    let stiffness = lower_pattern(&dofs, ranges, &free_of_node, &counts);
+    let stiffness = match entries {
+        Entries::All => lower_pattern(&dofs, ranges, &free_of_node, &counts),
+        Entries::Diagonal => diagonal_pattern(n),
+    };
     let (load, support_load) = (Vec::new(), Vec::new());
     Ok(FeModel { stiffness, load, support_stiffness, support_support, support_load, springs: None, dofs })
 }
@@ -297,6 +323,13 @@ fn lower_pattern(dofs: &DofMap, ranges: &[NodeRange], free_of_node: &[u8], count
     SymmetricCsr { rows: n, start, first, column, value }
 }
 
+/// `K` with an entry for each row.
+fn diagonal_pattern(n: usize) -> SymmetricCsr {
+    let rows = |count: usize| in_huge_pages((0..count).collect());
+    let (column, value) = (in_huge_pages(vec![0; n]), in_huge_pages(vec![0.0; n]));
+    SymmetricCsr { rows: n, start: rows(n + 1), first: rows(n), column, value }
+}
+
 /// For each degree of freedom its number among the unknown, or among the prescribed where it is prescribed.
 fn number_in_its_set(dofs: &DofMap) -> Vec<u32> {
     let mut number = dofs.unknown.clone();
@@ -320,10 +353,13 @@ fn rows_of_ranges(dofs: &[u32], ranges: &[NodeRange]) -> Vec<usize> {
 }
 
 /// The entries of `matrix`, cut after the rows `ends`.
-fn split_rows<'a>(matrix: &'a mut Csr, ends: &[usize]) -> Vec<Entries<'a>> {
+fn split_rows<'a>(matrix: &'a mut Csr, ends: &[usize]) -> Vec<FullEntries<'a>> {
     let ends: Vec<usize> = ends.iter().map(|&row| matrix.start[row]).collect();
     let columns = split(&mut matrix.column, &ends).into_iter();
-    columns.zip(split(&mut matrix.value, &ends)).map(|(column, value)| Entries { column, value, filled: 0 }).collect()
+    columns
+        .zip(split(&mut matrix.value, &ends))
+        .map(|(column, value)| FullEntries { column, value, filled: 0 })
+        .collect()
 }
 
 /// The same of a lower triangle.

@@ -75,7 +75,7 @@ impl Touching {
 }
 
 /// A contiguous range of nodes and their neighbours: the 3 x 3 blocks of its rows of the stiffness matrix that are needed,
-/// those up to the diagonal and those that prescribed displacements touch.
+/// those up to the diagonal, or at it, and those that prescribed displacements touch.
 pub(super) struct NodeRange {
     pub nodes: Range<usize>,
     /// The `k`-th node of the range has the blocks `start[k]..start[k + 1]`.
@@ -85,8 +85,8 @@ pub(super) struct NodeRange {
 }
 
 impl NodeRange {
-    /// All nodes in ranges, with their neighbours; some displacement of the nodes `constrained` is prescribed.
-    pub(super) fn all(incidence: &Incidence, cells: &CellList, constrained: &[bool]) -> Vec<NodeRange> {
+    /// All nodes in ranges, with their neighbours.
+    pub(super) fn all(incidence: &Incidence, cells: &CellList, needed: &Needed) -> Vec<NodeRange> {
         let nodes = incidence.nodes();
         let size = nodes / (RANGES_PER_THREAD * rayon::current_num_threads());
         let size = size.clamp(NODES_PER_RANGE.start, NODES_PER_RANGE.end);
@@ -96,27 +96,21 @@ impl NodeRange {
                 || vec![u32::MAX; nodes],
                 |seen_by, r| {
                     let range = r * size..((r + 1) * size).min(nodes);
-                    NodeRange::new(range, incidence, cells, constrained, seen_by)
+                    NodeRange::new(range, incidence, cells, needed, seen_by)
                 },
             )
             .collect()
     }
 
     /// `seen_by[j]` is the last node that listed `j` as its neighbour.
-    fn new(
-        nodes: Range<usize>,
-        incidence: &Incidence,
-        cells: &CellList,
-        constrained: &[bool],
-        seen_by: &mut [u32],
-    ) -> Self {
+    fn new(nodes: Range<usize>, incidence: &Incidence, cells: &CellList, needed: &Needed, seen_by: &mut [u32]) -> Self {
         let mut neighbour = Vec::with_capacity(nodes.len() * 10);
         let mut start = vec![0];
         for i in nodes.clone() {
             let first = neighbour.len();
             for &cell in incidence.at(i) {
                 for &j in cells.get(cell as usize).1 {
-                    if is_needed(i, j as usize, constrained) && seen_by[j as usize] != i as u32 {
+                    if needed.has(i, j as usize) && seen_by[j as usize] != i as u32 {
                         seen_by[j as usize] = i as u32;
                         neighbour.push(j);
                     }
@@ -145,7 +139,25 @@ impl NodeRange {
     }
 }
 
-/// Whether the block of nodes `i` and `j` is needed: the unknowns among themselves take one of it and its mirror image.
-pub(super) fn is_needed(i: usize, j: usize, constrained: &[bool]) -> bool {
-    j <= i || constrained[i] || constrained[j]
+/// The entries of `K` that are assembled. Those that prescribed displacements have always are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Entries {
+    /// Its lower triangle.
+    All,
+    /// Its diagonal: where others solve, that says how stiff an unknown is.
+    Diagonal,
+}
+
+/// Which blocks are needed.
+pub(super) struct Needed {
+    /// Nodes of which some displacement is prescribed.
+    pub constrained: Vec<bool>,
+    pub entries: Entries,
+}
+
+impl Needed {
+    /// Whether the block of nodes `i` and `j` is: the unknowns among themselves take one of it and its mirror image.
+    pub(super) fn has(&self, i: usize, j: usize) -> bool {
+        j == i || j < i && self.entries == Entries::All || self.constrained[i] || self.constrained[j]
+    }
 }

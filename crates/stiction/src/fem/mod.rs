@@ -30,6 +30,7 @@ mod tests;
 mod tractions;
 
 pub use assembly::assemble;
+pub(crate) use assembly::assemble_part;
 pub use axes::Axes;
 pub use cut::{Cut, cut};
 pub use dofs::dof_map;
@@ -37,6 +38,7 @@ pub use elastic::{Orthotropic, Stiffness, Voigt, frame, strain_along};
 pub use faces::{FacePoint, face_coordinates, face_points, nodal_normals};
 pub(crate) use faces::{direction, normal_sums};
 pub use field::Field;
+pub(crate) use incidence::Entries;
 pub(crate) use initial::quadratic_points;
 pub use initial::{InitialStrain, initial_strain};
 pub(crate) use loads::FaceMoments;

@@ -6,7 +6,7 @@
 use super::Solid;
 use super::congruent_cells::Shapes;
 use super::elements::{Element, Hex8, Hex20, Law, Tet4, Tet10, Wedge6, Wedge15, folded};
-use super::incidence::{Incidence, NodeRange, Touching, is_needed};
+use super::incidence::{Incidence, Needed, NodeRange, Touching};
 use super::solid::CellList;
 use crate::Error;
 use crate::mesh::CellKind;
@@ -20,8 +20,7 @@ pub(super) struct RowAssembly<'a> {
     laws: &'a [Law<'a>],
     cells: &'a CellList<'a>,
     incidence: &'a Incidence,
-    /// Nodes of which some displacement is prescribed.
-    constrained: &'a [bool],
+    needed: &'a Needed,
     shapes: Shapes,
     touching: Touching,
     blocks: Vec<[V3; 3]>,
@@ -33,10 +32,10 @@ impl<'a> RowAssembly<'a> {
         laws: &'a [Law<'a>],
         cells: &'a CellList<'a>,
         incidence: &'a Incidence,
-        constrained: &'a [bool],
+        needed: &'a Needed,
     ) -> Self {
         let (shapes, touching) = (Shapes::new(), Touching::default());
-        RowAssembly { solid, laws, cells, incidence, constrained, shapes, touching, blocks: Vec::new() }
+        RowAssembly { solid, laws, cells, incidence, needed, shapes, touching, blocks: Vec::new() }
     }
 
     /// The blocks of the rows of `range`, in the order of its neighbours. An error for a folded cell.
@@ -53,25 +52,23 @@ impl<'a> RowAssembly<'a> {
         let at = &self.solid.mesh.nodes;
         let material = self.solid.material_of_cell[cell];
         let law = self.laws[material as usize];
-        let (constrained, sums) = (self.constrained, &mut self.blocks);
+        let (needed, sums) = (self.needed, &mut self.blocks);
         let added = match kind {
-            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
+            CellKind::Tet4 => Tet4::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
             CellKind::Hex8 => {
                 let x = corners(at, nodes);
                 match self.shapes.rows(cell, &x, material, law) {
                     Some(rows) => {
-                        add_blocks::<8>(|i, j| rows[i][j], nodes, range, constrained, sums);
+                        add_blocks::<8>(|i, j| rows[i][j], nodes, range, needed, sums);
                         Some(())
                     }
-                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, constrained, sums)),
+                    None => Hex8::new(&x).map(|e| add(&e, law, nodes, range, needed, sums)),
                 }
             }
-            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
-            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
-            CellKind::Wedge6 => Wedge6::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums)),
-            CellKind::Wedge15 => {
-                Wedge15::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, constrained, sums))
-            }
+            CellKind::Tet10 => Tet10::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
+            CellKind::Hex20 => Hex20::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
+            CellKind::Wedge6 => Wedge6::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
+            CellKind::Wedge15 => Wedge15::new(&corners(at, nodes)).map(|e| add(&e, law, nodes, range, needed, sums)),
         };
         added.ok_or_else(|| folded(self.solid, cell, kind, nodes))
     }
@@ -83,11 +80,11 @@ fn add<const N: usize, const Q: usize>(
     law: Law,
     nodes: &[u32],
     range: &NodeRange,
-    constrained: &[bool],
+    needed: &Needed,
     sums: &mut [[V3; 3]],
 ) {
     let dilatation = element.dilatation(law);
-    add_blocks::<N>(|i, j| element.block(i, j, law, dilatation.as_ref()), nodes, range, constrained, sums);
+    add_blocks::<N>(|i, j| element.block(i, j, law, dilatation.as_ref()), nodes, range, needed, sums);
 }
 
 /// The same of a cell whose nodes `i` and `j` have the block `block(i, j)`.
@@ -96,7 +93,7 @@ fn add_blocks<const N: usize>(
     block: impl Fn(usize, usize) -> [V3; 3],
     nodes: &[u32],
     range: &NodeRange,
-    constrained: &[bool],
+    needed: &Needed,
     sums: &mut [[V3; 3]],
 ) {
     let nodes: &[u32; N] = nodes.first_chunk().expect("a cell has all its nodes");
@@ -111,7 +108,7 @@ fn add_blocks<const N: usize>(
         }
         let to = &mut sums[range.row(node as usize)];
         for (j, (&other, &place)) in nodes.iter().zip(&places).enumerate() {
-            if is_needed(node as usize, other as usize, constrained) {
+            if needed.has(node as usize, other as usize) {
                 let (to, from) = (to[place as usize].as_flattened_mut(), block(i, j));
                 to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
             }

@@ -76,7 +76,7 @@ pub fn solve_case(
             "solve it without --resume, or add [[step]] or [accuracy] to the case",
         ));
     }
-    let mut run = Run { plan, stop, tell, problem: String::new(), wanted: None };
+    let mut run = Run::new(plan, stop, tell);
     let solved = match refined {
         Some(accuracy) => run.refined(case, accuracy),
         None => {
@@ -98,7 +98,7 @@ pub fn solve_case(
 }
 
 /// A case under way.
-struct Run<'r, 't> {
+pub(super) struct Run<'r, 't> {
     plan: &'r Plan<'r>,
     stop: &'r Stop,
     tell: &'r mut Teller<'t>,
@@ -141,7 +141,11 @@ impl Levels for Run<'_, '_> {
     }
 }
 
-impl Run<'_, '_> {
+impl<'r, 't> Run<'r, 't> {
+    pub(super) fn new(plan: &'r Plan<'r>, stop: &'r Stop, tell: &'r mut Teller<'t>) -> Self {
+        Run { plan, stop, tell, problem: String::new(), wanted: None }
+    }
+
     /// Tells what does not ask whether to go on.
     fn say(&mut self, stage: Stage) {
         let _ = (self.tell)(stage);

@@ -138,15 +138,16 @@ fn every_arrow_between_modules_follows_the_order() {
     assert!(arrows > 20, "{arrows}");
 }
 
-/// The rooms of `run` and the way through all of them: each uses those before it. Paths into another room are written in full.
+/// The rooms of `run`, the way through all of them, and that of several ranks: each uses those before it. Paths into another room are written in full.
 #[test]
 fn a_case_is_posed_then_solved_then_written() {
-    const ROOMS: [&str; 6] = ["pose", "solve", "refine", "results", "ranks", "whole.rs"];
+    const ROOMS: [&str; 6] = ["pose", "solve", "refine", "results", "whole", "ranks"];
     let mut arrows = 0;
     for (path, text) in sources() {
         let parts: Vec<&str> = path.iter().filter_map(|part| part.to_str()).collect();
         let ["run", room, ..] = parts[..] else { continue };
-        if room == "mod.rs" {
+        let room = room.trim_end_matches(".rs");
+        if room == "mod" {
             continue;
         }
         let (shown, code) = (path.display(), code(&text));

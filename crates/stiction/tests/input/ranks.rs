@@ -30,7 +30,12 @@ fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
             floor("[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n"),
             "equation between displacements",
         ),
-        (floor("[accuracy]\nenergy = \"10%\"\n"), "[accuracy]"),
+        (floor("[accuracy]\nenergy = \"10%\"\nproven = true\n"), "accuracy.proven"),
+        (floor("[accuracy]\nproven = true\n"), "accuracy.proven"),
+        (
+            floor(&format!("{STEPS}[[fix]]\non = \"x-max\"\nuntil = \"press\"\n[accuracy]\nenergy = \"10%\"\n")),
+            "[accuracy] with a support that begins or ends",
+        ),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
         (BODY.to_string(), "without contact"),

@@ -27,6 +27,8 @@ impl Bytes {
     const WEDGE15: f64 = 2600.0;
     /// A node of a mesh that is made and divided, and assembled elsewhere.
     const DIVIDED: f64 = 450.0;
+    /// A node of a mesh that others have solved on, until the error of their answer is estimated.
+    const LOOKED_AT: f64 = 1000.0;
     /// What comes on top of small meshes.
     const POSING: f64 = 6e6;
     /// Files of results: fields of nodes and cells in all their forms.
@@ -115,6 +117,12 @@ pub(crate) fn posing_fits(nodes: f64, each: f64, limit: &MemoryLimit) -> Result<
         false => (format!("a mesh of {nodes:.0} nodes with its stiffness matrix"), each),
     };
     ensure(&what, Bytes::POSING + nodes * each, limit.bytes).map_err(|error| limit.named(error))
+}
+
+/// Refuses to look at the answer that others have found on a mesh of so many nodes.
+pub(crate) fn looking_fits(nodes: f64, limit: &MemoryLimit) -> Result<(), Error> {
+    let what = format!("looking at the answer of all ranks on a mesh of {nodes:.0} nodes");
+    ensure(&what, Bytes::POSING + nodes * Bytes::LOOKED_AT, limit.bytes).map_err(|error| limit.named(error))
 }
 
 /// Bytes a node of a block costs until its contact is posed.

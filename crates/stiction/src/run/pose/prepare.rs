@@ -20,7 +20,7 @@ use super::{coefficients, counts, materials, mesh, place, regions, surfaces};
 use crate::Error;
 use crate::contact::rigid::RigidMotions;
 use crate::contact::{ContactProblem, ContactSurface, Counterpart, SurfaceFacts, SurfaceFriction, pose};
-use crate::fem::{FeModel, Material, Solid, add_springs, assemble, notes};
+use crate::fem::{Entries, FeModel, Material, Solid, add_springs, assemble_part, notes};
 use crate::io::case::{Case, ContactSpec, CouplingSpec, CyclicSpec, Spot, StepSpec};
 use crate::io::text::{number, triple};
 use crate::mesh::{Bounds, CellShape, Mesh, MeshNotes, info_with};
@@ -68,9 +68,25 @@ pub struct Prepared {
 /// # Errors
 /// Whatever makes the case impossible to pose, shown at its place in the case file where it has one.
 pub fn prepare(case: &Case) -> Result<Prepared, Error> {
+    posed(case, Entries::All)
+}
+
+/// The same without what takes the memory: `K` is its diagonal, and motions of bodies that contact alone holds are not looked for.
+/// Whoever solves the case has all of it and has refused what cannot be solved; here its answer is looked at.
+///
+/// # Errors
+/// As [`prepare`].
+pub(crate) fn prepare_to_look_at(case: &Case) -> Result<Prepared, Error> {
+    posed(case, Entries::Diagonal)
+}
+
+fn posed(case: &Case, entries: Entries) -> Result<Prepared, Error> {
     let mut lap = stopwatch();
-    let limit = MemoryLimit::of(&case.solver);
-    counts::before_the_mesh(case, &limit)?;
+    let is_solved_here = entries == Entries::All;
+    let limit = MemoryLimit { divided: !is_solved_here, ..MemoryLimit::of(&case.solver) };
+    if is_solved_here {
+        counts::before_the_mesh(case, &limit)?;
+    }
     let (mesh, mesh_notes) = mesh::mesh(&case.mesh, &limit)?;
     let meshed = lap();
     let (materials, material_of_cell) = materials::materials(&mesh, &case.materials)?;
@@ -82,12 +98,14 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         fixes.push(fix);
         fix_spots.push(spot);
     }
-    counts::before_assembly(&mesh, &fixes, case, &limit)?;
+    if is_solved_here {
+        counts::before_assembly(&mesh, &fixes, case, &limit)?;
+    }
     let (loads, load_facts) = loads(&solid, &case.loads, end(case))?;
     one_temperature(&mesh, &loads, &case.loads)?;
     let (springs, spring_facts) = springs(&mesh, &case.springs)?;
     let of_the_mesh = |error| if is_of_memory(&error) { place::at(&case.mesh.spot, limit.named(error)) } else { error };
-    let mut model = assemble(&solid, &loads, &fixes, end(case)).map_err(of_the_mesh)?;
+    let mut model = assemble_part(&solid, &loads, &fixes, end(case), entries).map_err(of_the_mesh)?;
     add_springs(&mesh, &springs, &mut model)?;
     model.dofs.follows = cuts.iter().flat_map(Cuts::followers).collect();
     let assembled = lap();
@@ -120,7 +138,10 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
         ContactFacts { surface, against, names, friction, stiffness: s.stiffness, wear: spec.wear }
     });
     let contacts: Vec<ContactFacts> = contacts.collect();
-    let motions = held_by_contact(&mesh, &model.dofs, &problem, case, &contacts)?;
+    let motions = match entries {
+        Entries::All => held_by_contact(&mesh, &model.dofs, &problem, case, &contacts)?,
+        Entries::Diagonal => RigidMotions::default(),
+    };
     let (bolts, bolt_facts) = bolts(&solid, &model.dofs, case, end(case))?;
     let loading = Loading {
         bolts,
@@ -178,7 +199,7 @@ pub fn prepare(case: &Case) -> Result<Prepared, Error> {
     };
     let seconds = [meshed, assembled, lap()];
     let mesh_spot = case.mesh.spot.clone();
-    let multigrid_first = multigrid_first(&case.solver, &problem);
+    let multigrid_first = is_solved_here && multigrid_first(&case.solver, &problem);
     // A step starts from the one before it, which is nearer than any coarser problem.
     let coarser = if multigrid_first && case.steps.is_empty() { coarser(case) } else { None };
     let mut prepared = Prepared {

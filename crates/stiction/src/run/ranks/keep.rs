@@ -27,16 +27,17 @@ use crate::run::results::json;
 use crate::run::results::step_file::{STATE, remove_steps};
 use crate::run::results::sums::{self, Sums};
 use crate::run::solve::strength::{left, lost};
+use crate::run::whole::Stage;
 
-/// Where load steps are kept.
+/// Where load steps and levels are kept.
 #[derive(Debug, Clone)]
 pub struct Keep {
     /// All ranks see it.
     pub folder: PathBuf,
-    /// Whether to go on from the steps that are there; otherwise they are removed.
+    /// Whether to go on from the steps or meshes that are there; otherwise they are removed.
     pub resume: bool,
-    /// Called at rank 0 with what there is to say about the steps that are there.
-    pub tell: fn(&str),
+    /// Called at rank 0 with remarks ([`Stage::Note`]) and finished levels ([`Stage::Level`]).
+    pub tell: fn(&Stage),
 }
 
 /// Number of the format of the list; that of one rank has another kind of value here.
@@ -188,7 +189,7 @@ fn prepared(keep: &Keep, empty: &List, case: &Case) -> Result<List, Error> {
         true => remove_steps(folder)?,
         false => {
             let reached = list.steps.last().map_or(0.0, |last| last.record.t);
-            (keep.tell)(&format!("going on after {} increments, at t = {reached}", list.steps.len()));
+            (keep.tell)(&Stage::Note(&format!("going on after {} increments, at t = {reached}", list.steps.len())));
             write_list(folder, &list)?;
         }
     }
@@ -222,7 +223,7 @@ fn read(keep: &Keep, empty: &List) -> Result<List, Error> {
             false => Some((format!("what {STATE} says"), "damaged".into())),
         };
         if let Some((name, what)) = damaged {
-            (keep.tell)(&format!("{name} of increment {} is {what}: it is solved again", k + 1));
+            (keep.tell)(&Stage::Note(&format!("{name} of increment {} is {what}: it is solved again", k + 1)));
             list.steps.truncate(k);
             break;
         }
@@ -360,5 +361,6 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
     let mut all = Hash::default();
     all.word(sum);
     all.text(&format!("{materials:?} {fixes:?} {springs:?} {loads:?} {bolts:?} {contacts:?} {steps:?}"));
-    all.value()
+    // In a case that is refined rank 0 alone knows what earlier meshes have decided for contacts.
+    u64::read(&broadcast(ranks, to_bytes(&[all.value()])))
 }

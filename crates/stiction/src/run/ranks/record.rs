@@ -9,8 +9,8 @@ use crate::io::case::Case;
 use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
-use crate::run::results::{FORMAT, Versions};
-use crate::run::solve::{BodyRecord, BoltState, CertificateRecord, CountsRecord, Named, Totals};
+use crate::run::results::{ESTIMATED, FORMAT, Rows, Versions, accuracy_rows, percent, print};
+use crate::run::solve::{AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Named, Totals};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -128,9 +128,16 @@ pub struct RankedSummary {
     pub nodes: u64,
     /// Cells of the mesh.
     pub cells: u64,
-    /// Whether rank 0 has found the answer alone, as `stiction solve` does, after all ranks together had not.
+    /// Whether rank 0 has found the answer alone, as `stiction solve` does: after all ranks together had not, or on a small mesh of those
+    /// that are refined.
     #[serde(default)]
     pub found_by_first: bool,
+    /// Estimated error of the stresses in the mean, relative (energy norm); none where the mesh was not refined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discretisation_error: Option<f64>,
+    /// How accurate it is, where the mesh was refined for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
     /// The increments of load steps; the last of them is the answer above.
     #[serde(default)]
     pub steps: Vec<RankedStep>,
@@ -160,10 +167,6 @@ impl RankedSummary {
         ranks: Vec<RankRecord>,
         seconds: &Seconds,
     ) -> Self {
-        let mut times: Vec<(String, f64)> =
-            seconds.phases().iter().map(|(name, span)| (name.to_string(), span.wall)).collect();
-        times.retain(|(_, wall)| *wall > 0.0);
-        times.push(("total".into(), seconds.total().wall));
         let (iterations, restarts) = (solution.counts.cycles, Some(solution.counts.restarts));
         RankedSummary {
             title: case.title.clone(),
@@ -182,7 +185,9 @@ impl RankedSummary {
             levels: Vec::new(),
             steps: Vec::new(),
             found_by_first: false,
-            seconds: Named(times),
+            discretisation_error: None,
+            accuracy: None,
+            seconds: times(seconds),
             peak_memory_bytes: ranks.iter().filter_map(|rank| rank.peak_memory_bytes).max(),
             ranks,
             versions: Versions { stiction: env!("CARGO_PKG_VERSION").into(), summary: FORMAT },
@@ -201,9 +206,23 @@ impl RankedSummary {
         RankedSummary { found_by_first, ..self }
     }
 
+    /// Takes the times of all meshes.
+    pub(super) fn take_seconds(&mut self, seconds: &Seconds) {
+        self.seconds = times(seconds);
+    }
+
     pub(super) fn with_levels(self, levels: Vec<(usize, usize)>) -> Self {
         RankedSummary { levels, ..self }
     }
+}
+
+/// Wall time by phase, and the total.
+fn times(seconds: &Seconds) -> Named {
+    let mut times: Vec<(String, f64)> =
+        seconds.phases().iter().map(|(name, span)| (name.to_string(), span.wall)).collect();
+    times.retain(|(_, wall)| *wall > 0.0);
+    times.push(("total".into(), seconds.total().wall));
+    Named(times)
 }
 
 impl fmt::Display for RankedSummary {
@@ -218,7 +237,11 @@ impl fmt::Display for RankedSummary {
         };
         row(f, "status", format!("{status} after {} cycles on {} ranks", self.counts.iterations, self.ranks.len()))?;
         if self.found_by_first {
-            row(f, "", "by rank 0 alone, which takes other ways too: all ranks together did not arrive".to_string())?;
+            let why = match self.accuracy {
+                Some(_) => "the ranks have judged its answer",
+                None => "which takes other ways too: all ranks together did not arrive",
+            };
+            row(f, "", format!("by rank 0 alone, {why}"))?;
         }
         if let Some(last) = self.steps.last() {
             let cycles: usize = self.steps.iter().map(|step| step.iterations).sum();
@@ -237,6 +260,12 @@ impl fmt::Display for RankedSummary {
             row(f, "bolt", format!("\"{name}\": force {}, shortening {}", number(*force), number(*shortening)))?;
         }
         row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
+        let mut rows = Rows::default();
+        if let Some(error) = self.discretisation_error {
+            rows.add("mesh", format!("{ESTIMATED} {} (energy norm)", percent(error)));
+        }
+        self.accuracy.iter().for_each(|accuracy| accuracy_rows(&mut rows, accuracy));
+        print(f, &rows.0, 12)?;
         let nodes = self.ranks.iter().map(|rank| rank.nodes);
         let (least, most) = (nodes.clone().min().unwrap_or(0), nodes.max().unwrap_or(0));
         row(f, "size", format!("{} unknowns, {least} to {most} nodes a rank", self.dofs))?;

@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, Spot};
+use crate::io::case::{Case, ContactSpec, FixSpec, Spot};
+use crate::run::pose::activity::ALWAYS;
 
 /// What every refusal ends with.
 const REMEDY: &str = "use `stiction solve` on one machine";
@@ -22,9 +23,12 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
     first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
-    if case.accuracy.is_some() {
-        return whole("a case with [accuracy]");
+    if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
+        return whole("the proof of a bound of the error (accuracy.proven)");
     }
+    let timed = |fix: &&FixSpec| case.accuracy.is_some() && fix.during.period(&case.steps) != ALWAYS;
+    let mut timed = case.fixes.iter().filter(timed).map(|fix| &fix.spot);
+    first(&mut timed, "[accuracy] with a support that begins or ends with a step")?;
     if case.solver.starts.is_some() {
         return whole("the search for further solutions (solver.starts)");
     }

@@ -91,7 +91,7 @@ fn of_parts(case: &Case, ranks: &dyn Ranks) -> Result<Result<Share, Option<Error
 }
 
 /// That of a mesh that rank 0 makes or reads; `missing` is the error if it cannot hold it.
-fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -> Result<Share, Error> {
+pub(super) fn of_whole(case: &Case, missing: Option<Error>, ranks: &dyn Ranks) -> Result<Share, Error> {
     let whole = if ranks.rank() == 0 { Whole::made(case, ranks.size(), missing).map(Some) } else { Ok(None) };
     let whole = agree(ranks, whole)?;
     let nodes = whole.as_ref().map_or(Vec::new(), Whole::nodes_to_divide);

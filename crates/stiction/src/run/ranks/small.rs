@@ -1,11 +1,9 @@
 //! What the ranks do not solve together rank 0 solves alone, as `stiction solve` does, where the whole is small enough for one of
 //! them: the factor, smaller meshes to start from and further starts are there. The ranks judge its answer.
 
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-use serde::{Deserialize, Serialize};
-
+use super::gather::{AtPoints, WholeAnswer};
 use super::local::{Local, changes};
 use super::record::RankedStep;
 use super::solve::Everywhere;
@@ -13,32 +11,17 @@ use super::steps::put_state;
 use super::tighten::Found;
 use crate::Error;
 use crate::certificate::certify_divided;
-use crate::contact::Friction;
-use crate::fem::full_displacement;
-use crate::friction::{Counts, Multigrid, PointState, Progress, Solution, Status};
+use crate::friction::{Counts, Multigrid, Progress, Solution, Status};
 use crate::io::case::Case;
 use crate::linalg::Watch;
-use crate::ranks::broadcast;
+use crate::ranks::{broadcast, put, take};
 use crate::run::pose::loads::end;
-use crate::run::pose::{Prepared, prepare};
+use crate::run::pose::prepare;
 use crate::run::solve::{Event, Outcome, Settings, solve, solve_steps};
 use crate::solve::SolveEvent;
 
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
 pub(super) const MOST_UNKNOWNS: usize = 20_000;
-
-/// The answer of rank 0, for all.
-#[derive(Serialize, Deserialize)]
-struct Answer {
-    /// Displacements of all nodes along x, y, z, length; as bits, since they are to be the same.
-    u: Vec<[u64; 3]>,
-    /// For each point its surface, its node, the code of its state, and the bits of multipliers (newton), slip reference and gap
-    /// (length) and law.
-    points: Vec<(u32, u32, usize, [u64; 10])>,
-    shortening: Vec<f64>,
-    steps: Vec<RankedStep>,
-    iterations: usize,
-}
 
 /// Solves the case on rank 0. `None` if it finds no answer either, on every rank.
 ///
@@ -51,14 +34,20 @@ pub(super) fn by_first(
     observer: &mut Watch<Progress>,
 ) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
     let ranks = std::sync::Arc::clone(&local.division.ranks);
-    let answer = if ranks.rank() == 0 { answer(case, observer) } else { None };
-    let message = answer.and_then(|answer| serde_json::to_vec(&answer).ok()).unwrap_or_default();
-    let Ok(answer) = serde_json::from_slice::<Answer>(&broadcast(&*ranks, message)) else { return Ok(None) };
-    taken(case, local, multigrid, answer)
+    let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
+    let message = broadcast(&*ranks, message);
+    if message.is_empty() {
+        return Ok(None);
+    }
+    let mut from = &message[..];
+    let answer = WholeAnswer::take(&mut from);
+    let iterations: Vec<u64> = take(&mut from);
+    let Ok(steps) = serde_json::from_slice::<Vec<RankedStep>>(from) else { return Ok(None) };
+    taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)
 }
 
-/// The answer of a run on one machine, if it is solved.
-fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Answer> {
+/// The answer of a run on one machine as a message, if it is solved: the answer, its iterations, its steps.
+fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
     let mut watch = |event: &Event| match event {
@@ -75,20 +64,18 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Answer> {
     if prepared.loading.travel != [0.0; 3] {
         return None;
     }
-    Some(of_outcome(&prepared, &outcome))
+    let mut message = WholeAnswer::of_outcome(&prepared, &outcome).to_bytes();
+    put(&[iterations(&outcome) as u64], &mut message);
+    message.extend(serde_json::to_vec(&steps(&outcome)).ok()?);
+    Some(message)
 }
 
-fn of_outcome(prepared: &Prepared, outcome: &Outcome) -> Answer {
-    let (problem, Solution { u, lambda, states, counts, .. }) = (&prepared.problem, &outcome.solution);
-    let m = problem.points();
-    let nodes = prepared.facts.contacts.iter().flat_map(|contact| contact.surface.nodes.iter().copied());
-    let point = |(j, node): (usize, u32)| {
-        let pair = problem.labels.pairs.partition_point(|pair| pair.points.end <= j) as u32;
-        let (slip, gap) = (&problem.contact.slip_reference, problem.contact.gap[j]);
-        let [law, a, b, c] = problem.contact.friction[j].numbers();
-        let numbers = [lambda[j], lambda[m + j], lambda[2 * m + j], slip[j], slip[m + j], gap, law, a, b, c];
-        (pair, node, usize::from(states[j].code()), numbers.map(f64::to_bits))
-    };
+/// Iterations or cycles of an answer.
+pub(super) fn iterations(outcome: &Outcome) -> usize {
+    outcome.solution.counts.cycles.max(outcome.solution.counts.newton_steps)
+}
+
+fn steps(outcome: &Outcome) -> Vec<RankedStep> {
     let steps = outcome.steps.iter().map(|step| RankedStep {
         name: step.name.clone(),
         t: step.t,
@@ -99,59 +86,38 @@ fn of_outcome(prepared: &Prepared, outcome: &Outcome) -> Answer {
         bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),
     });
-    let all = full_displacement(&prepared.model, u);
-    Answer {
-        u: all.as_chunks().0[..prepared.mesh.nodes.len()].iter().map(|u: &[f64; 3]| u.map(f64::to_bits)).collect(),
-        points: nodes.enumerate().map(point).collect(),
-        shortening: prepared.loading.initial.shortening.clone(),
-        steps: steps.collect(),
-        iterations: counts.cycles.max(counts.newton_steps),
-    }
+    steps.collect()
 }
 
 /// What of the answer is here, judged by all ranks.
-fn taken(
+///
+/// # Errors
+/// As [`put_state`].
+pub(super) fn taken(
     case: &Case,
-    local: &mut Local,
-    multigrid: &mut Multigrid,
-    answer: Answer,
+    (local, multigrid): (&mut Local, &mut Multigrid),
+    answer: &WholeAnswer,
+    steps: Vec<RankedStep>,
+    iterations: usize,
 ) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
-    let Answer { u, points, shortening, steps, iterations } = answer;
     let m = local.problem.points();
-    let of_point: HashMap<(u32, u32), (usize, [u64; 10])> =
-        points.into_iter().map(|(pair, node, code, numbers)| ((pair, node), (code, numbers))).collect();
-    let here = |j: usize| {
-        let node = local.piece.nodes[local.division.points[j] as usize] as u32;
-        of_point.get(&(local.pair_of(j) as u32, node)).copied()
-    };
-    let found: Vec<(usize, [u64; 10])> = (0..m).map_while(here).collect();
-    let complete = found.len() == m && u.len() as u64 == local.sizes[0];
-    let mut missing = [f64::from(u8::from(!complete))];
+    let at_points = answer.at_points_of(local).filter(|_| answer.u.len() as u64 == local.sizes[0]);
+    let mut missing = [f64::from(u8::from(at_points.is_none()))];
     crate::ranks::max(&*local.division.ranks, &mut missing);
-    if missing[0] > 0.0 {
-        return Ok(None);
-    }
-    let number = |k: usize| found.iter().map(move |(_, numbers)| f64::from_bits(numbers[k]));
-    let lambda: Vec<f64> = (0..3).flat_map(number).collect();
-    let slip_reference: Vec<f64> = (3..5).flat_map(number).collect();
+    let Some(mut at_points) = at_points.filter(|_| missing[0] == 0.0) else { return Ok(None) };
     if changes(case) || !local.bolts.is_empty() {
         let t = steps.last().map_or(end(case), |step| step.t);
-        put_state(local, case, t, &vec![0.0; 2 * m], &shortening)?;
-        local.problem.contact.slip_reference = slip_reference;
-        // They are states of the last step where points take part in some steps only, or lose their strength.
-        local.problem.contact.gap = number(5).collect();
-        let law = |k: usize| Friction::of_numbers([6, 7, 8, 9].map(|n| f64::from_bits(found[k].1[n])));
-        local.problem.contact.friction = (0..m).map(law).collect();
+        put_state(local, case, t, &vec![0.0; 2 * m], &answer.shortening)?;
+        at_points.put_into(&mut local.problem.contact);
         let _ = multigrid.renewed(&local.problem);
     }
-    let u: Vec<[f64; 3]> = local.piece.nodes.iter().map(|&v| u[v as usize].map(f64::from_bits)).collect();
+    let AtPoints { lambda, states, .. } = at_points;
+    let u: Vec<[f64; 3]> = local.piece.nodes.iter().map(|&v| answer.u[v as usize]).collect();
     let dofs = &local.model.dofs;
     let mut components = u.as_flattened().to_vec();
     dofs.to_components(&mut components);
     let free: Vec<f64> = dofs.free.iter().map(|&dof| components[dof as usize]).collect();
     let certificate = certify_divided(&local.problem, &local.division, &free, &lambda, case.solver.tolerance);
-    let state = |code: usize| PointState::of_code(code).unwrap_or(PointState::Open);
-    let states: Vec<PointState> = found.iter().map(|(code, _)| state(*code)).collect();
     let own = multigrid.own_points();
     let solution = Solution {
         status: if certificate.passed { Status::Solved } else { Status::Stalled },
@@ -163,5 +129,8 @@ fn taken(
         counts: Counts { cycles: iterations, ..Counts::default() },
         history: Vec::new(),
     };
-    Ok(Some((Found { solution, everywhere: Everywhere { free, u, lambda, states }, shortening }, steps)))
+    Ok(Some((
+        Found { solution, everywhere: Everywhere { free, u, lambda, states }, shortening: answer.shortening.clone() },
+        steps,
+    )))
 }

@@ -4,9 +4,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::bolts::states;
+use super::gather::WholeAnswer;
 use super::keep::{Keep, Kept};
 use super::local::{Local, local};
 use super::record::{RankRecord, RankedStep, RankedSummary};
+use super::refine::refined;
+use super::share::Share;
 use super::steps::slid as sliding;
 use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
@@ -25,7 +28,7 @@ use crate::mesh::v3::{V3, add, norm, scale};
 use crate::ranks::{Counted, Ranks, Traffic, agree, gather_all, max, sum};
 use crate::run::pose::axis::Position;
 use crate::run::pose::loads::end;
-use crate::run::pose::{Seconds, stopwatch};
+use crate::run::pose::{Seconds, Span, stopwatch};
 use crate::run::solve::Totals;
 use crate::run::solve::tractions::Traction;
 use crate::solve::multigrid_cycles;
@@ -44,6 +47,9 @@ pub struct RankedAnswer {
     pub(super) tractions: Vec<Traction>,
     /// Shortening of each bolt, length.
     pub(super) shortening: Vec<f64>,
+    /// Estimated error of the stress of each cell here, see [`Estimate::by_cell`](crate::accuracy::Estimate::by_cell); empty where the
+    /// mesh was not refined.
+    pub(super) error: Vec<f64>,
     /// The same on every rank.
     pub summary: RankedSummary,
 }
@@ -80,58 +86,151 @@ pub fn solve_steps_on_ranks(
     keep: Option<&Keep>,
     observer: &mut Watch<Progress>,
 ) -> Result<RankedAnswer, Error> {
-    let mut lap = stopwatch();
-    let mut seconds = Seconds::default();
-    let counted = Arc::new(Counted::new(Arc::clone(ranks)));
-    let ranks: Arc<dyn Ranks> = counted.clone();
-    agree(&*ranks, scope::check(case))?;
-    let share = share::share(case, &*ranks)?;
-    seconds.mesh = lap();
-    let limit = room::limit(case, &*ranks);
-    room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
-    let mut local = agree(&*ranks, local(case, share, &ranks))?;
-    room::hierarchy_fits(&local, &limit, &*ranks)?;
-    seconds.assembly = lap();
-    let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
-    seconds.setup = lap();
-    let before = counted.traffic();
-    let settings = friction::Settings {
-        tolerance: case.solver.tolerance,
-        max_iterations: multigrid_cycles(case.solver.max_iterations),
-        path: friction::SolverPath::Multigrid,
-        ..friction::Settings::default()
-    };
-    let mut kept = keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
-    let (mut found, mut steps) = march(case, (&mut local, &mut multigrid, own), settings, kept.as_mut(), observer)?;
-    let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
-    let mut alone = false;
-    // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
-    if unsolved
-        && kept.is_none()
-        && unknowns(&local) <= small::MOST_UNKNOWNS
-        && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
-    {
-        let before = found.solution.counts.cycles;
-        (found, steps, alone) = (other.0, other.1, true);
-        found.solution.counts.cycles += before;
+    agree(&**ranks, scope::check(case))?;
+    if let Some(accuracy) = case.accuracy.as_ref().filter(|accuracy| accuracy.refines()) {
+        return refined((case, accuracy), ranks, keep, observer, small::MOST_UNKNOWNS);
     }
-    let Found { solution, everywhere: found, shortening } = found;
-    let tractions = tractions(&local, &found.lambda);
-    let contact = totals(&local, &multigrid, &solution, &tractions);
-    seconds.iteration = lap();
-    let traffic = since(before, counted.traffic());
-    let summary = summary(case, &local, &multigrid, (&solution, contact, steps), &found.u, &seconds, traffic);
-    let summary = summary.with_bolts(states(&local, &found.u, &shortening)).found_by_first(alone);
-    let Everywhere { u, free, lambda, states } = found;
-    Ok(RankedAnswer { local, u, free, lambda, tractions: tractions.points, states, shortening, summary })
+    let begun = Begun::new(ranks);
+    let share = share::share(case, &*begun.ranks)?;
+    let how = How { keep, ..How::default() };
+    Ok(begun.solved((case, share), how, observer)?.answer)
+}
+
+/// What a solve starts from, where there is something.
+pub(super) enum Start {
+    /// Displacements of the nodes here along x, y, z, length.
+    Displacements(Vec<V3>),
+    /// The answer, to be judged.
+    Answer(WholeAnswer, usize),
+}
+
+/// Told of every answer: of each increment as it is solved, or of the only one at last. All ranks are, and an error of one of them is one of all.
+pub(super) type Look<'a> = dyn FnMut(&Local, &Found, f64) -> Result<(), Error> + 'a;
+
+/// How a share is solved.
+#[derive(Default)]
+pub(super) struct How<'a> {
+    pub start: Option<Start>,
+    pub keep: Option<&'a Keep>,
+    /// With it rank 0 solves nothing alone.
+    pub look: Option<&'a mut Look<'a>>,
+}
+
+/// An answer with what the loop over meshes wants to know of it.
+pub(super) struct Solved {
+    pub answer: RankedAnswer,
+    pub seconds: Seconds,
+    /// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks.
+    pub energy: f64,
+}
+
+/// A solve under way.
+pub(super) struct Begun {
+    pub ranks: Arc<dyn Ranks>,
+    counted: Arc<Counted>,
+    lap: Box<dyn FnMut() -> Span>,
+}
+
+impl Begun {
+    pub(super) fn new(ranks: &Arc<dyn Ranks>) -> Self {
+        let counted = Arc::new(Counted::new(Arc::clone(ranks)));
+        Begun { ranks: counted.clone(), counted, lap: Box::new(stopwatch()) }
+    }
+
+    /// Poses the share of each rank and solves.
+    ///
+    /// # Errors
+    /// As [`solve_steps_on_ranks`].
+    pub(super) fn solved(
+        self,
+        (case, share): (&Case, Share),
+        How { start, keep, mut look }: How,
+        observer: &mut Watch<Progress>,
+    ) -> Result<Solved, Error> {
+        let Begun { ranks, counted, mut lap } = self;
+        let mut seconds = Seconds { mesh: lap(), ..Seconds::default() };
+        let limit = room::limit(case, &*ranks);
+        room::piece_fits(&share.piece.mesh, &limit, &*ranks)?;
+        let mut local = agree(&*ranks, local(case, share, &ranks))?;
+        room::hierarchy_fits(&local, &limit, &*ranks)?;
+        seconds.assembly = lap();
+        let (mut multigrid, own) = Multigrid::divided(&local.problem, &local.division, &Stop::never())?;
+        seconds.setup = lap();
+        let before = counted.traffic();
+        let settings = friction::Settings {
+            tolerance: case.solver.tolerance,
+            max_iterations: multigrid_cycles(case.solver.max_iterations),
+            path: friction::SolverPath::Multigrid,
+            ..friction::Settings::default()
+        };
+        let mut kept =
+            keep.filter(|_| !case.steps.is_empty()).map(|keep| Kept::begin(keep, case, &local)).transpose()?;
+        let mut by_first = None;
+        if let Some(Start::Answer(answer, iterations)) = &start {
+            by_first = small::taken(case, (&mut local, &mut multigrid), answer, Vec::new(), *iterations)?;
+        }
+        let mut alone = by_first.is_some();
+        let (mut found, mut steps) = match by_first {
+            Some(found) => found,
+            None => {
+                let start = start.map(|start| start.displacements(&local));
+                let each = (kept.as_mut(), look.as_deref_mut());
+                march(case, (&mut local, &mut multigrid, own), (settings, start), each, observer)?
+            }
+        };
+        let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
+        // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
+        if unsolved
+            && !alone
+            && look.is_none()
+            && kept.is_none()
+            && unknowns(&local) <= small::MOST_UNKNOWNS
+            && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
+        {
+            let before = found.solution.counts.cycles;
+            (found, steps, alone) = (other.0, other.1, true);
+            found.solution.counts.cycles += before;
+        }
+        let Found { solution, everywhere: here, shortening } = &found;
+        let tractions = tractions(&local, &here.lambda);
+        let contact = totals(&local, &multigrid, solution, &tractions);
+        let energy = energy(&local, &here.free);
+        seconds.iteration = lap();
+        let traffic = since(before, counted.traffic());
+        let summary = summary(case, &local, &multigrid, (solution, contact, steps), &here.u, &seconds, traffic);
+        let summary = summary.with_bolts(states(&local, &here.u, shortening)).found_by_first(alone);
+        // What looks at the only answer of a case has room then.
+        drop(multigrid);
+        if let Some(look) = look.filter(|_| case.steps.is_empty()) {
+            look(&local, &found, end(case))?;
+            seconds.output = lap();
+        }
+        let Found { everywhere: Everywhere { u, free, lambda, states }, shortening, .. } = found;
+        let (tractions, error) = (tractions.points, Vec::new());
+        let answer = RankedAnswer { local, u, free, lambda, tractions, states, shortening, error, summary };
+        Ok(Solved { answer, seconds, energy })
+    }
+}
+
+impl Start {
+    /// Those of all unknowns here.
+    fn displacements(self, local: &Local) -> Vec<f64> {
+        let u = match self {
+            Start::Displacements(u) => u,
+            Start::Answer(answer, _) => local.piece.nodes.iter().map(|&v| answer.u[v as usize]).collect(),
+        };
+        let mut components = u.into_flattened();
+        local.model.dofs.to_components(&mut components);
+        local.model.dofs.free.iter().map(|&dof| components[dof as usize]).collect()
+    }
 }
 
 /// Solves the increments of all load steps, or without steps what acts at once.
 fn march(
     case: &Case,
     (local, multigrid, own): (&mut Local, &mut Multigrid, ContactProblem),
-    settings: friction::Settings,
-    mut kept: Option<&mut Kept>,
+    (settings, start): (friction::Settings, Option<Vec<f64>>),
+    (mut kept, mut look): (Option<&mut Kept>, Option<&mut Look>),
     observer: &mut Watch<Progress>,
 ) -> Result<(Found, Vec<RankedStep>), Error> {
     let ranks = Arc::clone(&local.division.ranks);
@@ -141,7 +240,8 @@ fn march(
         if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let (slid, shortening) = (vec![0.0; 2 * local.problem.points()], vec![0.0; local.bolts.len()]);
-    let mut march = March { at: Position::start(), slid, shortening, lost: Vec::new(), answers: Vec::new() };
+    let (lost, answers) = (Vec::new(), Vec::new());
+    let mut march = March { at: Position::start(), slid, shortening, lost, answers, start };
     let mut steps = Vec::new();
     if let Some(finished) = kept.as_mut().and_then(|kept| kept.finished()) {
         steps = march.go_on(finished, local, case)?;
@@ -166,6 +266,7 @@ fn march(
             march.at = shorter;
             continue;
         }
+        look.as_mut().map_or(Ok(()), |look| look(solver.local, &found, t))?;
         let tractions = tractions(solver.local, &found.everywhere.lambda);
         let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
         let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
@@ -189,6 +290,22 @@ fn march(
         }
         march.shortening = found.shortening;
     }
+}
+
+/// `1/2 u'Ku - f'u` over all degrees of freedom of all ranks; `u` are displacements of all unknowns here.
+fn energy(local: &Local, u: &[f64]) -> f64 {
+    let (problem, division) = (&local.problem, &local.division);
+    let labels = problem.elastic.node_of.as_deref().unwrap_or_default();
+    let of = |nodes: &[u32], elastic: Vec<f64>, load: &[f64], u: &[f64]| -> f64 {
+        let own = (0..u.len()).filter(|&i| division.is_own(nodes[i]));
+        own.map(|i| (0.5 * elastic[i] - load[i]) * u[i]).sum()
+    };
+    let mut sums = [of(labels, problem.elastic.K.times(u), &problem.elastic.f, u)];
+    if let Some(held) = &problem.labels.supports {
+        sums[0] += of(&division.supports, held.K_own.times(&held.displacement), &held.load, &held.displacement);
+    }
+    sum(&*division.ranks, &mut sums);
+    sums[0]
 }
 
 /// Unknown displacements of all ranks.

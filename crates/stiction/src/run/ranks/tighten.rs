@@ -33,6 +33,8 @@ pub(super) struct March {
     pub lost: Vec<bool>,
     /// The last two answers, the later one last.
     pub answers: Vec<Answer>,
+    /// Displacements of all unknowns here to begin with, where some are known.
+    pub start: Option<Vec<f64>>,
 }
 
 /// What acts at a time, and the answer, of all unknowns and points here.
@@ -70,10 +72,12 @@ impl March {
         Ok(records)
     }
 
-    /// Displacements at `t` to start from, with what acts then in `local`: those of the last step, or on the line through the last
-    /// two where what acts is nearer to that line.
+    /// Displacements at `t` to start from, with what acts then in `local`: those to begin with, of the last step, or on the line
+    /// through the last two where what acts is nearer to that line.
     fn predicted(&self, local: &Local, t: f64) -> Option<Vec<f64>> {
-        let [before, last] = &self.answers[..] else { return self.answers.last().map(|answer| answer.u.clone()) };
+        let [before, last] = &self.answers[..] else {
+            return self.answers.last().map(|answer| &answer.u).or(self.start.as_ref()).cloned();
+        };
         let scale = (t - last.t) / (last.t - before.t);
         let line = |before: &[f64], last: &[f64]| -> Vec<f64> {
             before.iter().zip(last).map(|(before, last)| last + scale * (last - before)).collect()

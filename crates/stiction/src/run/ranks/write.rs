@@ -21,7 +21,7 @@ use crate::ranks::{Ranks, Wire, agree, gather_all, to_bytes};
 use crate::run::results::step_file::STATE;
 use crate::run::results::sums::{self, Sums};
 use crate::run::results::write::{PVTU, remove_pieces};
-use crate::run::results::{REPORT, SUMS, json};
+use crate::run::results::{LEVELS, REPORT, SUMS, json, remove_levels};
 
 /// The summary of a folder: a folder that has one is complete.
 pub(super) const SUMMARY: &str = "summary.json";
@@ -38,7 +38,13 @@ fn piece_name(kind: &str, rank: usize) -> String {
 pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -> Result<Vec<String>, Error> {
     let first = ranks.rank() == 0;
     let stepped = !answer.summary.steps.is_empty();
-    agree(ranks, if first { prepare(folder, ranks.size(), stepped) } else { Ok(()) })?;
+    let refined = answer.summary.accuracy.is_some();
+    let ready = || {
+        prepare(folder, ranks.size(), stepped)?;
+        // Levels of an earlier run are those of another one from now on.
+        if refined { Ok(()) } else { remove_levels(folder) }
+    };
+    agree(ranks, if first { ready() } else { Ok(()) })?;
     let body = body(answer, ranks.rank());
     let surface = surface(answer);
     let (body_name, surface_name) = (piece_name("result", ranks.rank()), piece_name("contact", ranks.rank()));
@@ -68,7 +74,7 @@ pub fn write_on_ranks(answer: &RankedAnswer, folder: &Path, ranks: &dyn Ranks) -
         let (mut sums, text) = (sums.clone(), json::text(&answer.summary));
         sums.extend(sums::of_files(folder, &PVTU.map(String::from))?);
         // The load steps may be of runs on other numbers of ranks, which this one has gone on from.
-        let of_steps = |name: &String| name == STATE || is_piece(name) && name.starts_with("step-");
+        let of_steps = |name: &String| name == STATE || name == LEVELS || is_piece(name) && name.starts_with("step-");
         let of_steps: Vec<String> = folder::names(folder)?.into_iter().filter(of_steps).collect();
         sums.extend(sums::of_files(folder, &of_steps)?);
         sums.insert(SUMMARY.into(), checksum::of_text(&text));
@@ -173,6 +179,8 @@ struct CellFields {
     stress: Vec<[f32; 6]>,
     von_mises: Vec<f32>,
     rank: Vec<i32>,
+    /// Empty where the mesh was not refined.
+    error: Vec<f32>,
 }
 
 impl GridFields {
@@ -194,8 +202,11 @@ impl GridFields {
     }
 
     fn cell_arrays(&self) -> Vec<Array<'_>> {
-        let Some(CellFields { stress, von_mises, rank }) = &self.of_cells else { return Vec::new() };
-        vec![Array::tensor("stress", stress), Array::single("von_mises", von_mises), Array::integer("rank", rank)]
+        let Some(CellFields { stress, von_mises, rank, error }) = &self.of_cells else { return Vec::new() };
+        let error = (!error.is_empty()).then(|| Array::single("error", error));
+        let always =
+            [Array::tensor("stress", stress), Array::single("von_mises", von_mises), Array::integer("rank", rank)];
+        always.into_iter().chain(error).collect()
     }
 }
 
@@ -233,6 +244,7 @@ fn body(answer: &RankedAnswer, rank: usize) -> GridFields {
             stress: own.iter().map(|&cell| stress[cell].map(|s| s as f32)).collect(),
             von_mises: own.iter().map(|&cell| von_mises(&stress[cell]) as f32).collect(),
             rank: vec![rank as i32; own.len()],
+            error: own.iter().filter_map(|&cell| answer.error.get(cell).map(|&error| error as f32)).collect(),
         }),
     }
 }

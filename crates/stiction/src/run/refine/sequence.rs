@@ -342,7 +342,7 @@ impl Sequence {
 
     /// Tells a case what the first mesh has decided: which surface of a pair carries the contact points, and how far its
     /// counterpart is looked for.
-    fn fix_contacts(&self, case: &mut Case) {
+    pub(in crate::run) fn fix_contacts(&self, case: &mut Case) {
         for fixed in &self.contacts {
             let against = case.contacts.get_mut(fixed.contact).map(|contact| &mut contact.against);
             if let Some(AgainstSpec::Surface { slave, search, widened, .. }) = against {

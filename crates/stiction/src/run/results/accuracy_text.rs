@@ -7,8 +7,11 @@ use crate::run::solve::{AccuracyRecord, BoundRecord, GoalRecord, LevelRecord, Va
 /// Bars of values below this part of them are printed as such a part.
 const SMALLEST: f64 = 1e-6;
 
+/// What an estimate is said to be of.
+pub(in crate::run) const ESTIMATED: &str = "the error of the stresses in the mean is estimated at";
+
 /// What the sequence of meshes has reached, and its values.
-pub(super) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
+pub(in crate::run) fn rows(rows: &mut Rows, accuracy: &AccuracyRecord) {
     let goals: Vec<String> = accuracy.goals.iter().map(goal).collect();
     let verdict = if accuracy.reached { "reached" } else { "NOT REACHED" };
     let last = accuracy.levels.last().map_or(0, |level| level.level + 1);
@@ -68,7 +71,7 @@ pub fn level(level: &LevelRecord) -> String {
 }
 
 /// A part of one with two digits.
-pub(super) fn percent(part: f64) -> String {
+pub(in crate::run) fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     let digits = (1.0 - percent.abs().log10().floor()).clamp(0.0, 8.0);
     if percent == 0.0 || !percent.is_finite() {

@@ -34,17 +34,19 @@ mod view;
 pub(super) mod write;
 
 pub use accuracy_text::level as level_line;
+pub(super) use accuracy_text::{ESTIMATED, percent, rows as accuracy_rows};
 pub use ahead::{Ahead, solve_writing};
 pub use check::Checked;
 pub use check_steps::CheckedStep;
 pub use fields::{BodyFields, Side, SurfaceFields, body as body_fields};
 pub use fretting::FrettingRecord;
-pub(super) use level_file::{keep_levels, kept_levels, problem_fingerprint, remove_levels};
+pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprint, remove_levels};
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]
 pub use page::{write_report, write_report_on};
 pub use report::{Report, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
+pub(super) use rows::{Rows, print};
 pub use step_file::{StepFiles, begin_steps, keep_step, widened_before};
 pub(super) use step_file::{adopt_steps, discard_steps};
 pub use summary::{FORMAT, Summary, Versions, summary};

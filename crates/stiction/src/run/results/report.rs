@@ -114,8 +114,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
         let over_steps = worst_step(&outcome.steps).map_or(String::new(), |(error, t)| {
             format!(", over the load steps at most {} at t = {}", accuracy_text::percent(error), number(t))
         });
-        let what = "the error of the stresses in the mean is estimated at";
-        rows.add("mesh", format!("{what} {error} (energy norm){over_steps}"));
+        rows.add("mesh", format!("{} {error} (energy norm){over_steps}", accuracy_text::ESTIMATED));
     }
     outcome.bound.iter().for_each(|bound| accuracy_text::bound(&mut rows, &BoundRecord::of(bound)));
     outcome.accuracy.iter().for_each(|accuracy| accuracy_text::rows(&mut rows, accuracy));

@@ -28,7 +28,7 @@ impl Row {
 pub(crate) struct Rows(pub Vec<Row>);
 
 impl Rows {
-    pub(super) fn add(&mut self, label: &str, value: String) {
+    pub(in crate::run) fn add(&mut self, label: &str, value: String) {
         self.0.push(Row { label: label.into(), value, more: Vec::new() });
     }
 

@@ -152,6 +152,8 @@ pub struct Outcome {
     pub steps: Vec<StepRecord>,
     /// How accurate it is, where the mesh was refined for it.
     pub accuracy: Option<AccuracyRecord>,
+    /// `1/2 u'Ku - f'u` over all degrees of freedom, where others have solved it and hold `K`.
+    pub(crate) energy: Option<f64>,
 }
 
 impl Outcome {
@@ -179,6 +181,7 @@ impl Outcome {
             peak_memory,
             steps,
             accuracy: None,
+            energy: None,
         }
     }
 }

@@ -376,7 +376,7 @@ impl AnswerRecord {
             displacement_max: largest_displacement(prepared, outcome).0,
             discretisation_error: outcome.estimate.as_ref().map(Estimate::relative),
             smallness: outcome.smallness.clone(),
-            energy: energy(prepared, &outcome.solution.u),
+            energy: outcome.energy.unwrap_or_else(|| energy(prepared, &outcome.solution.u)),
             reaction: reaction(prepared, outcome).into_iter().fold([0.0; 3], crate::mesh::v3::add),
             load: prepared.facts.resultant(),
             dofs: problem.unknowns(),
