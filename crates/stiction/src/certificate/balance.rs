@@ -3,10 +3,9 @@ use super::share::Share;
 use crate::contact::{ContactProblem, Supports};
 use crate::linalg::Csr;
 
-/// Of the forces on bodies at which nothing reacts more than this part is no rounding, whatever the displacements: an answer that has
-/// flown away would explain any load by the rounding of its inner forces. After a travel of a thousand times the size of the mesh
-/// rounding is a tenth of that.
-const UNEXPLAINED: f64 = 1e-6;
+/// Where nothing reacts on a body, rounding of its inner forces explains at most this part of the loads: an answer that has flown away
+/// would explain any load by it.
+const EXPLAINED: f64 = 1e-6;
 
 /// Resultants of loads, reactions and contact forces of a body, over the sum of the magnitudes they add up from (that
 /// of the body where it is largest): the largest component.
@@ -38,7 +37,8 @@ struct Sums {
     sum: [f64; 6],
     magnitude: [f64; 6],
     rounding: [f64; 6],
-    /// How many reactions do work on each motion.
+    /// Sizes of the loads, and how many reactions do work on each motion.
+    loaded: [f64; 6],
     reactions: [f64; 6],
     load: [f64; 3],
     support: [f64; 3],
@@ -48,10 +48,11 @@ struct Sums {
 impl Sums {
     /// Adds those of all ranks.
     fn join(&mut self, share: &Share) {
-        let lists: [&mut [f64]; 7] = [
+        let lists: [&mut [f64]; 8] = [
             &mut self.sum,
             &mut self.magnitude,
             &mut self.rounding,
+            &mut self.loaded,
             &mut self.reactions,
             &mut self.load,
             &mut self.support,
@@ -109,6 +110,7 @@ pub(super) fn balances(
         body.add(motion, supports.free_load[i], internal[i]);
         body.add(motion, -contact_free[i], 0.0);
         body.add(motion, -held_free[i], 0.0);
+        body.loaded.iter_mut().zip(motion).for_each(|(sum, motion)| *sum += (motion * supports.free_load[i]).abs());
         along(&mut body.load, motion, supports.free_load[i]);
         along(&mut body.contact, motion, -contact_free[i]);
         along(&mut body.support, motion, -held_free[i]);
@@ -142,12 +144,16 @@ pub(super) fn balances(
         sums.iter().flat_map(|s| s.magnitude[range.clone()].to_vec()).fold(0.0, f64::max)
     };
     let (force_scale, moment_scale) = (scale(0..3), scale(3..6));
-    // What a body's rounding leaves open is handed on to those it touches. Where nothing reacts loads and contact forces have to balance one
-    // another, however far the bodies have gone.
+    // What a body's rounding leaves open is handed on to those it touches. Where nothing reacts on a body loads and contact forces have to
+    // balance one another, however far it has gone; without loads all its forces are rounding.
     let rounding: [f64; 6] = std::array::from_fn(|k| {
-        let largest = sums.iter().fold(0.0, |a: f64, s| a.max(s.rounding[k]));
-        let reacts = sums.iter().any(|s| s.reactions[k] > 0.0);
-        if reacts { largest } else { largest.min(UNEXPLAINED * [force_scale, moment_scale][k / 3]) }
+        let largest = |reacts: bool| {
+            let bodies = sums.iter().filter(|s| (s.reactions[k] > 0.0) == reacts);
+            bodies.fold(0.0, |a: f64, s| a.max(s.rounding[k]))
+        };
+        let loaded = sums.iter().fold(0.0, |a: f64, s| a.max(s.loaded[k]));
+        let explained = if loaded > 0.0 { EXPLAINED * loaded } else { f64::INFINITY };
+        largest(true).max(largest(false).min(explained))
     });
     let balance = |(name, s): (String, &Sums)| {
         // A body that moves without load has reactions of rounding only: what rounding explains is no imbalance.

@@ -11,10 +11,10 @@ const NEAR: f64 = 1e-6;
 
 /// For each point the one that it is joined to, itself if there is none: the first of the points at `border` that is near. `None` where
 /// none is joined.
-pub(super) fn joined(points: &[V3], border: &[u32]) -> Option<Vec<u32>> {
-    let bounds = Bounds::around(points.iter().copied());
+pub(super) fn joined(points: &[V3], triangles: &[[u32; 3]], border: &[u32]) -> Option<Vec<u32>> {
+    let bounds = Bounds::around(triangles.iter().flatten().map(|&p| points[p as usize]));
     let near = NEAR * bounds.diagonal();
-    if near.is_nan() || near <= 0.0 {
+    if !near.is_finite() || near <= 0.0 {
         return None;
     }
     // Cells of twice that length: what is near is in the cell of a point or in one beside it.
@@ -43,12 +43,15 @@ mod tests {
     #[test]
     fn points_of_the_border_within_a_millionth_of_the_size_are_joined_to_the_first() {
         let points = [[0.0; 3], [100.0, 0.0, 0.0], [100.0, 5e-5, 0.0], [-3e-5, 0.0, 4e-5], [99.0, 0.0, 0.0]];
-        let all: Vec<u32> = (0..5).collect();
-        assert_eq!(joined(&points, &all), Some(vec![0, 1, 1, 0, 4]));
+        let (triangles, all) = ([[0, 1, 4], [2, 3, 4]], [0, 1, 2, 3, 4]);
+        assert_eq!(joined(&points, &triangles, &all), Some(vec![0, 1, 1, 0, 4]));
         // Points inside are left.
-        assert_eq!(joined(&points, &[0, 1, 4]), None);
-        assert_eq!(joined(&points.map(|x| x.map(|c| 3.0 * c)), &all), Some(vec![0, 1, 1, 0, 4]));
-        assert_eq!(joined(&[[1.0; 3]], &[0]), None);
-        assert_eq!(joined(&[], &[]), None);
+        assert_eq!(joined(&points, &triangles, &[0, 1, 4]), None);
+        let larger = points.map(|x| x.map(|c| 3.0 * c));
+        assert_eq!(joined(&larger, &triangles, &all), Some(vec![0, 1, 1, 0, 4]));
+        // A point of no triangle says nothing of the size.
+        let with_stray: Vec<V3> = points.into_iter().chain([[1e9, 0.0, 0.0], [f64::INFINITY; 3]]).collect();
+        assert_eq!(joined(&with_stray, &triangles, &all), Some(vec![0, 1, 1, 0, 4, 5, 6]));
+        assert_eq!(joined(&[], &[], &[]), None);
     }
 }

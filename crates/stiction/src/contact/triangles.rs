@@ -109,36 +109,30 @@ impl Triangles {
     /// No triangle at all, an edge of more than two triangles, triangles on both sides of an edge that look to opposite
     /// sides, points that are not finite.
     pub fn new(raw: RawSurface, name: &str, side: Side, feature_angle: f64) -> Result<Triangles, Error> {
-        let RawSurface { points, mut triangles, mut labels, place, mut collapsed, .. } = raw;
-        let called = |labels: &[u32], t: u32| format!("{place} {}", labels.get(t as usize).copied().unwrap_or(t + 1));
+        let RawSurface { points, mut triangles, labels, place, mut collapsed, .. } = raw;
+        let called = |t: u32| format!("{place} {}", labels.get(t as usize).copied().unwrap_or(t + 1));
         if triangles.is_empty() {
             return Err(Error::new("", "the surface has no triangle", "give a surface with at least one"));
         }
         if let Some(t) =
             triangles.iter().position(|t| t.iter().any(|&p| !points[p as usize].iter().all(|c| c.is_finite())))
         {
-            let what = format!("a corner of the triangle {} is not finite", called(&labels, t as u32));
+            let what = format!("a corner of the triangle {} is not finite", called(t as u32));
             return Err(Error::new("", what, "check the coordinates and the scale"));
         }
-        let (mut across, mut border_edges) = neighbours(&triangles, &|t| called(&labels, t))?;
+        let (mut across, mut border_edges) = neighbours(&triangles, &called)?;
         let mut stitched = 0;
-        if let Some(to) = joined(&points, &border_points(&triangles, &across)) {
-            stitched = (0..).zip(&to).filter(|(p, to)| p != *to).count();
-            triangles.iter_mut().flatten().for_each(|p| *p = to[*p as usize]);
-            let whole: Vec<bool> = triangles.iter().map(|[a, b, c]| a != b && b != c && c != a).collect();
-            let mut is_whole = whole.iter();
-            labels.retain(|_| is_whole.next().copied().unwrap_or(true));
-            let mut is_whole = whole.iter();
-            triangles.retain(|_| is_whole.next().copied().unwrap_or(true));
-            collapsed += whole.iter().filter(|whole| !**whole).count();
-            if triangles.is_empty() {
-                return Err(Error::new(
-                    "",
-                    "the surface has no triangle with an area",
-                    "give a surface with at least one",
-                ));
+        if let Some(to) = joined(&points, &triangles, &border_points(&triangles, &across)) {
+            let merged: Vec<[u32; 3]> = triangles.iter().map(|corners| corners.map(|p| to[p as usize])).collect();
+            let is_whole = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+            let left: Vec<[u32; 3]> = merged.iter().copied().filter(is_whole).collect();
+            // Sheets that meet in more than pairs, or look to opposite sides, keep their borders.
+            let found = neighbours(&left, &called);
+            if let Some(found) = found.ok().filter(|_| !left.is_empty()) {
+                stitched = (0..).zip(&to).filter(|(p, to)| p != *to).count();
+                collapsed += merged.len() - left.len();
+                (triangles, (across, border_edges)) = (left, found);
             }
-            (across, border_edges) = neighbours(&triangles, &|t| called(&labels, t))?;
         }
         let normal = |t: u32| normal(&points, triangles[t as usize]);
         let bends = feature_angle.to_radians().cos();

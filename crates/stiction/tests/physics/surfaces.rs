@@ -181,7 +181,8 @@ fn a_ball_whose_corners_differ_in_the_last_digits_is_closed() {
             let length = x.iter().map(|v| v * v).sum::<f64>().sqrt();
             let x = x.map(|v| 1.01 * radius * v / length);
             let (distance, _) = ball.distance(x).expect("a closed surface has a closest point everywhere");
-            assert!((distance - 0.01 * radius).abs() < 0.01 * radius, "{distance}");
+            // Facets of 7.5 degrees lie 0.2 % of the radius below the sphere at most.
+            assert!((distance - 0.01 * radius).abs() < 0.0025 * radius, "{distance}");
         }
     }
 }

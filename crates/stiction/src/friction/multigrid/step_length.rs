@@ -24,14 +24,19 @@ pub(super) fn least_along(halo: &Halo, slope: impl Fn(f64) -> f64, enough: f64) 
     let doubled = std::iter::successors(Some(4.0), |t| (*t < LONGEST).then_some(2.0 * t));
     let mut lengths: Vec<f64> = (0..=PARTS).map(|k| 2.0 * k as f64 / PARTS as f64).chain(doubled).collect();
     let mut slopes = at(&lengths);
+    if slopes[0].is_nan() {
+        return 1.0;
+    }
+    if slopes[0] >= 0.0 {
+        return 0.0;
+    }
     let enough = enough * slopes[0].abs();
     let mut messages = 1;
     loop {
         let Some(end) = slopes.iter().skip(1).position(|slope| *slope >= 0.0) else { return LONGEST };
         let ([low, high], [before, after]) = ([lengths[end], lengths[end + 1]], [slopes[end], slopes[end + 1]]);
         if after.max(-before) <= enough || messages == MESSAGES {
-            let part = if before < 0.0 { before / (before - after) } else { 0.0 };
-            return low + part * (high - low);
+            return low + before / (before - after) * (high - low);
         }
         lengths = (0..=PARTS).map(|k| low + (high - low) * k as f64 / PARTS as f64).collect();
         slopes = at(&lengths);
@@ -60,6 +65,7 @@ mod tests {
         assert!((least_along(&alone, |t| 0.025 * t - 1.0, 1e-6) - 40.0).abs() < 1e-3);
         assert_eq!(least_along(&alone, |t| 0.01 * t - 1.0, 1e-6), LONGEST);
         assert_eq!(least_along(&alone, |t| t, 0.1), 0.0);
+        assert_eq!(least_along(&alone, |_| f64::NAN, 0.1), 1.0);
     }
 
     /// All ranks find what one finds from the sum of their slopes, in one message for each division of the interval.

@@ -217,7 +217,10 @@ impl Start {
     fn displacements(self, local: &Local) -> Vec<f64> {
         let u = match self {
             Start::Displacements(u) => u,
-            Start::Answer(answer, _) => local.piece.nodes.iter().map(|&v| answer.u[v as usize]).collect(),
+            Start::Answer(answer, _) => {
+                let of = |&v: &u64| answer.u.get(v as usize).copied().unwrap_or_default();
+                local.piece.nodes.iter().map(of).collect()
+            }
         };
         let mut components = u.into_flattened();
         local.model.dofs.to_components(&mut components);

@@ -9,6 +9,7 @@ use super::fretting::{FIGURES, Fretting, PointStep, point_steps, tension_along};
 use crate::Error;
 use crate::io::folder;
 use crate::io::units::Units;
+use crate::mesh::v3::norm;
 use crate::run::pose::Prepared;
 use crate::run::solve::Outcome;
 use crate::run::solve::quantities::stress_at;
@@ -56,8 +57,11 @@ const FRETTING: [(&str, Unit); FIGURES] = [
     ("ruiz_1", Unit::Work),
     ("ruiz_2", Unit::WorkStress),
     ("wear", Unit::Length),
-    ("step_pressed", Unit::Work),
+    (STEP_PRESSED, Unit::Work),
 ];
+
+/// The column of pressure times slip in the step.
+const STEP_PRESSED: &str = "step_pressed";
 
 #[derive(Clone, Copy, PartialEq)]
 enum Unit {
@@ -182,7 +186,10 @@ fn quoted(text: &str) -> String {
 /// # Errors
 /// If the file cannot be read.
 pub(crate) fn replay(path: &Path, fretting: &mut Fretting) -> Result<(), Error> {
-    fretting.add(folder::read_text(path)?.lines().skip(1).map(point_step));
+    let text = folder::read_text(path)?;
+    let mut lines = text.lines();
+    let has_pressed = lines.next().is_some_and(|head| head.contains(STEP_PRESSED));
+    fretting.add(lines.map(|line| point_step(line, has_pressed)));
     Ok(())
 }
 
@@ -198,16 +205,17 @@ pub(crate) fn read_figures(path: &Path) -> Result<Vec<[f64; FIGURES]>, Error> {
     Ok(folder::read_text(path)?.lines().skip(1).map(of_line).collect())
 }
 
-/// What a line says of its point.
-fn point_step(line: &str) -> Option<PointStep> {
+/// What a line says of its point. Files of earlier versions do not have the column of pressure times slip.
+fn point_step(line: &str, has_pressed: bool) -> Option<PointStep> {
     let mut fields = line.split(',');
     let mut whole = || fields.next()?.parse::<i32>().ok();
     let (_pair, side, _node, status) = (whole()?, whole()?, whole()?, whole()?);
     let values: Vec<f64> = fields.take(18 + FIGURES).map(|field| field.parse().unwrap_or(f64::NAN)).collect();
     let three = |at: usize| Some([*values.get(at)?, *values.get(at + 1)?, *values.get(at + 2)?]);
     let known = side == 0 && status >= 0;
-    let (tension, work, pressed) = (*values.get(18)?, *values.get(19)?, *values.get(17 + FIGURES)?);
+    let (tension, work) = (*values.get(18)?, *values.get(19)?);
     let (shear, slip, slid) = (three(6)?, three(9)?, three(12)?);
+    let pressed = if has_pressed { *values.get(17 + FIGURES)? } else { *values.get(5)? * norm(slip) };
     known.then_some(PointStep { work, pressed, shear, slip, slid, tension, touching: status > 0 })
 }
 

@@ -72,9 +72,9 @@ impl PointHistory {
     pub(crate) fn add(&mut self, step: &PointStep) {
         (self.step_work, self.step_pressed) = (step.work, step.pressed);
         self.work += step.work;
+        self.pressed_path += step.pressed;
         if step.touching {
             self.path += norm(step.slip);
-            self.pressed_path += step.pressed;
         }
         self.shear = self.shear.max(norm(step.shear));
         self.tension = self.tension.max(step.tension);

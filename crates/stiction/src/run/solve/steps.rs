@@ -25,7 +25,7 @@ use crate::io::case::StepSpec;
 use crate::io::step::StepFile;
 use crate::linalg::Watch;
 use crate::run::pose::axis::Position;
-use crate::run::pose::bolts::tightened;
+use crate::run::pose::bolts::{Target, tightened};
 use crate::run::pose::load_state::{LoadState, apply, load_state, note_where_it_stands, slid};
 use crate::run::pose::memory::output_room;
 use crate::run::pose::{Prepared, Seconds, place};
@@ -286,7 +286,9 @@ fn tighten(
     let from_rest: Vec<bool> = (0..targets.len()).map(|number| before.get(number).is_none_or(|&s| s == 0.0)).collect();
     apply(prepared, &base, &march.slid);
     // What is carried away comes to rest nowhere: the first solve says so.
-    if no_equilibrium(&prepared.problem, &prepared.motions).is_none() {
+    let draws = |(target, from_rest): (&Target, &bool)| *from_rest && matches!(target, Target::Force(_));
+    let draws = targets.iter().zip(&from_rest).any(draws);
+    if draws && no_equilibrium(&prepared.problem, &prepared.motions).is_none() {
         close_clearance(prepared, &targets, &from_rest, &mut search.shortening);
     }
     let (mut spent, mut counts) = (Seconds::default(), Counts::default());

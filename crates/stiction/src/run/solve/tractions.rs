@@ -47,6 +47,9 @@ pub(crate) fn tractions(prepared: &Prepared, outcome: &Outcome, frames: &[PointF
     let rubbing = |j: usize| {
         let [[n, a, b], [_, s, t]] = [lambda, &slips].map(|of| problem.rows(j).map(|row| of[row]));
         let area = problem.labels.area[j] * problem.labels.unity_sum[j];
+        if area <= 0.0 {
+            return [0.0; 4];
+        }
         [-(a * s + b * t) / area, n * s.hypot(t) / area, 0.0, 0.0]
     };
     let mut rubbing: Vec<Traction> = (0..frames.len()).map(rubbing).collect();
