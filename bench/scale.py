@@ -137,7 +137,7 @@ class Model:
                     parts["halos"] += 2 * visits_above * self.exchange(size, here, math.ceil(given) - 1)
             above, visits_above = here, count
         if ranks > 1:
-            parts["sums"] = 13 * 2 * self.tree(32, ranks)
+            parts["sums"] = 8 * 2 * self.tree(32, ranks)
         return parts
 
     def efficiency(self, unknowns, ranks):
