@@ -171,6 +171,20 @@ fn what_ranks_together_do_not_solve_rank_0_solves_alone_and_all_judge_it() {
     assert_eq!(u, displacement(&solved_case(&case)));
 }
 
+/// A block on a slope leaves where the slope is steeper than its friction; the ranks have that from rank 0, which alone looks at statics.
+#[test]
+fn a_block_on_a_slope_leaves_on_ranks_as_on_one_machine() {
+    let status = |coefficient: f64| {
+        let text = format!(
+            "[mesh]\nblock = {{ size = [10, 10, 5], cells = [4, 4, 2], element = \"hex8\" }}\n[materials.m]\nyoung = 1e5\npoisson = 0.3\n\
+             [[load]]\non = \"z-max\"\npressure = 5\n[[contact]]\non = \"z-min\"\n\
+             against = {{ plane = {{ point = [0, 0, 0], normal = [0.2, 0, 1] }} }}\nfriction = {{ coulomb = {coefficient} }}\n"
+        );
+        on_ranks(&case::parse(&text, "case.toml", &[]).unwrap(), 3).1.status
+    };
+    assert_eq!((status(0.19), status(0.21)), (Status::NoEquilibrium, Status::Solved));
+}
+
 /// The bar of the design: at most two cycles or 15 % more, whatever the ranks.
 #[test]
 fn ranks_take_hardly_more_cycles_than_one() {

@@ -23,7 +23,18 @@ use crate::solve::SolveEvent;
 /// Unknowns of the whole up to which one rank solves it: seconds, and some 100 MB.
 pub(super) const MOST_UNKNOWNS: usize = 20_000;
 
-/// Solves the case on rank 0. `None` if it finds no answer either, on every rank.
+/// What rank 0 finds.
+pub(super) enum Alone {
+    Solved(Box<Found>, Vec<RankedStep>),
+    /// By statics the loads have no equilibrium, which the ranks do not look for.
+    NoEquilibrium,
+}
+
+/// The first byte of what rank 0 says of it.
+const SOLVED: u8 = 1;
+const NO_EQUILIBRIUM: u8 = 2;
+
+/// Solves the case on rank 0. `None` if it finds nothing either, on every rank.
 ///
 /// # Errors
 /// As [`put_state`].
@@ -32,21 +43,24 @@ pub(super) fn by_first(
     local: &mut Local,
     multigrid: &mut Multigrid,
     observer: &mut Watch<Progress>,
-) -> Result<Option<(Found, Vec<RankedStep>)>, Error> {
+) -> Result<Option<Alone>, Error> {
     let ranks = std::sync::Arc::clone(&local.division.ranks);
     let message = if ranks.rank() == 0 { answer(case, observer).unwrap_or_default() } else { Vec::new() };
     let message = broadcast(&*ranks, message);
-    if message.is_empty() {
-        return Ok(None);
-    }
-    let mut from = &message[..];
+    let mut from = match message.split_first() {
+        Some((&SOLVED, from)) => from,
+        Some((&NO_EQUILIBRIUM, _)) => return Ok(Some(Alone::NoEquilibrium)),
+        _ => return Ok(None),
+    };
     let answer = WholeAnswer::take(&mut from);
     let iterations: Vec<u64> = take(&mut from);
     let Ok(steps) = serde_json::from_slice::<Vec<RankedStep>>(from) else { return Ok(None) };
-    taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)
+    let found = taken(case, (local, multigrid), &answer, steps, iterations.iter().sum::<u64>() as usize)?;
+    Ok(found.map(|(found, steps)| Alone::Solved(Box::new(found), steps)))
 }
 
-/// The answer of a run on one machine as a message, if it is solved: the answer, its iterations, its steps.
+/// What a run on one machine says, as a message: that there is no equilibrium (with load steps the ranks say themselves which is the last
+/// that was solved), or the answer, its iterations, its steps.
 fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     let mut prepared = prepare(case).ok()?;
     let settings = Settings::of(&case.solver);
@@ -59,12 +73,17 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
     } else {
         solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut watch)
     };
-    let outcome = outcome.ok().filter(|outcome| outcome.solution.status == Status::Solved)?;
+    let outcome = outcome.ok()?;
+    if case.steps.is_empty() && outcome.solution.status == Status::NoEquilibrium {
+        return Some(vec![NO_EQUILIBRIUM]);
+    }
+    let outcome = Some(outcome).filter(|outcome| outcome.solution.status == Status::Solved)?;
     // Displacements there leave out what supports have in common; here they do not.
     if prepared.loading.travel != [0.0; 3] {
         return None;
     }
-    let mut message = WholeAnswer::of_outcome(&prepared, &outcome).to_bytes();
+    let mut message = vec![SOLVED];
+    message.extend(WholeAnswer::of_outcome(&prepared, &outcome).to_bytes());
     put(&[iterations(&outcome) as u64], &mut message);
     message.extend(serde_json::to_vec(&steps(&outcome)).ok()?);
     Some(message)

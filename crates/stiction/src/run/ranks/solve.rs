@@ -180,16 +180,16 @@ impl Begun {
         };
         let unsolved = matches!(found.solution.status, Status::Stalled | Status::MaxIterations);
         // Each increment that is kept has files of all ranks, and rank 0 hands the last one out alone.
-        if unsolved
-            && !alone
-            && look.is_none()
-            && kept.is_none()
-            && unknowns(&local) <= small::MOST_UNKNOWNS
-            && let Some(other) = small::by_first(case, &mut local, &mut multigrid, observer)?
-        {
-            let before = found.solution.counts.cycles;
-            (found, steps, alone) = (other.0, other.1, true);
-            found.solution.counts.cycles += before;
+        if unsolved && !alone && look.is_none() && kept.is_none() && unknowns(&local) <= small::MOST_UNKNOWNS {
+            match small::by_first(case, &mut local, &mut multigrid, observer)? {
+                Some(small::Alone::Solved(other, of_other)) => {
+                    let before = found.solution.counts.cycles;
+                    (found, steps, alone) = (*other, of_other, true);
+                    found.solution.counts.cycles += before;
+                }
+                Some(small::Alone::NoEquilibrium) => found.solution.status = Status::NoEquilibrium,
+                None => {}
+            }
         }
         let Found { solution, everywhere: here, shortening } = &found;
         let tractions = tractions(&local, &here.lambda);
