@@ -74,13 +74,11 @@ fn answer(case: &Case, observer: &mut Watch<Progress>) -> Option<Vec<u8>> {
         solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut watch)
     };
     let outcome = outcome.ok()?;
-    if case.steps.is_empty() && outcome.solution.status == Status::NoEquilibrium {
-        return Some(vec![NO_EQUILIBRIUM]);
-    }
-    let outcome = Some(outcome).filter(|outcome| outcome.solution.status == Status::Solved)?;
-    // Displacements there leave out what supports have in common; here they do not.
-    if prepared.loading.travel != [0.0; 3] {
-        return None;
+    match outcome.solution.status {
+        Status::NoEquilibrium if case.steps.is_empty() => return Some(vec![NO_EQUILIBRIUM]),
+        // Displacements there leave out what supports have in common; here they do not.
+        Status::Solved if prepared.loading.travel == [0.0; 3] => {}
+        _ => return None,
     }
     let mut message = vec![SOLVED];
     message.extend(WholeAnswer::of_outcome(&prepared, &outcome).to_bytes());
