@@ -11,6 +11,7 @@
 // Small dense blocks are read by their indices.
 #![allow(clippy::needless_range_loop)]
 
+mod absolute_sweeps;
 mod aggregate;
 mod between_ranks;
 mod blocks;
@@ -42,6 +43,7 @@ pub(crate) use truncation::{NodeConstraint, contact_ghosts};
 use super::Stop;
 use crate::Error;
 use crate::ranks::Halo;
+use absolute_sweeps::AbsoluteSweeps;
 use between_ranks::gathered;
 use coarsen::{Coarser, coarsen, copied, product_of};
 use coarsest::CoarsestFactor;
@@ -79,6 +81,8 @@ pub(crate) struct Hierarchy {
     /// The coupling on the coarse levels, as of their last change.
     coulomb_coupling: CoulombCoupling,
     truncation: Truncation,
+    /// Of the finest level.
+    absolute: AbsoluteSweeps,
 }
 
 // Parameters of the hierarchy. The counts they were chosen by: docs/notes/2026-11-23-multigrid-trials.md.
@@ -202,6 +206,7 @@ impl Hierarchy {
         if halos[coarse.len()].total() > Threshold::COARSEST_LIMIT {
             return Ok(None);
         }
+        let absolute = AbsoluteSweeps::new(relative, contact_nodes, &fine.matrix, &fine.halo);
         let coarsest = CoarsestFactor::new(&matrix);
         truncation.set_coarsest(matrix);
         let mut hierarchy = Hierarchy {
@@ -218,6 +223,7 @@ impl Hierarchy {
             coulomb: Vec::new(),
             coulomb_coupling: CoulombCoupling::default(),
             truncation,
+            absolute,
         };
         hierarchy.cycle_index = affordable_cycle_index(&hierarchy.level_sizes(), hierarchy.coarse.len());
         Ok(Some(hierarchy))
@@ -260,7 +266,8 @@ impl Hierarchy {
         if !scale.is_finite() {
             return vec![[0.0; 3]; b.len()];
         }
-        let (mut x, residual) = self.fine.forward(&b);
+        let (mut x, mut residual) = self.fine.forward(&b);
+        self.absolute.forward(&self.fine.matrix, &mut x, &mut residual, &self.coulomb);
         let residual = self.truncated_residual(&x, residual);
         match &self.linear {
             None => {
@@ -274,6 +281,7 @@ impl Hierarchy {
             }
         }
         self.zero_constrained(&mut x);
+        self.absolute.backward(&self.fine.matrix, &b, &mut x, &self.coulomb);
         self.fine.backward(&b, &mut x);
         scaled(scale, &x[..b.len()])
     }

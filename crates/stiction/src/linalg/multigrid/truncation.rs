@@ -239,6 +239,7 @@ impl Hierarchy {
         self.constrained.clear();
         let some = constraints.iter().enumerate().filter(|(_, c)| c.constrained != [false; 3]);
         self.constrained.extend(some.map(|(place, c)| (place as u32, c.constrained)));
+        self.absolute.constrain(constraints, nodes, &self.fine.matrix, coarse);
         if coarse {
             let constraints = self.truncation.halo.extended(constraints);
             self.update_coarse(&constraints);
