@@ -18,9 +18,7 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         Some(spot) => Err(refused(spot, what)),
         None => Ok(()),
     };
-    first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
-    first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
     if case.accuracy.is_some_and(|accuracy| accuracy.proven) {

@@ -26,6 +26,7 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
     let Acting { force: mut forces, strained, thermal_force } = acting;
     let strain = strained.map_or(Vec::new(), |strained| strained.strain);
+    local.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut forces))?;
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
     let (laws, motion) = (laws(local, case, t)?, motion(local, case, &dofs, t)?);
