@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::local::Local;
+use super::scope;
 use super::solve::Everywhere;
 use crate::Error;
 use crate::contact::PosedPoints;
@@ -80,8 +81,32 @@ impl Whole {
         let tied = Tied::new(dofs, list, &taken)?;
         let together = together(&tied.list);
         let whole = Whole { tied, sources, couplings, together };
+        whole.refuse_closed_chains(points)?;
         whole.refuse_values(case, solid.mesh, held)?;
         Ok(whole)
+    }
+
+    /// Multigrid measures each node from others: none may be measured from itself in the end.
+    fn refuse_closed_chains(&self, points: &PosedPoints) -> Result<(), Error> {
+        let all = [points.links(), self.links()].concat();
+        let mut left: HashMap<u32, &[u32]> = all.iter().map(|link| (link[0], &link[1..])).collect();
+        loop {
+            let ends = |others: &&[u32]| !others.iter().any(|v| left.contains_key(v));
+            let open: HashSet<u32> = left.iter().filter(|(_, others)| ends(others)).map(|(v, _)| *v).collect();
+            if open.is_empty() {
+                break;
+            }
+            left.retain(|v, _| !open.contains(v));
+        }
+        let closed = self.tied.points.iter().find(|point| left.contains_key(&point.node));
+        let made_of = |point: &TiedPoint| point.periods.iter().flat_map(|(_, rows)| rows).flat_map(BTreeMap::keys).max().copied();
+        match closed.and_then(made_of) {
+            None => Ok(()),
+            Some(tie) => {
+                let what = "equations or couplings that share nodes so that displacements of each follow from the other";
+                Err(scope::refused(&self.tied.list[tie].spot, what))
+            }
+        }
     }
 
     fn refuse_values(&self, case: &Case, mesh: &Mesh, held: &[Fix]) -> Result<(), Error> {
