@@ -87,7 +87,9 @@ fn a_prescribed_motion_in_load_steps_is_the_same_on_ranks() {
 fn a_distributing_coupling_is_the_same_on_ranks() {
     let coupling = |more: &str| {
         let fix = "[[fix]]\non = \"x-min\"\ncomponents = \"xy\"\n";
-        format!("{fix}[[coupling]]\non = {{ box = [[0.5, 0, 1], [2, 1.5, 1]] }}\nkind = \"distributing\"\npoint = [1.3, 0.8, 1]\n{more}")
+        format!(
+            "{fix}[[coupling]]\non = {{ box = [[0.5, 0, 1], [2, 1.5, 1]] }}\nkind = \"distributing\"\npoint = [1.3, 0.8, 1]\n{more}"
+        )
     };
     let forced = "force = [8e4, 2e4, -1e6]\nmoment = [0, 5e4, 4e4]\n";
     agrees(&block([12, 9, 6], "hex8", "0.3", &coupling(forced)), &[2, 3, 4]);
@@ -116,7 +118,8 @@ fn level(nodes: &[String], fan: bool) -> String {
 
 #[test]
 fn equations_that_keep_a_top_level_are_the_same_on_ranks() {
-    let load = "[[fix]]\non = \"x-min\"\ncomponents = \"y\"\n[[load]]\non = \"z-max\"\ntraction = [1e5, 0, \"-1e6*x\"]\n";
+    let load =
+        "[[fix]]\non = \"x-min\"\ncomponents = \"y\"\n[[load]]\non = \"z-max\"\ntraction = [1e5, 0, \"-1e6*x\"]\n";
     let cells = [8, 6, 4];
     for fan in [true, false] {
         agrees(&block(cells, "hex8", "0.4", &(load.to_string() + &level(&top(cells), fan))), &[2, 3, 4]);
@@ -124,7 +127,8 @@ fn equations_that_keep_a_top_level_are_the_same_on_ranks() {
     // One that the sum over all nodes of a face keeps.
     let sum = "[[equation]]\nterms = [{ on = \"x-max\", along = [1, 0, 0.5] }]\nvalue = \"1e-4*t\"\n";
     let steps = "[[step]]\nuntil = 1\nincrements = 2\n";
-    let inside = block(cells, "hex8", "0.4", &(load.to_string() + sum)).replace("\"z-min\"", "{ box = [[0, 0, 0], [1.75, 1.5, 0]] }");
+    let inside = block(cells, "hex8", "0.4", &(load.to_string() + sum))
+        .replace("\"z-min\"", "{ box = [[0, 0, 0], [1.75, 1.5, 0]] }");
     agrees(&inside, &[3]);
     agrees(&(inside + steps), &[4]);
 }
@@ -151,10 +155,15 @@ fn an_equation_that_joins_two_bodies_is_the_same_on_ranks() {
 
 #[test]
 fn a_coupling_on_one_of_two_bodies_is_the_same_on_ranks() {
-    let coupling = "[[coupling]]\non = \"a.z-max\"\npoint = [0.6, 0.5, 1.5]\nforce = [1e5, 0, -1e6]\nmoment = [0, 0, 2e4]\n";
+    let coupling =
+        "[[coupling]]\non = \"a.z-max\"\npoint = [0.6, 0.5, 1.5]\nforce = [1e5, 0, -1e6]\nmoment = [0, 0, 2e4]\n";
     for element in ["hex8", "tet10"] {
         agrees(&two_blocks(element, coupling), &[2, 4]);
-        agrees(&two_blocks(element, &(coupling.to_string() + "kind = \"distributing\"\nmotion = { z = -1e-5 }\n")).replace("-1e6]", "0]"), &[3]);
+        agrees(
+            &two_blocks(element, &(coupling.to_string() + "kind = \"distributing\"\nmotion = { z = -1e-5 }\n"))
+                .replace("-1e6]", "0]"),
+            &[3],
+        );
     }
 }
 
@@ -175,13 +184,16 @@ fn couplings_that_share_nodes_are_the_same_on_ranks() {
 fn a_coupling_over_most_of_the_boundary_is_the_same_on_ranks() {
     let coupling = "[[coupling]]\non = [\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-max\"]\npoint = [1.1, 0.8, 2]\n\
                     force = [8e4, 2e4, -1e6]\nmoment = [1e4, -2e4, 5e4]\n";
-    let text = block([12, 9, 8], "hex8", "0.4", coupling).replace("on = \"z-min\"", "on = { box = [[0.3, 0.3, 0], [1.7, 1.3, 0]] }");
+    let text = block([12, 9, 8], "hex8", "0.4", coupling)
+        .replace("on = \"z-min\"", "on = { box = [[0.3, 0.3, 0], [1.7, 1.3, 0]] }");
     agrees(&text, &[2, 3, 4]);
 }
 
 #[test]
 fn what_contradicts_or_repeats_is_the_same_error_on_all_ranks() {
-    let coupling = |x: &str| format!("[[coupling]]\nname = {x:?}\non = \"z-max\"\npoint = [1, 0.75, 1]\nmotion = {{ x = \"{x}\" }}\n");
+    let coupling = |x: &str| {
+        format!("[[coupling]]\nname = {x:?}\non = \"z-max\"\npoint = [1, 0.75, 1]\nmotion = {{ x = \"{x}\" }}\n")
+    };
     let steps = "[[step]]\nuntil = 1\nincrements = 2\n";
     let terms = "[[equation]]\nterms = [{ on = \"x-max\", along = \"y\" }]\n";
     for more in [
@@ -243,7 +255,8 @@ fn couplings_in_load_steps_go_on_on_other_ranks() {
 
 #[test]
 fn ranks_take_hardly_more_cycles_with_a_coupling() {
-    let coupling = "[[coupling]]\non = \"z-max\"\npoint = [1.1, 0.8, 2]\nforce = [8e4, 2e4, -1e6]\nmoment = [1e4, -2e4, 5e4]\n";
+    let coupling =
+        "[[coupling]]\non = \"z-max\"\npoint = [1.1, 0.8, 2]\nforce = [8e4, 2e4, -1e6]\nmoment = [1e4, -2e4, 5e4]\n";
     for element in ["tet4", "hex8"] {
         let case = case_of(&block([24, 18, 12], element, "0.4", coupling), "1e-8");
         let serial = serial_cycles(&prepare(&case).unwrap());

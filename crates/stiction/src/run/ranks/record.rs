@@ -10,7 +10,9 @@ use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
 use crate::run::results::{ESTIMATED, FORMAT, Rows, Versions, accuracy_rows, coupling_rows, percent, print};
-use crate::run::solve::{AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, Totals};
+use crate::run::solve::{
+    AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, Totals,
+};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -90,7 +92,17 @@ impl RankedStep {
         let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
         let (status, iterations) = (solution.status, solution.counts.cycles);
         let (certificate, bodies) = (CertificateRecord::of(&solution.certificate), bodies(solution));
-        RankedStep { name, t, status, iterations, certificate, contact, bodies, bolts: Vec::new(), couplings: Vec::new() }
+        RankedStep {
+            name,
+            t,
+            status,
+            iterations,
+            certificate,
+            contact,
+            bodies,
+            bolts: Vec::new(),
+            couplings: Vec::new(),
+        }
     }
 
     pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {

@@ -99,11 +99,13 @@ impl Whole {
             left.retain(|v, _| !open.contains(v));
         }
         let closed = self.tied.points.iter().find(|point| left.contains_key(&point.node));
-        let made_of = |point: &TiedPoint| point.periods.iter().flat_map(|(_, rows)| rows).flat_map(BTreeMap::keys).max().copied();
+        let made_of =
+            |point: &TiedPoint| point.periods.iter().flat_map(|(_, rows)| rows).flat_map(BTreeMap::keys).max().copied();
         match closed.and_then(made_of) {
             None => Ok(()),
             Some(tie) => {
-                let what = "equations or couplings that share nodes so that displacements of each follow from the other";
+                let what =
+                    "equations or couplings that share nodes so that displacements of each follow from the other";
                 Err(scope::refused(&self.tied.list[tie].spot, what))
             }
         }
@@ -154,7 +156,8 @@ impl Whole {
     pub(super) fn message(&self, place: &dyn Fn(u32) -> Option<u32>, is_own: &dyn Fn(u32) -> bool) -> Vec<u8> {
         let Tied { list, points, redundant } = &self.tied;
         let mut to = vec![u8::from(!list.is_empty())];
-        let is_here = |point: &&TiedPoint| point.rows.iter().flat_map(BTreeMap::keys).all(|dof| place(dof / 3).is_some());
+        let is_here =
+            |point: &&TiedPoint| point.rows.iter().flat_map(BTreeMap::keys).all(|dof| place(dof / 3).is_some());
         let points: Vec<&TiedPoint> = points.iter().filter(is_here).collect();
         // All nodes of a tie are those of one rank.
         let of_rank = |tie: &Tie| tie.entries.keys().next().is_some_and(|dof| is_own(dof / 3));
@@ -164,7 +167,8 @@ impl Whole {
         let ties: Vec<usize> = ties.into_iter().collect();
         let number = |k: usize| ties.binary_search(&k).ok().map(|k| k as u64);
         let here = |entries: &BTreeMap<u32, f64>| -> Vec<(u64, f64)> {
-            let here = entries.iter().filter_map(|(&dof, &v)| Some((3 * u64::from(place(dof / 3)?) + u64::from(dof % 3), v)));
+            let here =
+                entries.iter().filter_map(|(&dof, &v)| Some((3 * u64::from(place(dof / 3)?) + u64::from(dof % 3), v)));
             here.collect()
         };
         put(&[ties.len() as u64], &mut to);
@@ -266,7 +270,11 @@ pub(super) fn coupling_states(local: &Local, here: &Everywhere, t: f64) -> Vec<C
     };
     let mut parts: Vec<[[f64; 6]; 2]> = couplings.iter().map(part).collect();
     sum(&*division.ranks, parts.as_flattened_mut().as_flattened_mut());
-    couplings.iter().zip(parts).map(|(coupling, [motion, reaction])| CouplingState::new(coupling, motion, reaction, t)).collect()
+    couplings
+        .iter()
+        .zip(parts)
+        .map(|(coupling, [motion, reaction])| CouplingState::new(coupling, motion, reaction, t))
+        .collect()
 }
 
 /// The nodes of ties that share one, those of which a support holds all among them.

@@ -242,12 +242,7 @@ impl Tied {
 }
 
 /// As [`Tied::values`].
-fn values(
-    (list, redundant): (&[Tie], &[Redundant]),
-    dofs: &DofMap,
-    stood: &[f64],
-    t: f64,
-) -> Result<Vec<f64>, Error> {
+fn values((list, redundant): (&[Tie], &[Redundant]), dofs: &DofMap, stood: &[f64], t: f64) -> Result<Vec<f64>, Error> {
     let value = |(k, tie): (usize, &Tie)| match within(tie.period, t) {
         true => tie.value(stood.get(k).copied().unwrap_or(0.0), t),
         false => Ok(0.0),
