@@ -268,3 +268,191 @@ fn ranks_take_hardly_more_cycles_with_a_coupling() {
         }
     }
 }
+
+#[test]
+fn scratch_fuzz() {
+    let mut x: u64 = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
+    let mut unit = move || {
+        x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((x >> 33) as f64) / (1u64 << 31) as f64
+    };
+    let count: usize = std::env::var("COUNT").ok().and_then(|s| s.parse().ok()).unwrap_or(10);
+    let (mut ok, mut skipped, mut refused) = (0, 0, 0);
+    for k in 0..count {
+        let one = |u: f64, list: &[&'static str]| list[((u * list.len() as f64) as usize).min(list.len() - 1)];
+        let element = one(unit(), &["hex8", "tet4", "wedge6", "tet10", "hex20"]);
+        let q = element.ends_with('0');
+        let mut n = |a: usize, b: usize| a + (unit() * (b - a + 1) as f64) as usize;
+        let cells = if q { [n(2, 4), n(2, 4), n(2, 3)] } else { [n(4, 9), n(4, 9), n(3, 6)] };
+        let two = unit() < 0.5;
+        let mut text = if two {
+            format!(
+                "[mesh.parts.a]\nblock = {{ size = [2, 1.5, 1], cells = {cells:?}, element = \"{element}\" }}\n[mesh.parts.b]\nblock = {{ size = [2.2, 1.7, 0.5], cells = [5, 4, 2], element = \"hex8\" }}\nmove = [-0.1, -0.1, -0.5]\n{STEEL}[[fix]]\non = \"b.z-min\"\n[[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\n"
+            )
+        } else {
+            format!(
+                "[mesh]\nblock = {{ size = [2, 1.5, 1], cells = {cells:?}, element = \"{element}\" }}\n{STEEL}{FLOOR}"
+            )
+        };
+        text += &format!(
+            "friction = {}\n",
+            one(unit(), &["{ coulomb = 0.3 }", "\"none\"", "{ tresca = 2e5 }", "{ coulomb = 0.7 }"])
+        );
+        let body = if two { "a." } else { "" };
+        let kinds = 1 + (unit() * 2.0) as usize;
+        for c in 0..kinds {
+            let on = if c == 0 {
+                format!("\"{body}z-max\"")
+            } else {
+                one(
+                    unit(),
+                    &[
+                        "{ box = [[2, 0, 0.4], [2, 1.5, 0.95]] }",
+                        "{ box = [[0, 0, 0.2], [0.6, 0, 0.9]] }",
+                        "{ box = [[0, 0, 0.5], [2, 1.5, 1]] }",
+                    ],
+                )
+                .to_string()
+            };
+            let dist = unit() < 0.4;
+            text += &format!(
+                "[[coupling]]\nname = \"c{c}\"\non = {on}\npoint = [{}, {}, {}]\n",
+                2.0 * unit(),
+                1.5 * unit(),
+                2.0 * unit()
+            );
+            if dist {
+                text += "kind = \"distributing\"\n";
+            }
+            let u = unit();
+            if u < 0.3 {
+                text += "motion = { x = \"1e-6*t\", z = \"-1e-5*t\" }\n";
+            } else if u < 0.5 {
+                text += "motion = { z = \"-1e-5*t\" }\nrotation = { x = 0, y = 1e-6 }\n";
+            } else if u < 0.6 {
+                text += "rotation = { z = \"3e-6*t\" }\n";
+            }
+            if c == 0 && u >= 0.5 {
+                text += &format!(
+                    "force = [{}, {}, \"-1e6*min(t, 1)\"]\nmoment = [{}, 0, {}]\n",
+                    1e5 * (unit() - 0.5),
+                    1e5 * (unit() - 0.5),
+                    1e5 * (unit() - 0.5),
+                    5e4 * (unit() - 0.5)
+                );
+            } else if c > 0 {
+                text += &format!("force = [{}, {}, 0]\n", 5e4 * (unit() - 0.5), 5e4 * (unit() - 0.5));
+            }
+        }
+        if unit() < 0.4 {
+            text += &format!(
+                "[[fix]]\non = \"{body}x-min\"\n{}",
+                one(unit(), &["", "components = \"x\"\n", "components = \"yz\"\n"])
+            );
+        }
+        if unit() < 0.3 {
+            text += &format!("[[fix]]\non = \"{body}y-min\"\ncondition = \"symmetry\"\n");
+        }
+        if unit() < 0.4 {
+            text += &format!(
+                "[[equation]]\nterms = [{{ on = {{ point = [2, 1.5, 0.6] }}, along = [1, 1, 0] }}, {{ on = {{ point = [0, 1.5, 0.6] }}, along = \"x\", factor = -0.5 }}]\n"
+            );
+        }
+        let steps = unit() < 0.3;
+        if steps {
+            text += "[[step]]\nuntil = 1\n[[step]]\nuntil = 2\nincrements = 2\n";
+        }
+        let size = 2 + (unit() * 4.0) as usize;
+        let set =
+            [("tolerance", "1e-10"), ("path", "\"multigrid\"")].map(|(k, v)| (format!("solver.{k}"), v.to_string()));
+        let Ok(case) = stiction::io::case::parse(&text, "case.toml", &set) else {
+            println!("{k}: parse");
+            skipped += 1;
+            continue;
+        };
+        let prepared = prepare(&case);
+        let found = stiction::ranks::threads(size, |ranks| {
+            stiction::run::solve_on_ranks(&case, &ranks, &mut |_| std::ops::ControlFlow::Continue(()))
+                .map(|a| (a.displacements(), a.summary))
+        });
+        let mut prepared = match (prepared, &found[0]) {
+            (Err(a), Err(b)) => {
+                println!("{k}: both refuse: {} | {}", a.what, b.what);
+                refused += 1;
+                continue;
+            }
+            (Err(a), Ok(_)) => {
+                println!("{k}: SERIAL ALONE REFUSES: {}\n{text}", a.what);
+                continue;
+            }
+            (Ok(p), _) => p,
+        };
+        let settings = stiction::run::Settings::of(&case.solver);
+        let outcome = if steps {
+            stiction::run::solve_steps(&mut prepared, &settings, None, &mut |_, _| Ok(()), &mut |_| {
+                std::ops::ControlFlow::Continue(())
+            })
+        } else {
+            stiction::run::solve(&prepared, &settings, &mut |_| std::ops::ControlFlow::Continue(()))
+        };
+        let outcome = match (outcome, &found[0]) {
+            (Err(a), Err(b)) => {
+                println!("{k}: both: {} | {}", a.what, b.what);
+                refused += 1;
+                continue;
+            }
+            (Err(a), Ok((_, s))) => {
+                println!("{k}: serial not: {} | ranks {:?}", a.what, s.status);
+                refused += 1;
+                continue;
+            }
+            (Ok(o), Err(b)) => {
+                println!("{k}: RANKS ALONE REFUSE ({:?}): {}\n", o.solution.status, b.what);
+                continue;
+            }
+            (Ok(o), _) => o,
+        };
+        let summary = &found[0].as_ref().unwrap().1;
+        if outcome.solution.status != stiction::Status::Solved || summary.status != stiction::Status::Solved {
+            println!(
+                "{k}: status {:?} {:?} {} {size}",
+                outcome.solution.status, summary.status, summary.counts.iterations
+            );
+            if (outcome.solution.status == stiction::Status::Solved) != (summary.status == stiction::Status::Solved) {
+                println!("{text}");
+            }
+            skipped += 1;
+            continue;
+        }
+        let run = (outcome, prepared);
+        let expected = stiction_fixtures::case_run::displacement(&run);
+        let largest = expected.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let mut worst: f64 = 0.0;
+        for part in &found {
+            for (v, u) in &part.as_ref().unwrap().0 {
+                for c in 0..3 {
+                    let d = (u[c] - expected[*v as usize][c]).abs();
+                    if !(d <= worst) {
+                        worst = d;
+                    }
+                }
+            }
+        }
+        let a = coupling_states(&run.1, &run.0);
+        let same =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| states_agree(&summary.couplings, &a, 1e-6)))
+                .is_ok();
+        println!(
+            "{k}: {element} {two} size {size} cycles {} serial {} worst {:.1e} {same} alone {}",
+            summary.counts.iterations,
+            run.0.solution.counts.cycles,
+            worst / largest,
+            summary.found_by_first
+        );
+        if worst > 1e-7 * largest || !same {
+            println!("DIFFERS\n{text}");
+        }
+        ok += 1;
+    }
+    println!("{ok} agree, {skipped} skipped, {refused} refused");
+}

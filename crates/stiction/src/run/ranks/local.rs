@@ -136,8 +136,14 @@ pub(super) fn changes(case: &Case) -> bool {
     let heats = |load: &LoadSpec| matches!(load.kind, LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. });
     !case.steps.is_empty()
         || has_ties(case)
+        || is_stressed(case)
         || case.contacts.iter().any(|contact| contact.motion.is_some())
         || case.loads.iter().any(heats)
+}
+
+/// Whether an interface carries a stress before anything is loaded.
+pub(super) fn is_stressed(case: &Case) -> bool {
+    case.contacts.iter().any(|contact| contact.initial_stress.is_some())
 }
 
 impl Local {

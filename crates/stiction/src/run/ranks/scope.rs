@@ -47,7 +47,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
 fn contact(contact: &ContactSpec) -> Result<(), Error> {
     let what = match contact {
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
-        ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
         ContactSpec { wear: Some(_), .. } => "wear",
         _ => return Ok(()),
     };

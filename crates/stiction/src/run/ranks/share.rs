@@ -276,7 +276,7 @@ impl Divided {
         } = whole;
         let center = centroid(mesh);
         let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
-        let links = [points.links(), ties.links()].concat();
+        let links = [points.links(), ties.links(&|_| true)].concat();
         let message = move |(rank, mut piece): (usize, MeshPiece)| {
             let mut to = Vec::new();
             sizes.write(&mut to);

@@ -81,14 +81,14 @@ impl Whole {
         let tied = Tied::new(dofs, list, &taken)?;
         let together = together(&tied.list);
         let whole = Whole { tied, sources, couplings, together };
-        whole.refuse_closed_chains(points)?;
+        whole.refuse_closed_chains(dofs, points)?;
         whole.refuse_values(case, solid.mesh, held)?;
         Ok(whole)
     }
 
     /// Multigrid measures each node from others: none may be measured from itself in the end.
-    fn refuse_closed_chains(&self, points: &PosedPoints) -> Result<(), Error> {
-        let all = [points.links(), self.links()].concat();
+    fn refuse_closed_chains(&self, dofs: &DofMap, points: &PosedPoints) -> Result<(), Error> {
+        let all = [points.links(), self.links(&|dof| dofs.unknown[dof as usize] != u32::MAX)].concat();
         let mut left: HashMap<u32, &[u32]> = all.iter().map(|link| (link[0], &link[1..])).collect();
         loop {
             let ends = |others: &&[u32]| !others.iter().any(|v| left.contains_key(v));
@@ -124,10 +124,11 @@ impl Whole {
         Ok(())
     }
 
-    /// The node of each point that is measured from others, and then these.
-    pub(super) fn links(&self) -> Vec<Vec<u32>> {
+    /// The node of each point that is measured from others, and then these, by the degrees of freedom that count.
+    pub(super) fn links(&self, counts: &dyn Fn(u32) -> bool) -> Vec<Vec<u32>> {
         let link = |point: &TiedPoint| {
-            let reached: BTreeSet<u32> = point.rows.iter().flat_map(BTreeMap::keys).map(|dof| dof / 3).collect();
+            let dofs = point.rows.iter().flat_map(BTreeMap::keys).filter(|dof| counts(**dof));
+            let reached: BTreeSet<u32> = dofs.map(|dof| dof / 3).collect();
             std::iter::once(point.node).chain(reached.into_iter().filter(|&v| v != point.node)).collect::<Vec<u32>>()
         };
         self.tied.points.iter().map(link).filter(|link| link.len() > 1).collect()
