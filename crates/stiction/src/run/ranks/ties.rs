@@ -81,8 +81,8 @@ impl Whole {
         let tied = Tied::new(dofs, list, &taken)?;
         let together = together(&tied.list);
         let whole = Whole { tied, sources, couplings, together };
-        whole.refuse_closed_chains(dofs, points)?;
         whole.refuse_values(case, solid.mesh, held)?;
+        whole.refuse_closed_chains(dofs, points)?;
         Ok(whole)
     }
 
@@ -111,6 +111,7 @@ impl Whole {
         }
     }
 
+    /// What is wrong with the values at the end of a planned increment, before anything is solved.
     fn refuse_values(&self, case: &Case, mesh: &Mesh, held: &[Fix]) -> Result<(), Error> {
         let mut times = planned(case);
         if times.is_empty() {
