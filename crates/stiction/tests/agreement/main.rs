@@ -15,6 +15,7 @@ mod random_problems;
 mod ranks;
 mod ranks_bodies;
 mod ranks_bolts;
+mod ranks_couplings;
 mod ranks_files;
 mod ranks_generated;
 mod ranks_loads;

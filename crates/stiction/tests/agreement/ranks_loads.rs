@@ -227,3 +227,26 @@ fn steps_of_another_array_are_refused_by_ranks() {
     let error = refusal(&with_arrays("mended", &more, 1e-3), 3, Some(&keep));
     assert!(error.what.contains("of another case"), "{error}");
 }
+
+/// What an interface presses and shears from the beginning is a load that its contact forces balance; an end is lifted then.
+#[test]
+fn interfaces_with_an_initial_stress_are_the_same_on_ranks() {
+    let stress = "initial_stress = [0, -7e5, \"-1e6*(1 + 0.2*x)\", 1e5, \"2e5*x\", 3e5]\n";
+    let steel = "[materials.steel]\nyoung = 2e11\npoisson = 0.3\n";
+    let floor = "against = { plane = { point = [0, 0, 0], normal = [0, 0, 1] } }\n";
+    for steps in ["", "[[step]]\nuntil = 1\nincrements = 2\n"] {
+        let brick = format!(
+            "[mesh]\nblock = {{ size = [3, 1, 1], cells = [18, 6, 6], element = \"hex8\" }}\n{steel}\
+             [[fix]]\non = \"x-min\"\n[[load]]\non = \"x-max\"\ntraction = [0, 0, \"1.5e6*t\"]\n\
+             [[contact]]\non = \"z-min\"\n{floor}friction = {{ coulomb = 0.4, cohesion = 1e5 }}\n{stress}{steps}"
+        );
+        agrees(&brick, &[1, 3, 4]);
+    }
+    let bodies = format!(
+        "[mesh.parts.a]\nblock = {{ size = [3, 1, 1], cells = [9, 4, 3], element = \"tet10\" }}\n\
+         [mesh.parts.b]\nblock = {{ size = [3.2, 1, 0.5], cells = [8, 3, 2], element = \"hex8\" }}\nmove = [0, 0, -0.5]\n{steel}\
+         [[fix]]\non = \"a.x-min\"\n[[fix]]\non = \"b.z-min\"\n[[load]]\non = \"a.x-max\"\ntraction = [0, 2e5, 1e6]\n\
+         [[contact]]\non = \"a.z-min\"\nagainst = \"b.z-max\"\nfriction = {{ coulomb = 0.5 }}\n{stress}"
+    );
+    agrees(&bodies, &[2, 4]);
+}

@@ -228,14 +228,6 @@ fn a_body_that_nothing_holds_any_more_has_no_equilibrium_on_ranks() {
     assert!(gone.status != Status::Solved && (1.15..1.17).contains(&last), "{:?} at {last}", gone.status);
 }
 
-/// Equations would be points as supports are, on nodes of several ranks.
-#[test]
-fn what_ties_nodes_of_several_ranks_is_still_refused() {
-    let equation = "[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n";
-    let error = refusal(&case_of(&brick("hex8", "friction = \"none\"", equation), "1e-8"), 2, None);
-    assert!(error.what.contains("an equation between displacements"), "{error}");
-}
-
 /// Multigrid wants a node for each point; on one machine there is the factor.
 #[test]
 fn supports_by_time_that_share_nodes_with_contacts_or_one_another_are_refused_at_their_line() {

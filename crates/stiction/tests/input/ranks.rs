@@ -26,16 +26,14 @@ fn refused(text: &str, size: usize) -> Error {
 fn what_ranks_cannot_do_is_refused_by_name_at_its_place() {
     let floor = |more: &str| format!("{BODY}{FLOOR}friction = {{ coulomb = 0.3 }}\n{more}");
     let cases = [
-        (
-            floor("[[equation]]\nterms = [{ on = \"x-max\", along = \"x\", factor = 1 }]\n"),
-            "equation between displacements",
-        ),
         (floor("[accuracy]\nenergy = \"10%\"\nproven = true\n"), "accuracy.proven"),
         (floor("[accuracy]\nproven = true\n"), "accuracy.proven"),
         (
             floor(&format!("{STEPS}[[fix]]\non = \"x-max\"\nuntil = \"press\"\n[accuracy]\nenergy = \"10%\"\n")),
-            "[accuracy] with a support that begins or ends",
+            "[accuracy] with a support or a coupling that begins or ends",
         ),
+        // Their nodes are those of the floor, too.
+        (floor("[[equation]]\nterms = [{ on = \"z-min\", along = \"z\" }]\n"), "equation"),
         (floor("[solver]\npath = \"dense\"\n"), "path than multigrid"),
         (floor("[solver]\nmethod = \"msa1\"\n"), "method"),
         (BODY.to_string(), "without contact"),

@@ -10,6 +10,7 @@
 //! what the tractions `a + b x r` of [`Load::Resultant`] do work on.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::activity::{ALWAYS, Period};
 use super::ties::{Start, Tie, along_at};
@@ -46,6 +47,8 @@ pub struct Coupling {
     load: [Field; 6],
     /// The ties, by their numbers among all, that prescribe its motions: what the value of each gains by a unit of each motion.
     pub prescribed: Vec<(usize, [f64; 6])>,
+    /// All its ties.
+    pub ties: Range<usize>,
     spot: Spot,
 }
 
@@ -83,15 +86,15 @@ pub(crate) fn couplings(
             None => mean_motion(solid, spec)?,
             Some(rigid) => rigid.columns(),
         };
-        let load: [Field; 6] = std::array::from_fn(|k| [&spec.force, &spec.moment][k / 3][k % 3].clone());
-        let (name, point, spot) = (spec.name.clone(), spec.point, spec.spot.clone());
-        let mut coupling = Coupling { name, point, columns, load, prescribed: Vec::new(), spot };
+        let begin = first + ties.len();
+        let mut coupling = Coupling::new(spec, columns, begin);
         coupling.refuse_untold(spec)?;
         let motion = Prescribed::new(case, spec);
         match rigid {
             None => coupling.prescribe_mean(dofs, &motion, first, &mut ties),
             Some(rigid) => coupling.prescribe_rigid(&rigid, dofs, &motion, first, &mut ties),
         }
+        coupling.ties = begin..first + ties.len();
         list.push(coupling);
     }
     Ok((list, ties))
@@ -104,6 +107,11 @@ struct Prescribed {
     start: Start,
 }
 
+/// A motion of the point that the case prescribes.
+pub(crate) fn prescribed(spec: &CouplingSpec, k: usize) -> Option<Field> {
+    [&spec.motion, &spec.rotation][k / 3][k % 3].clone()
+}
+
 impl Prescribed {
     fn new(case: &Case, spec: &CouplingSpec) -> Self {
         let period = spec.during.period(&case.steps);
@@ -111,7 +119,7 @@ impl Prescribed {
             None => Start::AtOnce,
             Some(step) => Start::Until(case.steps[step].until),
         };
-        let values = std::array::from_fn(|k| [&spec.motion, &spec.rotation][k / 3][k % 3].clone());
+        let values = std::array::from_fn(|k| prescribed(spec, k));
         Prescribed { values, period, start }
     }
 
@@ -123,6 +131,13 @@ impl Prescribed {
 }
 
 impl Coupling {
+    /// Without ties, the first of which will have the number `first` among all.
+    pub(crate) fn new(spec: &CouplingSpec, columns: [Option<Column>; 6], first: usize) -> Self {
+        let load = std::array::from_fn(|k| [&spec.force, &spec.moment][k / 3][k % 3].clone());
+        let (name, point, spot) = (spec.name.clone(), spec.point, spec.spot.clone());
+        Coupling { name, point, columns, load, prescribed: Vec::new(), ties: first..first, spot }
+    }
+
     /// An error where the nodes do not tell a motion that is prescribed or loaded.
     fn refuse_untold(&self, spec: &CouplingSpec) -> Result<(), Error> {
         let values = spec.motion.iter().chain(&spec.rotation).map(Option::is_some);

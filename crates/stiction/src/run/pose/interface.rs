@@ -1,10 +1,12 @@
 //! The stress an interface carries before anything is loaded.
 
-use super::frames::frames;
+use super::frames::{PointFrame, frames};
 use super::{Prepared, place};
 use crate::Error;
+use crate::contact::ContactProblem;
 use crate::fem::Field;
 use crate::io::case::Spot;
+use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, dot, scale};
 
 /// An initial stress, and where the case asks for it.
@@ -22,12 +24,23 @@ pub(super) fn initial_forces(prepared: &Prepared) -> Result<Option<Vec<f64>>, Er
     if loading.initial_stresses.iter().all(Option::is_none) {
         return Ok(None);
     }
-    let (m, frames) = (problem.points(), frames(prepared));
-    let mut forces = vec![0.0; 3 * m];
-    for (stress, pair) in loading.initial_stresses.iter().zip(&problem.labels.pairs) {
+    let frames = frames(prepared);
+    let stresses = loading.initial_stresses.iter().map(|of| of.as_ref().map(|(fields, spot)| (fields, spot)));
+    forces_of(mesh, problem, &|j| frames[j], stresses).map(Some)
+}
+
+/// The same of the stresses of all surfaces, each with its place in the case.
+pub(crate) fn forces_of<'c>(
+    mesh: &Mesh,
+    problem: &ContactProblem,
+    frame: &dyn Fn(usize) -> PointFrame,
+    stresses: impl Iterator<Item = Option<(&'c [Field; 6], &'c Spot)>>,
+) -> Result<Vec<f64>, Error> {
+    let mut forces = vec![0.0; 3 * problem.points()];
+    for (stress, pair) in stresses.zip(&problem.labels.pairs) {
         let Some((fields, spot)) = stress else { continue };
         for j in pair.points.clone() {
-            let frame = &frames[j];
+            let frame = frame(j);
             let at = |field: &Field| field.finite_at(mesh.nodes[frame.node as usize], 0.0);
             let mut s = [0.0; 6];
             for (value, field) in s.iter_mut().zip(fields) {
@@ -42,5 +55,5 @@ pub(super) fn initial_forces(prepared: &Prepared) -> Result<Option<Vec<f64>>, Er
             problem.rows(j).into_iter().zip(axes).for_each(|(row, axis)| forces[row] = dot(axis, exerts));
         }
     }
-    Ok(Some(forces))
+    Ok(forces)
 }

@@ -11,7 +11,7 @@ pub(super) mod couplings;
 mod cyclic;
 mod facts;
 pub(super) mod frames;
-mod interface;
+pub(super) mod interface;
 pub(super) mod load_state;
 pub(super) mod loads;
 pub(super) mod materials;

@@ -135,10 +135,11 @@ impl Local {
     }
 }
 
-/// The names of the points of surfaces of a problem on the whole mesh.
+/// The names of the points of a problem on the whole mesh: those of ties are the last.
 fn names(prepared: &Prepared) -> impl Iterator<Item = [u64; 2]> + '_ {
-    let contacts = prepared.facts.contacts.iter().enumerate();
-    contacts.flat_map(|(k, contact)| contact.surface.nodes.iter().map(move |&node| [k as u64, node.into()]))
+    let contacts = prepared.facts.contacts.iter().map(|contact| &contact.surface.nodes[..]);
+    let pairs = contacts.chain([prepared.loading.ties.nodes()]).enumerate();
+    pairs.flat_map(|(k, nodes)| nodes.iter().map(move |&node| [k as u64, node.into()]))
 }
 
 fn point(contact: &Contact, lambda: &[f64], state: PointState, j: usize) -> Point {

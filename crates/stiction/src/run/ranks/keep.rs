@@ -357,10 +357,11 @@ fn fingerprint(case: &Case, local: &Local) -> u64 {
         thing(&mut head.into_iter().chain(law));
     }
     let sum = gather_all(ranks, to_bytes(&[total])).iter().fold(0u64, |sum, bytes| sum.wrapping_add(u64::read(bytes)));
-    let Case { materials, fixes, springs, loads, bolts, contacts, steps, .. } = case;
+    let Case { materials, fixes, springs, equations, couplings, loads, bolts, contacts, steps, .. } = case;
     let mut all = Hash::default();
     all.word(sum);
     all.text(&format!("{materials:?} {fixes:?} {springs:?} {loads:?} {bolts:?} {contacts:?} {steps:?}"));
+    all.text(&format!("{equations:?} {couplings:?}"));
     // In a case that is refined rank 0 alone knows what earlier meshes have decided for contacts.
     u64::read(&broadcast(ranks, to_bytes(&[all.value()])))
 }

@@ -1,12 +1,11 @@
 //! The problem of one rank, posed on its piece of the mesh by the code that poses a whole one.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::bolts::RankBolt;
-use super::scope;
 use super::share::{NO_AXIS, OBSTACLE, REVERSED, Share, name};
-use super::timed::Timed;
+use super::ties::{self, has_ties};
+use super::timed::{Posed, Timed};
 use crate::Error;
 use crate::contact::{ContactProblem, Division, TributaryArea, pose_points, tributary_areas};
 use crate::fem::{FaceMoments, FeModel, Field, Fix, Load, Material, Solid, Spring, add_springs, assemble};
@@ -14,6 +13,7 @@ use crate::io::case::{Case, FixSpec, LoadKind, LoadSpec, Region, Spot, SpringSpe
 use crate::mesh::v3::{V3, add, cross, sub};
 use crate::mesh::{Group, Mesh, MeshPiece};
 use crate::ranks::Ranks;
+use crate::run::pose::Coupling;
 use crate::run::pose::activity::ALWAYS;
 use crate::run::pose::load_state::{Initial, acting};
 use crate::run::pose::loads::{end, load, timed_fix};
@@ -52,6 +52,7 @@ pub(super) struct Local {
     pub sizes: [u64; 2],
     pub bolts: Vec<RankBolt>,
     pub timed: Timed,
+    pub couplings: Vec<Coupling>,
 }
 
 /// Poses what a rank has of the case.
@@ -70,6 +71,7 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         bodies,
         body_of_node,
         bolts,
+        ties: ties::Here { tied, couplings },
     } = share;
     let mesh = &piece.mesh;
     let materials: Vec<Material> = case.materials.iter().map(|spec| spec.material.clone()).collect();
@@ -91,12 +93,14 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
     };
     let mut undeformed = points.gaps();
     let mut problem = pose_points(mesh, &mut model, points, center, &body_of_node, bodies);
-    let supports = timed_fixes(mesh, case, &symmetry);
-    let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), &supports)?;
-    let held = timed.contact_points()..problem.points();
-    undeformed.resize(held.end, 0.0);
-    division.points.extend(held.clone().map(|j| node_of_tie(&problem, &model, j)));
-    refuse_shared_nodes(division.points.split_at(held.start), &supports)?;
+    let posed = match tied {
+        Some(tied) => Posed::Points(tied),
+        None => Posed::Supports(timed_fixes(mesh, case, &symmetry)),
+    };
+    let timed = Timed::new(case, (mesh, &model), &mut problem, (&contact_of, diagonal), posed)?;
+    undeformed.resize(problem.points(), 0.0);
+    timed.refuse_shared_nodes(&division.points)?;
+    division.points.extend(timed.nodes());
     problem.validate()?;
     let motion = vec![0.0; 3 * problem.points()];
     let signs = kinds.iter().map(|&kind| if kind == REVERSED { -1.0 } else { 1.0 }).collect();
@@ -123,31 +127,23 @@ pub(super) fn local(case: &Case, share: Share, ranks: &Arc<dyn Ranks>) -> Result
         sizes,
         bolts,
         timed,
+        couplings,
     })
-}
-
-/// The node that the point of a support holds.
-fn node_of_tie(problem: &ContactProblem, model: &FeModel, j: usize) -> u32 {
-    let unknowns = problem.rows(j).into_iter().flat_map(|i| problem.contact.B.row(i).0);
-    unknowns.map(|&unknown| model.dofs.free[unknown as usize] / 3).next().unwrap_or_default()
-}
-
-/// Multigrid wants a node for each point: those of supports are not those of contacts, nor of one another.
-fn refuse_shared_nodes((of_contacts, of_ties): (&[u32], &[u32]), supports: &[TimedFix]) -> Result<(), Error> {
-    let mut taken: HashSet<u32> = of_contacts.iter().copied().collect();
-    let Some(node) = of_ties.iter().find(|node| !taken.insert(**node)) else { return Ok(()) };
-    let holds = |support: &&TimedFix| support.fix.nodes.contains(node);
-    let spot = supports.iter().rev().find(holds).map(|support| support.spot.clone()).unwrap_or_default();
-    let what = "a support that begins or ends with a step on nodes that a contact has, or another such support with other steps,";
-    Err(scope::refused(&spot, what))
 }
 
 /// Whether what acts at the end is not what was posed, or more is to be known of it: load steps, obstacles that move, temperatures.
 pub(super) fn changes(case: &Case) -> bool {
     let heats = |load: &LoadSpec| matches!(load.kind, LoadKind::Temperature(_) | LoadKind::TemperatureArray { .. });
     !case.steps.is_empty()
+        || has_ties(case)
+        || is_stressed(case)
         || case.contacts.iter().any(|contact| contact.motion.is_some())
         || case.loads.iter().any(heats)
+}
+
+/// Whether an interface carries a stress before anything is loaded.
+pub(super) fn is_stressed(case: &Case) -> bool {
+    case.contacts.iter().any(|contact| contact.initial_stress.is_some())
 }
 
 impl Local {

@@ -25,6 +25,7 @@ mod share;
 mod small;
 mod solve;
 mod steps;
+mod ties;
 mod tighten;
 mod timed;
 mod totals;

@@ -9,8 +9,10 @@ use crate::io::case::Case;
 use crate::io::text::{measure, number, triple};
 use crate::ranks::Wire;
 use crate::run::pose::Seconds;
-use crate::run::results::{ESTIMATED, FORMAT, Rows, Versions, accuracy_rows, percent, print};
-use crate::run::solve::{AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, Named, Totals};
+use crate::run::results::{ESTIMATED, FORMAT, Rows, Versions, accuracy_rows, coupling_rows, percent, print};
+use crate::run::solve::{
+    AccuracyRecord, BodyRecord, BoltState, CertificateRecord, CountsRecord, CouplingState, Named, Totals,
+};
 
 /// What one rank has had and sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -80,6 +82,9 @@ pub struct RankedStep {
     /// Force and shortening of each bolt.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bolts: Vec<BoltState>,
+    /// Motion of each reference point, and what acts there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<CouplingState>,
 }
 
 impl RankedStep {
@@ -87,11 +92,25 @@ impl RankedStep {
         let name = case.steps.get(step).map_or(String::new(), |step| step.name.clone());
         let (status, iterations) = (solution.status, solution.counts.cycles);
         let (certificate, bodies) = (CertificateRecord::of(&solution.certificate), bodies(solution));
-        RankedStep { name, t, status, iterations, certificate, contact, bodies, bolts: Vec::new() }
+        RankedStep {
+            name,
+            t,
+            status,
+            iterations,
+            certificate,
+            contact,
+            bodies,
+            bolts: Vec::new(),
+            couplings: Vec::new(),
+        }
     }
 
     pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
         RankedStep { bolts, ..self }
+    }
+
+    pub(super) fn with_couplings(self, couplings: Vec<CouplingState>) -> Self {
+        RankedStep { couplings, ..self }
     }
 }
 
@@ -118,6 +137,9 @@ pub struct RankedSummary {
     /// Force and shortening of each bolt.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bolts: Vec<BoltState>,
+    /// Motion of each reference point, and what acts there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<CouplingState>,
     /// The largest displacement of a node.
     pub displacement_max: f64,
     /// Unknown displacements.
@@ -177,6 +199,7 @@ impl RankedSummary {
             contact,
             bodies: bodies(solution),
             bolts: Vec::new(),
+            couplings: Vec::new(),
             displacement_max,
             dofs,
             nodes,
@@ -200,6 +223,10 @@ impl RankedSummary {
 
     pub(super) fn with_bolts(self, bolts: Vec<BoltState>) -> Self {
         RankedSummary { bolts, ..self }
+    }
+
+    pub(super) fn with_couplings(self, couplings: Vec<CouplingState>) -> Self {
+        RankedSummary { couplings, ..self }
     }
 
     pub(super) fn found_by_first(self, found_by_first: bool) -> Self {
@@ -259,6 +286,9 @@ impl fmt::Display for RankedSummary {
         for BoltState { name, force, shortening } in &self.bolts {
             row(f, "bolt", format!("\"{name}\": force {}, shortening {}", number(*force), number(*shortening)))?;
         }
+        let mut rows = Rows::default();
+        coupling_rows(&mut rows, &self.couplings);
+        print(f, &rows.0, 12)?;
         row(f, "displacement", format!("at most {}", number(self.displacement_max)))?;
         let mut rows = Rows::default();
         if let Some(error) = self.discretisation_error {

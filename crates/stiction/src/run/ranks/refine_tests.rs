@@ -44,6 +44,17 @@ fn blocks(accuracy: &str) -> Case {
     ))
 }
 
+/// A block that a reference point presses and turns.
+fn led(accuracy: &str) -> Case {
+    case_of(&format!(
+        "[mesh]\nblock = {{ size = [3, 1, 1], cells = [6, 2, 2], element = \"hex8\" }}\n{STEEL}\
+         [[fix]]\non = \"x-min\"\n[[coupling]]\non = {{ box = [[1, 0, 1], [3, 1, 1]] }}\nkind = \"distributing\"\npoint = [2, 0.5, 1]\n\
+         motion = {{ z = -1e-6 }}\nforce = [1e5, 5e4, 0]\nmoment = [1e5, 0, 0]\n\
+         [[contact]]\non = \"z-min\"\nagainst = {{ plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }} }}\n\
+         friction = {{ coulomb = 0.35 }}\n[accuracy]\n{accuracy}\n"
+    ))
+}
+
 /// The bolted joint of `cases/joint` with its load steps.
 fn bolted(accuracy: &[(&str, &str)]) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/joint/joint.toml");
@@ -142,6 +153,11 @@ fn the_brick_is_refined_on_ranks_as_on_one() {
 #[test]
 fn two_bodies_are_refined_on_ranks_as_on_one() {
     agrees(&blocks("energy = \"12%\"\nforces = \"20%\""), "blocks", &[2], &[0, 3000]);
+}
+
+#[test]
+fn a_block_led_at_a_point_is_refined_on_ranks_as_on_one() {
+    agrees(&led("energy = \"12%\""), "led", &[2], &[0, 2000, usize::MAX]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::friction::{Method, SolverPath};
-use crate::io::case::{Case, ContactSpec, FixSpec, Spot};
+use crate::io::case::{Case, ContactSpec, During, Spot};
 use crate::run::pose::activity::ALWAYS;
 
 /// What every refusal ends with.
@@ -18,17 +18,17 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
         Some(spot) => Err(refused(spot, what)),
         None => Ok(()),
     };
-    first(&mut case.equations.iter().map(|equation| &equation.spot), "an equation between displacements")?;
     first(&mut case.cyclic.iter().map(|cyclic| &cyclic.spot), "cyclic symmetry")?;
-    first(&mut case.couplings.iter().map(|coupling| &coupling.spot), "a coupling")?;
     case.contacts.iter().try_for_each(contact)?;
     let whole = |what: &str| Err(refused(&case.mesh.spot, what));
     if case.accuracy.is_some_and(|accuracy| accuracy.proven) {
         return whole("the proof of a bound of the error (accuracy.proven)");
     }
-    let timed = |fix: &&FixSpec| case.accuracy.is_some() && fix.during.period(&case.steps) != ALWAYS;
-    let mut timed = case.fixes.iter().filter(timed).map(|fix| &fix.spot);
-    first(&mut timed, "[accuracy] with a support that begins or ends with a step")?;
+    let timed = |(during, _): &(&During, &Spot)| case.accuracy.is_some() && during.period(&case.steps) != ALWAYS;
+    let of_fixes = case.fixes.iter().map(|fix| (&fix.during, &fix.spot));
+    let of_couplings = case.couplings.iter().map(|coupling| (&coupling.during, &coupling.spot));
+    let mut timed = of_fixes.chain(of_couplings).filter(timed).map(|(_, spot)| spot);
+    first(&mut timed, "[accuracy] with a support or a coupling that begins or ends with a step")?;
     if case.solver.starts.is_some() {
         return whole("the search for further solutions (solver.starts)");
     }
@@ -47,7 +47,6 @@ pub(super) fn check(case: &Case) -> Result<(), Error> {
 fn contact(contact: &ContactSpec) -> Result<(), Error> {
     let what = match contact {
         ContactSpec { stiffness: Some(_), .. } => "an interface that yields",
-        ContactSpec { initial_stress: Some(_), .. } => "an initial stress",
         ContactSpec { wear: Some(_), .. } => "wear",
         _ => return Ok(()),
     };

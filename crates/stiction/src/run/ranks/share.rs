@@ -8,6 +8,7 @@ use super::local::changes;
 use super::parts::{self, Parts};
 use super::ranges;
 use super::scope;
+use super::ties::{self, has_ties};
 use crate::Error;
 use crate::contact::{Body, ContactSurface, Counterpart, PosedPoints, Role, bodies_of, centroid};
 use crate::fem::{Axes, DofMap, FaceMoments, Fix, Load, Solid, dof_map};
@@ -59,6 +60,7 @@ pub(super) struct Share {
     pub bodies: Vec<Body>,
     pub body_of_node: Vec<u32>,
     pub bolts: Vec<RankBolt>,
+    pub ties: ties::Here,
 }
 
 /// A surface that may touch an obstacle, another surface, and another surface that the case names first.
@@ -72,6 +74,9 @@ pub(super) const NO_AXIS: u32 = u32::MAX;
 /// The share of each rank. The mesh is made or read by all of them where it can be, otherwise by rank 0, which holds all of it for
 /// that time.
 pub(super) fn share(case: &Case, ranks: &dyn Ranks) -> Result<Share, Error> {
+    if has_ties(case) {
+        return of_whole(case, None, ranks);
+    }
     match of_parts(case, ranks)? {
         Ok(share) => Ok(share),
         Err(missing) => of_whole(case, missing, ranks),
@@ -144,6 +149,7 @@ pub(super) struct Whole {
     bodies: Vec<Body>,
     body_of_node: Vec<u32>,
     bolts: Vec<RankBolt>,
+    ties: ties::Whole,
     /// What each node counts when the mesh is divided; nodes that go where another does, and that one, which counts for both.
     pub weights: Vec<f64>,
     leaders: Vec<[u32; 2]>,
@@ -186,10 +192,11 @@ impl Whole {
         let moments = loaded_regions(case, &solid, &mut groups)?;
         let (points, kinds, contact_of) = contact(case, &solid, &dofs, &held, &mut groups)?;
         let bolts = bolts::of_whole(case, &solid, &dofs, &points)?;
+        let ties = ties::Whole::new(case, &solid, &dofs, (&held, &timed), &points)?;
         mesh.groups = groups;
         keep_arrays(case, &mut mesh);
-        let leaders = points.leaders();
-        let weights = weights(&mesh, &points, &held, &leaders);
+        let leaders = ties.leaders(&mesh, points.leaders());
+        let weights = weights(&mesh, &points, &held, &leaders, parts);
         Ok(Whole {
             mesh,
             numbers,
@@ -203,6 +210,7 @@ impl Whole {
             bodies,
             body_of_node,
             bolts,
+            ties,
             weights,
             leaders,
         })
@@ -263,11 +271,13 @@ impl Divided {
             bodies,
             body_of_node,
             bolts,
+            ties,
             ..
         } = whole;
         let center = centroid(mesh);
         let diagonal = Bounds::around(mesh.nodes.iter().copied()).diagonal();
-        let message = move |mut piece: MeshPiece| {
+        let links = [points.links(), ties.links(&|_| true)].concat();
+        let message = move |(rank, mut piece): (usize, MeshPiece)| {
             let mut to = Vec::new();
             sizes.write(&mut to);
             center.write(&mut to);
@@ -287,6 +297,8 @@ impl Divided {
             );
             bodies.iter().for_each(|body| put(body.name.as_bytes(), &mut to));
             put_bolts(bolts, &piece, &mut to);
+            let place = |node: u32| piece.nodes.binary_search(&u64::from(node)).ok().map(|k| k as u32);
+            to.extend(ties.message(&place, &|node| owner[node as usize] as usize == rank));
             to.extend(points.message(&piece.nodes));
             if let Some([nodes, cells]) = numbers {
                 piece.nodes.iter_mut().for_each(|v| *v = nodes[*v as usize]);
@@ -295,7 +307,7 @@ impl Divided {
             to.extend(piece.to_bytes());
             to
         };
-        pieces(mesh, owner, parts, &points.links()).map(message)
+        pieces(mesh, owner, parts, &links).enumerate().map(message)
     }
 }
 
@@ -394,7 +406,7 @@ fn overlap_of_held_nodes(
 }
 
 /// What each node counts when the mesh is divided.
-fn weights(mesh: &Mesh, points: &PosedPoints, held: &[Fix], leaders: &[[u32; 2]]) -> Vec<f64> {
+fn weights(mesh: &Mesh, points: &PosedPoints, held: &[Fix], leaders: &[[u32; 2]], parts: usize) -> Vec<f64> {
     let mut weights = vec![1.0; mesh.nodes.len()];
     points.nodes().chain(points.links().into_iter().flatten()).for_each(|v| weights[v as usize] = CONTACT_WEIGHT);
     // A part needs nodes that move: those held in all directions have no row in any matrix.
@@ -404,6 +416,9 @@ fn weights(mesh: &Mesh, points: &PosedPoints, held: &[Fix], leaders: &[[u32; 2]]
     for &[node, leader] in leaders {
         weights[leader as usize] += std::mem::take(&mut weights[node as usize]);
     }
+    // Others have to be left for the part of one that leads many.
+    let most = weights.iter().sum::<f64>() / (2 * parts) as f64;
+    leaders.iter().for_each(|&[_, leader]| weights[leader as usize] = weights[leader as usize].min(most));
     weights
 }
 
@@ -471,6 +486,7 @@ impl Share {
         };
         let bodies = places.into_iter().map(body).collect();
         let bolts = take_bolts(&case.bolts, from);
+        let ties = ties::Here::take(case, from);
         let points = PosedPoints::take(from);
         let piece = MeshPiece::from_bytes(from);
         Share {
@@ -487,6 +503,7 @@ impl Share {
             bodies,
             body_of_node,
             bolts,
+            ties,
         }
     }
 }

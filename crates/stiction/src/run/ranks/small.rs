@@ -102,6 +102,7 @@ fn steps(outcome: &Outcome) -> Vec<RankedStep> {
         contact: step.answer.contact.clone(),
         bodies: step.answer.bodies.clone(),
         bolts: step.answer.bolts.clone(),
+        couplings: step.answer.couplings.clone(),
     });
     steps.collect()
 }

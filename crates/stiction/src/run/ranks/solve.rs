@@ -11,6 +11,7 @@ use super::record::{RankRecord, RankedStep, RankedSummary};
 use super::refine::refined;
 use super::share::Share;
 use super::steps::slid as sliding;
+use super::ties::coupling_states;
 use super::tighten::{Answer, Found, March, Solver};
 use super::timed::note_where_it_stands;
 use super::totals::totals;
@@ -198,7 +199,10 @@ impl Begun {
         seconds.iteration = lap();
         let traffic = since(before, counted.traffic());
         let summary = summary(case, &local, &multigrid, (solution, contact, steps), &here.u, &seconds, traffic);
-        let summary = summary.with_bolts(states(&local, &here.u, shortening)).found_by_first(alone);
+        let t = summary.steps.last().map_or(end(case), |step| step.t);
+        let couplings = coupling_states(&local, here, t);
+        let summary = summary.with_bolts(states(&local, &here.u, shortening)).with_couplings(couplings);
+        let summary = summary.found_by_first(alone);
         // What looks at the only answer of a case has room then.
         drop(multigrid);
         if let Some(look) = look.filter(|_| case.steps.is_empty()) {
@@ -273,7 +277,9 @@ fn march(
         let tractions = tractions(solver.local, &found.everywhere.lambda);
         let contact = totals(solver.local, solver.multigrid, &found.solution, &tractions);
         let bolts = states(solver.local, &found.everywhere.u, &found.shortening);
-        steps.push(RankedStep::new(case, march.at.step, t, &found.solution, contact).with_bolts(bolts));
+        let couplings = coupling_states(solver.local, &found.everywhere, t);
+        let step = RankedStep::new(case, march.at.step, t, &found.solution, contact);
+        steps.push(step.with_bolts(bolts).with_couplings(couplings));
         march.at = march.at.advance(&case.steps);
         if let Some(kept) = &mut kept {
             let Everywhere { free, lambda, states, .. } = &found.everywhere;

@@ -2,7 +2,7 @@
 //! Stiffness and `B` stand, so that one hierarchy serves all steps.
 
 use super::bolts::add_forces;
-use super::local::{Local, fixes, loads};
+use super::local::{Local, fixes, is_stressed, loads};
 use super::solve::axes;
 use super::timed::laws;
 use crate::Error;
@@ -12,6 +12,7 @@ use crate::mesh::ascending;
 use crate::mesh::v3::{dot, scale};
 use crate::run::pose::bolts::Bolt;
 use crate::run::pose::frames::PointFrame;
+use crate::run::pose::interface::forces_of;
 use crate::run::pose::load_state::{Acting, Initial, acting, jump, refuse_dragging, translation};
 use crate::run::pose::place;
 
@@ -26,12 +27,19 @@ pub(super) fn put_state(local: &mut Local, case: &Case, t: f64, slid: &[f64], sh
     let acting = acting(&solid, loads.iter().zip(spots), (&bolts, &own), t)?;
     let Acting { force: mut forces, strained, thermal_force } = acting;
     let strain = strained.map_or(Vec::new(), |strained| strained.strain);
+    local.couplings.iter().try_for_each(|coupling| coupling.add_forces(t, &mut forces))?;
     dofs.to_components(&mut forces);
     add_forces(local, shortening, &mut forces);
     let (laws, motion) = (laws(local, case, t)?, motion(local, case, &dofs, t)?);
+    let initial = initial_forces(local, case)?;
     let Local { model, problem, timed, .. } = local;
     let at = |list: &[u32]| -> Vec<f64> { list.iter().map(|&dof| forces[dof as usize]).collect() };
-    let (load, support_load) = (at(&dofs.free), at(&dofs.prescribed));
+    let (mut load, mut support_load) = (at(&dofs.free), at(&dofs.prescribed));
+    if let Some(forces) = initial {
+        let add = |sum: &mut [f64], more: Vec<f64>| sum.iter_mut().zip(more).for_each(|(sum, f)| *sum += f);
+        add(&mut load, problem.contact.B.transpose_times(&forces));
+        problem.labels.supports.iter().for_each(|held| add(&mut support_load, held.B.transpose_times(&forces)));
+    }
     let demanded = model.support_stiffness.transpose_times(&dofs.value);
     problem.elastic.f = load.iter().zip(demanded).map(|(f, k)| f - k).collect();
     let m = problem.points();
@@ -74,6 +82,21 @@ pub(super) fn full(local: &Local, u: &[f64]) -> Vec<f64> {
     full
 }
 
+/// The contact forces here of the stresses that interfaces carry before anything is loaded, newton, `3m`; none where no contact has any.
+fn initial_forces(local: &Local, case: &Case) -> Result<Option<Vec<f64>>, Error> {
+    if !is_stressed(case) {
+        return Ok(None);
+    }
+    let contacts = local.contact_of.iter().map(|&k| &case.contacts[k as usize]);
+    let stresses = contacts.map(|contact| Some((contact.initial_stress.as_ref()?, &contact.spot)));
+    forces_of(&local.piece.mesh, &local.problem, &|j| frame(local, j), stresses).map(Some)
+}
+
+fn frame(local: &Local, j: usize) -> PointFrame {
+    let (node, [normal, t1, t2]) = axes(local, j);
+    PointFrame { node, normal, tangents: [t1, t2], sign: 1.0 }
+}
+
 /// How far the obstacles have moved at time `t` along the rows of `B` at each point here, length, `3m`; overlap of the mesh counts
 /// as moved, and so does what is kept of a gap.
 fn motion(local: &Local, case: &Case, dofs: &DofMap, t: f64) -> Result<Vec<f64>, Error> {
@@ -86,11 +109,11 @@ fn motion(local: &Local, case: &Case, dofs: &DofMap, t: f64) -> Result<Vec<f64>,
         let moved = translation(contact.motion.as_ref(), t);
         let moved = moved.map_err(|error| place::instead(&contact.spot, error))?;
         for j in pair.points.clone() {
-            let (node, [normal, t1, t2]) = axes(local, j);
-            let frame = PointFrame { node, normal, tangents: [t1, t2], sign: 1.0 };
+            let frame = frame(local, j);
             refuse_dragging(mesh, dofs, &frame, moved, local.timed.laws[j])
                 .map_err(|error| place::at(&contact.spot, error))?;
             let by = scale(problem.labels.unity_sum[j], moved);
+            let PointFrame { normal, tangents: [t1, t2], .. } = frame;
             [normal, t1, t2].iter().enumerate().for_each(|(r, axis)| motion[r * m + j] += dot(*axis, by));
         }
     }

@@ -1,10 +1,13 @@
 //! What of contact changes from increment to increment: laws that depend on time, points that take part in some steps only, supports
 //! that begin or end with a step, strength that is lost. All of it is found by the functions of one machine, at the points here.
 
+use std::collections::HashSet;
+
 use super::local::Local;
+use super::scope;
 use super::steps::full;
 use crate::Error;
-use crate::contact::{ContactProblem, Friction, Pair};
+use crate::contact::{ContactProblem, Friction};
 use crate::fem::{DofMap, FeModel};
 use crate::friction::PointState;
 use crate::io::case::{Case, ContactSpec};
@@ -13,7 +16,7 @@ use crate::ranks::max;
 use crate::run::pose::activity::{ALWAYS, Activity, Period, note_gaps, timed_contacts};
 use crate::run::pose::coefficients;
 use crate::run::pose::load_state::{jump, take_lost_strength};
-use crate::run::pose::ties::{TIES, Ties, TimedFix, ties_of_supports};
+use crate::run::pose::ties::{Tied, Ties, TimedFix, nodes_of_points, ties_of_supports};
 use crate::run::solve::strength::lose_of;
 
 /// Of the points of this rank, those of others among them.
@@ -21,7 +24,7 @@ pub(super) struct Timed {
     activity: Activity,
     /// Bonded points that are put in with a step, each with the period.
     put_in: Vec<(usize, Period)>,
-    /// Supports that begin or end with a step; their points are the last.
+    /// Equations, couplings, and supports that begin or end with a step; their points are the last.
     ties: Ties,
     /// What ties and bonded points that have been put in keep: the sum of each tie and the gap of each point when it began, length.
     stood: Vec<f64>,
@@ -33,15 +36,23 @@ pub(super) struct Timed {
     brittle: Vec<usize>,
 }
 
+/// What ties displacements here.
+pub(super) enum Posed {
+    /// Supports that begin or end with a step, where the case has no other ties.
+    Supports(Vec<TimedFix>),
+    /// Points that rank 0 has made of all ties.
+    Points(Tied),
+}
+
 impl Timed {
-    /// Of a posed problem, to which the points of supports that begin or end with a step are added. `contact_of` is the contact of
+    /// Of a posed problem, to which the points of ties are added. `contact_of` is the contact of
     /// each pair, `diagonal` that of the whole mesh, length.
     pub(super) fn new(
         case: &Case,
         (mesh, model): (&Mesh, &FeModel),
         problem: &mut ContactProblem,
         (contact_of, diagonal): (&[u32], f64),
-        supports: &[TimedFix],
+        posed: Posed,
     ) -> Result<Timed, Error> {
         let contacts = |problem: &ContactProblem| -> Vec<_> {
             let pairs = problem.labels.pairs.iter().zip(contact_of);
@@ -51,18 +62,43 @@ impl Timed {
         let brittle = all.iter().filter(|(contact, _)| contact.friction.is_brittle());
         let brittle = brittle.flat_map(|(_, points)| points.clone()).collect();
         let (mut activity, put_in) = timed_contacts(&case.steps, diagonal, all.into_iter());
-        let ties = ties_of_supports(mesh, &model.dofs, supports)?;
-        let ties = Ties::new(&model.dofs, ties, problem, &mut activity)?;
-        if ties.is_empty() && case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS) {
+        let tied = match posed {
+            Posed::Supports(supports) if case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS) => {
+                let taken = nodes_of_points(&model.dofs, problem);
+                Some(Tied::new(&model.dofs, ties_of_supports(mesh, &model.dofs, &supports)?, &taken)?)
+            }
+            Posed::Supports(_) => None,
+            Posed::Points(tied) => Some(tied),
+        };
+        let ties = match tied {
             // Pairs are the same on all ranks.
-            let none = problem.points()..problem.points();
-            problem.labels.pairs.push(Pair { name: TIES.into(), points: none });
-        }
+            Some(tied) => Ties::of(tied, &model.dofs, problem, &mut activity),
+            None => Ties::none(problem),
+        };
         let laws = problem.contact.friction.clone();
         Ok(Timed { activity, put_in, ties, stood: Vec::new(), laws, lost: Vec::new(), brittle })
     }
 
-    /// The points of surfaces; those of supports follow.
+    /// The nodes of the points of ties.
+    pub(super) fn nodes(&self) -> &[u32] {
+        self.ties.nodes()
+    }
+
+    /// Multigrid wants a node for each point: those of ties are not `of_contacts`, nor of one another.
+    pub(super) fn refuse_shared_nodes(&self, of_contacts: &[u32]) -> Result<(), Error> {
+        let mut taken: HashSet<u32> = of_contacts.iter().copied().collect();
+        let Some(k) = self.nodes().iter().position(|node| !taken.insert(*node)) else { return Ok(()) };
+        let what = "an equation, a coupling or a support that begins or ends with a step on nodes that a contact has, or another of \
+                    them with other steps,";
+        Err(scope::refused(&self.ties.spot(k), what))
+    }
+
+    /// Forces on the body that hold the ties here at time `t`, as of [`Ties::forces`].
+    pub(super) fn forces(&self, lambda: &[f64], t: f64) -> Vec<f64> {
+        self.ties.forces(lambda, t)
+    }
+
+    /// The points of surfaces; those of ties follow.
     pub(super) fn contact_points(&self) -> usize {
         self.ties.points().start
     }
@@ -88,7 +124,13 @@ pub(super) fn changes_laws(case: &Case) -> bool {
             || contact.bonded_until.is_some()
             || coefficients::of_time(&contact.friction).is_some()
     };
-    case.contacts.iter().any(of_contact) || case.fixes.iter().any(|fix| fix.during.period(&case.steps) != ALWAYS)
+    case.contacts.iter().any(of_contact) || of_ties(case).any(|period| period != ALWAYS)
+}
+
+/// When supports, and motions of couplings, are prescribed.
+fn of_ties(case: &Case) -> impl Iterator<Item = Period> {
+    let during = case.fixes.iter().map(|fix| &fix.during).chain(case.couplings.iter().map(|coupling| &coupling.during));
+    during.map(|during| during.period(&case.steps))
 }
 
 /// Whether strength can be lost.
@@ -99,9 +141,8 @@ pub(super) fn is_brittle(case: &Case) -> bool {
 /// The times at which something begins that keeps what it finds, ascending.
 pub(super) fn begins(case: &Case) -> Vec<f64> {
     let of_contacts = case.contacts.iter().flat_map(|contact| contact.periods(&case.steps));
-    let of_fixes = case.fixes.iter().map(|fix| fix.during.period(&case.steps));
     let mut begins: Vec<f64> =
-        of_contacts.chain(of_fixes).map(|period| period[0]).filter(|begin| begin.is_finite()).collect();
+        of_contacts.chain(of_ties(case)).map(|period| period[0]).filter(|begin| begin.is_finite()).collect();
     begins.sort_by(f64::total_cmp);
     begins.dedup();
     begins

@@ -44,6 +44,7 @@ pub(super) use level_file::{LEVELS, keep_levels, kept_levels, problem_fingerprin
 pub use masters::pair_fields as surface_fields;
 #[cfg(feature = "report")]
 pub use page::{write_report, write_report_on};
+pub(super) use report::coupling_rows;
 pub use report::{Report, limit_load, passes_through, report, uniqueness};
 pub use rows::Row;
 pub(super) use rows::{Rows, print};

@@ -92,11 +92,7 @@ pub fn report(prepared: &Prepared, outcome: &Outcome) -> Report {
     for BoltState { name, force, shortening } in bolt_states(prepared, outcome) {
         rows.add("bolt", format!("\"{name}\": force {}, shortening {}", number(force), number(shortening)));
     }
-    for CouplingState { name, displacement, rotation, force, moment } in coupling_states(prepared, outcome) {
-        let [displacement, rotation] = [displacement, rotation].map(triple);
-        rows.add("reference", format!("\"{name}\": displacement {displacement}, rotation {rotation}"));
-        rows.more(format!("force {}, moment {}", triple(force), triple(moment)));
-    }
+    coupling_rows(&mut rows, &coupling_states(prepared, outcome));
     overlaps.warnings.into_iter().for_each(|warning| rows.add("warning", warning));
     let left = smallness_text::warnings(outcome.smallness.as_ref(), &outcome.steps);
     left.into_iter().for_each(|warning| rows.add("warning", warning));
@@ -196,6 +192,15 @@ pub fn limit_load(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
 pub fn passes_through(prepared: &Prepared, outcome: &Outcome) -> Option<String> {
     let refused = overlap_text::sentences(prepared, outcome).refused;
     (!refused.is_empty()).then(|| refused.join("; "))
+}
+
+/// Motion of reference points, and what acts there.
+pub(in crate::run) fn coupling_rows(rows: &mut Rows, couplings: &[CouplingState]) {
+    for CouplingState { name, displacement, rotation, force, moment } in couplings {
+        let [displacement, rotation, force, moment] = [displacement, rotation, force, moment].map(|v| triple(*v));
+        rows.add("reference", format!("\"{name}\": displacement {displacement}, rotation {rotation}"));
+        rows.more(format!("force {force}, moment {moment}"));
+    }
 }
 
 /// How far the load steps came, and the balance of energy; the rows below are of the last step.

@@ -27,6 +27,18 @@ pub struct CouplingState {
     pub moment: [f64; 3],
 }
 
+impl CouplingState {
+    /// Of a point that moves so, on which the prescribed motions react so at time `t`.
+    pub(crate) fn new(coupling: &Coupling, motion: [f64; 6], reaction: [f64; 6], t: f64) -> Self {
+        // The load has been found finite when the step began.
+        let load = coupling.load(t).unwrap_or([f64::NAN; 6]);
+        let [x, y, z, a, b, c] = motion;
+        let [fx, fy, fz, mx, my, mz] = std::array::from_fn(|k| load[k] + reaction[k]);
+        let (displacement, rotation, force, moment) = ([x, y, z], [a, b, c], [fx, fy, fz], [mx, my, mz]);
+        CouplingState { name: coupling.name.clone(), displacement, rotation, force, moment }
+    }
+}
+
 /// The state of each reference point.
 pub fn coupling_states(prepared: &Prepared, outcome: &Outcome) -> Vec<CouplingState> {
     let loading = &prepared.loading;
@@ -37,15 +49,11 @@ pub fn coupling_states(prepared: &Prepared, outcome: &Outcome) -> Vec<CouplingSt
     let at = |node: u32| add(u.as_chunks::<3>().0[node as usize], loading.travel);
     let of_ties = loading.ties.forces(&outcome.solution.lambda, loading.t);
     let state = |coupling: &Coupling| {
-        let [x, y, z, a, b, c] = coupling.motion(at);
-        // The load has been found finite when the step began.
-        let mut load = coupling.load(loading.t).unwrap_or([f64::NAN; 6]);
+        let mut reaction = [0.0; 6];
         for (tie, by) in &coupling.prescribed {
-            load.iter_mut().zip(by).for_each(|(load, by)| *load += of_ties[*tie] * by);
+            reaction.iter_mut().zip(by).for_each(|(sum, by)| *sum += of_ties[*tie] * by);
         }
-        let [fx, fy, fz, mx, my, mz] = load;
-        let (displacement, rotation, force, moment) = ([x, y, z], [a, b, c], [fx, fy, fz], [mx, my, mz]);
-        CouplingState { name: coupling.name.clone(), displacement, rotation, force, moment }
+        CouplingState::new(coupling, coupling.motion(at), reaction, loading.t)
     };
     loading.couplings.iter().map(state).collect()
 }

@@ -48,15 +48,16 @@ impl Row {
 }
 
 /// Up to three rows at a node, with what they are made of in each period in which they hold.
-pub(super) struct TiedPoint {
-    node: u32,
+#[derive(Debug, Clone)]
+pub(crate) struct TiedPoint {
+    pub node: u32,
     pub rows: Vec<BTreeMap<u32, f64>>,
     pub periods: Vec<(Period, Vec<BTreeMap<usize, f64>>)>,
 }
 
 /// What follows from other ties and supports: its value has to follow too.
 #[derive(Debug, Clone)]
-pub(super) struct Redundant {
+pub(crate) struct Redundant {
     pub period: Period,
     pub tie: usize,
     pub made_of: Vec<(usize, f64)>,

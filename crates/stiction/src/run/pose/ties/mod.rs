@@ -16,9 +16,9 @@ use crate::io::case::{EquationSpec, Spot};
 use crate::mesh::Mesh;
 use crate::mesh::v3::{V3, add, dot, norm, scale, sub};
 
-pub(crate) use append::TIES;
 use append::append;
-use eliminate::{Redundant, eliminate};
+use eliminate::eliminate;
+pub(crate) use eliminate::{Redundant, TiedPoint};
 
 /// A normal that differs by less from what a support holds is held.
 const SAME_DIRECTION: f64 = 1e-9;
@@ -36,6 +36,16 @@ pub struct Ties {
     /// Their points.
     first: usize,
     end: usize,
+    /// The node of each point.
+    nodes: Vec<u32>,
+}
+
+/// Ties and the points that hold them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tied {
+    pub list: Vec<Tie>,
+    pub points: Vec<TiedPoint>,
+    pub redundant: Vec<Redundant>,
 }
 
 /// An equation with its value.
@@ -212,6 +222,51 @@ fn entries(mesh: &Mesh, dofs: &DofMap, spec: &EquationSpec) -> Result<BTreeMap<u
     Ok(entries)
 }
 
+impl Tied {
+    /// The points of ties, of which `taken` are the nodes that contact points reach.
+    ///
+    /// # Errors
+    /// An equation that repeats or contradicts others.
+    pub(crate) fn new(dofs: &DofMap, list: Vec<Tie>, taken: &HashSet<u32>) -> Result<Tied, Error> {
+        let (points, redundant) = eliminate(&list, dofs, taken)?;
+        Ok(Tied { list, points, redundant })
+    }
+
+    /// What each tie is to be at time `t`. `stood` has what each sum was when its tie began; nothing has begun where it is empty.
+    ///
+    /// # Errors
+    /// A value that is not finite, or one that contradicts others then.
+    pub(crate) fn values(&self, dofs: &DofMap, stood: &[f64], t: f64) -> Result<Vec<f64>, Error> {
+        values((&self.list, &self.redundant), dofs, stood, t)
+    }
+}
+
+/// As [`Tied::values`].
+fn values((list, redundant): (&[Tie], &[Redundant]), dofs: &DofMap, stood: &[f64], t: f64) -> Result<Vec<f64>, Error> {
+    let value = |(k, tie): (usize, &Tie)| match within(tie.period, t) {
+        true => tie.value(stood.get(k).copied().unwrap_or(0.0), t),
+        false => Ok(0.0),
+    };
+    let values: Vec<f64> = list.iter().enumerate().map(value).collect::<Result<_, _>>()?;
+    for redundant in redundant.iter().filter(|redundant| within(redundant.period, t)) {
+        // Where it stood is known when it is solved, and then agrees.
+        if redundant.made_of.iter().any(|(k, _)| list[*k].start != Start::AtOnce) {
+            continue;
+        }
+        let held =
+            |(dof, factor): &(u32, f64)| dofs.prescribed.binary_search(dof).map_or(0.0, |p| factor * dofs.value[p]);
+        let own = redundant.made_of.iter().map(|(k, factor)| factor * values[*k]);
+        let terms: Vec<f64> = own.chain(redundant.held.iter().map(|entry| -held(entry))).collect();
+        let size = terms.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        if terms.iter().sum::<f64>().abs() > SAME_VALUE * size {
+            let what = format!("at t = {t} other supports or couplings prescribe another value of the same");
+            let remedy = "keep one of them, or let them agree where they meet";
+            return Err(list[redundant.tie].spot.error(what, remedy));
+        }
+    }
+    Ok(values)
+}
+
 impl Ties {
     /// Adds the points of ties to `problem`, and when they take part to `activity`.
     ///
@@ -223,11 +278,21 @@ impl Ties {
         problem: &mut ContactProblem,
         activity: &mut Activity,
     ) -> Result<Ties, Error> {
-        let first = problem.points();
         if list.is_empty() {
-            return Ok(Ties { first, end: first, ..Ties::default() });
+            return Ok(Ties::none(problem));
         }
-        let (points, redundant) = eliminate(&list, dofs, &nodes_of_points(dofs, problem))?;
+        let tied = Tied::new(dofs, list, &nodes_of_points(dofs, problem))?;
+        Ok(Ties::of(tied, dofs, problem, activity))
+    }
+
+    /// No ties.
+    pub(crate) fn none(problem: &ContactProblem) -> Ties {
+        Ties { first: problem.points(), end: problem.points(), ..Ties::default() }
+    }
+
+    /// The same of points that are known, which are a pair even if there are none.
+    pub(crate) fn of(tied: Tied, dofs: &DofMap, problem: &mut ContactProblem, activity: &mut Activity) -> Ties {
+        let (first, Tied { list, points, redundant }) = (problem.points(), tied);
         append(dofs, &points, problem);
         let (m, mut rows) = (problem.points(), Vec::new());
         for (j, point) in points.iter().enumerate() {
@@ -240,7 +305,8 @@ impl Ties {
                 rows.push(RowOfB { row: k * m + first + j, periods, sum });
             }
         }
-        Ok(Ties { list, rows, redundant, first, end: m })
+        let nodes = points.iter().map(|point| point.node).collect();
+        Ties { list, rows, redundant, first, end: m, nodes }
     }
 
     /// Whether there are none.
@@ -258,6 +324,19 @@ impl Ties {
         self.first..self.end
     }
 
+    /// The node of each of them.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Where the case asks for the tie that point `k` of them holds.
+    pub(crate) fn spot(&self, k: usize) -> Spot {
+        // The points of ties are the last.
+        let row = self.rows.iter().find(|row| row.row % self.end == self.first + k);
+        let tie = row.and_then(|row| row.periods.first()?.1.first());
+        tie.map_or(Spot::default(), |(tie, _)| self.list[*tie].spot.clone())
+    }
+
     /// Adds to `motion`, `3m`, what the sums are at time `t`, while supports travel by `travel`. `stood` has what each sum
     /// was when its tie began; nothing has begun where it is empty.
     ///
@@ -271,36 +350,10 @@ impl Ties {
         travel: V3,
         t: f64,
     ) -> Result<(), Error> {
-        let value = |(k, tie): (usize, &Tie)| match within(tie.period, t) {
-            true => tie.value(stood.get(k).copied().unwrap_or(0.0), t),
-            false => Ok(0.0),
-        };
-        let values: Vec<f64> = self.list.iter().enumerate().map(value).collect::<Result<_, _>>()?;
-        self.refuse_contradictions(&values, dofs, t)?;
+        let values = values((&self.list, &self.redundant), dofs, stood, t)?;
         for row in &self.rows {
             let sum: f64 = row.made_of(t).iter().map(|(k, factor)| factor * values[*k]).sum();
             motion[row.row] += sum - dot(row.sum, travel);
-        }
-        Ok(())
-    }
-
-    /// What holds nothing that is free has the value that supports and other ties give it.
-    fn refuse_contradictions(&self, values: &[f64], dofs: &DofMap, t: f64) -> Result<(), Error> {
-        for redundant in self.redundant.iter().filter(|redundant| within(redundant.period, t)) {
-            // Where it stood is known when it is solved, and then agrees.
-            if redundant.made_of.iter().any(|(k, _)| self.list[*k].start != Start::AtOnce) {
-                continue;
-            }
-            let held =
-                |(dof, factor): &(u32, f64)| dofs.prescribed.binary_search(dof).map_or(0.0, |p| factor * dofs.value[p]);
-            let own = redundant.made_of.iter().map(|(k, factor)| factor * values[*k]);
-            let terms: Vec<f64> = own.chain(redundant.held.iter().map(|entry| -held(entry))).collect();
-            let size = terms.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-            if terms.iter().sum::<f64>().abs() > SAME_VALUE * size {
-                let what = format!("at t = {t} other supports or couplings prescribe another value of the same");
-                let remedy = "keep one of them, or let them agree where they meet";
-                return Err(self.list[redundant.tie].spot.error(what, remedy));
-            }
         }
         Ok(())
     }
@@ -345,6 +398,6 @@ fn joined(periods: impl Iterator<Item = Period>) -> Vec<Period> {
 }
 
 /// Nodes that contact points reach.
-fn nodes_of_points(dofs: &DofMap, problem: &ContactProblem) -> HashSet<u32> {
+pub(crate) fn nodes_of_points(dofs: &DofMap, problem: &ContactProblem) -> HashSet<u32> {
     problem.contact.B.column.iter().map(|&unknown| dofs.free[unknown as usize] / 3).collect()
 }
