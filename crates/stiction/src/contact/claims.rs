@@ -1,0 +1,214 @@
+//! Which contact a node belongs to that several name: a node has one multiplier.
+//!
+//! It belongs to the one whose counterpart is nearest; obstacles and bodies alike. Of those that are as near it is an obstacle, whose
+//! points no neighbour could stand for, then the one under which more of the node's faces lie. Bonded surfaces come before
+//! all others, as far as they meet something.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::node_to_surface::claims_of_nodes;
+use super::pair::Matched;
+use super::points::claims_on_obstacle;
+use super::{ContactSurface, Counterpart, SurfaceFriction};
+use crate::fem::DofMap;
+use crate::mesh::Mesh;
+
+/// Distances that differ by less than this part of a face's size are the same where one counterpart lies behind another.
+const ROUNDING: f64 = 1e-6;
+/// The same where they lie beside one another under the faces of a node: facets of curved surfaces are as uneven.
+const UNEVEN: f64 = 0.05;
+/// What two counterparts cover of the faces of a node, if they lie beside one another, is no more than this part of them.
+const WHOLE: f64 = 1.01;
+/// Areas that differ by less than this part are the same.
+const SAME_AREA: f64 = 1e-6;
+
+/// What a node, which could carry a multiplier, meets of the counterpart of a contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Claim {
+    /// From the node to the counterpart before any load or given gap, whatever the sign; length.
+    pub distance: f64,
+    /// The area of the faces around the node under which the counterpart lies, and of all of them.
+    pub covered: f64,
+    pub whole: f64,
+}
+
+impl Claim {
+    /// Of the faces around the node, length.
+    pub(super) fn size(&self) -> f64 {
+        self.whole.abs().sqrt()
+    }
+
+    /// Whether node and counterpart touch, or would if they came nearer by the size of a face.
+    pub(super) fn is_near(&self) -> bool {
+        self.distance <= self.size()
+    }
+
+    /// Whether both counterparts lie beside one another, and neither in front of the other.
+    fn is_beside(&self, other: &Claim) -> bool {
+        let part = |claim: &Claim| claim.covered / claim.whole;
+        part(self) + part(other) <= WHOLE
+    }
+
+    fn is_as_near_as(&self, nearest: &Claim) -> bool {
+        let part = if self.is_beside(nearest) { UNEVEN } else { ROUNDING };
+        self.distance - nearest.distance <= part * self.size().min(nearest.size())
+    }
+}
+
+/// How a contact has lost a node to another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lost {
+    /// The counterpart of the other contact lies in front: nothing is left to carry.
+    Behind,
+    /// Both are met there: the neighbours of the node carry for it.
+    Beside,
+}
+
+/// For each surface the nodes that belong to another one.
+pub(super) type LostNodes = Vec<HashMap<u32, Lost>>;
+
+/// The nodes that surfaces lose, the matches that were made for that, by surface, and pairs of surfaces whose counterparts lie beside one
+/// another under the faces of a node.
+#[derive(Default)]
+pub(super) struct Shares<'a> {
+    pub lost: LostNodes,
+    pub matched: HashMap<usize, Matched<'a>>,
+    beside: Vec<[usize; 2]>,
+}
+
+impl<'a> Shares<'a> {
+    pub(super) fn new(mesh: &'a Mesh, dofs: &DofMap, surfaces: &'a [ContactSurface]) -> Shares<'a> {
+        let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], ..Shares::default() };
+        let named = named_by_several(mesh, surfaces);
+        let mut claims: BTreeMap<usize, HashMap<u32, Claim>> = BTreeMap::new();
+        for &number in named.iter().flat_map(|(_, by)| by) {
+            if !claims.contains_key(&number) {
+                let of = shares.claims(mesh, dofs, surfaces, number);
+                claims.insert(number, of);
+            }
+        }
+        let places = places(mesh, surfaces);
+        for (node, by) in named {
+            let of = |&number: &usize| Some((number, *claims.get(&number)?.get(&node)?));
+            let candidates: Vec<(usize, Claim)> = by.iter().filter_map(of).collect();
+            let Some((owner, own)) = owner(&candidates, surfaces, &places) else { continue };
+            let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
+            let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+            for number in by.into_iter().filter(|&number| number != owner) {
+                let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| claim);
+                if is_obstacle(number) && (is_obstacle(owner) || is_bonded(owner) && !is_bonded(number)) {
+                    continue; // several obstacles have the node, and what is tied is known to all
+                }
+                let lost = match claim {
+                    // Hardly anything of the node is met.
+                    None if is_obstacle(owner) => Lost::Behind,
+                    None => Lost::Beside,
+                    Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::Beside,
+                    Some(claim) if claim.is_beside(&own) || claim.is_as_near_as(&own) => Lost::Beside,
+                    Some(_) => Lost::Behind,
+                };
+                if claim.is_some_and(|claim| claim.is_beside(&own)) {
+                    shares.beside.push([owner, number]);
+                }
+                shares.lost[number].insert(node, lost);
+            }
+        }
+        shares
+    }
+
+    fn claims(
+        &mut self,
+        mesh: &'a Mesh,
+        dofs: &DofMap,
+        surfaces: &'a [ContactSurface],
+        number: usize,
+    ) -> HashMap<u32, Claim> {
+        let surface = &surfaces[number];
+        match &surface.against {
+            Counterpart::Obstacle(obstacle) => claims_on_obstacle(mesh, dofs, surface, obstacle),
+            Counterpart::Surface(master) => match &master.nodes {
+                Some(nodes) => claims_of_nodes(mesh, dofs, surface, master, nodes),
+                // What is wrong with the surfaces is said where they get their points.
+                None => Matched::new(mesh, dofs, surface, master).map_or_else(
+                    |_| HashMap::new(),
+                    |matched| {
+                        let claims = matched.claims(dofs);
+                        self.matched.insert(number, matched);
+                        claims
+                    },
+                ),
+            },
+        }
+    }
+}
+
+/// Nodes that more than one surface names as those of its points, at least one of these against another surface, each with them.
+fn named_by_several(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<(u32, Vec<usize>)> {
+    let of = |(number, surface): (usize, &ContactSurface)| {
+        let nodes = match &surface.against {
+            Counterpart::Surface(master) => master.nodes.clone(),
+            Counterpart::Obstacle(_) => None,
+        };
+        nodes.unwrap_or_else(|| mesh.face_nodes(&surface.faces)).into_iter().map(move |node| (node, number))
+    };
+    if surfaces.len() < 2 {
+        return Vec::new();
+    }
+    let mut named: Vec<(u32, usize)> = surfaces.iter().enumerate().flat_map(of).collect();
+    named.sort_unstable();
+    named.dedup();
+    let meets_surface = |run: &&[(u32, usize)]| {
+        run.len() > 1 && run.iter().any(|(_, number)| matches!(surfaces[*number].against, Counterpart::Surface(_)))
+    };
+    let runs = named.chunk_by(|a, b| a.0 == b.0).filter(meets_surface);
+    runs.map(|run| (run[0].0, run.iter().map(|(_, number)| *number).collect())).collect()
+}
+
+/// For each surface its place in an order that does not depend on how they are listed: by the first faces of both sides.
+pub(super) fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
+    let first = |faces: &[u32]| mesh.face_nodes(faces).first().copied();
+    let key = |surface: &ContactSurface| match &surface.against {
+        Counterpart::Surface(master) => (first(&surface.faces), first(&master.faces)),
+        Counterpart::Obstacle(_) => (first(&surface.faces), None),
+    };
+    let mut order: Vec<usize> = (0..surfaces.len()).collect();
+    order.sort_by_cached_key(|&number| (key(&surfaces[number]), number));
+    let mut places = vec![0; surfaces.len()];
+    order.iter().enumerate().for_each(|(place, &number)| places[number] = place);
+    places
+}
+
+fn owner(candidates: &[(usize, Claim)], surfaces: &[ContactSurface], places: &[usize]) -> Option<(usize, Claim)> {
+    let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
+    let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
+    let bonded = candidates.iter().any(|(number, _)| is_bonded(*number));
+    let candidates = || candidates.iter().filter(|(number, _)| is_bonded(*number) == bonded);
+    let (_, nearest) = candidates().min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+    let mut as_near: Vec<&(usize, Claim)> = candidates().filter(|(_, claim)| claim.is_as_near_as(nearest)).collect();
+    as_near.sort_by_key(|(number, _)| (!is_obstacle(*number), places[*number]));
+    let better = |best: &'_ (usize, Claim), next: &'_ (usize, Claim)| {
+        !is_obstacle(best.0) && next.1.covered > (1.0 + SAME_AREA) * best.1.covered
+    };
+    as_near.into_iter().copied().reduce(|best, next| if better(&best, &next) { next } else { best })
+}
+
+/// Of the pairs that `may` change sides those that do, so that fewer nodes are wanted by several: pairs whose points lie on faces under
+/// which the counterpart of another contact lies beside theirs, if the points on their other sides have none of this.
+pub(crate) fn sides_to_change(mesh: &Mesh, dofs: &DofMap, surfaces: &[ContactSurface], may: &[bool]) -> Vec<bool> {
+    let in_conflict = |surfaces: &[ContactSurface]| {
+        let mut conflict = vec![false; surfaces.len()];
+        Shares::new(mesh, dofs, surfaces).beside.into_iter().flatten().for_each(|number| conflict[number] = true);
+        conflict
+    };
+    let mut changing: Vec<bool> = in_conflict(surfaces).iter().zip(may).map(|(conflict, may)| *conflict && *may).collect();
+    while changing.contains(&true) {
+        let mut changed = surfaces.to_vec();
+        changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes).for_each(|(surface, _)| surface.change_sides());
+        let still = in_conflict(&changed);
+        if changing.iter().zip(&still).all(|(changes, still)| !(*changes && *still)) {
+            break;
+        }
+        changing.iter_mut().zip(still).for_each(|(changes, still)| *changes &= !still);
+    }
+    changing
+}
