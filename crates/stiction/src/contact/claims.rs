@@ -1,10 +1,10 @@
 //! Which contact a node belongs to that several name: a node has one multiplier.
 //!
-//! It belongs to the one whose counterpart is nearest; obstacles and bodies alike. Of those that are as near it is an obstacle, whose
-//! points no neighbour could stand for, then the one under which more of the node's faces lie. Bonded surfaces come before
-//! all others, as far as they meet something.
+//! It belongs to the one whose counterpart is nearest; obstacles and bodies alike. Of those that are as near it is that of an
+//! obstacle, for whose points no neighbour could carry, then the one under which more of the node's faces lie. Bonded surfaces
+//! come before all others, as far as they meet something.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeSet, HashMap};
 
 use super::node_to_surface::claims_of_nodes;
 use super::pair::Matched;
@@ -13,11 +13,11 @@ use super::{ContactSurface, Counterpart, SurfaceFriction};
 use crate::fem::DofMap;
 use crate::mesh::Mesh;
 
-/// Distances that differ by less than this part of a face's size are the same where one counterpart lies behind another.
+/// Distances that differ by less than this part of a face's size are the same, if one counterpart lies behind another.
 const ROUNDING: f64 = 1e-6;
 /// The same where they lie beside one another under the faces of a node: facets of curved surfaces are as uneven.
 const UNEVEN: f64 = 0.05;
-/// What two counterparts cover of the faces of a node, if they lie beside one another, is no more than this part of them.
+/// Two counterparts that lie beside one another cover no more than this part of the faces of a node.
 const WHOLE: f64 = 1.01;
 /// Areas that differ by less than this part are the same.
 const SAME_AREA: f64 = 1e-6;
@@ -60,19 +60,22 @@ impl Claim {
 pub(super) enum Lost {
     /// The counterpart of the other contact lies in front: nothing is left to carry.
     Behind,
-    /// Both are met there: the neighbours of the node carry for it.
+    /// The other contact has met more of the same faces: the neighbours of the node carry for it, if there are any.
     Beside,
+    /// The other contact is bonded, or meets other faces, across an edge: the neighbours of the node carry for it.
+    AcrossEdge,
 }
 
 /// For each surface the nodes that belong to another one.
 pub(super) type LostNodes = Vec<HashMap<u32, Lost>>;
 
-/// The nodes that surfaces lose, the matches that were made for that, by surface, and pairs of surfaces whose counterparts lie beside one
-/// another under the faces of a node.
+/// What surfaces have of the nodes that several name.
 #[derive(Default)]
 pub(super) struct Shares<'a> {
     pub lost: LostNodes,
+    /// The matches that were made, by surface.
     pub matched: HashMap<usize, Matched<'a>>,
+    /// Surfaces that meet parts of the same faces.
     beside: Vec<[usize; 2]>,
 }
 
@@ -80,13 +83,9 @@ impl<'a> Shares<'a> {
     pub(super) fn new(mesh: &'a Mesh, dofs: &DofMap, surfaces: &'a [ContactSurface]) -> Shares<'a> {
         let mut shares = Shares { lost: vec![HashMap::new(); surfaces.len()], ..Shares::default() };
         let named = named_by_several(mesh, surfaces);
-        let mut claims: BTreeMap<usize, HashMap<u32, Claim>> = BTreeMap::new();
-        for &number in named.iter().flat_map(|(_, by)| by) {
-            if !claims.contains_key(&number) {
-                let of = shares.claims(mesh, dofs, surfaces, number);
-                claims.insert(number, of);
-            }
-        }
+        let numbers: BTreeSet<usize> = named.iter().flat_map(|(_, by)| by.iter().copied()).collect();
+        let claims: HashMap<usize, HashMap<u32, Claim>> =
+            numbers.into_iter().map(|number| (number, shares.claims(mesh, dofs, surfaces, number))).collect();
         let places = places(mesh, surfaces);
         for (node, by) in named {
             let of = |&number: &usize| Some((number, *claims.get(&number)?.get(&node)?));
@@ -102,12 +101,13 @@ impl<'a> Shares<'a> {
                 let lost = match claim {
                     // Hardly anything of the node is met.
                     None if is_obstacle(owner) => Lost::Behind,
-                    None => Lost::Beside,
-                    Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::Beside,
-                    Some(claim) if claim.is_beside(&own) || claim.is_as_near_as(&own) => Lost::Beside,
+                    None => Lost::AcrossEdge,
+                    Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,
+                    Some(claim) if claim.is_beside(&own) => Lost::Beside,
+                    Some(claim) if claim.is_as_near_as(&own) => Lost::AcrossEdge,
                     Some(_) => Lost::Behind,
                 };
-                if claim.is_some_and(|claim| claim.is_beside(&own)) {
+                if lost == Lost::Beside {
                     shares.beside.push([owner, number]);
                 }
                 shares.lost[number].insert(node, lost);
@@ -142,7 +142,7 @@ impl<'a> Shares<'a> {
     }
 }
 
-/// Nodes that more than one surface names as those of its points, at least one of these against another surface, each with them.
+/// Nodes that several surfaces name, at least one of them a surface of a pair, and these.
 fn named_by_several(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<(u32, Vec<usize>)> {
     let of = |(number, surface): (usize, &ContactSurface)| {
         let nodes = match &surface.against {
@@ -164,7 +164,7 @@ fn named_by_several(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<(u32, Vec<u
     runs.map(|run| (run[0].0, run.iter().map(|(_, number)| *number).collect())).collect()
 }
 
-/// For each surface its place in an order that does not depend on how they are listed: by the first faces of both sides.
+/// For each surface its place in an order that does not depend on how they are listed: by the first nodes of both sides.
 pub(super) fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
     let first = |faces: &[u32]| mesh.face_nodes(faces).first().copied();
     let key = |surface: &ContactSurface| match &surface.against {
@@ -192,18 +192,20 @@ fn owner(candidates: &[(usize, Claim)], surfaces: &[ContactSurface], places: &[u
     as_near.into_iter().copied().reduce(|best, next| if better(&best, &next) { next } else { best })
 }
 
-/// Of the pairs that `may` change sides those that do, so that fewer nodes are wanted by several: pairs whose points lie on faces under
-/// which the counterpart of another contact lies beside theirs, if the points on their other sides have none of this.
+/// Of the pairs that `may` change sides those that do: the counterpart of another contact lies under some of the faces with their
+/// points, and under those of their other sides none does. All that change do so together, in whatever order they are listed.
 pub(crate) fn sides_to_change(mesh: &Mesh, dofs: &DofMap, surfaces: &[ContactSurface], may: &[bool]) -> Vec<bool> {
     let in_conflict = |surfaces: &[ContactSurface]| {
         let mut conflict = vec![false; surfaces.len()];
         Shares::new(mesh, dofs, surfaces).beside.into_iter().flatten().for_each(|number| conflict[number] = true);
         conflict
     };
-    let mut changing: Vec<bool> = in_conflict(surfaces).iter().zip(may).map(|(conflict, may)| *conflict && *may).collect();
+    let mut changing = in_conflict(surfaces);
+    changing.iter_mut().zip(may).for_each(|(changes, may)| *changes &= may);
     while changing.contains(&true) {
         let mut changed = surfaces.to_vec();
-        changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes).for_each(|(surface, _)| surface.change_sides());
+        let those = changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes);
+        those.for_each(|(surface, _)| surface.change_sides());
         let still = in_conflict(&changed);
         if changing.iter().zip(&still).all(|(changes, still)| !(*changes && *still)) {
             break;

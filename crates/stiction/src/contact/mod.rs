@@ -49,8 +49,8 @@ pub(crate) use pose::{bodies_of, centroid, pose_points};
 pub(crate) use posed::PosedPoints;
 pub use problem::{Bodies, Body, Contact, ContactProblem, Elastic, Labels, Pair, Supports};
 pub use rows::{ContactRows, contact_rows};
-pub(crate) use slave_choice::{face_size, may_change_sides};
 pub use slave_choice::{Reason, Role, choose_slave, reverse_where_constrained};
+pub(crate) use slave_choice::{face_size, may_change_sides};
 pub use surface::{
     Across, Coefficient, Cohesion, ContactSurface, CoulombLaw, Counterpart, InitialGap, Master, PairFacts, SEARCH,
     SurfaceFacts, SurfaceFriction,

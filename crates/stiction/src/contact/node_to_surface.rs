@@ -176,8 +176,6 @@ pub(super) fn points_of_nodes(
     let mut found = SurfaceFacts::named(&surface.name);
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let tied = surface.friction == SurfaceFriction::Bonded;
-    // Nodes that touch, or nearly do, and stay, and those of them that are taken.
-    let mut near = [0, 0];
     for &node in nodes {
         let x = mesh.nodes[node as usize];
         let (area, foot) = single.foot(node);
@@ -186,6 +184,7 @@ pub(super) fn points_of_nodes(
             facts.uncovered += 1;
             continue;
         };
+        let is_near = Claim { distance, covered: area, whole: area }.is_near();
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
         let frame = frame_at(dofs, node, normal, free, [false; 3]);
@@ -201,7 +200,7 @@ pub(super) fn points_of_nodes(
             }
             _ if lost.contains_key(&node) || taken.contains(&node) => {
                 found.taken += 1;
-                near[1] += usize::from(Claim { distance, covered: area, whole: area }.is_near());
+                found.near[1] += usize::from(is_near && lost.get(&node) != Some(&Lost::AcrossEdge));
                 continue;
             }
             None => {
@@ -211,7 +210,7 @@ pub(super) fn points_of_nodes(
             }
             Some(frame) => frame,
         };
-        near[0] += usize::from(Claim { distance, covered: area, whole: area }.is_near());
+        found.near[0] += usize::from(is_near);
         let below = Below::of_node(node, weights.iter().map(|weight| weight.0), facts.face_size[1]);
         let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
         frame = frame_at(dofs, node, normal, free, slides).unwrap_or(frame);
@@ -253,7 +252,6 @@ pub(super) fn points_of_nodes(
         found.nodes.push(node);
     }
     found.points = found.nodes.len();
-    found.mostly_taken = near[1] > near[0];
     if found.points == 0 {
         (found.gap_min, found.gap_max) = (0.0, 0.0);
     }

@@ -125,7 +125,9 @@ impl<'a> Matched<'a> {
 
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
-        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| match self.standing(dofs, node, normal, patch.area) {
+        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| match self
+            .standing(dofs, node, normal, patch.area)
+        {
             Standing::Carries(_) => Some((node, self.claim(node, patch.area))),
             _ => None,
         };
@@ -265,20 +267,20 @@ fn frames(
     let carries = |face: u32, node: u32| patches.carries(face, node);
     let below = Below::new(mesh, dofs, (&surface.faces, met), &carries, facts.face_size[0]);
     let mut frames = HashMap::new();
-    // Nodes that touch, or nearly do, and stay, and those of them that are taken.
-    let mut near = [0, 0];
     for (&(node, normal), tributary) in matched.outward.iter().zip(&matched.areas) {
         let whole = tributary.area;
         found.area += tributary.unity_sum() * whole;
         let standing = matched.standing(dofs, node, normal, whole);
-        let is_taken = lost.get(&node) == Some(&Lost::Beside) || taken.contains(&node);
-        if let Standing::Carries(_) = standing {
-            near[usize::from(is_taken)] += usize::from(matched.claim(node, whole).is_near());
+        let lost = lost.get(&node);
+        let is_taken = lost.is_some() || taken.contains(&node);
+        let is_near = matches!(standing, Standing::Carries(_)) && matched.claim(node, whole).is_near();
+        if is_near && ![Some(&Lost::Behind), Some(&Lost::AcrossEdge)].contains(&lost) {
+            found.near[usize::from(is_taken)] += 1;
         }
         match standing {
             Standing::Uncovered => facts.uncovered += 1,
             Standing::Shared => facts.shared += 1,
-            _ if lost.get(&node) == Some(&Lost::Behind) => found.behind += 1,
+            _ if lost == Some(&Lost::Behind) => found.behind += 1,
             _ if is_taken => found.taken += 1,
             Standing::Held(true) => found.clamped += 1,
             Standing::Held(false) => found.held_along_normal += 1,
@@ -291,7 +293,6 @@ fn frames(
             }
         }
     }
-    found.mostly_taken = near[1] > near[0];
     Ok(frames)
 }
 

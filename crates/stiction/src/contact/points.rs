@@ -90,9 +90,6 @@ pub(super) fn points_on_obstacle(
         }
         Ok(found)
     };
-    // Nodes that touch, or nearly do, and stay, and those of them that are taken.
-    let mut near = [0, 0];
-    let is_near = |distance: f64, area: f64| Claim { distance: distance.abs(), covered: area, whole: area }.is_near();
     'areas: for (patch, &(_, outward)) in areas_on_obstacle(mesh, faces).into_iter().zip(&outward) {
         let (unity_sum, TributaryArea { node, area, others }) = (patch.unity_sum(), patch);
         let x = mesh.nodes[node as usize];
@@ -114,12 +111,13 @@ pub(super) fn points_on_obstacle(
             facts.dropped_area += unity_sum * area;
             continue;
         }
+        let is_near = Claim { distance: distance.abs(), covered: area, whole: area }.is_near();
         if let Some(lost) = lost.get(&node) {
             *(if *lost == Lost::Behind { &mut facts.behind } else { &mut facts.taken }) += 1;
-            near[1] += usize::from(*lost == Lost::Beside && is_near(distance, area));
+            facts.near[1] += usize::from(*lost == Lost::Beside && is_near);
             continue;
         }
-        near[0] += usize::from(is_near(distance, area));
+        facts.near[0] += usize::from(is_near);
         let mut measured = distance;
         for &(other, weight) in &others {
             let Some((distance, _)) = distance_of(other)? else {
@@ -176,7 +174,6 @@ pub(super) fn points_on_obstacle(
             layer,
         });
     }
-    facts.mostly_taken = near[1] > near[0];
     if facts.points == 0 && facts.behind + facts.taken > 0 {
         (facts.gap_min, facts.gap_max) = (0.0, 0.0);
         return Ok((points, facts));

@@ -80,9 +80,7 @@ pub(super) fn all_points(
         let found_here = match &surface.against {
             Counterpart::Obstacle(obstacle) => points_on_obstacle(mesh, dofs, surface, obstacle, (lost, &tied)),
             Counterpart::Surface(master) => match &master.nodes {
-                Some(nodes) => {
-                    used.apart(|taken| points_of_nodes(mesh, dofs, surface, master, nodes, (lost, taken)))
-                }
+                Some(nodes) => used.apart(|taken| points_of_nodes(mesh, dofs, surface, master, nodes, (lost, taken))),
                 None => matched
                     .remove(&number)
                     .map_or_else(|| Matched::new(mesh, dofs, surface, master), Ok)

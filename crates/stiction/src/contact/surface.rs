@@ -235,8 +235,8 @@ pub struct SurfaceFacts {
     pub taken: usize,
     /// Nodes in front of which the counterpart of another contact lies: they meet that one.
     pub behind: usize,
-    /// Whether other contacts use most of the nodes that touch the counterpart or nearly do.
-    pub mostly_taken: bool,
+    /// Nodes that touch the counterpart or nearly do: those that stay, and those that contacts with the same faces use.
+    pub near: [usize; 2],
     /// For contact between two surfaces.
     pub pair: Option<PairFacts>,
 }

@@ -4,8 +4,11 @@ use super::facts::ContactFacts;
 use crate::contact::{Counterpart, InitialGap, Obstacle, PairFacts, Role, Side, SurfaceFacts, SurfaceFriction};
 use crate::io::text::number;
 
-/// For nodes that several contacts want.
-const REMEDY: &str = "name all that they meet in one contact, against = [\"..\", \"..\"], or let `slave` name the other surfaces";
+/// What helps where several contacts want the same nodes.
+pub(crate) const SEVERAL_CONTACTS: &str =
+    "name all that they meet in one contact, against = [\"..\", \"..\"], or let `slave` name the other surfaces";
+/// A contact that loses more than one of so many of the nodes that touch is told.
+const LEAST_OF_TAKEN: usize = 3;
 
 impl ContactFacts {
     /// Why two surfaces have no contact point between them; `None` where they have.
@@ -16,7 +19,15 @@ impl ContactFacts {
 
     /// What is probably not what was meant.
     pub(crate) fn warning(&self) -> Option<String> {
-        self.surface.mostly_taken.then(|| format!("contact \"{}\": {}", self.surface.name, mostly_taken(self)))
+        let [stay, taken] = self.surface.near;
+        (taken * LEAST_OF_TAKEN > stay + taken).then(|| {
+            let of = match self.surface.pair.as_ref().map(|pair| pair.slave) {
+                Some(slave) => format!(" of {}", self.names[usize::from(slave == Role::Against)]),
+                None => String::new(),
+            };
+            let what = format!("other contacts use {taken} of the {} nodes{of} that touch", stay + taken);
+            format!("contact \"{}\": {what}; {SEVERAL_CONTACTS}", self.surface.name)
+        })
     }
 
     /// What a person should know about the pair, one sentence each.
@@ -70,18 +81,10 @@ impl ContactFacts {
     }
 }
 
-/// What is lost to other contacts, and what helps.
-fn mostly_taken(contact: &ContactFacts) -> String {
-    let of = match contact.surface.pair.as_ref().map(|pair| pair.slave) {
-        Some(slave) => format!(" of {}", contact.names[usize::from(slave == Role::Against)]),
-        None => String::new(),
-    };
-    format!("other contacts use most of the nodes{of} that touch; {REMEDY}")
-}
-
 /// Nodes that meet the counterpart of another contact first.
 fn behind(s: &SurfaceFacts) -> Option<String> {
-    (s.behind > 0).then(|| format!("{} nodes have the counterpart of another contact in front of them and meet that", s.behind))
+    (s.behind > 0)
+        .then(|| format!("{} nodes have the counterpart of another contact in front of them and meet that", s.behind))
 }
 
 /// What a person should know about a pair, one sentence each.
