@@ -194,14 +194,19 @@ fn owner(candidates: &[(usize, Claim)], surfaces: &[ContactSurface], places: &[u
 
 /// Of the pairs that `may` change sides those that do: the counterpart of another contact lies under some of the faces with their
 /// points, and under those of their other sides none does. All that change do so together, in whatever order they are listed.
-pub(crate) fn sides_to_change(mesh: &Mesh, dofs: &DofMap, surfaces: &[ContactSurface], may: &[bool]) -> Vec<bool> {
+pub(crate) fn sides_to_change(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    surfaces: &[ContactSurface],
+    may: impl Fn(&ContactSurface) -> bool,
+) -> Vec<bool> {
     let in_conflict = |surfaces: &[ContactSurface]| {
         let mut conflict = vec![false; surfaces.len()];
         Shares::new(mesh, dofs, surfaces).beside.into_iter().flatten().for_each(|number| conflict[number] = true);
         conflict
     };
     let mut changing = in_conflict(surfaces);
-    changing.iter_mut().zip(may).for_each(|(changes, may)| *changes &= may);
+    changing.iter_mut().zip(surfaces).for_each(|(changes, surface)| *changes = *changes && may(surface));
     while changing.contains(&true) {
         let mut changed = surfaces.to_vec();
         let those = changed.iter_mut().zip(&changing).filter(|(_, changes)| **changes);

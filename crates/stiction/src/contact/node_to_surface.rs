@@ -97,7 +97,8 @@ pub(super) fn claims_of_nodes(
         let (area, foot) = found.foot(node);
         let Foot { normal, distance, .. } = foot.filter(|_| !others.contains(&node))?;
         let free = prescribed(dofs, node).map(|value| value.is_none());
-        frame_at(dofs, node, normal, free, [false; 3])?;
+        let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
+        frame_at(dofs, node, normal, free, [false; 3]).or_else(tied)?;
         Some((node, Claim { distance, covered: area, whole: area }))
     };
     nodes.iter().filter_map(of).collect()

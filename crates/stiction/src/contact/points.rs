@@ -51,7 +51,8 @@ pub(super) fn claims_on_obstacle(
     let of = |(patch, (node, outward)): (TributaryArea, (u32, [f64; 3]))| {
         let (distance, away) = obstacle.distance_facing(mesh.nodes[node as usize], outward)?;
         let free = prescribed(dofs, node).map(|value| value.is_none());
-        frame_at(dofs, node, away.map(|c| 0.0 - c), free, [false; 3])?;
+        let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
+        frame_at(dofs, node, away.map(|c| 0.0 - c), free, [false; 3]).or_else(tied)?;
         let claim = Claim { distance: distance.abs(), covered: patch.area, whole: patch.area };
         (facing.is_none() || dot(outward, away) < FACING).then_some((node, claim))
     };

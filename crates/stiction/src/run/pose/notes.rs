@@ -10,6 +10,15 @@ pub(crate) const SEVERAL_CONTACTS: &str =
 /// A contact that loses more than one of so many of the nodes that touch is told.
 const LEAST_OF_TAKEN: usize = 3;
 
+/// Says that other contacts use many nodes of a surface.
+pub(crate) fn much_taken(s: &SurfaceFacts, of: &str) -> Option<String> {
+    let [stay, taken] = s.near;
+    (taken * LEAST_OF_TAKEN > stay + taken).then(|| {
+        let what = format!("other contacts use {taken} of the {} nodes{of} that touch", stay + taken);
+        format!("contact \"{}\": {what}; {SEVERAL_CONTACTS}", s.name)
+    })
+}
+
 impl ContactFacts {
     /// Why two surfaces have no contact point between them; `None` where they have.
     pub(crate) fn why_no_point(&self) -> Option<String> {
@@ -19,15 +28,8 @@ impl ContactFacts {
 
     /// What is probably not what was meant.
     pub(crate) fn warning(&self) -> Option<String> {
-        let [stay, taken] = self.surface.near;
-        (taken * LEAST_OF_TAKEN > stay + taken).then(|| {
-            let of = match self.surface.pair.as_ref().map(|pair| pair.slave) {
-                Some(slave) => format!(" of {}", self.names[usize::from(slave == Role::Against)]),
-                None => String::new(),
-            };
-            let what = format!("other contacts use {taken} of the {} nodes{of} that touch", stay + taken);
-            format!("contact \"{}\": {what}; {SEVERAL_CONTACTS}", self.surface.name)
-        })
+        let slave = self.surface.pair.as_ref().map(|pair| &self.names[usize::from(pair.slave == Role::Against)]);
+        much_taken(&self.surface, &slave.map_or(String::new(), |slave| format!(" of {slave}")))
     }
 
     /// What a person should know about the pair, one sentence each.

@@ -105,12 +105,8 @@ pub(crate) fn assign(solid: &Solid, dofs: &DofMap, surfaces: &mut [ContactSurfac
             surface.change_sides();
         }
     }
-    if surfaces.len() < 2 {
-        return;
-    }
-    let may: Vec<bool> =
-        surfaces.iter().map(|surface| may_change_sides(solid.mesh, dofs, surface, young(surface))).collect();
-    let changing = sides_to_change(solid.mesh, dofs, surfaces, &may);
+    let may = |surface: &ContactSurface| may_change_sides(solid.mesh, dofs, surface, young(surface));
+    let changing = sides_to_change(solid.mesh, dofs, surfaces, may);
     for surface in surfaces.iter_mut().zip(changing).filter(|(_, changes)| *changes).map(|(surface, _)| surface) {
         surface.change_sides();
         if let Counterpart::Surface(master) = &mut surface.against {
