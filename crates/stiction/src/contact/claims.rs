@@ -1,8 +1,8 @@
 //! Which contact a node belongs to that several name: a node has one multiplier.
 //!
-//! It belongs to the one whose counterpart is nearest; obstacles and bodies alike. Of those that are as near it is that of an
-//! obstacle, for whose points no neighbour could carry, then the one under which more of the node's faces lie. Bonded surfaces
-//! come before all others, as far as they meet something.
+//! It belongs to the one whose counterpart is nearest, obstacles and bodies alike. Of those that are as near, or meet other faces
+//! across an edge, it is that of an obstacle, for whose points no neighbour could carry, then the one under which more of the
+//! node's faces lie. Bonded surfaces come before all others, as far as they meet something.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -23,35 +23,52 @@ const WHOLE: f64 = 1.01;
 const SAME_AREA: f64 = 1e-6;
 
 /// What a node, which could carry a multiplier, meets of the counterpart of a contact.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Claim {
     /// From the node to the counterpart before any load or given gap, whatever the sign; length.
     pub distance: f64,
     /// The area of the faces around the node under which the counterpart lies, and of all of them.
     pub covered: f64,
     pub whole: f64,
+    /// Those of these faces that meet the counterpart.
+    pub faces: Vec<u32>,
+}
+
+/// Whether a node and its counterpart touch, or would if they came nearer by the size of the faces around the node, which have the area
+/// `whole`.
+pub(super) fn is_near(distance: f64, whole: f64) -> bool {
+    distance.abs() <= whole.abs().sqrt()
+}
+
+/// For each node of some faces those of them around it.
+pub(super) fn faces_around<'f>(mesh: &Mesh, faces: impl Iterator<Item = &'f u32>) -> HashMap<u32, Vec<u32>> {
+    let mut around: HashMap<u32, Vec<u32>> = HashMap::new();
+    for &face in faces {
+        mesh.faces[face as usize].nodes().iter().for_each(|&node| around.entry(node).or_default().push(face));
+    }
+    around
 }
 
 impl Claim {
-    /// Of the faces around the node, length.
-    pub(super) fn size(&self) -> f64 {
-        self.whole.abs().sqrt()
+    /// Whether the same faces meet both counterparts: otherwise there is an edge between them.
+    fn has_faces_of(&self, other: &Claim) -> bool {
+        self.faces.iter().any(|face| other.faces.contains(face))
     }
 
-    /// Whether node and counterpart touch, or would if they came nearer by the size of a face.
-    pub(super) fn is_near(&self) -> bool {
-        self.distance <= self.size()
-    }
-
-    /// Whether both counterparts lie beside one another, and neither in front of the other.
+    /// Whether both counterparts lie beside one another under the same faces, and neither in front of the other.
     fn is_beside(&self, other: &Claim) -> bool {
         let part = |claim: &Claim| claim.covered / claim.whole;
-        part(self) + part(other) <= WHOLE
+        self.has_faces_of(other) && part(self) + part(other) <= WHOLE
+    }
+
+    /// Whether the counterpart of this lies in front of the other one.
+    fn is_in_front_of(&self, other: &Claim) -> bool {
+        self.has_faces_of(other) && !other.is_as_near_as(self)
     }
 
     fn is_as_near_as(&self, nearest: &Claim) -> bool {
         let part = if self.is_beside(nearest) { UNEVEN } else { ROUNDING };
-        self.distance - nearest.distance <= part * self.size().min(nearest.size())
+        self.distance - nearest.distance <= part * self.whole.min(nearest.whole).abs().sqrt()
     }
 }
 
@@ -88,13 +105,13 @@ impl<'a> Shares<'a> {
             numbers.into_iter().map(|number| (number, shares.claims(mesh, dofs, surfaces, number))).collect();
         let places = places(mesh, surfaces);
         for (node, by) in named {
-            let of = |&number: &usize| Some((number, *claims.get(&number)?.get(&node)?));
-            let candidates: Vec<(usize, Claim)> = by.iter().filter_map(of).collect();
+            let of = |&number: &usize| Some((number, claims.get(&number)?.get(&node)?));
+            let candidates: Vec<(usize, &Claim)> = by.iter().filter_map(of).collect();
             let Some((owner, own)) = owner(&candidates, surfaces, &places) else { continue };
             let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
             let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
             for number in by.into_iter().filter(|&number| number != owner) {
-                let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| claim);
+                let claim = candidates.iter().find(|(other, _)| *other == number).map(|(_, claim)| *claim);
                 if is_obstacle(number) && (is_obstacle(owner) || is_bonded(owner) && !is_bonded(number)) {
                     continue; // several obstacles have the node, and what is tied is known to all
                 }
@@ -103,9 +120,9 @@ impl<'a> Shares<'a> {
                     None if is_obstacle(owner) => Lost::Behind,
                     None => Lost::AcrossEdge,
                     Some(_) if is_bonded(owner) && !is_bonded(number) => Lost::AcrossEdge,
-                    Some(claim) if claim.is_beside(&own) => Lost::Beside,
-                    Some(claim) if claim.is_as_near_as(&own) => Lost::AcrossEdge,
-                    Some(_) => Lost::Behind,
+                    Some(claim) if claim.is_beside(own) => Lost::Beside,
+                    Some(claim) if own.is_in_front_of(claim) => Lost::Behind,
+                    Some(_) => Lost::AcrossEdge,
                 };
                 if lost == Lost::Beside {
                     shares.beside.push([owner, number]);
@@ -178,18 +195,28 @@ pub(super) fn places(mesh: &Mesh, surfaces: &[ContactSurface]) -> Vec<usize> {
     places
 }
 
-fn owner(candidates: &[(usize, Claim)], surfaces: &[ContactSurface], places: &[usize]) -> Option<(usize, Claim)> {
+/// An obstacle keeps a node unless something lies in front of it: no neighbour could carry for the node.
+fn owner<'c>(
+    candidates: &[(usize, &'c Claim)],
+    surfaces: &[ContactSurface],
+    places: &[usize],
+) -> Option<(usize, &'c Claim)> {
     let is_bonded = |number: usize| surfaces[number].friction == SurfaceFriction::Bonded;
     let is_obstacle = |number: usize| matches!(surfaces[number].against, Counterpart::Obstacle(_));
     let bonded = candidates.iter().any(|(number, _)| is_bonded(*number));
-    let candidates = || candidates.iter().filter(|(number, _)| is_bonded(*number) == bonded);
-    let (_, nearest) = candidates().min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
-    let mut as_near: Vec<&(usize, Claim)> = candidates().filter(|(_, claim)| claim.is_as_near_as(nearest)).collect();
-    as_near.sort_by_key(|(number, _)| (!is_obstacle(*number), places[*number]));
-    let better = |best: &'_ (usize, Claim), next: &'_ (usize, Claim)| {
-        !is_obstacle(best.0) && next.1.covered > (1.0 + SAME_AREA) * best.1.covered
-    };
-    as_near.into_iter().copied().reduce(|best, next| if better(&best, &next) { next } else { best })
+    let candidates = || candidates.iter().copied().filter(|(number, _)| is_bonded(*number) == bonded);
+    let is_free =
+        |claim: &Claim| !candidates().any(|(number, other)| !is_obstacle(number) && other.is_in_front_of(claim));
+    let obstacle = candidates().find(|(number, claim)| is_obstacle(*number) && is_free(claim));
+    if obstacle.is_some() {
+        return obstacle;
+    }
+    let pairs = || candidates().filter(|(number, _)| !is_obstacle(*number));
+    let (_, nearest) = pairs().min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+    let mut as_near: Vec<(usize, &Claim)> = pairs().filter(|(_, claim)| claim.is_as_near_as(nearest)).collect();
+    as_near.sort_by_key(|(number, _)| places[*number]);
+    let more = |a: &Claim, b: &Claim| a.covered > (1.0 + SAME_AREA) * b.covered;
+    as_near.into_iter().reduce(|best, next| if more(next.1, best.1) { next } else { best })
 }
 
 /// Of the pairs that `may` change sides those that do: the counterpart of another contact lies under some of the faces with their

@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Claim, Lost};
+use super::claims::{Claim, Lost, faces_around as faces_around_nodes, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -92,6 +92,7 @@ pub(super) fn claims_of_nodes(
     nodes: &[u32],
 ) -> HashMap<u32, Claim> {
     let found = Nodes::new(mesh, surface, master);
+    let around = faces_around_nodes(mesh, surface.faces.iter());
     let others: HashSet<u32> = mesh.face_nodes(&master.faces).into_iter().collect();
     let of = |&node: &u32| {
         let (area, foot) = found.foot(node);
@@ -99,7 +100,8 @@ pub(super) fn claims_of_nodes(
         let free = prescribed(dofs, node).map(|value| value.is_none());
         let tied = || tied_frame_at(dofs, node, free).filter(|_| surface.friction == SurfaceFriction::Bonded);
         frame_at(dofs, node, normal, free, [false; 3]).or_else(tied)?;
-        Some((node, Claim { distance, covered: area, whole: area }))
+        let faces = around.get(&node)?.clone();
+        Some((node, Claim { distance, covered: area, whole: area, faces }))
     };
     nodes.iter().filter_map(of).collect()
 }
@@ -185,7 +187,7 @@ pub(super) fn points_of_nodes(
             facts.uncovered += 1;
             continue;
         };
-        let is_near = Claim { distance, covered: area, whole: area }.is_near();
+        let near = is_near(distance, area);
         let constrained = prescribed(dofs, node);
         let free = constrained.map(|value| value.is_none());
         let frame = frame_at(dofs, node, normal, free, [false; 3]);
@@ -201,7 +203,7 @@ pub(super) fn points_of_nodes(
             }
             _ if lost.contains_key(&node) || taken.contains(&node) => {
                 found.taken += 1;
-                found.near[1] += usize::from(is_near && lost.get(&node) != Some(&Lost::AcrossEdge));
+                found.near[1] += usize::from(near && lost.get(&node) != Some(&Lost::AcrossEdge));
                 continue;
             }
             None => {
@@ -211,7 +213,7 @@ pub(super) fn points_of_nodes(
             }
             Some(frame) => frame,
         };
-        found.near[0] += usize::from(is_near);
+        found.near[0] += usize::from(near);
         let below = Below::of_node(node, weights.iter().map(|weight| weight.0), facts.face_size[1]);
         let slides = below.slides(mesh, dofs, node, normal, &surface.friction)?;
         frame = frame_at(dofs, node, normal, free, slides).unwrap_or(frame);

@@ -7,7 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::claims::{Claim, Lost};
+use super::claims::{Claim, Lost, faces_around, is_near};
 use super::frame::{frame_at, tied_frame_at};
 use super::friction_law::{At, law};
 use super::held::{Below, is_held_along};
@@ -118,18 +118,21 @@ impl<'a> Matched<'a> {
         }
     }
 
-    fn claim(&self, node: u32, whole: f64) -> Claim {
+    /// From a node that meets something to it.
+    fn distance(&self, node: u32) -> f64 {
         let [covered, moment] = self.covered[&node];
-        Claim { distance: (moment / covered).abs(), covered, whole }
+        (moment / covered).abs()
     }
 
     /// Of the nodes that could carry a multiplier.
     pub(super) fn claims(&self, dofs: &DofMap) -> HashMap<u32, Claim> {
-        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| match self
-            .standing(dofs, node, normal, patch.area)
-        {
-            Standing::Carries(_) => Some((node, self.claim(node, patch.area))),
-            _ => None,
+        let meets = self.surface.faces.iter().zip(&self.met).filter(|(_, met)| met.covered > 0.0);
+        let around = faces_around(self.mesh, meets.map(|(face, _)| face));
+        let of = |(&(node, normal), patch): (&(u32, V3), &TributaryArea)| {
+            let Standing::Carries(_) = self.standing(dofs, node, normal, patch.area) else { return None };
+            let faces = around.get(&node)?.iter().copied().filter(|&face| self.patches.carries(face, node)).collect();
+            let (distance, covered) = (self.distance(node), self.covered[&node][0]);
+            Some((node, Claim { distance, covered, whole: patch.area, faces }))
         };
         self.outward.iter().zip(&self.areas).filter_map(of).collect()
     }
@@ -273,8 +276,8 @@ fn frames(
         let standing = matched.standing(dofs, node, normal, whole);
         let lost = lost.get(&node);
         let is_taken = lost.is_some() || taken.contains(&node);
-        let is_near = matches!(standing, Standing::Carries(_)) && matched.claim(node, whole).is_near();
-        if is_near && ![Some(&Lost::Behind), Some(&Lost::AcrossEdge)].contains(&lost) {
+        let near = matches!(standing, Standing::Carries(_)) && is_near(matched.distance(node), whole);
+        if near && ![Some(&Lost::Behind), Some(&Lost::AcrossEdge)].contains(&lost) {
             found.near[usize::from(is_taken)] += 1;
         }
         match standing {
